@@ -15,7 +15,7 @@ from pipros.data.extras import library
 FORMATS = ("parquet", "arrow", "csv")
 
 
-def write_arrow(tables: Iterable[Any], path: str | os.PathLike[str], kind: str) -> list[str]:
+def write_arrow(tables: Iterable[object], path: str | os.PathLike[str], kind: str) -> list[str]:
     """Write one or more `pyarrow` tables or batches with the same columns to a file, replacing it.
 
     Return the names of the columns that were omitted because CSV cannot store bytes.
@@ -31,7 +31,7 @@ def write_arrow(tables: Iterable[Any], path: str | os.PathLike[str], kind: str) 
         return _write(tables, file, kind)
 
 
-def print_csv(tables: Iterable[Any]) -> list[str]:
+def print_csv(tables: Iterable[object]) -> list[str]:
     """Print `pyarrow` tables or batches as CSV. Return the names of the columns that CSV cannot store."""
     sys.stdout.flush()
     return _write(tables, sys.stdout.buffer, "csv")
@@ -52,7 +52,7 @@ def _write(tables: Iterable[Any], file: Any, kind: str) -> list[str]:
     return left_out
 
 
-def _writer(file: Any, schema: Any, kind: str) -> Any:
+def _writer(file: object, schema: object, kind: str) -> Any:
     if kind == "parquet":
         return library("pyarrow.parquet", "Parquet").ParquetWriter(file, schema, compression="zstd")
     if kind == "arrow":
@@ -86,6 +86,6 @@ def _has_bytes(pa: Any, kind: Any) -> bool:
     return bool(pa.types.is_binary(kind) or pa.types.is_large_binary(kind))
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """Convert a time to a number or string, because JSON has no type for times."""
     return value.value if hasattr(value, "value") else str(value)

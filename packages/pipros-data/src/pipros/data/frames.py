@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -87,7 +87,7 @@ def _messages(readers: Sequence[BagReader], topic: str) -> Iterator[BagMessage]:
     return merged(readers, lambda each: each.topic == topic and each.type in _TYPES)
 
 
-def _insert(buffer: TransformBuffer, received: Any, *, is_static: bool) -> None:
+def _insert(buffer: TransformBuffer, received: BagMessage, *, is_static: bool) -> None:
     for each in received.message.transforms:
         names, stamp = (each.header.frame_id, each.child_frame_id), in_ns(each.header.stamp)
         buffer.insert(*names, stamp, pose_of_transform(each.transform), "", is_static)

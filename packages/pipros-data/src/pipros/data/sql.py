@@ -130,7 +130,7 @@ class Database:
                     data = data[:at] + new + data[at + len(old) :]
         return data.decode()
 
-    def _work(self, function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+    def _work(self, function: Callable[..., Any], *arguments: object, **options: object) -> Any:
         """Call a DuckDB function in a thread. In the main thread, many of these functions ignore Ctrl-C."""
         return self._thread.submit(function, *arguments, **options).result()
 

@@ -65,7 +65,7 @@ class CurveField:
         """Whether a user's expression is evaluated for each message."""
         return self.expression is not None or self.condition is not None
 
-    def holds(self, message: Any) -> bool:
+    def holds(self, message: object) -> bool:
         """Return whether the condition is true for a message. Raise `ExpressionError` if evaluation fails."""
         return self.condition is None or bool(self.condition.value(self.topic, message, Time()))
 
@@ -110,7 +110,7 @@ class NotANumber(ValueError):
 
 
 def sample_of(
-    message: Any, field: CurveField, axis: Axis, received_s: float, ros_s: float
+    message: object, field: CurveField, axis: Axis, received_s: float, ros_s: float
 ) -> list[float | str | None]:
     """Return the time and the value of a sample, and the text of an integer that JavaScript would round.
 
@@ -123,7 +123,7 @@ def sample_of(
     return [time_s, number]
 
 
-def time_of(message: Any, topic: str, axis: Axis, received_s: float, ros_s: float) -> float:
+def time_of(message: object, topic: str, axis: Axis, received_s: float, ros_s: float) -> float:
     """Return a message's time on an axis, in seconds.
 
     Raises:
@@ -156,7 +156,7 @@ def _plotted(value: float) -> float | int | None:
     return number if math.isfinite(number) else None
 
 
-def _number_of(expression: MessageExpression, message: Any, field: CurveField) -> float | int | None:
+def _number_of(expression: MessageExpression, message: object, field: CurveField) -> float | int | None:
     value = expression.value(field.topic, message, Time())
     if not isinstance(value, (bool, int, float)):
         raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", ())

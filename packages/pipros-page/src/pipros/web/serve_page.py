@@ -217,7 +217,7 @@ def served_views(
     context = PageContext(system, scene_file, saves_layouts, bags, recording)
     of_tabs = views_of_tabs(context)
 
-    async def about(_: Mapping[str, Any]) -> Any:
+    async def about(_: Mapping[str, object]) -> Any:
         uri = system.graph.environment.master_uri
         return {
             "master": uri,

@@ -96,14 +96,14 @@ class MasterApi:
     def _get_uri(self, _caller: str) -> Answer:
         return [SUCCESS, "", self.uri]
 
-    def _shut_down(self, _caller: str, reason: Any) -> Answer:
+    def _shut_down(self, _caller: str, reason: object) -> Answer:
         if not self._shutdown(str(reason)):
             return [CALLER_ERROR, "shutdown is only accepted from this machine", 0]
         return [SUCCESS, "shutdown", 0]
 
     # ---- registrations
 
-    def _register_publisher(self, caller: str, topic: Any, type_name: Any, api: Any) -> Answer:
+    def _register_publisher(self, caller: str, topic: object, type_name: object, api: object) -> Answer:
         topic = self.arguments.topic(topic, caller)
         type_name = self.arguments.topic_type(type_name)
         api = self.arguments.api_uri("caller_api", api)
@@ -112,10 +112,10 @@ class MasterApi:
         subscribers = self._registry.apis_of(Role.SUBSCRIBER, topic)
         return [SUCCESS, f"Registered [{caller}] as publisher of [{topic}]", subscribers]
 
-    def _unregister_publisher(self, caller: str, topic: Any, api: Any) -> Answer:
+    def _unregister_publisher(self, caller: str, topic: object, api: object) -> Answer:
         return self._unregister(Role.PUBLISHER, caller, self.arguments.topic(topic, caller), api)
 
-    def _register_subscriber(self, caller: str, topic: Any, type_name: Any, api: Any) -> Answer:
+    def _register_subscriber(self, caller: str, topic: object, type_name: object, api: object) -> Answer:
         topic = self.arguments.topic(topic, caller)
         type_name = self.arguments.topic_type(type_name)
         api = self.arguments.api_uri("caller_api", api)
@@ -124,10 +124,10 @@ class MasterApi:
         publishers = self._registry.apis_of(Role.PUBLISHER, topic)
         return [SUCCESS, f"Subscribed to [{topic}]", publishers]
 
-    def _unregister_subscriber(self, caller: str, topic: Any, api: Any) -> Answer:
+    def _unregister_subscriber(self, caller: str, topic: object, api: object) -> Answer:
         return self._unregister(Role.SUBSCRIBER, caller, self.arguments.topic(topic, caller), api)
 
-    def _unregister(self, role: Role, caller: str, key: str, api: Any) -> Answer:
+    def _unregister(self, role: Role, caller: str, key: str, api: object) -> Answer:
         api = self.arguments.api_uri("caller_api", api)
         if self._registry.api_of(caller) is None:
             return [SUCCESS, f"[{caller}] is not a registered node", 0]
@@ -153,7 +153,7 @@ class MasterApi:
         else:
             _log.info("+%s [%s] %s %s", kind, key, caller, api)
 
-    def _register_service(self, caller: str, service: Any, service_api: Any, api: Any) -> Answer:
+    def _register_service(self, caller: str, service: object, service_api: object, api: object) -> Answer:
         service = self.arguments.service(service, caller)
         service_api = self.arguments.api_uri("service_api", service_api)
         api = self.arguments.api_uri("caller_api", api)
@@ -161,7 +161,7 @@ class MasterApi:
         self._log_entry(Role.SERVICE, service, caller, api)
         return [SUCCESS, f"Registered [{caller}] as provider of [{service}]", 1]
 
-    def _unregister_service(self, caller: str, service: Any, service_api: Any) -> Answer:
+    def _unregister_service(self, caller: str, service: object, service_api: object) -> Answer:
         service = self.arguments.service(service, caller)
         service_api = self.arguments.api_uri("service_api", service_api)
         if self._registry.api_of(caller) is None:
@@ -174,14 +174,14 @@ class MasterApi:
 
     # ---- the graph
 
-    def _lookup_node(self, caller: str, node: Any) -> Answer:
+    def _lookup_node(self, caller: str, node: object) -> Answer:
         node = self.arguments.resolved("node", node, caller)
         api = self._registry.api_of(node)
         if api is None:
             return [CALLER_ERROR, f"unknown node [{node}]", ""]
         return [SUCCESS, "node api", api]
 
-    def _lookup_service(self, caller: str, service: Any) -> Answer:
+    def _lookup_service(self, caller: str, service: object) -> Answer:
         api = self._registry.service_api_of(self.arguments.service(service, caller))
         if api is None:
             return [CALLER_ERROR, "no provider", ""]
@@ -190,7 +190,7 @@ class MasterApi:
     def _get_topic_types(self, _caller: str) -> Answer:
         return [SUCCESS, "current system state", [list(pair) for pair in self._registry.topic_types.items()]]
 
-    def _get_published_topics(self, caller: str, subgraph: Any) -> Answer:
+    def _get_published_topics(self, caller: str, subgraph: object) -> Answer:
         below = self.arguments.subgraph(subgraph, caller)
         types = self._registry.topic_types
         return [
@@ -209,14 +209,14 @@ class MasterApi:
 
     # ---- parameters
 
-    def _get_param(self, caller: str, key: Any) -> Answer:
+    def _get_param(self, caller: str, key: object) -> Answer:
         key = self.arguments.param_key(key, caller)
         try:
             return [SUCCESS, f"Parameter [{key}]", self._params.get(key)]
         except NotSet:
             return [CALLER_ERROR, f"Parameter [{key}] is not set", 0]
 
-    def _set_param(self, caller: str, key: Any, value: Any) -> Answer:
+    def _set_param(self, caller: str, key: object, value: object) -> Answer:
         key = self.arguments.param_key(key, caller)
         try:
             self._params.set(key, value)
@@ -226,7 +226,7 @@ class MasterApi:
         self._notify(param_notices(self._registry, key, value, except_node=caller))
         return [SUCCESS, f"parameter {key} set", 0]
 
-    def _delete_param(self, caller: str, key: Any) -> Answer:
+    def _delete_param(self, caller: str, key: object) -> Answer:
         key = self.arguments.param_key(key, caller)
         try:
             self._params.delete(key)
@@ -236,7 +236,7 @@ class MasterApi:
         self._notify(param_notices(self._registry, key, {}, except_node=caller))
         return [SUCCESS, f"parameter {key} deleted", 0]
 
-    def _has_param(self, caller: str, key: Any) -> Answer:
+    def _has_param(self, caller: str, key: object) -> Answer:
         key = self.arguments.param_key(key, caller)
         return [SUCCESS, key, self._params.has(key)]
 
@@ -254,7 +254,7 @@ class MasterApi:
     def _get_param_names(self, _caller: str) -> Answer:
         return [SUCCESS, "Parameter names", self._params.names()]
 
-    def _subscribe_param(self, caller: str, api: Any, key: Any) -> Answer:
+    def _subscribe_param(self, caller: str, api: object, key: object) -> Answer:
         api = self.arguments.api_uri("caller_api", api)
         key = self.arguments.param_key(key, caller)
         self._notify(self._registry.subscribe_param(caller, key, api))
@@ -265,7 +265,7 @@ class MasterApi:
             value = {}
         return [SUCCESS, f"Subscribed to parameter [{key}]", value]
 
-    def _unsubscribe_param(self, caller: str, api: Any, key: Any) -> Answer:
+    def _unsubscribe_param(self, caller: str, api: object, key: object) -> Answer:
         api = self.arguments.api_uri("caller_api", api)
         key = self.arguments.param_key(key, caller)
         if self._registry.unregister(Role.PARAM_SUBSCRIBER, caller, key, api)[0]:

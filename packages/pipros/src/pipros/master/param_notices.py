@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from pipros.basics import names
 from pipros.master.params import value_below
 from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 
 
-def param_notices(registry: Registry, key: str, value: Any, *, except_node: str) -> Iterator[Notice]:
+def param_notices(registry: Registry, key: str, value: object, *, except_node: str) -> Iterator[Notice]:
     """Return the `paramUpdate` notices for a change of `key` to `value` (`{}` if it was deleted).
 
     A subscriber at or above the key receives the key and its value. A subscriber below the key receives the
@@ -24,7 +23,7 @@ def param_notices(registry: Registry, key: str, value: Any, *, except_node: str)
 
 
 def _notices(
-    registry: Registry, subscribed_keys: Sequence[str], key: str, value: Any, except_node: str
+    registry: Registry, subscribed_keys: Sequence[str], key: str, value: object, except_node: str
 ) -> Iterator[Notice]:
     changed = names.as_namespace(key)
     for subscribed in subscribed_keys:

@@ -18,7 +18,7 @@ class TooManyElements(Exception):
     """A value has more elements than `elements_limit`."""
 
 
-def weigh(value: Any, *, elements_limit: int = sys.maxsize) -> int:
+def weigh(value: object, *, elements_limit: int = sys.maxsize) -> int:
     """Return the weight of a value.
 
     Raises:

@@ -42,7 +42,7 @@ class NotSet(PiprosError, KeyError):
 class ParamJournal(Protocol):
     """Receives every change of a parameter tree, in order. Its methods must not block."""
 
-    def param_set(self, key: str, value: Any) -> None: ...
+    def param_set(self, key: str, value: object) -> None: ...
 
     def param_deleted(self, key: str) -> None: ...
 
@@ -134,7 +134,7 @@ class ParamTree:
         finally:
             self._known_weights = {}
 
-    def _weight_of(self, value: Any) -> int:
+    def _weight_of(self, value: object) -> int:
         known = self._known_weights.get(id(value))
         return weigh(value) if known is None else known
 
@@ -149,7 +149,7 @@ class ParamTree:
             value = value[part]
         return value, []
 
-    def _put(self, parts: list[str], value: Any) -> None:
+    def _put(self, parts: list[str], value: object) -> None:
         tree = self._root = self._root.copy()
         for part in parts[:-1]:
             below = tree.get(part)
@@ -223,7 +223,7 @@ def _parts(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
 
 
-def value_below(value: Any, key: str, default: Any) -> Any:
+def value_below(value: object, key: str, default: object) -> Any:
     """Return the value under `key` in a tree, or `default` if there is none."""
     for part in _parts(key):
         if type(value) is not dict or part not in value:

@@ -138,7 +138,7 @@ class MasterServer:
         asyncio.get_running_loop().call_later(0.05, self._options.on_shutdown, printable(reason))
         return True
 
-    async def _get_param_names(self, *params: Any) -> Any:
+    async def _get_param_names(self, *params: object) -> Any:
         """Return the names of all parameters.
 
         A thread traverses the tree, because this takes a long time if the tree is large. It is safe, because
@@ -147,7 +147,7 @@ class MasterServer:
         answer = self._api.methods["getParamNames"]
         return await asyncio.get_running_loop().run_in_executor(self.rpc.large_values, answer, *params)
 
-    def _change_param(self, method: str, *params: Any) -> Any:
+    def _change_param(self, method: str, *params: object) -> Any:
         """Set or delete a parameter. Return an awaitable if the new or the replaced value is large."""
         value, former = params[2] if len(params) > 2 else None, self._former(params)
         try:
@@ -157,7 +157,7 @@ class MasterServer:
         with self.params.weights_known(weights):
             return self._api.methods[method](*params)
 
-    async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
+    async def _change_large_param(self, method: str, params: tuple[object, ...]) -> Any:
         """Set or delete a parameter after weighing the new and the replaced value in a thread.
 
         If another call sets the parameter in the meantime, the value that it set is also weighed.

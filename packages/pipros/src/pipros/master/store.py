@@ -122,7 +122,7 @@ class Store:
 
     # ---- the journal
 
-    def param_set(self, key: str, value: Any) -> None:
+    def param_set(self, key: str, value: object) -> None:
         self._supersede(key)
         # The writing thread encodes the value later. This is safe, because the tree never changes a value
         # that it holds.
@@ -202,11 +202,11 @@ _ON_CONFLICT: Final = (
 class _Value:
     __slots__ = ("value",)
 
-    def __init__(self, value: Any) -> None:
+    def __init__(self, value: object) -> None:
         self.value = value
 
 
-def _plain(item: Any) -> Any:
+def _plain(item: object) -> Any:
     return encode_response(item.value) if isinstance(item, _Value) else item
 
 
@@ -305,7 +305,7 @@ def restore_params(params: ParamTree, state: StoredState) -> None:
             _log.error("%s was not restored: %s", key, error)
 
 
-def _restore(params: ParamTree, key: str, value: Any) -> None:
+def _restore(params: ParamTree, key: str, value: object) -> None:
     if value is Absence.NAMESPACE:
         if not (params.has(key) and isinstance(params.get(key), dict)):
             params.set(key, {})

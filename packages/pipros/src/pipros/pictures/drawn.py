@@ -9,9 +9,9 @@ from __future__ import annotations
 import io
 import math
 import struct
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from PIL import Image, ImageDraw
 
@@ -21,6 +21,10 @@ from pipros.pictures.compressed import content_of
 from pipros.pictures.encodings import Color
 from pipros.pictures.errors import PictureError
 from pipros.pictures.image_message import encoding_of
+
+if TYPE_CHECKING:
+    from nav_msgs.msg import OccupancyGrid, Path
+    from sensor_msgs.msg import CompressedImage, LaserScan, PointCloud, PointCloud2
 
 SIDE: Final = 768
 """Maximum width and height of a picture."""
@@ -47,6 +51,7 @@ class EncodedPicture:
 
 
 Drawn = tuple[EncodedPicture, str, Mapping[str, Any]]
+_Picture = tuple[Image.Image, str, Mapping[str, Any]]
 Line = Sequence[tuple[float, float]]
 
 
@@ -60,7 +65,7 @@ def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
     Raises:
         PictureError: the message's type cannot be drawn, or the message is malformed or too large.
     """
-    drawers = {
+    drawers: Mapping[str, Callable[[Any, int], _Picture]] = {
         "sensor_msgs/Image": _image,
         "sensor_msgs/CompressedImage": _compressed,
         "sensor_msgs/PointCloud": _cloud,
@@ -129,7 +134,7 @@ def _range(values: Iterable[float]) -> tuple[float, float]:
     return (low, high) if high > low else (low - max(abs(low) * 1e-3, 0.5), low + max(abs(low) * 1e-3, 0.5))
 
 
-def _image(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+def _image(message: Any, limit_pixels: int) -> _Picture:
     found = encoding_of(message)
     width, height = message.width, message.height
     if not width or not height or width * height > limit_pixels:
@@ -167,7 +172,7 @@ def _image(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[s
     return Image.merge("RGB", [Image.frombytes("L", shape, plane) for plane in planes]), "", facts
 
 
-def _compressed(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+def _compressed(message: CompressedImage, limit_pixels: int) -> _Picture:
     try:
         picture = content_of(message.format, bytes(message.data))
         with Image.open(io.BytesIO(picture), formats=("JPEG", "PNG")) as file:
@@ -188,7 +193,7 @@ def _compressed(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapp
     return image, "", {"size": list(size), "format": message.format}
 
 
-def _cloud(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+def _cloud(message: PointCloud | PointCloud2, _limit: int) -> _Picture:
     columns = cloud_columns if message._type.endswith("2") else point_columns
     found = columns(message, (), POINTS)
     if found.problem:
@@ -197,7 +202,7 @@ def _cloud(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, An
     return _from_above(zip(xs, ys, zs, strict=True), {"points": found.count, "shown_points": len(xs)})
 
 
-def _scan(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+def _scan(message: LaserScan, _limit: int) -> _Picture:
     ranges = message.ranges
     step = thinning_step(len(ranges), POINTS)
 
@@ -211,15 +216,15 @@ def _scan(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any
     return _from_above(points(), {"points": len(ranges)})
 
 
-def _path(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+def _path(message: Path, _limit: int) -> _Picture:
     positions = [each.pose.position for each in message.poses[:: thinning_step(len(message.poses), POINTS)]]
     points = [(each.x, each.y, each.z) for each in positions]
     return _from_above(points, {"poses": len(message.poses)}, is_line=True)
 
 
 def _from_above(
-    points: Iterable[tuple[float, float, float]], facts: Mapping[str, Any], *, is_line: bool = False
-) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    points: Iterable[tuple[float, float, float]], facts: Mapping[str, object], *, is_line: bool = False
+) -> _Picture:
     kept = [point for point in points if all(math.isfinite(each) and abs(each) < _FAR_M for each in point)]
     (left, right), (low, high), (bottom, top) = map(_range, zip((0.0, 0.0, 0.0), *kept, strict=True))
     scale = (SIDE - 1) / max(right - left, high - low)
@@ -239,7 +244,7 @@ def _from_above(
     return image, note, {**facts, "x_m": [left, right], "y_m": [low, high], "z_m": [bottom, top]}
 
 
-def _grid(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+def _grid(message: OccupancyGrid, limit_pixels: int) -> _Picture:
     width, height = message.info.width, message.info.height
     if not width or not height or width * height != len(message.data) or width * height > limit_pixels:
         raise PictureError(

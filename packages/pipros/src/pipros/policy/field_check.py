@@ -62,7 +62,7 @@ class FieldCheck:
                 continue
             self.value(getattr(value, name), kind, below, f"{path}.{name}" if path else name)
 
-    def value(self, value: Any, kind: str, tree: FieldTree, path: str) -> None:
+    def value(self, value: object, kind: str, tree: FieldTree, path: str) -> None:
         """Check a value of any type; see `message`."""
         rule = tree.rule
         if _permits_all(tree) and not _turns(kind):
@@ -127,7 +127,7 @@ def _turns(kind: str) -> bool:
     return base == _QUATERNION or (found is not None and any(map(_turns, found._slot_types)))
 
 
-def is_finite(value: Any) -> bool:
+def is_finite(value: object) -> bool:
     """Return whether all numbers in a message are finite."""
     if isinstance(value, float):
         return math.isfinite(value)
@@ -145,7 +145,7 @@ def _below(tree: FieldTree, below: FieldTree | None) -> FieldTree:
     return below
 
 
-def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = False) -> Any:
+def check_value(value: object, rule: FieldRule, what: str, *, is_single: bool = False) -> Any:
     """Return a value if a rule permits it. If `is_single` is true, round it and the limits to `float32`.
 
     Raises:
@@ -203,5 +203,5 @@ def _single(number: float) -> float:
     return float(_FLOAT32.unpack(_FLOAT32.pack(number))[0]) if math.isfinite(number) else number
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     return printable(ascii(value), 60)

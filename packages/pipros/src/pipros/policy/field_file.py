@@ -40,7 +40,7 @@ def place_of(section: Settings, key: str = "") -> str:
     return f"{os.path.basename(file)}{colon}{name}"
 
 
-def read_fields(section: Settings, message_class: Any) -> FieldTree:
+def read_fields(section: Settings, message_class: object) -> FieldTree:
     """Return the rules under the key `fields` as a tree. Fields that do not exist are errors."""
     if section.values.get("fields") == "any":
         return FieldTree(FieldRule(place=place_of(section), is_any=True))

@@ -272,7 +272,7 @@ class _PolicyReader:
             yield Condition(place_of(section), name, topic, message_class, path, rule, age_s)
 
 
-def _stop(section: Settings, message_class: Any) -> Any:
+def _stop(section: Settings, message_class: object) -> Any:
     """Return the message or request that stops the robot; None if no stop is needed.
 
     With a time limit, a stop is needed, and defaults to a message of zeros.

@@ -214,7 +214,7 @@ def checked_declarations(content: bytes) -> dict[str, Any]:
     return declared  # type: ignore[no-any-return]  # checked above to be a dictionary
 
 
-def _has(value: Any, /, **fields: _Kinds) -> bool:
+def _has(value: object, /, **fields: _Kinds) -> bool:
     """Return whether a value is a dictionary with the given keys and value types."""
     return isinstance(value, dict) and all(
         key in value and isinstance(value[key], kind) for key, kind in fields.items()

@@ -32,7 +32,7 @@ class Config(dict[str, Any]):
         except KeyError:
             raise AttributeError(name) from None
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         self[name] = value
 
     def copy(self) -> Config:
@@ -168,7 +168,7 @@ def _constants(edit_method: str) -> Sequence[Mapping[str, Any]]:
         return []
 
 
-def _is_constant(found: Any) -> bool:
+def _is_constant(found: object) -> bool:
     if not isinstance(found, dict) or not isinstance(found.get("name"), str):
         return False
     kind, value = TYPES.get(str(found.get("type"))), found.get("value")
@@ -206,7 +206,7 @@ def converted(described: Any, value: Any) -> Any:
 
 
 def change_fields(
-    description: Any, changes: Mapping[str, Any], states: Mapping[str, bool] | None = None
+    description: object, changes: Mapping[str, object], states: Mapping[str, bool] | None = None
 ) -> dict[str, list[dict[str, Any]]]:
     """Return the fields of a `dynamic_reconfigure/Config` message that requests the given changes.
 

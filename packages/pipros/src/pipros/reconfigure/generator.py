@@ -66,9 +66,9 @@ class Group:
         paramtype: str,
         level: int,
         description: str,
-        default: Any = None,
-        min: Any = None,  # noqa: A002
-        max: Any = None,  # noqa: A002
+        default: object = None,
+        min: object = None,  # noqa: A002
+        max: object = None,  # noqa: A002
         edit_method: str = "",
     ) -> None:
         """Add a parameter.
@@ -139,7 +139,7 @@ class ParameterGenerator:
         self.add, self.add_group = self.group.add, self.group.add_group
         self.constants: list[dict[str, Any]] = []
 
-    def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:  # noqa: A002
+    def const(self, name: str, type: str, value: object, descr: str) -> dict[str, Any]:  # noqa: A002
         """Declare a constant, and return it for use in `enum`.
 
         Raises:
@@ -185,7 +185,7 @@ class ParameterGenerator:
         return 0
 
 
-def checked(name: str, type_name: str, field: str, value: Any) -> Any:
+def checked(name: str, type_name: str, field: str, value: object) -> Any:
     """Return the value, with an int converted to float if the parameter's type is double.
 
     Raises:

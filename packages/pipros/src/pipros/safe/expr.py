@@ -121,7 +121,7 @@ class Expression:
         """Return all names in the expression: variables, functions and loop variables."""
         return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
-    def value(self, names: Mapping[str, Any]) -> Any:
+    def value(self, names: Mapping[str, object]) -> Any:
         """Evaluate the expression with the given names. Raises the same errors as `evaluate`."""
         budget = guarded.WorkBudget(self._limits)
         walk = _Walk(
@@ -200,7 +200,7 @@ class _Walk:
     def __init__(
         self,
         text: str,
-        names: Mapping[str, Any],
+        names: Mapping[str, object],
         functions: Mapping[str, Function],
         fields: FieldAccess | None,
         budget: guarded.WorkBudget,
@@ -355,7 +355,7 @@ class _Walk:
             raise self._error(node, "this must be a function name")
         function = self._functions[name]
 
-        def charged(*arguments: Any) -> Any:
+        def charged(*arguments: object) -> Any:
             self._budget.spend_on_reading(*arguments)
             return self._budget.charge(function(*arguments))
 

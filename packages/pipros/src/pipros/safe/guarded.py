@@ -38,7 +38,7 @@ class WorkBudget:
         }
         """Functions whose work is charged while they run."""
 
-    def charge(self, value: Any) -> Any:
+    def charge(self, value: object) -> Any:
         """Charge the size of a value and return the value.
 
         Raises:
@@ -61,7 +61,7 @@ class WorkBudget:
         if self._left < 0:
             raise ResultTooLarge("the expression does too much work")
 
-    def spend_on_reading(self, *values: Any) -> None:
+    def spend_on_reading(self, *values: object) -> None:
         """Charge the size of each of `values`, for an operation that reads all their parts.
 
         Raises the same errors as `spend`.
@@ -109,7 +109,7 @@ class WorkBudget:
             )
         return size
 
-    def _size_of(self, value: Any) -> int:
+    def _size_of(self, value: object) -> int:
         """Return the size of a value, including its nested elements; counting stops above the limit.
 
         A long string that occurs a thousand times in a list counts a thousand times, as in `str` of the list.
@@ -131,7 +131,7 @@ class WorkBudget:
         self._bounded(len(numbers))
         return numbers
 
-    def _set(self, values: Iterable[Any] = (), /) -> set[Any]:
+    def _set(self, values: Iterable[object] = (), /) -> set[Any]:
         members = list(values)
         self._spend_on_hashes(members)
         return set(members)
@@ -142,7 +142,7 @@ class WorkBudget:
             self._spend_on_hashes([pair[0] for pair in values if pair])
         return dict(values, **named)
 
-    def _spend_on_hashes(self, keys: Iterable[Any]) -> None:
+    def _spend_on_hashes(self, keys: Iterable[object]) -> None:
         """Charge for comparing keys with equal hashes, because numbers can be chosen so that they collide."""
         first: dict[int, Any] = {}
         collisions: dict[int, int] = {}
@@ -153,13 +153,13 @@ class WorkBudget:
                 collisions[key_hash] = collisions.get(key_hash, 0) + 1
                 self.spend(collisions[key_hash])
 
-    def _product(self, factors: Iterable[Any], *, start: Any = 1) -> Any:
+    def _product(self, factors: Iterable[object], *, start: object = 1) -> Any:
         return self._folded(self.multiply, factors, start)
 
-    def _total(self, values: Iterable[Any], start: Any = 0) -> Any:
+    def _total(self, values: Iterable[object], start: object = 0) -> Any:
         return self._folded(self.add, values, start)
 
-    def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
+    def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[object], start: object) -> Any:
         """Combine `start` with each of `values` in order. Charge the length of each intermediate result."""
         result = start
         for value in values:
@@ -168,7 +168,7 @@ class WorkBudget:
         return result
 
 
-def format_value(value: Any, form: str) -> str:
+def format_value(value: object, form: str) -> str:
     """Return `value` formatted as in an f-string, with a bounded width."""
     _check_width(form)
     return format(value, form)

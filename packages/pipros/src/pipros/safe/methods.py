@@ -15,7 +15,7 @@ from pipros.safe.guarded import WorkBudget, format_value
 Method = Callable[..., Any]
 
 
-def find_method(value: Any, name: str) -> Method | None:
+def find_method(value: object, name: str) -> Method | None:
     """Return the function for `value.name(…)`, or None if the method is not allowed.
 
     The function's first arguments are the budget and the value.
@@ -41,7 +41,7 @@ def _plain(kind: type, *names: str) -> dict[str, Method]:
 def _cut(method: Method) -> Method:
     """Wrap a method that splits a string. In the worst case, each character becomes a part."""
 
-    def call(budget: WorkBudget, text: str, *arguments: Any, **keywords: Any) -> Any:
+    def call(budget: WorkBudget, text: str, *arguments: object, **keywords: object) -> Any:
         budget.foresee(len(text))
         return method(text, *arguments, **keywords)
 
@@ -79,18 +79,18 @@ class _Format(string.Formatter):
     def __init__(self, budget: WorkBudget) -> None:
         self._budget = budget
 
-    def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+    def get_field(self, field_name: str, args: Sequence[object], kwargs: Mapping[str, object]) -> Any:
         if "." in field_name.partition("[")[0] or "]." in field_name:
             raise ValueError(f"attributes, as in {{{field_name}}}, are not allowed here")
         return super().get_field(field_name, args, kwargs)
 
-    def format_field(self, value: Any, format_spec: str) -> str:
+    def format_field(self, value: object, format_spec: str) -> str:
         text = format_value(value, format_spec)
         self._budget.charge(text)
         return text
 
 
-def _format(budget: WorkBudget, text: str, *arguments: Any, **keywords: Any) -> str:
+def _format(budget: WorkBudget, text: str, *arguments: object, **keywords: object) -> str:
     return _Format(budget).vformat(text, arguments, keywords)
 
 

@@ -95,7 +95,7 @@ class _Outline:
         self._anchored: dict[str | None, tuple[int, int] | None] = {}
         """The number of values and the height for each anchor; None until the anchored value has ended."""
 
-    def count(self, event: Any) -> None:
+    def count(self, event: object) -> None:
         """Count the next event from the text. Raises the same errors as `check_outline`."""
         match event:
             case yaml.CollectionStartEvent():
@@ -123,11 +123,11 @@ class _Outline:
             case yaml.DocumentStartEvent():
                 self._anchored.clear()
 
-    def check_values(self, mark: Any = None) -> None:
+    def check_values(self, mark: object = None) -> None:
         if self.values > self._limits.yaml_values:
             raise TooMuch(f"the text expands to more than {self._limits.yaml_values} values", mark)
 
-    def _check_depth(self, height: int, mark: Any) -> None:
+    def _check_depth(self, height: int, mark: object) -> None:
         if len(self._open) + height > self._limits.yaml_depth:
             raise TooMuch(f"the text is nested more than {self._limits.yaml_depth} deep", mark)
 

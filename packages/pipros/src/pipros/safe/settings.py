@@ -124,13 +124,13 @@ class Settings:
         return tuple(found)
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     if not isinstance(value, int | float) or isinstance(value, bool):
         return False
     return abs(value) <= sys.float_info.max  # false for NaN, infinity, and integers that no float can hold
 
 
-def _note_lines(node: Any, name: str, lines: dict[str, int], file: str) -> None:
+def _note_lines(node: object, name: str, lines: dict[str, int], file: str) -> None:
     """Store the line of each key by its dotted name. Raise `BadSettings` if a mapping has a key twice."""
     if isinstance(node, yaml.MappingNode):
         known: set[str] = set()

@@ -79,7 +79,7 @@ def construct_degrees(loader: Any, node: Any) -> float:
     return math.radians(_angle(node, loader.construct_scalar(node), "deg("))
 
 
-def _angle(node: Any, written: str, opening: str) -> float:
+def _angle(node: object, written: str, opening: str) -> float:
     text = written.strip()
     if text.startswith(opening) and text.endswith(")"):
         text = text[len(opening) : -1]

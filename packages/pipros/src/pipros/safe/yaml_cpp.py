@@ -34,7 +34,7 @@ _BaseLoader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 class _Loader(_BaseLoader):  # type: ignore[misc]
     """Constructs texts; the first of equal keys counts, and null is the text `null`."""
 
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+    def construct_mapping(self, node: object, deep: bool = False) -> Any:
         if isinstance(node, yaml.MappingNode):
             node.value.reverse()
         return super().construct_mapping(node, deep)

@@ -98,7 +98,7 @@ class ActGate:
         self._guardian.watch(rule)
 
     def check_message(
-        self, topic: str, message: Any, type_name: str = "", md5sum: str = "", client: object = None
+        self, topic: str, message: object, type_name: str = "", md5sum: str = "", client: object = None
     ) -> None:
         """Check a message. If it is allowed, count it and start its time limit, if any.
 
@@ -111,7 +111,7 @@ class ActGate:
         """
         self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 
-    def renew_after_publishing(self, topic: str, message: Any, *, has_failed: bool = False) -> None:
+    def renew_after_publishing(self, topic: str, message: object, *, has_failed: bool = False) -> None:
         """Restart a published message's time limit, because it may have waited. Do nothing for goals.
 
         If a stop could not be published, restart the time limit that it ended.
@@ -130,7 +130,7 @@ class ActGate:
             with self._lock:
                 note_stop(rule, self._state)
 
-    def _done(self, rule: ActRule, value: Any, *, has_failed: bool = False) -> None:
+    def _done(self, rule: ActRule, value: object, *, has_failed: bool = False) -> None:
         """Restart the time limit of an act, unless the act is the stop itself, and has not failed."""
         if rule.time_limit_s is None or rule.stop is None:
             return
@@ -143,7 +143,7 @@ class ActGate:
         return rules.get((ActKind.TOPIC, self._node.resolve(topic)))
 
     @contextmanager
-    def calling(self, service: str, request: Any, type_name: str, md5sum: str) -> Iterator[None]:
+    def calling(self, service: str, request: object, type_name: str, md5sum: str) -> Iterator[None]:
         """Check a service call, then run it as the body of a `with` statement; see `check_message`.
 
         `service` is a global name; `request` may be serialized. A time limit starts with the call and
@@ -164,7 +164,7 @@ class ActGate:
             if rule is not None:
                 self._done(rule, request, has_failed=has_failed)
 
-    def check_run(self, kind: ActKind, name: str, arguments: Mapping[str, Any]) -> ActRule:
+    def check_run(self, kind: ActKind, name: str, arguments: Mapping[str, object]) -> ActRule:
         """Check and count the start of a launch file or a recording. Return its rule.
 
         The caller must end the program when the rule's time limit has passed.
@@ -197,7 +197,7 @@ class ActGate:
             state = PolicyState(deepcopy(self._state.accepted), dict(self._state.readings))
         return decide(self._required_policy(), act, state, self._clock_s())
 
-    def check_parameter(self, name: str, value: Any) -> None:
+    def check_parameter(self, name: str, value: object) -> None:
         """Check a new value of a parameter; `name` is global. See `check_message`."""
         self._check(ActKind.PARAMETER, name, value, "", "")
 
@@ -275,7 +275,7 @@ class GatedPublisher:
     def connection_count(self) -> int:
         return self._publisher.connection_count
 
-    def publish(self, message: Any) -> None:
+    def publish(self, message: object) -> None:
         """Publish a message. Raise `ActRefused` if the policy does not allow it."""
         self._gate.check_message(self._topic, message, client=self)
         try:

@@ -139,7 +139,7 @@ class Approvals:
             raise ActRefused("a human has refused this" if self._limit else _STOPPED)
         return waiting.verdict
 
-    def note(self, act: Mapping[str, Any]) -> None:
+    def note(self, act: Mapping[str, object]) -> None:
         """Keep a past act for display. Refused acts do not displace other acts."""
         with self._changed:
             (self._refused if act.get("outcome") == "refused" else self._acts).appendleft(act)

@@ -154,7 +154,7 @@ class ApprovedActs:
         caller: Caller,
         tool: str,
         acts: Sequence[Act],
-        values: Any,
+        values: object,
         carry_out: Callable[[System], T],
         *,
         needs_human: bool = True,

@@ -71,7 +71,7 @@ class Stops:
         self._publish = publish
         self._stops: dict[tuple[str, str], Stop] = {}
 
-    def arm(self, key: str, identity: str, message: Any, due_s: float, halts: str = "") -> None:
+    def arm(self, key: str, identity: str, message: object, due_s: float, halts: str = "") -> None:
         """Schedule a stop. It replaces a pending stop for the same topic or service.
 
         A pending stop for the same goal id is not replaced: action servers ignore a goal that they already
@@ -84,7 +84,7 @@ class Stops:
             return
         self._stops[key, identity] = Stop(due_s, message)
 
-    def halt(self, topic: str, message: Any, now_s: float, left: int) -> None:
+    def halt(self, topic: str, message: object, now_s: float, left: int) -> None:
         """Publish a message `left` times from now on, because no goal is left."""
         self._stops[HALT + topic, ""] = Stop(now_s, message, left)
 
@@ -131,7 +131,7 @@ class ServiceStop:
         self._client = node.client(service, service_class)
         self._is_calling = threading.Lock()
 
-    def publish(self, request: Any) -> None:
+    def publish(self, request: object) -> None:
         """Start the call, unless one is running. Does not block."""
         if self._is_calling.acquire(blocking=False):
             threading.Thread(target=self._call, args=(request,), daemon=True).start()
@@ -160,7 +160,7 @@ class GuardianProcess:
         self._halts: dict[str, tuple[str, Any]] = {}
         self._stops = Stops(self._publish)
 
-    def _publish(self, key: str, message: Any) -> None:
+    def _publish(self, key: str, message: object) -> None:
         self._publishers[key.removeprefix(HALT)].publish(message)
         if key in self._halts:  # the action server may not react to the cancellation
             topic, halt = self._halts[key]

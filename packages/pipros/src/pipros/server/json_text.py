@@ -29,7 +29,7 @@ _OPTIONS: Final = (
 _ENCODER: Final = json.JSONEncoder(separators=(",", ":"), allow_nan=False, default=str)
 
 
-async def json_text(value: Any) -> str:
+async def json_text(value: object) -> str:
     """Return a value as JSON. NaN and infinity become `null`.
 
     A large value is encoded in a thread and in pieces, because the C encoder holds the GIL until it is done.
@@ -41,7 +41,7 @@ async def json_text(value: Any) -> str:
     return await in_daemon_thread(_in_pieces, value) if is_large(value) else encoded(value)
 
 
-def encoded(value: Any) -> str:
+def encoded(value: object) -> str:
     """Return a value as JSON like `json_text`, but always encode it in the calling thread."""
     if (data := json_bytes(value)) is not None:
         return data.decode()
@@ -51,7 +51,7 @@ def encoded(value: Any) -> str:
         return _ENCODER.encode(_without_infinity(value))
 
 
-def json_bytes(value: Any) -> bytes | None:
+def json_bytes(value: object) -> bytes | None:
     """Return a value, which may contain numpy arrays, as JSON in UTF-8. NaN and infinity become `null`.
 
     Return None if `orjson` is not installed, or cannot encode the value.
@@ -65,14 +65,14 @@ def json_bytes(value: Any) -> bytes | None:
     return data
 
 
-def _other(value: Any) -> Any:
+def _other(value: object) -> Any:
     """Convert a value for which `orjson` and the standard library differ, or which both lack."""
     if isinstance(value, float):
         return float(value)
     return list(value) if isinstance(value, tuple) else str(value)
 
 
-def is_large(value: Any) -> bool:
+def is_large(value: object) -> bool:
     """Return whether a value contains more than `LARGE_VALUES` values or `LARGE_CHARACTERS` characters."""
     values = characters = 0
     left = [value]
@@ -91,14 +91,14 @@ def is_large(value: Any) -> bool:
     return False
 
 
-def _in_pieces(value: Any) -> str:
+def _in_pieces(value: object) -> str:
     try:
         return "".join(_ENCODER.iterencode(value))
     except ValueError:
         return "".join(_ENCODER.iterencode(_without_infinity(value)))
 
 
-def _without_infinity(value: Any) -> Any:
+def _without_infinity(value: object) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):

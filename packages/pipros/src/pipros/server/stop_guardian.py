@@ -147,7 +147,7 @@ class StopGuardian:
         del self._pending[key, identity]
         self._send({"op": "stop", "key": key, "id": identity})
 
-    def _send(self, line: Mapping[str, Any]) -> bool:
+    def _send(self, line: Mapping[str, object]) -> bool:
         """Write a line, which is too short to be written in part. Return whether it was written."""
         process = self._process
         if process is None or process.stdin is None or self._is_closed:

@@ -58,7 +58,7 @@ def ask_humans(
             print(error, flush=True)
 
 
-def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
+def shown(program: Mapping[str, object], act: Mapping[str, object]) -> str:
     """Return an act as lines whose texts cannot imitate other lines, even if the terminal wraps them.
 
     Letters outside ASCII are shown as escapes, because some letters look alike, and their widths vary.

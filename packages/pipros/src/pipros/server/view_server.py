@@ -279,7 +279,7 @@ class _Browser:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def _serve(self, number: int, request: Mapping[str, Any]) -> None:
+    async def _serve(self, number: int, request: Mapping[str, object]) -> None:
         """Serve a request. A read-only view is retried after an error."""
         name = str(request.get("action", request.get("view")))
         is_once = "action" in request or name in self._served.changing
@@ -330,7 +330,7 @@ class _Browser:
             logger.error("%s failed (further errors of this kind are not logged)", name, exc_info=error)
         return f"{type(error).__name__}: {error}"[:LONGEST_ERROR]
 
-    async def _act(self, name: str, arguments: Mapping[str, Any]) -> Any:
+    async def _act(self, name: str, arguments: Mapping[str, object]) -> Any:
         action = self._served.actions.get(str(name))
         if action is None:
             raise RequestRefused(f"unknown action {name!r}")
@@ -354,7 +354,7 @@ class _Browser:
             await self._connection.send(head + bytes([kind]) + content[begin : begin + PART_BYTES])
             await asyncio.sleep(0)  # a browser that reads at once would let no other task run
 
-    async def _send(self, value: Mapping[str, Any]) -> None:
+    async def _send(self, value: Mapping[str, object]) -> None:
         await self._connection.send(await json_text(value))
 
 

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from optparse import OptionParser
+from optparse import OptionParser, Values
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,7 +39,7 @@ def add_row_options(parser: OptionParser) -> None:
     add_reading_options(parser)
 
 
-def row_options(options: Any) -> dict[str, Any]:
+def row_options(options: Values) -> dict[str, Any]:
     """Return the row options as arguments for `Bags.table`. Raise `CommandError` if `--every` is below 1."""
     if options.every < 1:
         raise CommandError(f"--every must be >= 1, got {options.every}")
@@ -48,7 +48,7 @@ def row_options(options: Any) -> dict[str, Any]:
 
 
 def opened_bags(
-    names: Sequence[str], options: Any, left_out: LeftOut, is_requested: Callable[[str], bool]
+    names: Sequence[str], options: Values, left_out: LeftOut, is_requested: Callable[[str], bool]
 ) -> Bags:
     """Open bags. A file that cannot be read is left out if there are others.
 
@@ -97,7 +97,7 @@ def format_of(path: Path) -> str:
     return kind
 
 
-def shown_batches(bags: Bags, topic: str, options: Any, rows: dict[str, Any]) -> Iterator[Table]:
+def shown_batches(bags: Bags, topic: str, options: Values, rows: dict[str, Any]) -> Iterator[Table]:
     """Yield the batches of a topic, with a progress bar on a terminal."""
     count = max(bags.count(topic), 1)
     size = sum(bag.size for bag in bags.readers)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.cli.entry_point import command
@@ -56,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 1
 
 
-def _suggest(chosen: Any) -> int:
+def _suggest(chosen: Namespace) -> int:
     from pipros.data import open_bags
     from pipros.data.datasets.suggest import suggest
 
@@ -65,7 +64,7 @@ def _suggest(chosen: Any) -> int:
     return 0
 
 
-def _mark(chosen: Any) -> int:
+def _mark(chosen: Namespace) -> int:
     from pipros.data.datasets.marker import EpisodeMarker
     from pipros.node.roscpp_program import roscpp_program
 
@@ -75,7 +74,7 @@ def _mark(chosen: Any) -> int:
     return 0
 
 
-def _build(chosen: Any) -> int:
+def _build(chosen: Namespace) -> int:
     from pipros.data.bags import matching_files
     from pipros.data.datasets.build import build
     from pipros.data.datasets.config import read_config

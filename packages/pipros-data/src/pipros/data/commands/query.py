@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pipros.cli.rosbag.other_bags import warned
 from pipros.cli.runner import option_parser
@@ -20,6 +20,8 @@ from pipros.data.commands.bag_options import (
 )
 
 if TYPE_CHECKING:
+    from optparse import Values
+
     from pipros.data.bags import Bags
 
 _USAGE = """rosbag query [options] BAG... 'SELECT ...'
@@ -51,7 +53,7 @@ def query(argv: Sequence[str]) -> int:
     return 1 if not_read else 0
 
 
-def _query(bags: Bags, sql: str, folder: str, options: Any) -> list[str]:
+def _query(bags: Bags, sql: str, folder: str, options: Values) -> list[str]:
     from pipros.data.files import print_csv, write_arrow
     from pipros.data.sql import Database, queried
 

@@ -117,7 +117,7 @@ def steady(found: Iterator[Picture], broken: list[Picture]) -> Iterator[Any]:
         raise PictureError("the episode has no valid picture")
 
 
-def write_video(file: Any, found: Iterator[Picture], rate: float, threads: int) -> int:
+def write_video(file: object, found: Iterator[Picture], rate: float, threads: int) -> int:
     """Write pictures as a video: H.264 in MP4, with the preset `fast`. Return the number of damaged pictures.
 
     Sizes are rounded down to even numbers. All pictures are scaled to the size of the first one.

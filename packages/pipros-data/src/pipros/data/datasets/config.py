@@ -155,7 +155,7 @@ def _shared(section: Settings, shared: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
+def _signal(section: Settings, shared: Mapping[str, object]) -> SignalSource:
     is_action = section.key.startswith("actions.")
     section.only([*_SIGNAL_KEYS, *(_ACTION_KEYS if is_action else ())])
     if abs(section.number("scale", 1.0, least=-math.inf)) < 1e-12:  # actions are divided by it
@@ -176,7 +176,7 @@ def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
     )
 
 
-def _camera(section: Settings, shared: Mapping[str, Any]) -> CameraSource:
+def _camera(section: Settings, shared: Mapping[str, object]) -> CameraSource:
     section.only([*_SOURCE_KEYS, "store"])
     pick = section.choice("pick", DIRECTIONS, "backward")
     return CameraSource(**_shared(section, shared), pick=pick, store=section.choice("store", STORES, "video"))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+
+if TYPE_CHECKING:
+    from std_msgs.msg import String
 
 
 class EpisodeMarker:
@@ -17,11 +20,11 @@ class EpisodeMarker:
     """
 
     def __init__(self, node: Node, topic: str) -> None:
-        text: Any = load_message_class("std_msgs/String")
+        text: type[String] = load_message_class("std_msgs/String")
         service: Any = load_service_class("std_srvs/Trigger")
         publisher = node.advertise(topic, text, latch=True)
 
-        def start(_: object) -> Any:
+        def start(_: object) -> object:
             try:
                 task = str(node.params.get(f"{topic}/task"))
             except LookupError:
@@ -29,7 +32,7 @@ class EpisodeMarker:
             publisher.publish(text(task))
             return service._response_class(True, task)
 
-        def stop(_: object) -> Any:
+        def stop(_: object) -> object:
             publisher.publish(text(""))
             return service._response_class(True, "")
 

@@ -55,7 +55,9 @@ class RobotEnvironment(_Base):  # type: ignore[misc]
         boxes = {name: spaces.Box(0, 255, shape, np.uint8) for name, shape in self.robot.cameras.items()}
         self.observation_space = spaces.Dict({"state": state, **boxes})
 
-    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: object = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Stop the robot, call `on_reset`, and return an observation; see `LiveRobot.observe` for errors."""
         super().reset(seed=seed, options=options)
         self.robot.stop()
@@ -64,7 +66,7 @@ class RobotEnvironment(_Base):  # type: ignore[misc]
         self._next_s = time.monotonic()
         return self._observed(), {}
 
-    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+    def step(self, action: object) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Act, wait until the step is due, and observe. Raises the errors of `LiveRobot`."""
         self.robot.act(action)
         self._next_s += self._period_s

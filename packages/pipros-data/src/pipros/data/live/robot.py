@@ -149,7 +149,7 @@ class LiveRobot:
             raise
         return np.concatenate(state) if state else np.zeros(0), pictures
 
-    def act(self, values: Any) -> NDArray[np.float64]:
+    def act(self, values: object) -> NDArray[np.float64]:
         """Publish an action, and return it as an array. `values` are in the order of `action_names`.
 
         After an error, the robot is stopped.

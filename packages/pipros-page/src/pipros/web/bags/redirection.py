@@ -44,7 +44,7 @@ class BagRedirection:
         return {**live, **{name: self._action(name, live[name]) for name in self._names & live.keys()}}
 
     def _view(self, name: str, live: View) -> View:
-        async def view(arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        async def view(arguments: Mapping[str, object]) -> AsyncIterator[object]:
             shown = self._open_bags.served_views(self._of_bag)
             chosen = live if shown is None else shown.views[name]
             async with contextlib.aclosing(chosen(arguments)) as values:  # type: ignore[type-var]
@@ -55,7 +55,7 @@ class BagRedirection:
 
     def _action(self, name: str, live: Action) -> Action:
         @functools.wraps(live)
-        async def act(arguments: Mapping[str, Any]) -> Any:
+        async def act(arguments: Mapping[str, object]) -> Any:
             shown = self._open_bags.served_views(self._of_bag)
             return await (live if shown is None else shown.actions[name])(arguments)
 

@@ -161,7 +161,7 @@ class _Chromium:
         answer = self.ask("Runtime.evaluate", {"expression": expression, "returnByValue": True})
         return answer.get("result", {}).get("value")
 
-    def ask(self, method: str, arguments: Any = None) -> Any:
+    def ask(self, method: str, arguments: object = None) -> Any:
         self._number += 1
         request: dict[str, Any] = {"id": self._number, "method": method, "params": arguments or {}}
         if self._session is not None:

@@ -80,7 +80,7 @@ class OverlayMarkers:
     def __init__(self) -> None:
         self._markers: dict[tuple[str, int], tuple[Any, float]] = {}
 
-    def add(self, message: Any, now_s: float) -> None:
+    def add(self, message: object, now_s: float) -> None:
         """Add a `Marker` or `MarkerArray` that arrived at `now_s`."""
         self._markers = {key: each for key, each in self._markers.items() if now_s < each[1]}
         for marker in getattr(message, "markers", [message]):

@@ -16,7 +16,7 @@ class MessagePattern:
     {'x': 6, 'name': 'arm', 'all': [0]}
     """
 
-    def __init__(self, value: Any) -> None:
+    def __init__(self, value: object) -> None:
         """Parse the expressions. Raise `ExpressionError` if one is malformed."""
         self._value = _parsed(value)
 
@@ -25,7 +25,7 @@ class MessagePattern:
         return _evaluated(self._value, {"i": number, "t": seconds})
 
 
-def _parsed(value: Any) -> Any:
+def _parsed(value: object) -> Any:
     if isinstance(value, dict):
         return {key: _parsed(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -35,7 +35,7 @@ def _parsed(value: Any) -> Any:
     return value
 
 
-def _evaluated(value: Any, names: dict[str, float]) -> Any:
+def _evaluated(value: object, names: dict[str, float]) -> Any:
     if isinstance(value, dict):
         return {key: _evaluated(item, names) for key, item in value.items()}
     if isinstance(value, list):

@@ -69,7 +69,7 @@ def _map(grid: Any) -> Picture | None:
     return {"kind": "grid", **size, "cells": base64.b64encode(cells).decode()}
 
 
-def _image(image: Any) -> Picture | None:
+def _image(image: object) -> Picture | None:
     try:
         head, pixels = packed(image, IMAGE_BYTES)
     except PiprosError:

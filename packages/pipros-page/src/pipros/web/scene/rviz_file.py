@@ -47,7 +47,7 @@ def read_rviz(content: bytes | str, file: str = "<string>") -> dict[str, Any]:
     return found
 
 
-def write_rviz(config: Any) -> str:
+def write_rviz(config: object) -> str:
     """Return the content of a `.rviz` file.
 
     Raises:
@@ -59,7 +59,7 @@ def write_rviz(config: Any) -> str:
     return text
 
 
-def _check(value: Any, depth: int) -> None:
+def _check(value: object, depth: int) -> None:
     if depth > 100:
         raise RvizFileError("values must be nested at most 100 levels deep")
     if isinstance(value, dict):

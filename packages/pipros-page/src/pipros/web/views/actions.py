@@ -46,12 +46,12 @@ class ActionViews:
         self._shown: Counter[str] = Counter()
         self._kept: dict[str, deque[Future[Any]]] = {}
 
-    async def actions(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def actions(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the list of actions, with goal topic types and server nodes, after each observation."""
         async for observation in self._system.observations():
             yield {"actions": bounded_list(action_rows(observation)), "error": observation.error}
 
-    async def action(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def action(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield an action's goals, newest feedback and newest result whenever any of them changes."""
         name = topic_name(arguments)
         with contextlib.ExitStack() as stack:
@@ -68,7 +68,7 @@ class ActionViews:
                     yield state
                 await asyncio.sleep(UPDATE_INTERVAL_S)
 
-    async def send_goal(self, arguments: Mapping[str, Any]) -> Any:
+    async def send_goal(self, arguments: Mapping[str, object]) -> Any:
         """Send a goal in YAML once the action's server has connected, and return the goal's id."""
         name, value, goal_class = (
             topic_name(arguments),
@@ -87,7 +87,7 @@ class ActionViews:
             self._withdraw_goals(name)
         return {"id": goal_id}
 
-    async def cancel_goal(self, arguments: Mapping[str, Any]) -> Any:
+    async def cancel_goal(self, arguments: Mapping[str, object]) -> Any:
         """Request cancellation of a goal, or of all goals if no id is given."""
         goal_id = arguments.get("id", "")
         if not isinstance(goal_id, str):
@@ -107,7 +107,7 @@ class ActionViews:
         for advertised in self._kept.pop(name, ()):
             withdraw(self._system, advertised)
 
-    async def _publish(self, topic: str, message_class: Any, message: Any) -> Future[Any]:
+    async def _publish(self, topic: str, message_class: object, message: object) -> Future[Any]:
         """Publish one message when all known subscribers have connected. Return the publisher's future.
 
         After `CONNECTING_S`, publish it even if only some have connected, and raise `RequestRefused` if none

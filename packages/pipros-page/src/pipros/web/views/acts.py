@@ -23,13 +23,13 @@ class ActViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def acts(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def acts(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Periodically yield the acts that await approval, most urgent first, and past acts, newest first."""
         while True:
             yield await self._system.questions.run(self._found)
             await asyncio.sleep(POLL_INTERVAL_S)
 
-    async def approve(self, arguments: Mapping[str, Any]) -> Any:
+    async def approve(self, arguments: Mapping[str, object]) -> Any:
         """Send the user's answer: approve an act once or for a minute, or refuse it."""
         process, identity = str(arguments["process"]), str(arguments["id"])
         verdict = arguments.get("verdict")

@@ -99,7 +99,7 @@ class BagViews:
         self._opening = self._rewinds = self._recorders = 0
         self._exports = 0
 
-    async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def bags(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Periodically yield the list of bags in the folder, with their sizes."""
         while True:
             names = [] if self._folder is None else await self._system.questions.run(self._folder.names)
@@ -109,7 +109,7 @@ class BagViews:
             }
             await asyncio.sleep(LIST_INTERVAL_S)
 
-    async def bag(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def bag(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Open a bag. Yield the progress, then the bag's tracks, and then each new state of the playback.
 
         Until this view is closed, the browser's other views show the bag at its current moment. With the
@@ -164,7 +164,7 @@ class BagViews:
                     yield {"state": state}
                 await asyncio.sleep(STATE_INTERVAL_S)
 
-    async def rewind(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def rewind(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Watch the `KEPT_TOPICS` that are published. Yield the duration and size of the recorded
         messages (`seconds` and `bytes`), and the maximum duration (`span`, in seconds). If the page does not
         record messages, yield `{"span": 0}` and end.
@@ -209,7 +209,7 @@ class BagViews:
             playback.step(arguments["step"], list(map(str, topics)) if isinstance(topics, list) else [])
         return dataclasses.asdict(playback.state)
 
-    async def bag_thumbnails(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def bag_thumbnails(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield a small image from a topic for each of the given times: a JSON header, a newline, and pixels.
 
         Omit times for which no image can be shown.
@@ -224,7 +224,7 @@ class BagViews:
             if found is not None:
                 yield found
 
-    async def bag_curve(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def bag_curve(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield, in pieces, the samples of a plotted field in the whole bag that this browser has opened."""
         text, axis = field_text(arguments), axis_of(arguments)
         playback = self._playback()
@@ -235,26 +235,26 @@ class BagViews:
             raise RequestRefused(f"the bag does not contain the topic of {text}")
         chosen = field
 
-        def take(message: Any, time_s: float) -> list[float | str | None] | None:
+        def take(message: object, time_s: float) -> list[float | str | None] | None:
             return sample_of(message, chosen, axis, time_s, time_s) if chosen.holds(message) else None
 
         limit_s = self._computed_s if field.has_expression else math.inf
         async for piece in self._samples(arguments, {field.topic}, take, limit_s):
             yield piece
 
-    async def bag_marks(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def bag_marks(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the warnings and errors logged in the whole bag, like `PlotViews.log_marks`."""
         axis = axis_of(arguments)
         topics = {each for each in LOG_TOPICS if each in self._playback().system.observation.types}
         topics = topics if len(topics) == 1 else topics - {LOG_TOPICS[1]}
 
-        def take(entry: Any, time_s: float) -> list[Any] | None:
+        def take(entry: object, time_s: float) -> list[Any] | None:
             return mark_of(entry, axis, time_s, time_s) if hasattr(entry, "level") else None
 
         async for piece in self._samples(arguments, topics, take):
             yield {"marks": piece["samples"], "lost": piece["lost"]}
 
-    async def bag_events(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def bag_events(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the `marks` of the bag that this browser has opened, in pieces; then its `notes`, and again
         after each change. See `BagMarks` and `BagNotes`.
         """
@@ -278,16 +278,16 @@ class BagViews:
                 yield {**values, "may_note": self._may_note}
             await asyncio.sleep(LIST_INTERVAL_S)
 
-    async def add_note(self, arguments: Mapping[str, Any]) -> Any:
+    async def add_note(self, arguments: Mapping[str, object]) -> Any:
         """Add a note with a `time` and a `text` to the bag `name`. Return all notes."""
         return await self._note(arguments, BagNotes.add)
 
-    async def remove_note(self, arguments: Mapping[str, Any]) -> Any:
+    async def remove_note(self, arguments: Mapping[str, object]) -> Any:
         """Remove a note; see `add_note`."""
         return await self._note(arguments, BagNotes.remove)
 
     async def _note(
-        self, arguments: Mapping[str, Any], change: Callable[[BagNotes, Note], Sequence[Note]]
+        self, arguments: Mapping[str, object], change: Callable[[BagNotes, Note], Sequence[Note]]
     ) -> Any:
         if not self._may_note:
             raise RequestRefused("this page may not write notes; start it with --control")
@@ -301,7 +301,7 @@ class BagViews:
         return await self._system.questions.run(write)
 
     async def _samples(
-        self, arguments: Mapping[str, Any], topics: set[str], take: Take, limit_s: float = math.inf
+        self, arguments: Mapping[str, object], topics: set[str], take: Take, limit_s: float = math.inf
     ) -> AsyncIterator[Mapping[str, Any]]:
         read, work = self._source(arguments), self._system.computations.run
         reader = await work(read)
@@ -316,7 +316,7 @@ class BagViews:
         finally:
             reader.close()
 
-    async def bag_export(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def bag_export(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield part of a bag as the chunks of a file, then `{"done": true}`.
 
         The file is temporary; at most `page_exports` exist at a time.
@@ -350,7 +350,7 @@ class BagViews:
             raise RequestRefused("this browser has not opened a bag")
         return playback
 
-    def _source(self, arguments: Mapping[str, Any]) -> Read:
+    def _source(self, arguments: Mapping[str, object]) -> Read:
         """Return a function that returns another reader of the bag that this browser has opened."""
         playback = self._playback()
         if playback.recording is not None:
@@ -428,7 +428,7 @@ def _notes(bag: Path) -> Mapping[str, Any]:
         return {"notes": [], "error": str(error)}
 
 
-def _number(arguments: Mapping[str, Any], key: str) -> float:
+def _number(arguments: Mapping[str, object], key: str) -> float:
     value = arguments.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
         raise RequestRefused(f"{key} must be a finite number >= 0, got {value!r:.100}")

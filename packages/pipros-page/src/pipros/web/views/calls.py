@@ -38,14 +38,14 @@ class CallViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def services(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def services(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the list of all services and their nodes after each observation of the system."""
         async for observation in self._system.observations():
             services = observation.state.services
             rows = ([name, *nodes[:1]] for name, nodes in sorted(services.items()))
             yield {"services": bounded_list(rows)}
 
-    async def service(self, arguments: Mapping[str, Any]) -> Any:
+    async def service(self, arguments: Mapping[str, object]) -> Any:
         """Return a service's type, definition and argument names, and a request with default values."""
         name = topic_name(arguments)
         service_class = await self._system.calls.run(
@@ -58,7 +58,7 @@ class CallViews:
             "request": message_tree(service_class._request_class()),
         }
 
-    async def call_service(self, arguments: Mapping[str, Any]) -> Any:
+    async def call_service(self, arguments: Mapping[str, object]) -> Any:
         """Call a service with a request in YAML. Return the response and the duration (s)."""
         name, value = topic_name(arguments), yaml_in(arguments, "request")
 
@@ -78,11 +78,11 @@ class CallViews:
 
         return await self._system.calls.run(call)
 
-    async def message(self, arguments: Mapping[str, Any]) -> Any:
+    async def message(self, arguments: Mapping[str, object]) -> Any:
         """Return a message of the requested type with default values."""
         return message_tree(message_class_in(arguments)())
 
-    async def publishing(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def publishing(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Publish a message at a rate (Hz) while the view is open. Yield the number of published messages.
 
         With a rate of 0, one latched message is published.
@@ -135,7 +135,7 @@ def _definition_of(type_name: str) -> str:
         return ""
 
 
-def message_class_in(arguments: Mapping[str, Any]) -> Any:
+def message_class_in(arguments: Mapping[str, object]) -> Any:
     """Load the message class given as the argument `type` of a request."""
     name = arguments.get("type")
     if not isinstance(name, str) or name.count("/") != 1:
@@ -146,7 +146,7 @@ def message_class_in(arguments: Mapping[str, Any]) -> Any:
         raise RequestRefused(f"cannot load type {name}: {error}") from None
 
 
-def yaml_in(arguments: Mapping[str, Any], key: str) -> Any:
+def yaml_in(arguments: Mapping[str, object], key: str) -> Any:
     """Parse the YAML string in a request's argument `key`."""
     text = arguments.get(key, "")
     if not isinstance(text, str):

@@ -30,7 +30,7 @@ class CheckViews:
         self._pool = DaemonPool("topic check", AT_ONCE)
         self._running: dict[str, asyncio.Future[TopicCheck]] = {}
 
-    async def why_no_data(self, arguments: Mapping[str, Any]) -> Any:
+    async def why_no_data(self, arguments: Mapping[str, object]) -> Any:
         """Return the steps up to the first that fails, as `pipros doctor TOPIC --json` prints them.
 
         A check takes `WAIT_S`, and a few seconds more if nodes do not answer. Browsers that request the same

@@ -43,7 +43,7 @@ class ConsoleViews:
         self._system = system
         self._shared = system.shared(open_log)
 
-    async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def console(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the entries of the run's log file as `history`, then new entries as `entries`."""
         with self._shared.use() as (log, topic):
             number = log.end if self._system.is_live else 0  # for a bag, include earlier entries
@@ -84,13 +84,13 @@ class ConsoleViews:
             return []
         return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 
-    async def loggers(self, arguments: Mapping[str, Any]) -> Any:
+    async def loggers(self, arguments: Mapping[str, object]) -> Any:
         """Return a node's loggers with their levels."""
         node = topic_name(arguments)
         response = await self._call(f"{node}/get_loggers", [])
         return [{"name": logger.name, "level": logger.level} for logger in response.loggers]
 
-    async def set_logger_level(self, arguments: Mapping[str, Any]) -> Any:
+    async def set_logger_level(self, arguments: Mapping[str, object]) -> Any:
         """Set the level of a node's logger."""
         node, logger, level = topic_name(arguments), arguments.get("logger"), arguments.get("level")
         if not isinstance(logger, str) or level not in LEVELS:

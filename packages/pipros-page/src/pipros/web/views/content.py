@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Mapping
-from typing import Any, Final
+from typing import Final
 
 from pipros.graph.observer import GraphObservation
 from pipros.web.watched_system import WatchedSystem
@@ -26,7 +26,7 @@ class ContentViews:
         self._system = system
         self._has_bags = has_bags
 
-    async def content(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def content(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the tabs without data, now and after each change."""
         shown = None
         async for observation in self._system.observations():

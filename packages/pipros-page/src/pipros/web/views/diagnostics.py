@@ -141,7 +141,7 @@ class DiagnosticViews:
         self._system = system
         self._shared = {name: system.shared(open_statuses, name) for name in TOPICS}
 
-    async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def diagnostics(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the list of all components, then periodically the list of changed components.
 
         If an aggregator exists, yield only its statuses.

@@ -189,7 +189,7 @@ class FrameViews:
         self._system = system
         self._shared = system.shared(open_frames)
 
-    async def frames(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def frames(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the frames every second, and a drawing whenever the tree changes."""
         shown = None
         with self._shared.use() as (tree, topics):
@@ -206,7 +206,7 @@ class FrameViews:
                 yield values
                 await asyncio.sleep(SEND_INTERVAL_S)
 
-    async def transform(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def transform(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Periodically yield the pose of the frame `source` in `target`, or an error if it is unknown.
 
         Each value also contains the links from both frames up to the root.
@@ -255,7 +255,7 @@ def pose_values(tree: FrameTree, target: str, source: str, now_s: float) -> Mapp
     }
 
 
-def _frame_name(arguments: Mapping[str, Any], key: str) -> str:
+def _frame_name(arguments: Mapping[str, object], key: str) -> str:
     name = arguments.get(key)
     if not isinstance(name, str) or not name or len(name) > LONGEST_NAME:
         raise RequestRefused(f"{key} must be the name of a frame, got {name!r:.100}")
@@ -270,7 +270,7 @@ def _clock_taker(tree: FrameTree) -> Take:
 
 
 def _taker(tree: FrameTree, *, is_static: bool) -> Take:
-    def take(message: Any, raw: AnyMsg, wall_s: float) -> None:
+    def take(message: object, raw: AnyMsg, wall_s: float) -> None:
         tree.add(message, wall_s, raw.header.get("callerid", ""), is_static=is_static)
 
     return take

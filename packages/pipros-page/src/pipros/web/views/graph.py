@@ -75,7 +75,7 @@ class GraphViews:
         self._drawings = GraphDrawings(self._draw)
         self._extended = GraphObservation(), GraphObservation()
 
-    async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def graph(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the drawing as `scene` whenever it changes, and the traffic on its edges periodically."""
         options, grouping = options_from(arguments)
         changes = self._system.changes
@@ -109,7 +109,7 @@ class GraphViews:
                 ),
             }
 
-    async def events(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def events(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the nodes and topics added and removed in the last ten minutes, whenever the list changes."""
         shown = None
         async for _observation in self._system.observations():
@@ -135,7 +135,7 @@ class GraphViews:
             self._extended = observation, self._system.changes.with_removed(observation)
         return self._extended[1]
 
-    async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def master(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the reason why the master does not respond (empty if it does), now and after each change."""
         shown = None
         async for observation in self._system.observations():
@@ -143,7 +143,7 @@ class GraphViews:
                 shown = observation.error
                 yield {"error": shown}
 
-    async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def node(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the details of one node after each observation of the system."""
         name = str(arguments["name"])
         async for observation in self._system.observations():
@@ -152,7 +152,7 @@ class GraphViews:
                 "parameters": await self._system.questions.run(self._parameters, name),
             }
 
-    async def kill_node(self, arguments: Mapping[str, Any]) -> Any:
+    async def kill_node(self, arguments: Mapping[str, object]) -> Any:
         """Ask a node to shut down."""
         name = topic_name(arguments)
         _, failed = await self._system.questions.run(kill, self._system.graph.master, [name])
@@ -175,7 +175,7 @@ class GraphViews:
             for name in names
         ]
 
-    async def picture(self, arguments: Mapping[str, Any]) -> Any:
+    async def picture(self, arguments: Mapping[str, object]) -> Any:
         """Return the drawing as a file in the requested `format`, `svg` or `dot`."""
         rest = dict(arguments)
         kind = rest.pop("format", "svg")

@@ -40,7 +40,7 @@ class ImageViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def image(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield a topic's newest image up to ten times a second: a JSON header, a newline, and pixels.
 
         For an image that cannot be shown, yield a dictionary with an `error`, and continue.
@@ -62,7 +62,7 @@ class ImageViews:
         text = json.dumps({**head, "stamp": stamp_ns(message), "topic": watch.topic, **watch.figures()})
         return text.encode() + b"\n" + pixels
 
-    async def image_pair(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def image_pair(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the newest pair of images of two topics, up to ten times a second.
 
         A pair is a JSON header with the sizes in bytes of both images and the difference of their timestamps
@@ -95,7 +95,7 @@ class ImageViews:
                 silent_s += SEND_INTERVAL_S
                 await asyncio.sleep(SEND_INTERVAL_S)
 
-    async def image_overlay(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def image_overlay(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield a topic's shapes, to draw over the images of the topic `image`, and an error (may be empty).
 
         The shapes are a list of dictionaries with `stamp` (ns) and `shapes`, in pixels of the image. There is
@@ -164,7 +164,7 @@ class _Overlay:
         except (PiprosError, AttributeError) as error:
             self._error = f"{self._watch.topic} cannot be drawn: {error}"
 
-    def _locate(self, info: Any, _raw: AnyMsg, _wall_s: float) -> None:
+    def _locate(self, info: object, _raw: AnyMsg, _wall_s: float) -> None:
         try:
             self._camera = Camera(info)
         except ValueError as error:

@@ -26,13 +26,13 @@ class LaunchViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def launches(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def launches(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the nodes of the current run's launches, about once a second."""
         while True:
             yield await self._system.questions.run(self._found)
             await asyncio.sleep(POLL_INTERVAL_S)
 
-    async def launch_output(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def launch_output(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the last part of a node's output, now and after each change."""
         request = {"do": "output", "node": str(arguments["node"])}
         shown: Any = None
@@ -43,15 +43,15 @@ class LaunchViews:
                 yield {"output": [[str(source), _plain(text)] for source, text in answer["output"]]}
             await asyncio.sleep(POLL_INTERVAL_S)
 
-    async def restart_launched(self, arguments: Mapping[str, Any]) -> Any:
+    async def restart_launched(self, arguments: Mapping[str, object]) -> Any:
         """Restart a launched node."""
         return await self._change("restart", arguments)
 
-    async def stop_launched(self, arguments: Mapping[str, Any]) -> Any:
+    async def stop_launched(self, arguments: Mapping[str, object]) -> Any:
         """Stop a launched node."""
         return await self._change("stop", arguments)
 
-    async def _change(self, what: str, arguments: Mapping[str, Any]) -> Any:
+    async def _change(self, what: str, arguments: Mapping[str, object]) -> Any:
         request = {"do": what, "node": str(arguments["node"])}
         try:
             await self._system.questions.run(self._ask, _launch(arguments), request)
@@ -59,7 +59,7 @@ class LaunchViews:
             raise RequestRefused(str(error)) from None
         return True
 
-    def _ask(self, launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
+    def _ask(self, launch: str, request: Mapping[str, object]) -> Mapping[str, Any]:
         return ask(launch, {**request, "run_id": self._run_id()})
 
     def _run_id(self) -> str:
@@ -85,7 +85,7 @@ class LaunchViews:
         return {"nodes": bounded_list(nodes), "error": ""}
 
 
-def _launch(arguments: Mapping[str, Any]) -> str:
+def _launch(arguments: Mapping[str, object]) -> str:
     launch = str(arguments["launch"])
     if not re.fullmatch("[0-9]{1,10}", launch):
         raise RequestRefused(f"launch must be a process id, got {launch!r:.100}")

@@ -18,23 +18,23 @@ class LayoutActions:
         self._may_save = may_save
         self._layouts = StoredLayouts()
 
-    async def layouts(self, _: Mapping[str, Any]) -> Any:
+    async def layouts(self, _: Mapping[str, object]) -> Any:
         """Return the names of all layouts, and whether browsers may store them."""
         names = await self._system.questions.run(self._layouts.names)
         return {"names": names, "may_save": self._may_save}
 
-    async def layout(self, arguments: Mapping[str, Any]) -> Any:
+    async def layout(self, arguments: Mapping[str, object]) -> Any:
         """Return a layout's panels."""
         return {"panels": await self._system.questions.run(self._layouts.load, arguments.get("name"))}
 
-    async def save_layout(self, arguments: Mapping[str, Any]) -> Any:
+    async def save_layout(self, arguments: Mapping[str, object]) -> Any:
         """Store a layout, and return the names of all layouts."""
         self._check()
         name, panels = arguments.get("name"), arguments.get("panels")
         await self._system.questions.run(self._layouts.save, name, panels)
         return await self.layouts(arguments)
 
-    async def delete_layout(self, arguments: Mapping[str, Any]) -> Any:
+    async def delete_layout(self, arguments: Mapping[str, object]) -> Any:
         """Delete a layout, and return the names of the remaining layouts."""
         self._check()
         await self._system.questions.run(self._layouts.delete, arguments.get("name"))

@@ -30,7 +30,7 @@ class NoticeViews:
         self._system = system
         self._shared = system.shared(_open)
 
-    async def notices(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def notices(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the changes of the last minute, newest first, and the stale sources, whenever they change."""
         shown: Any = None
         with self._shared.use() as collected:

@@ -27,7 +27,7 @@ class ParamViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def params(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def params(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the parameters, keyed by name, whenever one changes. Values are JSON, shortened if long."""
         shown: Any = None
         while True:
@@ -52,7 +52,7 @@ class ParamViews:
                 break
         return {"params": shown, "more": len(found) - len(shown)}
 
-    async def set_param(self, arguments: Mapping[str, Any]) -> Any:
+    async def set_param(self, arguments: Mapping[str, object]) -> Any:
         """Set a parameter to a value in YAML."""
         name, text = topic_name(arguments), arguments.get("value")
         if not isinstance(text, str):
@@ -62,7 +62,7 @@ class ParamViews:
         await self._system.questions.run(params.write, self._system.graph.master, name, value)
         return True
 
-    async def delete_param(self, arguments: Mapping[str, Any]) -> Any:
+    async def delete_param(self, arguments: Mapping[str, object]) -> Any:
         """Delete a parameter or a namespace."""
         await self._system.questions.run(params.delete, self._system.graph.master, topic_name(arguments))
         return True

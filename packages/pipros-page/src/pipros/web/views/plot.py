@@ -32,7 +32,7 @@ This also applies to plots of whole bags.
 CLOCK_TOPIC = "/clock"
 
 
-def field_text(arguments: Mapping[str, Any]) -> str:
+def field_text(arguments: Mapping[str, object]) -> str:
     """Return the argument `field`. Raise `RequestRefused` if it is invalid."""
     text = arguments.get("field")
     if not isinstance(text, str) or not text.startswith("/") or len(text) > 1000:
@@ -40,7 +40,7 @@ def field_text(arguments: Mapping[str, Any]) -> str:
     return text
 
 
-def axis_of(arguments: Mapping[str, Any]) -> Axis:
+def axis_of(arguments: Mapping[str, object]) -> Axis:
     """Return the argument `axis`, which defaults to `RECEIVED`. Raise `RequestRefused` if it is invalid."""
     try:
         return Axis(arguments.get("axis", Axis.RECEIVED.value))
@@ -55,7 +55,7 @@ class PlotViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def plot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def plot(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the samples of one plotted field, as times (s) and values, at most ten times per second."""
         text, axis = field_text(arguments), axis_of(arguments)
         field = None
@@ -83,12 +83,12 @@ class PlotViews:
                         }
                     await asyncio.sleep(SEND_INTERVAL_S)
 
-    async def log_marks(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def log_marks(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the warnings and errors in the log as times (s), levels and texts."""
         axis, marks = axis_of(arguments), NewSamples(KEPT_MARKS)
         with self._system.topics.watch(LOG_TOPIC) as watch, self._ros_time(axis) as ros_time:
 
-            def take(entry: Any, _: AnyMsg, received_s: float) -> None:
+            def take(entry: object, _: AnyMsg, received_s: float) -> None:
                 mark = mark_of(entry, axis, received_s, ros_time.at(received_s))
                 if mark is not None:
                     marks.add(mark)

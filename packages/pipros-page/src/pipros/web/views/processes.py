@@ -30,7 +30,7 @@ class ProcessViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def processes(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Periodically yield the list of nodes: host, connections and, on this machine, resource usage."""
         table = _Table(self._system.node_clients, self._system.graph.caller_id)
         problem = "" if has_proc() else "Processor and memory are shown on Linux only."

@@ -43,7 +43,7 @@ class ReconfigureViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def reconfigurable(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def reconfigurable(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the names of all servers after each observation of the system."""
         async for observation in self._system.observations():
             services, publishers = observation.state.services, observation.state.publishers
@@ -53,7 +53,7 @@ class ReconfigureViews:
                 "error": observation.error,
             }
 
-    async def reconfigure(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def reconfigure(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the groups and parameters of one server, and its values, now and whenever they change."""
         name = topic_name(arguments)
         shown: tuple[int, int] = 0, 0
@@ -69,7 +69,7 @@ class ReconfigureViews:
                         yield each
                 await asyncio.sleep(POLL_INTERVAL_S)
 
-    async def set_reconfigured(self, arguments: Mapping[str, Any]) -> Any:
+    async def set_reconfigured(self, arguments: Mapping[str, object]) -> Any:
         """Change a server's parameters and group states. Return the new values."""
         name = topic_name(arguments)
         changes, states = arguments.get("changes", {}), arguments.get("states", {})
@@ -123,16 +123,16 @@ def _shown_parameter(described: Mapping[str, Any]) -> Mapping[str, Any]:
     }
 
 
-def shown_values(config: Mapping[str, Any]) -> Mapping[str, Any]:
+def shown_values(config: Mapping[str, object]) -> Mapping[str, Any]:
     """Return the values of a configuration. NaN and infinity become strings."""
     return {name: _plain(value) for name, value in config.items()}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _states(message: Any, description: Mapping[str, Any]) -> Mapping[str, bool]:
+def _states(message: object, description: Mapping[str, object]) -> Mapping[str, bool]:
     tree = decode_config(message, description).get("groups", {})
     return {group["name"]: bool(group["state"]) for group in all_groups(tree)}
 

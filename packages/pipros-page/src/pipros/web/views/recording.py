@@ -29,7 +29,7 @@ class RecordingViews:
         self._system = system
         self._recording = recording
 
-    async def recording(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def recording(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the running system's topics, the space for a recording, and the current or last recording.
 
         The space is in bytes, or None if the page has no bag folder.
@@ -50,7 +50,7 @@ class RecordingViews:
                     "recording": dataclasses.asdict(state) if state is not None else None,
                 }
 
-    async def record(self, arguments: Mapping[str, Any]) -> Any:
+    async def record(self, arguments: Mapping[str, object]) -> Any:
         """Start a recording of `topics`, or of all topics if the list is empty."""
         recording = self._existing()
         topics = arguments.get("topics", [])
@@ -68,7 +68,7 @@ class RecordingViews:
             raise RequestRefused(str(error)) from None
         return True
 
-    async def stop_recording(self, _: Mapping[str, Any]) -> Any:
+    async def stop_recording(self, _: Mapping[str, object]) -> Any:
         """End the recording; see `BagRecording.stop`."""
         await self._system.questions.run(self._existing().stop)
         return True
@@ -79,7 +79,7 @@ class RecordingViews:
         return self._recording
 
 
-def _limit(arguments: Mapping[str, Any], key: str) -> float:
+def _limit(arguments: Mapping[str, object], key: str) -> float:
     value = arguments.get(key, 0)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
         raise RequestRefused(f"{key} must be a finite number >= 0, got {value!r:.100}")

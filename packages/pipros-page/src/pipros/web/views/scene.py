@@ -80,7 +80,7 @@ class SceneViews:
         self._files: dict[str, frozenset[str]] = {}  # by parameter name, oldest first
         self._feedback: dict[str, Future[Publisher[Any] | GatedPublisher]] = {}
 
-    async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def config(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the configuration, now and whenever a file is loaded."""
         version = -1
         while True:
@@ -95,14 +95,14 @@ class SceneViews:
                 }
             await asyncio.sleep(POLL_INTERVAL_S / 2)
 
-    async def save(self, arguments: Mapping[str, Any]) -> Any:
+    async def save(self, arguments: Mapping[str, object]) -> Any:
         """Write the file that the scene was loaded from."""
         try:
             return str(await self._system.computations.run(self._file.save, arguments.get("config")))
         except OSError as error:
             raise RequestRefused(f"cannot write {self._file.path}: {error.strerror}") from None
 
-    async def feedback(self, arguments: Mapping[str, Any]) -> Any:
+    async def feedback(self, arguments: Mapping[str, object]) -> Any:
         """Publish feedback on an interactive marker; without feedback, only advertise the topic.
 
         The publishers stay open until the server stops, so that the feedback of one drag stays complete and
@@ -130,7 +130,7 @@ class SceneViews:
         publisher.publish(message_from_yaml(message_class, {**value, "client_id": client}, 0))
         return None
 
-    async def messages(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def messages(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the layout of a topic's type as JSON, then batches of its serialized messages, oldest first.
 
         A batch consists of one byte (1 if the rest is zlib-compressed), followed for each message by its
@@ -159,7 +159,7 @@ class SceneViews:
                     yield await self._packed(messages, senders, is_compressed=bool(arguments.get("deflate")))
                 await asyncio.sleep(SEND_INTERVAL_S)
 
-    async def cloud(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def cloud(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield a topic's newest `PointCloud2` or `PointCloud`: a JSON header, a newline, and columns.
 
         A cloud has at most `limit` points, and fewer on a slow link.
@@ -185,7 +185,7 @@ class SceneViews:
                     points = fitting_points(points, limit, time.monotonic() - begin_s)
                 await asyncio.sleep(SEND_INTERVAL_S)
 
-    async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def robot(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield errors until the robot description can be read; then yield its links and shapes once."""
         name = arguments.get("name", "")
         if not isinstance(name, str) or not names.is_legal(name):
@@ -204,7 +204,7 @@ class SceneViews:
                 return
             await asyncio.sleep(POLL_INTERVAL_S)
 
-    async def resource(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def resource(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the content of a mesh or texture, once."""
         uri = arguments.get("uri")
         if not isinstance(uri, str) or len(uri) > 2000:
@@ -381,7 +381,7 @@ def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: 
     return b"".join([text, padding, b"\n", *(column.data for column in found.columns)])
 
 
-def _number(arguments: Mapping[str, Any], key: str, default: int, limit: int) -> int:
+def _number(arguments: Mapping[str, object], key: str, default: int, limit: int) -> int:
     value = arguments.get(key, default)
     if not isinstance(value, int) or not 1 <= value <= limit:
         raise RequestRefused(f"{key} must be an integer from 1 to {limit}, got {value!r:.100}")

@@ -35,7 +35,7 @@ class TeleopViews:
         self._system = system
         self._sessions: dict[str, VelocityCommands] = {}
 
-    async def teleop(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def teleop(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Publish `geometry_msgs/Twist` while the view is open. Yield the number of connected subscribers."""
         topic = topic_name(arguments)
         limit = Velocity(_number(arguments, "linear"), _number(arguments, "angular"))
@@ -56,7 +56,7 @@ class TeleopViews:
             finally:
                 advertising.add_done_callback(lambda done: withdraw(system, done))
 
-    async def steer(self, arguments: Mapping[str, Any]) -> Any:
+    async def steer(self, arguments: Mapping[str, object]) -> Any:
         """Set the desired velocity of a session."""
         commands = self._sessions.get(str(arguments.get("session")))
         if commands is None:
@@ -68,7 +68,7 @@ class TeleopViews:
 
     @contextlib.contextmanager
     def _session(
-        self, arguments: Mapping[str, Any], commands: VelocityCommands
+        self, arguments: Mapping[str, object], commands: VelocityCommands
     ) -> Iterator[VelocityCommands]:
         name = arguments.get("session")
         if not isinstance(name, str) or not name or len(name) > LONGEST_SESSION or name in self._sessions:
@@ -80,7 +80,9 @@ class TeleopViews:
             del self._sessions[name]
 
 
-async def _drive(publisher: Publisher[Any] | GatedPublisher, twist: Any, commands: VelocityCommands) -> None:
+async def _drive(
+    publisher: Publisher[Any] | GatedPublisher, twist: object, commands: VelocityCommands
+) -> None:
     while True:
         _publish(publisher, twist, commands.due(time.monotonic()))
         await asyncio.sleep(PERIOD_S)
@@ -94,7 +96,7 @@ def _publish(publisher: Publisher[Any] | GatedPublisher, twist: Any, velocity: V
     publisher.publish(message)
 
 
-def _number(arguments: Mapping[str, Any], key: str) -> float:
+def _number(arguments: Mapping[str, object], key: str) -> float:
     value = arguments.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise RequestRefused(f"{key} must be a finite number, got {value!r}")

@@ -47,14 +47,14 @@ class TopicViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
 
-    async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def topics(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the list of topics after each observation: types, nodes and, if known, rates (Hz)."""
         async for observation in self._system.observations():
             traffic = topic_traffic(observation, self._system.topics.watches())
             rows = topic_rows(observation, self._system.activity.stale(), self._system.node.name, traffic)
             yield {"topics": bounded_list(rows), "error": observation.error}
 
-    async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def topic(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the newest message, rate and bandwidth of one topic, after new messages and periodically."""
         name = topic_name(arguments)
         with self._system.topics.watch(name) as watch:
@@ -75,7 +75,7 @@ class TopicViews:
                 ticks += 1
                 await asyncio.sleep(pause_s)
 
-    async def measured(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def measured(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Subscribe to up to `MAX_MEASURED` topics, and yield their rates and bandwidths every second."""
         chosen = arguments.get("names")
         if not isinstance(chosen, list) or len(chosen) > MAX_MEASURED:
@@ -88,7 +88,7 @@ class TopicViews:
                 yield {"topics": {watch.topic: _figures(watch) for watch in watches}}
                 await asyncio.sleep(MEASURED_INTERVAL_S)
 
-    async def message_text(self, arguments: Mapping[str, Any]) -> str:
+    async def message_text(self, arguments: Mapping[str, object]) -> str:
         """Return the complete newest message of a topic that a browser watches, as YAML or JSON.
 
         Raises:
@@ -108,7 +108,7 @@ class TopicViews:
                 )
             return await self._system.computations.run(_text_of, watch, newest.message, form)
 
-    async def definition(self, arguments: Mapping[str, Any]) -> str:
+    async def definition(self, arguments: Mapping[str, object]) -> str:
         """Return the definition of a topic's type, with comments and the definitions of embedded types.
 
         If a message has been received, return its publisher's definition; otherwise the installed one.
@@ -176,7 +176,7 @@ def plain_values(value: Any) -> Any:
     return value
 
 
-def topic_name(arguments: Mapping[str, Any]) -> str:
+def topic_name(arguments: Mapping[str, object]) -> str:
     """Return the requested topic name. Raise `RequestRefused` if it is not a global name."""
     name = arguments.get("name")
     if not isinstance(name, str) or not names.is_legal(name) or not names.is_global(name):

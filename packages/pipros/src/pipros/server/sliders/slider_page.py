@@ -57,7 +57,7 @@ class SliderPage:
             pages=("pipros.server.sliders", "pipros.server"),
         )
 
-    async def _show(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+    async def _show(self, _: Mapping[str, object]) -> AsyncIterator[Any]:
         """Yield the content of the page, with all sliders, whenever a value or a range changes."""
         sent: Any = None
         try:
@@ -78,7 +78,7 @@ class SliderPage:
         finally:
             self.on_left()
 
-    async def _move(self, arguments: Mapping[str, Any]) -> None:
+    async def _move(self, arguments: Mapping[str, object]) -> None:
         name, value = arguments.get("slider"), arguments.get("value")
         found = next((slider for slider in self.sliders() if slider.name == name), None)
         if found is None:
@@ -87,7 +87,7 @@ class SliderPage:
             raise RequestRefused(f"the value of a slider must be a finite number, got {value!r}")
         self.move(found.name, min(max(float(value), found.lowest), found.highest))
 
-    async def _press(self, arguments: Mapping[str, Any]) -> None:
+    async def _press(self, arguments: Mapping[str, object]) -> None:
         function = self.buttons.get(str(arguments.get("button")))
         if function is None:
             raise RequestRefused(f"there is no button {arguments.get('button')!r}")
