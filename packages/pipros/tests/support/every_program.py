@@ -164,7 +164,9 @@ diagnostic_updater example
 dynamic_reconfigure dynparam list
 dynamic_reconfigure reconfigure_gui
 fake_localization fake_localization
+explore_lite explore
 gmapping slam_gmapping
+hector_mapping hector_mapping
 foxglove_bridge foxglove_bridge _port:=0
 image_transport republish raw
 image_proc image_proc
@@ -177,6 +179,7 @@ joint_state_publisher joint_state_publisher
 joint_state_publisher_gui joint_state_publisher_gui
 joy joy_node
 laser_assembler laser_scan_assembler
+laser_scan_matcher laser_scan_matcher_node
 laser_filters scan_to_cloud_filter_chain
 laser_filters scan_to_scan_filter_chain
 map_server map_saver

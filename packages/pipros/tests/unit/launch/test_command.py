@@ -85,8 +85,8 @@ def test_the_working_folder_is_the_requested_one(
         (LaunchNode("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
         (LaunchNode("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
         (
-            LaunchNode("hector_mapping", "hector_mapping", "map"),
-            r": package \[hector_mapping\] not found. The programs of hector_mapping .* ros-noetic-hector",
+            LaunchNode("slam_karto", "slam_karto", "map"),
+            r": package \[slam_karto\] not found. The programs of slam_karto .* ros-noetic-slam-karto",
         ),
         (
             LaunchNode(

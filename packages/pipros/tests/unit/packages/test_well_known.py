@@ -101,7 +101,7 @@ def test_advice_names_the_package_of_the_running_distribution(
     assert advice in str(why_not_here("image_proc"))
 
 
-@pytest.mark.parametrize(("package", "code"), [("hector_mapping", 2), ("teb_local_planner", 2)])
+@pytest.mark.parametrize(("package", "code"), [("octomap_server", 2), ("teb_local_planner", 2)])
 def test_rosrun_adds_advice_after_noetics_line(
     package: str,
     code: int,
@@ -121,7 +121,7 @@ def test_rosrun_adds_advice_after_noetics_line(
 
 def test_roslaunch_omits_advice_that_does_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
-    for package, helps in (("hector_mapping", False), ("my_package", True)):
+    for package, helps in (("octomap_server", False), ("my_package", True)):
         with pytest.raises(LaunchError) as refused:
             find_in_package(package, "a.launch", PackageIndex.from_environment())
         assert ("source the setup file" in str(refused.value)) is helps

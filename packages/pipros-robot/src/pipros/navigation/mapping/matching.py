@@ -70,7 +70,7 @@ class ScanMatcher:
         low, high = poses[:, :2].min(axis=0) - reach, poses[:, :2].max(axis=0) + reach
         window = maps.window(which, low, high)
         found, score = self._climb(window, poses, used, ranges)
-        normals = _normals(ranges * (self._cosine[used] + 1j * self._sine[used]))
+        normals = wall_normals(ranges * (self._cosine[used] + 1j * self._sine[used]))
         for _ in range(_ALIGNMENTS):
             found = self._aligned(window, found, used, ranges, normals)
         found[score <= settings.minimumScore] = poses[score <= settings.minimumScore]
@@ -162,7 +162,7 @@ class ScanMatcher:
         return squares.reshape(x.shape), x, y, nearest.reshape(x.shape)
 
 
-def _normals(ends: Places) -> Places:
+def wall_normals(ends: Places) -> Places:
     """Return the unit normals of walls at the ends of beams; 0 without a wall. Vectors are x + iy."""
     before, after = ends - np.roll(ends, 1), np.roll(ends, -1) - ends
     along = before + after

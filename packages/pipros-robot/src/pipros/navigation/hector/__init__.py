@@ -1,0 +1,1 @@
+"""Maps without odometry, like hector_mapping."""

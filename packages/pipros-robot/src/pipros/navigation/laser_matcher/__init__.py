@@ -1,0 +1,1 @@
+"""Odometry from laser scans alone, like laser_scan_matcher."""
