@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -107,7 +108,7 @@ class Simulation:
             is_blocked = ground.forwards != 0.0 and self._is_blocked(robot, moved(robot.pose, ground))
             robot.step(motion, ground, STEP_S, is_blocked=is_blocked)
         for obstacle in self.obstacles:
-            obstacle.step(STEP_S, self._is_in_nobodys_way)
+            obstacle.step(STEP_S, partial(self._is_in_nobodys_way, obstacle))
 
     def _is_blocked(self, robot: SimulatedRobot, pose: Pose) -> bool:
         """Return True if a robot must not move to `pose`.
@@ -128,11 +129,14 @@ class Simulation:
             for each in self.obstacles
         )
 
-    def _is_in_nobodys_way(self, x: float, y: float, radius: float) -> bool:
-        return all(
-            math.hypot(robot.pose.x - x, robot.pose.y - y) > robot.settings.radius + radius + POLITE_M
-            for robot in self.robots.values()
-        )
+    def _is_in_nobodys_way(self, obstacle: Obstacle, x: float, y: float, radius: float) -> bool:
+        """Return whether an obstacle may move to a place: it must not come closer to robots that are near."""
+        for robot in self.robots.values():
+            far = math.hypot(robot.pose.x - x, robot.pose.y - y)
+            before = math.hypot(robot.pose.x - obstacle.x, robot.pose.y - obstacle.y)
+            if far <= robot.settings.radius + radius + POLITE_M and far < before:
+                return False
+        return True
 
     def scans(self, names: Collection[str]) -> dict[str, Ranges]:
         """Return the ranges, in metres, that the lasers of these robots measure now, by robot name.

@@ -267,6 +267,16 @@ def test_an_obstacle_walks_its_way_is_seen_and_waits_for_robots() -> None:
     assert drive(simulated, 0.5, 0.0, SECOND).pose.x > 7.4, "the way ahead is free"
 
 
+def test_an_obstacle_moves_away_from_a_robot_that_comes_close() -> None:
+    obstacle = Obstacle([(6.0, 5.0), (5.0, 5.0), (8.0, 5.0)], 0.2, 0.5)
+    simulated = Simulation(hall(), [STILL], obstacles=[obstacle])
+    simulated.place("", Pose(6.0 - 0.2 - 0.15 - 0.05, 5.0, 0.0))
+    drive(simulated, 0.0, 0.0, 2 * SECOND)
+    assert (obstacle.x, obstacle.y) == (6.0, 5.0)
+    drive(simulated, 0.0, 0.0, 3 * SECOND)
+    assert obstacle.x > 6.5
+
+
 def test_a_robot_stops_at_an_obstacle() -> None:
     simulated = Simulation(hall(), [STILL], obstacles=[Obstacle([(6.0, 5.0)], 0.2, 0.0)])
     robot = drive(simulated, 0.5, 0.0, 3 * SECOND)
