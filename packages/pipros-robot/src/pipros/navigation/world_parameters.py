@@ -67,7 +67,7 @@ PARAMETERS: Final[Mapping[str, Any]] = {
         "DWAPlannerROS": {
             "max_vel_trans": 0.5,
             "max_vel_x": 0.5,
-            "min_vel_x": 0.0,
+            "min_vel_x": -0.2,
             "max_vel_y": 0.0,
             "min_vel_y": 0.0,
             "min_vel_trans": 0.1,
