@@ -88,6 +88,27 @@ def outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Ar
         footprint: the corners in the robot's frame.
         x, y, yaw: the poses, shape (n,).
     """
+    result = np.zeros(len(x), np.int64)
+    if len(x):
+        columns, rows, inside = grid.world_to_cells(x, y)
+        reach = grid.in_cells(max((float(np.hypot(*corner)) for corner in footprint), default=0.0)) + 1
+        near = np.flatnonzero(~inside | _are_near_costs(grid.costs, rows, columns, reach))
+        result[near] = _outline_costs(grid, footprint, x[near], y[near], yaw[near])
+    return result
+
+
+def _are_near_costs(costs: Costs, rows: Cells, columns: Cells, reach: int) -> NDArray[np.bool_]:
+    """Return which cells have a cost > 0, or the end of the map, within `reach` cells along both axes."""
+    low, left = max(0, int(rows.min()) - reach), max(0, int(columns.min()) - reach)
+    part = costs[low : int(rows.max()) + reach + 1, left : int(columns.max()) + reach + 1]
+    has_cost = np.pad(part > 0, reach, constant_values=True)
+    sums, side = np.pad(has_cost, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1), 2 * reach + 1
+    counts = sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side]
+    found: NDArray[np.bool_] = counts[rows - low, columns - left] > 0
+    return found
+
+
+def _outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array) -> NDArray[np.int64]:
     cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     has_outline = len(footprint) >= 3
     corners = np.array(footprint if has_outline else [(0.0, 0.0)])
