@@ -14,8 +14,8 @@ from pipros.bag.errors import BagError
 from pipros.bag.migration_rules import MigrationRule, parse_rules
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.workspace.dependency_graph import DependencyGraph
 from pipros.workspace.index import PackageIndex
+from pipros.workspace.manifest import read_manifest
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -40,10 +40,9 @@ def installed_rules(index: PackageIndex, warn: Say) -> list[MigrationRule]:
 
 
 def _files(index: PackageIndex, warn: Say) -> Iterator[tuple[str, Path]]:
-    graph = DependencyGraph(index)
     for package in index:
         try:
-            manifest = graph.manifest(package.name)
+            manifest = read_manifest(package.path)
         except (PiprosError, OSError) as error:
             warn(f"Cannot read the manifest of package [{package.name}]: {error}")
             continue

@@ -25,10 +25,16 @@ class DependencyGraph:
 
     def __init__(self, index: PackageIndex) -> None:
         self._index = index
+        self._listed: dict[str, Package] | None = None
         self.manifest = lru_cache(maxsize=None)(self._read)
 
     def _read(self, name: str) -> Manifest:
-        return read_manifest(self._index.find(name).path)
+        package = self._get(name)
+        return read_manifest((package or self._index.find(name)).path)
+
+    def _get(self, name: str) -> Package | None:
+        """Return a package, or None. The disk is not examined again once all packages were listed."""
+        return self._index.get(name) if self._listed is None else self._listed.get(name)
 
     def direct(self, name: str) -> list[str]:
         """Return the packages that a package depends on at run time.
@@ -37,7 +43,7 @@ class DependencyGraph:
             NotFound: the package is not in the index.
             XmlError: the package's manifest is malformed.
         """
-        return [needed for needed in self.manifest(name).depends("exec_depends") if self._index.get(needed)]
+        return [needed for needed in self.manifest(name).depends("exec_depends") if self._get(needed)]
 
     def named(self, name: str) -> list[str]:
         """Return the sorted dependencies of all kinds in a manifest, whether or not they are in the index."""
@@ -92,10 +98,11 @@ class DependencyGraph:
         Packages with an unreadable manifest are skipped.
         """
         users: dict[str, list[str]] = {}
-        for package in self._index:
+        self._listed = {package.name: package for package in self._index}
+        for package in self._listed:
             try:
-                for needed in self.direct(package.name):
-                    users.setdefault(needed, []).append(package.name)
+                for needed in self.direct(package):
+                    users.setdefault(needed, []).append(package)
             except (XmlError, NotFound, OSError):
                 continue
         found: dict[str, None] = {}

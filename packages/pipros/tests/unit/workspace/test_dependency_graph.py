@@ -1,9 +1,14 @@
 from __future__ import annotations
 
+import os
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from pipros.bag.migration_plugins import installed_rules
 from pipros.basics.errors import NotFound
 from pipros.safe.xml import XmlError
 from pipros.workspace.dependency_graph import CircularDependency, DependencyGraph
@@ -84,3 +89,31 @@ def test_unknown_and_broken_packages_are_refused(graph: DependencyGraph) -> None
         graph.direct("nowhere")
     with pytest.raises(XmlError):
         graph.direct("broken")
+
+
+@pytest.mark.parametrize(
+    "walk", [lambda index: installed_rules(index, print), lambda index: DependencyGraph(index).dependents("x")]
+)
+def test_a_walk_over_all_packages_examines_their_folders_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, walk: Callable[[PackageIndex], object]
+) -> None:
+    """On Windows, asking for the time of a file takes as long as reading a line of it."""
+    for root in ("first", "second"):
+        for number in range(20):
+            folder = tmp_path / root / f"{root}_{number}"
+            folder.mkdir(parents=True)
+            (folder / "package.xml").write_text(
+                f"<package><name>{folder.name}</name><depend>absent</depend></package>"
+            )
+    asked: Counter[str] = Counter()
+    stat = os.stat
+
+    def counted(path: str, **options: Any) -> os.stat_result:
+        asked[os.fspath(path)] += 1
+        return stat(path, **options)
+
+    monkeypatch.setattr(os, "stat", counted)
+    walk(PackageIndex([tmp_path / "first", tmp_path / "second"]))
+    monkeypatch.undo()
+    assert asked[str(tmp_path / "first")] == 1
+    assert max(asked.values()) <= 2, asked
