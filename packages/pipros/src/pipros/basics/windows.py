@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import codecs
 import os
+import sys
 import time
 
 TYPE_CHECKING = False
@@ -57,3 +58,24 @@ def replace_file(
         else:
             return
     os.replace(source, target)
+
+
+def registry_values(key: str) -> dict[str, str]:
+    r"""Return the texts of a key in the registry, such as `HKEY_CURRENT_USER\Environment`, by name.
+
+    Return nothing for a key that does not exist or cannot be read, and on other systems.
+    """
+    found: dict[str, str] = {}
+    if sys.platform == "win32":
+        import winreg
+
+        root, _, path = key.partition("\\")
+        try:
+            with winreg.OpenKey(getattr(winreg, root), path) as opened:
+                for number in range(winreg.QueryInfoKey(opened)[1]):
+                    name, value, _ = winreg.EnumValue(opened, number)
+                    if isinstance(value, str):
+                        found[name] = value
+        except OSError:
+            return found
+    return found

@@ -15,6 +15,7 @@ from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironmen
 from pipros.basics.errors import PiprosError
 from pipros.health.installed_files import changed_packages
 from pipros.health.machine import MachineReport, PathKind
+from pipros.health.windows_setup import gather_windows
 from pipros.msg.importing.modules import ros1_has_public_names
 from pipros.net.address import LOOPBACK, address_towards, bind_host, is_loopback
 from pipros.net.in_parallel import in_parallel
@@ -77,6 +78,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         port_problem=_port_problem(environment),
         ros2_packages=() if ros1_has_public_names() else _ros2_packages(),
         workspace=_workspace_around(Path.cwd()),
+        windows=gather_windows(values),
     )
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
+from pipros.health.windows_setup import WindowsReport
+
 
 class PathKind(Enum):
     """The kind of file system entry at a path."""
@@ -49,6 +51,7 @@ class MachineReport:
             the master called it, or if this was not tested.
         ros2_packages: packages of ROS 2 in this environment that have the names of pipros's packages.
         workspace: the devel space of the workspace that contains the working directory, if there is one.
+        windows: what may prevent programs from working on Windows and in WSL.
     """
 
     variables: Mapping[str, str]
@@ -71,3 +74,4 @@ class MachineReport:
     not_called_back: str = ""
     ros2_packages: tuple[str, ...] = ()
     workspace: Path | None = None
+    windows: WindowsReport = field(default_factory=WindowsReport)

@@ -10,6 +10,12 @@ from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironmen
 from pipros.health.address_checks import master_calls_back, ports_and_advertised_address
 from pipros.health.finding import Finding, Findings, error, findings_of, warning
 from pipros.health.machine import MachineReport, PathKind
+from pipros.health.windows_checks import (
+    blocked_by_firewall,
+    programs_in_path,
+    refused_scripts,
+    wsl_network,
+)
 from pipros.net.address import is_loopback
 
 _PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
@@ -321,4 +327,8 @@ CHECKS: tuple[Callable[[MachineReport], Findings], ...] = (
     ports_and_advertised_address,
     master_calls_back,
     folders_to_write,
+    refused_scripts,
+    programs_in_path,
+    blocked_by_firewall,
+    wsl_network,
 )

@@ -12,6 +12,7 @@ from pipros.basics.env import DEFAULT_MASTER_URI
 from pipros.health.finding import FindingSeverity, has_errors
 from pipros.health.machine import MachineReport, PathKind
 from pipros.health.machine_checks import check_machine
+from pipros.health.windows_setup import WindowsReport
 
 PROGRAMS, PACKAGES = Path("/venv/bin"), Path("/venv/lib")
 
@@ -67,6 +68,10 @@ FAULTS: dict[str, MachineReport] = {
         {"PIPROS_PORTS": "11400", "PIPROS_ADVERTISE": "10.0.0.9:80"}, bound_host="127.0.0.1"
     ),
     "not-called-back": machine(not_called_back="http://10.0.0.9:80/"),
+    "execution-policy": machine(windows=WindowsReport(refusing_policy="Restricted")),
+    "scripts-not-in-path": machine(windows=WindowsReport(scripts_off_path=r"C:\venv\Scripts")),
+    "firewall": machine(windows=WindowsReport(blocking_rules=("python.exe",))),
+    "wsl-nat": machine(windows=WindowsReport(wsl_network="nat")),
     "cannot-write": machine({"ROS_LOG_DIR": "/logs"}, paths={"/logs": PathKind.READ_ONLY}),
 }
 
@@ -174,3 +179,15 @@ def test_the_addresses_of_this_machine_include_the_one_that_the_cure_names() -> 
         == "ROS_IP [10.9.9.9] is not an address of this machine, which has 127.0.0.1, 10.0.0.2"
     )
     assert finding.cure.startswith("export ROS_IP=10.0.0.2")
+
+
+@pytest.mark.parametrize(
+    "harmless",
+    [
+        machine(windows=WindowsReport(blocking_rules=("python.exe",)), bound_host="127.0.0.1"),
+        machine(windows=WindowsReport(wsl_network="mirrored")),
+        machine({"ROS_MASTER_URI": "http://localhost:11311"}, windows=WindowsReport(wsl_network="nat")),
+    ],
+)
+def test_what_does_no_harm_on_windows_is_not_found(harmless: MachineReport) -> None:
+    assert check_machine(harmless) == []
