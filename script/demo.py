@@ -1,11 +1,10 @@
-"""Starts the case study with `roslaunch --screen`. script/demo calls it, in a virtual environment."""
+"""Starts the case study with `roslaunch --screen`. script/demo and windows_here.py call it."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -15,11 +14,15 @@ from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.env import DEFAULT_MASTER_URI, InvalidEnvironment, split_master_uri
+from pipros.basics.interrupts import interrupt_main_thread
+from pipros.basics.posix import NEW_GROUP
+from pipros.basics.windows import ON_WINDOWS
 from pipros.cli import roslaunch
 
 _REPOSITORY = Path(__file__).resolve().parents[1]
 _EXAMPLES = _REPOSITORY / "examples" / "catkin_ws" / "src"
 _ASK_TIMEOUT_S = 2.0
+_ACTIVATE, _SET = (r".venv\Scripts\activate", "set") if ON_WINDOWS else (". .venv/bin/activate", "export")
 
 
 def main() -> int:
@@ -37,7 +40,7 @@ def main() -> int:
     others = os.environ.get("ROS_PACKAGE_PATH")
     os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(filter(None, [str(_EXAMPLES), others]))
     if seconds is not None:
-        end = threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT))
+        end = threading.Timer(seconds, interrupt_main_thread)
         end.daemon = True
         end.start()
     with _page():
@@ -51,6 +54,7 @@ def _page() -> Iterator[None]:
         [sys.executable, "-c", _PAGE],
         stdin=subprocess.PIPE,
         start_new_session=True,  # only the launch should get Ctrl-C, so that the page ends after the nodes
+        creationflags=NEW_GROUP,
     )
     try:
         yield
@@ -82,10 +86,10 @@ def _describe(uri: str, host: str, port: int) -> str:
     """
     command = "rostopic echo /battery_topic"
     if uri != DEFAULT_MASTER_URI:
-        command = f"export ROS_MASTER_URI={uri} && {command}"
+        command = f"{_SET} ROS_MASTER_URI={uri}{'' if ON_WINDOWS else ' '}&& {command}"
     line = (
         "A talker publishes a battery level and a listener shows it; Ctrl-C ends both. "
-        f"To look from a second terminal, in {_REPOSITORY}: . .venv/bin/activate && {command}"
+        f"To look from a second terminal, in {_REPOSITORY}: {_ACTIVATE} && {command}"
     )
     try:
         socket.create_connection((host, port), _ASK_TIMEOUT_S).close()

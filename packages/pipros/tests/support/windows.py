@@ -289,6 +289,11 @@ def main(arguments: Sequence[str]) -> int:
             copy_tree()
             folder = TREE
             arguments = ["python", "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments[1:]]
+        elif arguments[0] in ("demo.cmd", "test.cmd", "proof"):
+            copy_tree()
+            folder = TREE
+            proof, script = ["python", r"script\windows_here.py"], ["cmd", "/c", rf"script\{arguments[0]}"]
+            arguments = [*proof, *arguments] if arguments[0] == "proof" else [*script, *arguments[1:]]
         program = WindowsProgram(arguments, folder=folder)
         signal.signal(signal.SIGINT, lambda *_: program.type("\x03"))
         end = time.monotonic() + float(os.environ.get("LIMIT") or 600)
