@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 from PIL import Image, ImageDraw
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Tab
+from playwright.sync_api import TimeoutError as Waited
 
 from tests.browser.shares import share_of_pictures
 from tests.browser.test_opencv_windows import PROGRAM as WINDOWS
@@ -62,6 +63,11 @@ PROGRAMS = {
     "sliders": ("rosrun", "rqt_robot_steering", "rqt_robot_steering", "__name:=steering"),
     "windows": ("python3", "viewer.py"),
 }
+OPENED = """() => {
+  const view = document.querySelector("#view > .tab:not([hidden]), main > [id]:not(#view, #locked), form");
+  return view !== null && !view.innerText.includes("Looking at the system");
+}"""
+"""True once a view has opened, and has data."""
 SETTLED_MS = 2000
 SLOWEST_MS = 120_000
 """Maximum time for a picture: a browser without a graphics card shares the processor with other programs."""
@@ -86,7 +92,7 @@ def addresses(ros: RosSystem) -> Iterator[Mapping[str, str]]:
     """Start the page and the pages of nodes, and yield the address of each view."""
     with TemporaryDirectory() as bags:
         bag = Path(bags) / "run.bag"
-        ros.pipros.run("rosbag", "record", "-a", f"--duration={RECORDED_S}", "-O", bag, timeout_s=60)
+        ros.pipros.run("rosbag", "record", "-a", f"--duration={RECORDED_S}", "-O", bag, timeout_s=300)
         page = Page(ros, "--control", "--bags", bags, command="rqt")
         views = {name: page.url_of(place) for name, place in PLACES.items()}
         with empty_system() as (other, _):
@@ -138,6 +144,8 @@ def _go(tab: Tab, address: str) -> None:
     else:
         tab.goto("about:blank")
         tab.goto(address)
+    with suppress(Waited):
+        tab.wait_for_function(OPENED)
     tab.wait_for_timeout(SETTLED_MS)
 
 

@@ -92,8 +92,15 @@ def test_cameras_have_most_of_their_column(page: Page, open_tab: OpenTab) -> Non
     assert column is not None
     assert sum(heights) >= 0.599 * column["height"]
     expect(images.first.locator("canvas")).to_be_visible()
-    for controls in tab.locator(".panel .toolbar").all():
+    for controls in tab.locator(".panel :is(.toolbar, .legend button)").all():
         expect(controls).to_be_hidden()
+    plot = tab.get_by_role("region", name="Plot")
+    curves = plot.locator(".u-over").bounding_box()
+    whole = plot.bounding_box()
+    assert curves is not None
+    assert whole is not None
+    assert curves["height"] > 0.35 * whole["height"]
+    assert curves["y"] + curves["height"] < whole["y"] + whole["height"]
     images.first.get_by_role("button", name="Controls of this view").click()
     expect(images.first.get_by_label("Topic", exact=True)).to_be_visible()
 

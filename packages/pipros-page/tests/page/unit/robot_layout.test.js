@@ -33,4 +33,5 @@ test("a camera precedes images of other topics, whose names are shorter", () => 
   const image = (name) => topic(name, "sensor_msgs/Image");
   assert.match(robotLayout([image("/i/f64"), image("/i/f32"), image("/camera/image_raw")], "LINK"),
     /images\/\/camera\/image_raw\*30~images\/\/i\/f32\*30/);
+  assert.match(robotLayout([image("/camera/depth"), image("/camera/color/image_raw")], "LINK"), /images\/\/camera\/color\/image_raw\*30~/);
 });

@@ -1,6 +1,6 @@
 // The panel that shows and sets the levels of a node's loggers.
 
-import { h, replace, uniqueId } from "./dom.js";
+import { h, panelHead, replace, uniqueId } from "./dom.js";
 
 const LEVELS = ["debug", "info", "warn", "error", "fatal"];
 
@@ -11,8 +11,8 @@ export function loggerLevels(side, context, nodes, ofNode, onError, onClose) {
     onchange: () => list() });
   const names = h("datalist", { id: choice.getAttribute("list") }, nodes.map((name) => h("option", { value: name })));
   const found = h("div", {});
-  replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."),
-    choice, names, found, h("button", { onclick: onClose }, "Close"));
+  replace(side, panelHead("Logger levels", onClose), control ? null : h("p", { class: "key" }, "Start with --control to change levels."),
+    choice, names, found);
 
   async function list() {
     try {

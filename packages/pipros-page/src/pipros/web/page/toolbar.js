@@ -17,10 +17,10 @@ export function toolbar({ title = "", tag = "div", ...attributes }, ...controls)
     pending = 0;
     if (!row.checkVisibility()) return;
     heading.classList.remove("gone");
-    let over = beyond(row, more);
+    let over = beyond(row);
     if (over.size) {
       heading.classList.add("gone");
-      over = beyond(row, more);
+      over = beyond(row);
     }
     for (const each of itemsOf(row)) each.classList.toggle("over", over.has(each));
     row.classList.toggle("full", over.size > 0);
@@ -41,8 +41,8 @@ export function unfold(row, isOpen) {
 // The elements that are laid out in a row: a group without a box stands for its children.
 const itemsOf = (row) => [...row.children].flatMap((each) => (getComputedStyle(each).display === "contents" ? itemsOf(each) : [each]));
 
-function beyond(row, more) {
-  const items = itemsOf(row).filter((each) => each !== more && each.offsetWidth > 0);
+function beyond(row) {
+  const items = itemsOf(row).filter((each) => !each.matches(".more, .spring") && each.offsetWidth > 0);
   const end = items.length ? items[0].offsetTop + items[0].offsetHeight : 0;
   return new Set(items.filter((each) => each.offsetTop >= end));
 }

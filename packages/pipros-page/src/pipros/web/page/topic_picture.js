@@ -1,7 +1,7 @@
 // A small picture of the newest message of a topic: an image, a scan, a map or a path, as the server prepares it.
 
 import { h } from "./dom.js";
-import { drawImage } from "./image_drawing.js";
+import { drawImage, extremes } from "./image_drawing.js";
 
 const [WIDTH, HEIGHT, EDGE] = [300, 200, 8];
 const UNKNOWN = 255;
@@ -12,7 +12,8 @@ const bytesOf = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(
 export function topicPicture() {
   const canvas = h("canvas", { class: "topic-picture", role: "img", "aria-label": "Picture of the newest message" });
   const element = h("div", { hidden: true }, canvas);
-  const draw = { points: drawPoints, grid: drawGrid, image: (_, { data }) => drawImage(canvas, new DataView(bytesOf(data).buffer)) };
+  const drawPicture = (_, { data }) => drawImage(canvas, new DataView(bytesOf(data).buffer), extremes, null, true);
+  const draw = { points: drawPoints, grid: drawGrid, image: drawPicture };
 
   async function take(picture) {
     try {

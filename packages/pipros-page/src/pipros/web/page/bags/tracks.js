@@ -2,7 +2,7 @@
 
 import { h } from "../dom.js";
 import { live } from "../live.js";
-import { drawImage } from "../image_drawing.js";
+import { drawImage, extremes } from "../image_drawing.js";
 
 const IMAGES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 const THUMBNAIL_WIDTH = 84;
@@ -59,7 +59,7 @@ function addThumbnails(area, bag, track, time) {
   return live.watch("bag_thumbnails", { name: bag.name, topic: track.topic, times: time.spread(number) }, async (data) => {
     const canvas = h("canvas", { class: "thumbnail", width: 2, height: 2, role: "img", "aria-label": `Image of ${track.topic}` });
     try {
-      const head = await drawImage(canvas, data);
+      const head = await drawImage(canvas, data, extremes, null, true);
       if (time.first !== first || time.span !== span) return; // others were requested meanwhile
       canvas.dataset.at = head.at;
       canvas.style.left = time.percent(head.at);

@@ -15,6 +15,9 @@ const THICKER = 0.9;
 // The width of a line for a rate in hertz.
 const widthOf = (rate) => THIN + THICKER * Math.log10(1 + Math.max(0, rate));
 
+// A rate in two digits, for narrow screens.
+const shortRate = (rate) => (rate ? `${Number(rate.toPrecision(2))} Hz` : hertz(rate));
+
 // `onDrawn(names)` is called after each new layout, with the names of all nodes and topics; `onError(text)` with an error or "";
 // `onShowAll()` if the user wants to see what the options hide.
 export function graphDrawing(canvas, context, onDrawn, onError, onShowAll) {
@@ -58,7 +61,7 @@ export function graphDrawing(canvas, context, onDrawn, onError, onShowAll) {
     canvas.label((arrow, index) => {
       const values = arrow.start.kind === "topic" || arrow.wrong ? null : traffic[index];
       const measured = !values ? "" : isStale(values) ? "stale" : values[3] ? LATCHED
-        : narrow.matches ? hertz(values[0]) : `${hertz(values[0])} · ${bandwidth(values[1])}`;
+        : narrow.matches ? shortRate(values[0]) : `${hertz(values[0])} · ${bandwidth(values[1])}`;
       return [arrow.text, measured].filter(Boolean).join("  ");
     }, (_arrow, index) => {
       const values = traffic[index];

@@ -11,7 +11,8 @@ const CURVES = [
   { type: "geometry_msgs/Twist", fields: ["/linear/x", "/angular/z"] },
 ];
 const CAMERAS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
-const USUAL = /image|camera|rgb|color/i; // names of topics with pictures for people; others may contain numbers that nobody can look at
+// Names of topics with pictures for people. Others may contain numbers that nobody can look at.
+const USUAL = /^(?!.*(depth|disparity|infra|label|mask)).*(image|camera|rgb|color)/i;
 const CAMERA_SHARE = 60; // percent of the column beside the scene
 const WORLD = ["map", "odom", "world"];
 

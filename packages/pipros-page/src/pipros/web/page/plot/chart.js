@@ -8,6 +8,7 @@ const JOINED = [0, 2]; // uPlot.join's null modes of times and values: a missing
 const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
 const MARGIN = 0.05;
 const SNAP_PX = 40;
+const LOW_PX = 160; // lower charts have one line of times, and no label below it
 const FONT = "11px system-ui, sans-serif"; // of axes
 const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
 
@@ -22,7 +23,7 @@ export function timeText(time) {
 }
 
 // Labels of the time axis: 24 hours, as in logs; seconds, with the minute once.
-function timeLabels(_own, splits, _axis, _space, step) {
+function timeLabels(own, splits, _axis, _space, step) {
   let last = "";
   return splits.map((time) => {
     if (splits.at(-1) < EPOCH) return `${Number(time.toFixed(3))} s`;
@@ -31,11 +32,18 @@ function timeLabels(_own, splits, _axis, _space, step) {
     if (step >= 60) return minute;
     const fraction = step < 1 ? `.${String(date.getMilliseconds()).padStart(3, "0")}` : "";
     const seconds = `:${String(date.getSeconds()).padStart(2, "0")}${fraction}`;
-    if (minute === last) return seconds;
+    if (minute === last || own.height < LOW_PX) return seconds;
     last = minute;
     return `${seconds}\n${minute}`;
   });
 }
+
+// Returns the height of the time axis, and shows or hides its label.
+const timeAxisSize = (label) => (own, _values, index) => {
+  const isLow = own.height < LOW_PX;
+  own.axes[index].label = isLow ? null : label;
+  return isLow ? 24 : 50;
+};
 
 // The range of a vertical axis; `limits` has null where it follows the values and lines.
 const rangeOf = (limits, lines = []) => (_own, least, most) => {
@@ -68,7 +76,8 @@ export function createChart(place, size, settings, on) {
   return new /** @type {any} */ (uPlot)({
     ...size,
     series: [{}, ...series],
-    axes: [{ ...axis, values: isXy ? undefined : timeLabels, label: settings.axis, labelSize: 16, labelFont: FONT },
+    axes: [{ ...axis, values: isXy ? undefined : timeLabels, label: settings.axis, labelSize: 16, labelFont: FONT,
+      size: timeAxisSize(settings.axis) },
       ...(hasLeft ? [{ ...axis, scale: "y", size: 64 }] : []),
       ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: hasLeft ? { show: false } : axis.grid }] : [])],
     scales: isXy ? xyScales(settings) : timeScales,

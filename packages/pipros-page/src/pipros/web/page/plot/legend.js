@@ -4,12 +4,24 @@ import { h, replace } from "../dom.js";
 import { whyNoData } from "../why_no_data.js";
 import { conditionOf, withCondition } from "./curve_text.js";
 
+const LATE_MS = 3000; // a curve usually has data before
+
 // `on.change(curve, changes)`, `on.remove(curve)` and `on.removeLine(value)` are called when the user clicks. Returns {element, draw}.
 export function curveLegend(on, context) {
   const chips = h("div", { class: "bar legend" });
   const why = whyNoData(context);
   const element = h("div", {}, chips, why.element);
   let shown = "";
+  let [without, timer] = ["", 0]; // a topic without data
+
+  // Offers to find out why a topic has no data, once it has had time to send some.
+  function offerLate(topic) {
+    if (topic === without) return;
+    without = topic;
+    clearTimeout(timer);
+    why.offer("");
+    if (topic) timer = setTimeout(() => why.offer(topic), LATE_MS);
+  }
 
   function chip(curve) {
     const swatch = h("b", { class: "swatch" });
@@ -47,7 +59,7 @@ export function curveLegend(on, context) {
       if (label.textContent !== text) label.textContent = text;
     });
     if (curves.length) chips.lastChild.textContent = place;
-    why.offer(curves.find((curve) => !curve.times.length)?.topic ?? "");
+    offerLate(curves.find((curve) => !curve.times.length)?.topic ?? "");
   }
 
   return { element, draw };

@@ -1,6 +1,7 @@
 // Acts of assistants that wait for a human, with buttons to approve or refuse them, and the acts of the past.
 
 import { h, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { dataTable } from "../table.js";
 import { toolbar } from "../toolbar.js";
 
@@ -17,7 +18,7 @@ const COLUMNS = [
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" }, NOTHING); // not an empty state, which would hide the acts of the past
+  const hint = emptyState("☑", NOTHING);
   const answered = h("div", { class: "note", role: "status" });
   const waiting = h("div", { class: "waiting", role: "list", "aria-label": "Acts that wait" });
   const past = h("div", { class: "scroll", hidden: true });
@@ -65,6 +66,7 @@ export function open(view, _argument, context) {
   context.watch("acts", {}, (data) => {
     replace(error, data.error);
     hint.hidden = data.waiting.length > 0 || Boolean(data.error);
+    hint.classList.toggle("empty", !data.acts.length); // it would hide the acts of the past
     const known = new Set(data.waiting.map(({ id }) => id));
     for (const [id, { element }] of cards) {
       if (known.has(id)) continue;

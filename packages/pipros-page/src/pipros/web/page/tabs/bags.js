@@ -29,7 +29,7 @@ export function open(view, argument, context) {
   const loop = h("input", { type: "checkbox", "aria-keyshortcuts": "l", onchange: () => playback.control({ loop: loop.checked }) });
   const moment = h("output", { class: "mono", "aria-label": "Moment in the bag" });
   const goal = h("input", { size: 8, placeholder: "1:02.5", "aria-label": "Jump to", "aria-keyshortcuts": "/" });
-  const controls = h("div", { class: "bar transport", hidden: true },
+  const controls = toolbar({ class: "transport", hidden: true },
     button("|◀", "To the beginning", () => jump(playback.bag.begin)), button("◂|", "Previous message", () => step(-1), ","), play,
       button("▸|", "Next message", () => step(1), "."),
     speed, h("label", {}, loop, "Loop"), moment,

@@ -3,7 +3,7 @@
 
 import { playback } from "../bags/playback.js";
 import { rulesPanel } from "../console_rules.js";
-import { download, h, replace } from "../dom.js";
+import { download, h, panelHead, replace } from "../dom.js";
 import { asLines, fromLines } from "../log_file.js";
 import { LogGroups } from "../log_groups.js";
 import { loggerLevels } from "../logger_levels.js";
@@ -210,14 +210,14 @@ export function open(view, argument, context) {
     const { entry } = group;
     side.hidden = false;
     drawRows();
-    replace(side, h("h2", {}, entry[NODE]),
+    replace(side, panelHead(entry[NODE], () => closeEntry()),
       h("dl", {}, Object.entries({ Level: levelName(entry[LEVEL]), Time: `${time(entry[STAMP])} (${entry[STAMP]})`,
         Place: entry[FILE] ? `${entry[FILE]}:${entry[LINE]}` : "–", Function: entry[FUNCTION] || "–" }).map(([key, value]) =>
           [h("dt", {}, key), h("dd", {}, value)])),
       group.count > 1 ? h("p", { class: "key" }, `The newest of ${group.count} entries since ${time(group.first[STAMP])}. Without Fold, ` +
         "each has a row.") : null,
       h("p", { class: "moment" }, momentLinks(entry[STAMP])),
-      h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => closeEntry() }, "Close"));
+      h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]));
   }
 
   // Links to the moment of an entry: a plot shows the samples around it, and all views can go there if it is in the bag or the past.

@@ -1,6 +1,6 @@
 // Components with their levels, values and history.
 
-import { h, morph, replace } from "../dom.js";
+import { h, morph, panelHead, replace } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { LEVELS, levelDot, levelNow } from "../stale.js";
 import { dataTable } from "../table.js";
@@ -24,8 +24,7 @@ export function open(view, argument, context) {
   const worstFirst = h("div", { class: "scroll problems", hidden: true }, problems.element);
   const body = h("div", { class: "scroll params" }, h("ul", { class: "tree" }));
   const about = h("div", {});
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" }, about,
-    h("button", { onclick: () => { choose(""); } }, "Close"));
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" }, about);
   const hint = emptyState("♥");
   view.append(h("div", { class: "column" }, toolbar({ title: "Diagnostics" }, counts), error, hint, worstFirst, body), side);
   let selected = argument;
@@ -70,7 +69,7 @@ export function open(view, argument, context) {
   function drawSide() {
     const component = components.find((each) => each.name === selected);
     side.hidden = !component;
-    if (component) morph(about, details(component));
+    if (component) morph(about, details(component, () => choose("")));
   }
 
   context.watch("diagnostics", {}, (data) => {
@@ -118,8 +117,8 @@ function tree(branch, path) {
   }));
 }
 
-function details(component) {
-  return h("div", {}, h("h2", {}, component.name), h("p", {},
+function details(component, onClose) {
+  return h("div", {}, panelHead(component.name, onClose), h("p", {},
     h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
     h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
     h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` },

@@ -1,6 +1,7 @@
 // Images: one topic, or pairs of two whose timestamps are about equal, beside one another or as their difference; and detections or
 // markers over them.
 
+import { playback } from "../bags/playback.js";
 import { bandwidth, h, hertz, replace } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { imagesText, parsedImages } from "../image_address.js";
@@ -77,7 +78,7 @@ export function open(view, argument, context) {
     replace(error, "");
     replace(figures);
     drawChoices();
-    replace(hint, topic ? "No image received yet." : CHOOSE);
+    replace(hint, !topic ? CHOOSE : playback.bag ? "The bag has no image before this moment." : "No image received yet.");
     why.offer(topic);
     if (!topic) return;
     if (other) stops.push(context.watch("image_pair", { name: topic, other }, take, fail));

@@ -21,8 +21,8 @@ const HINT = "Type a topic and a field, such as /battery_topic or /imu/angular_v
   + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double-click to follow again; or use +, -, the arrow " +
     "keys and 0.";
 
-// The moment of the past that all tabs show; null for the running system, a bag, and the axes stamp and xy.
-const rewoundTo = (set) => (playback.isRewind && !set.isXy && set.axis !== "stamp" ? playback.moment ?? null : null);
+// The moment of the past or of a whole bag that all tabs show; null for the running system, and the axes stamp and xy.
+const momentOf = (set) => ((playback.isRewind || set.isWhole) && !set.isXy && set.axis !== "stamp" ? playback.moment ?? null : null);
 
 export function open(view, argument, context) {
   const set = new CurveSet(context, { change: () => { needsDraw = true; },
@@ -39,8 +39,8 @@ export function open(view, argument, context) {
   const hasMarks = h("input", { type: "checkbox", onchange: () => { mark(); remember(); } });
   const hasStatistics = h("input", { type: "checkbox", onchange: () => { needsDraw = isRebuilt = true; remember(); } });
   const lines = referenceLines(() => changed());
-  const isWhole = h("input", { type: "checkbox", onchange: () => again() });
-  const whole = h("label", { title: "Plot the whole bag, not only the part since the last jump", hidden: true }, isWhole, "Whole bag");
+  const isWhole = h("input", { type: "checkbox", checked: true, onchange: () => again() });
+  const whole = h("label", { title: "Plot the whole bag; otherwise, the part since the last jump", hidden: true }, isWhole, "Whole bag");
   const pause = h("button", { type: "button", "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const toNewest = h("button", { type: "button", hidden: true, title: "Show the newest samples again",
     onclick: () => showRange(null, true) }, "Follow");
@@ -210,7 +210,7 @@ export function open(view, argument, context) {
     isLed = false;
   }, context.signal);
 
-  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(80, chart.clientHeight - 10) });
+  const size = () => ({ width: Math.max(200, chart.clientWidth - 8), height: Math.max(40, chart.clientHeight - 10) });
 
   function draw() {
     if (!plot) return;
@@ -235,7 +235,7 @@ export function open(view, argument, context) {
     const sample = left === null || set.isXy ? null : sampleTimeAt(plot, set.all, left);
     const time = left === null || set.isXy ? null : sample ?? plot.posToVal(left, "x");
     const place = cursorText(plot, settings(), { left, time, isSample: sample !== null });
-    legend.draw(set.all, { time: time ?? rewoundTo(set), place, isXy: set.isXy, lines: lines.values() });
+    legend.draw(set.all, { time: time ?? momentOf(set), place, isXy: set.isXy, lines: lines.values() });
   }
 
   function showSource() {
