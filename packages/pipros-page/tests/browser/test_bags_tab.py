@@ -168,6 +168,12 @@ def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Pat
     expect(tab.locator(".legend")).to_contain_text("/number/data: 4")
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.9, 30, "the curve of 20 s")
     keep_screenshots(tab, "plot-bag")
+    chart = tab.locator(".u-over").bounding_box()
+    assert chart is not None
+    for share, value in ((0.5, r"(9|10|11)\b"), (0.2, "4")):  # a click goes to this moment
+        tab.mouse.click(chart["x"] + share * chart["width"], chart["y"] + 40)
+        tab.mouse.move(0, 0)
+        expect(tab.locator(".legend")).to_contain_text(re.compile(f"data: {value}"))
     tab.get_by_role("button", name="Play the bag").click()
     expect(tab.locator(".legend")).to_contain_text(re.compile(r"data: (4\.\d|[5-9]|1\d)"))
     tab.get_by_role("button", name="Pause the bag").click()

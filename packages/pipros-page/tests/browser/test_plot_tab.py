@@ -180,7 +180,7 @@ def test_log_entries_are_marks_that_the_cursor_names(ros: RosSystem, open_tab: O
             tab.mouse.move(chart["x"] + chart["width"] - 2 - part, chart["y"] + 20)
             yield at.inner_text()
 
-    assert any(re.search(r"Error /\S+: turn \d+", text) for text in texts())
+    wait_until(lambda: any(re.search(r"Error /\S+: turn \d+", text) for text in texts()), 60, "a mark's text")
 
 
 def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open_tab: OpenTab) -> None:

@@ -66,6 +66,7 @@ export function open(view, argument, context) {
         h("label", { title: "Statistics of the samples shown" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
     error, offered.element, legend.element, table.element, hint, chart));
   let plot = null;
+  onClick(chart, () => goTo(set, plot));
   let isPaused = false;
   let isZoomed = false;
   let needsDraw = false;
@@ -261,4 +262,18 @@ export function open(view, argument, context) {
   showSource();
   if (argument) go(argument);
   return { go };
+}
+
+// Makes all tabs show the moment of a bag or of the past that is under the cursor.
+function goTo(set, plot) {
+  if (plot?.cursor.left >= 0 && set.isWhole && !set.isXy && set.axis !== "stamp") playback.jump(plot.posToVal(plot.cursor.left, "x"));
+}
+
+const MOVED_PX = 4; // a longer way of the pointer is a drag
+
+// Calls a function when a chart is clicked, and not after a drag. uPlot stops clicks after its cursor has snapped to a sample.
+function onClick(chart, act) {
+  let begin = 0;
+  chart.addEventListener("pointerdown", ({ clientX }) => { begin = clientX; });
+  chart.addEventListener("click", ({ clientX }) => { if (Math.abs(clientX - begin) < MOVED_PX) act(); }, { capture: true });
 }
