@@ -65,9 +65,11 @@ PROGRAMS = {
 }
 OPENED = """() => {
   const view = document.querySelector("#view > .tab:not([hidden]), main > [id]:not(#view, #locked), form");
-  return view !== null && !view.innerText.includes("Looking at the system");
+  return view !== null && !/Looking at the system|received yet/.test(view.innerText)
+    && [...view.querySelectorAll(".panels, .panel > .tab")].every((each) => each.childElementCount > 0);
 }"""
 """True once a view has opened, and has data."""
+OPENED_MS = 20_000
 SETTLED_MS = 2000
 SLOWEST_MS = 120_000
 """Maximum time for a picture: a browser without a graphics card shares the processor with other programs."""
@@ -145,7 +147,7 @@ def _go(tab: Tab, address: str) -> None:
         tab.goto("about:blank")
         tab.goto(address)
     with suppress(Waited):
-        tab.wait_for_function(OPENED)
+        tab.wait_for_function(OPENED, timeout=OPENED_MS)
     tab.wait_for_timeout(SETTLED_MS)
 
 
