@@ -22,6 +22,8 @@ PACKAGE = "pyodide@314.0.7"
 INSTALLED = ROOT / ".venv" / "pyodide"
 """A separate folder, because npm removes packages that its command line does not name."""
 
+TAB_PAGE = ROOT / "packages" / "pipros-tab" / "src" / "pipros" / "tab" / "page"
+
 PYODIDE_FILES = (
     "pyodide.mjs",
     "pyodide.asm.mjs",
@@ -29,8 +31,8 @@ PYODIDE_FILES = (
     "python_stdlib.zip",
     "pyodide-lock.json",
 )
-LIBRARIES = ("mcap", "rospkg", "yaml")
-"""The libraries that messages, bags and parameters need. Their compiled parts are optional."""
+LIBRARIES = ("catkin_pkg", "mcap", "rospkg", "yaml", "pyparsing", "dateutil")
+"""What messages, bags, parameters and `catkin_make` need. Compiled parts are optional."""
 
 
 def write_files(folder: Path) -> None:
@@ -50,13 +52,24 @@ def write_files(folder: Path) -> None:
             if found is None or found.origin is None:
                 raise SystemExit(f"{library} is not installed. Run: script/venv docs")
             files = Path(found.origin).parent
-            for file in sorted(files.rglob("*.py")):
+            for file in sorted((*files.rglob("*.py"), *files.rglob("*.in"))):
                 archive.write(file, Path(library, file.relative_to(files)))
+
+
+def write_tab(folder: Path) -> None:
+    """Write the page that runs ROS in a browser tab. Any web server can serve the folder.
+
+    Raises:
+        SystemExit: npm is missing or failed.
+    """
+    write_files(folder / "files")
+    for file in (*TAB_PAGE.iterdir(), ROOT / "docs" / "in-browser" / "start.mjs"):
+        shutil.copyfile(file, folder / file.name)
 
 
 def on_post_build(config: Any) -> None:
     """Add the files to the documentation. MkDocs calls this hook after it has written the pages."""
-    write_files(Path(config["site_dir"], "in-browser", "files"))
+    write_tab(Path(config["site_dir"], "in-browser"))
 
 
 def _installed_pyodide() -> Path:
@@ -83,4 +96,4 @@ def _build_wheel(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_files(Path(sys.argv[1]))
+    (write_tab if sys.argv[2:] == ["--tab"] else write_files)(Path(sys.argv[1]))

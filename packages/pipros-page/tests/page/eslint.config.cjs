@@ -11,7 +11,7 @@ module.exports = [
     ignores: ["**/vendor/**"],
   },
   {
-    files: ["**/*.js"],
+    files: ["**/*.js", "**/*.mjs"],
     languageOptions: { ecmaVersion: 2023, sourceType: "module", globals: globals.browser },
     rules: {
       "complexity": ["error", 15],

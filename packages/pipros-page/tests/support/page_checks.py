@@ -13,7 +13,8 @@ from tests.support.npm import INSTALL, MODULES
 
 SETTINGS = Path("packages", "pipros-page", "tests", "page")
 SOURCES = {
-    name: Path("packages", name, "src", "pipros") for name in ("pipros", "pipros-page", "pipros-robot")
+    name: Path("packages", name, "src", "pipros")
+    for name in ("pipros", "pipros-page", "pipros-robot", "pipros-tab")
 }
 PAGES = (
     SOURCES["pipros-page"] / "web" / "page",
@@ -22,6 +23,7 @@ PAGES = (
     SOURCES["pipros"] / "server" / "windows" / "page",
     SOURCES["pipros-robot"] / "simulation" / "robots" / "page",
     SOURCES["pipros-robot"] / "simulation" / "turtlesim" / "page",
+    SOURCES["pipros-tab"] / "tab" / "page",
     Path("docs", "in-browser"),
 )
 VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"

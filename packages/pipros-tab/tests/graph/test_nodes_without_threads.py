@@ -52,7 +52,7 @@ def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
     assert " * /talker/get_loggers\n" in output_of(tab.run("rosnode", "info", "/talker"))
     assert "level" in output_of(tab.run("rosservice", "call", "/talker/get_loggers"))
     missing = tab.run("rosfoo")
-    assert missing.wait() == 1
+    assert missing.wait() == 127
     assert missing.output == "rosfoo: command not found\n"
 
 
@@ -97,3 +97,34 @@ def test_an_error_in_a_program_is_shown_with_its_line(tab: TabHub) -> None:
     assert broken.wait() == 1
     assert 'broken.py", line 2' in broken.output
     assert "SyntaxError" in broken.output
+
+
+LAUNCH = """<launch>
+  <node pkg="rospy_tutorials" type="talker.py" name="talker" output="screen"/>
+  <node pkg="rospy_tutorials" type="listener.py" name="listener"/>
+</launch>
+"""
+
+
+def test_a_terminal_launches_nodes_and_ends_them(tab: TabHub, tmp_path: Path) -> None:
+    (tmp_path / "two.launch").write_text(LAUNCH)
+    terminal = tab.run("bash")
+    terminal.type(line="mkdir a && cd a; pwd")
+    wait_for_output(terminal, f"{tmp_path}/a\n")
+    terminal.type(line="roslaunch ../two.launch")
+    wait_for_output(terminal, "hello world")
+    terminal.type(complete="rosno")
+    assert "/listener\n/rosout\n/talker\n" in output_of(tab.run("rosnode", "list"))
+    terminal.interrupt()
+    wait_for_output(terminal, "... shutting down processing monitor complete")
+    wait_for_output(terminal, '\x1b]133;C;["rosnode"]')
+    terminal.type(line="exit")
+    assert terminal.wait() == 0
+
+
+def test_rosrun_replaces_itself_by_a_program_of_a_package(tab: TabHub) -> None:
+    server = tab.run("rosrun", "rospy_tutorials", "add_two_ints_server")
+    client = tab.run("rosrun", "rospy_tutorials", "add_two_ints_client", "2", "3")
+    assert "5" in output_of(client).splitlines()[-1]
+    server.interrupt()
+    assert server.wait() == 0, server.output

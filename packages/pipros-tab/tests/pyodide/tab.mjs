@@ -1,5 +1,6 @@
 // The hub of a tab in Node.js: reads orders from stdin and prints events, as lines of JSON: node tab.mjs FILES
-// Orders: {"start": program}, {"interrupt": number}, {"stop": number}. Events: {"number", "output"} or {"number", "code"}.
+// Orders: {"start": program, "as": number}, {"interrupt": number}, {"stop": number}, {"type": number, "typed"}, {"write": path, "text"}, {"read": path}.
+// Events: {"number", "output"}, {"number", "code"}, or {"path", "text"}.
 
 import { readFile } from "node:fs/promises";
 import path from "node:path";
@@ -24,10 +25,13 @@ if (isMainThread) {
   for await (const line of createInterface({ input: process.stdin })) {
     const order = JSON.parse(line);
     if (order.start) {
-      const process = hub.start(order.start, (output) => tell({ number: process.number, output }));
-      started.set(process.number, process);
-      process.ended.then((code) => tell({ number: process.number, code }));
+      const process = hub.start(order.start, (output) => tell({ number: order.as, output }));
+      started.set(order.as, process);
+      process.ended.then((code) => tell({ number: order.as, code }));
     } else if (order.interrupt) hub.interrupt(started.get(order.interrupt));
+    else if (order.type) hub.type(started.get(order.type), order.typed);
+    else if (order.write) hub.writeFile(order.write, new TextEncoder().encode(order.text));
+    else if (order.read) tell({ path: order.read, text: new TextDecoder().decode(hub.files.get(order.read)?.[1]) });
     else hub.stop(started.get(order.stop));
   }
   process.exit();
@@ -35,7 +39,8 @@ if (isMainThread) {
   const { files } = workerData;
   const { loadPyodide } = await import(pathToFileURL(path.join(files, "pyodide.mjs")).href);
   const read = async (name) => new Uint8Array(await readFile(path.join(files, name)));
-  await runProcess(workerData, (message) => parentPort.postMessage(message), (options) =>
+  const program = new Promise((resolve) => parentPort.once("message", resolve));
+  await runProcess(workerData, program, (message) => parentPort.postMessage(message), (options) =>
     start(loadPyodide, read, { indexURL: `${files}/`, ...options }),
   );
 }

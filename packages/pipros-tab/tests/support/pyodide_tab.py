@@ -62,6 +62,41 @@ class Program:
         return time.monotonic() - before
 
 
+class PyodideTerminal:
+    """A terminal, in which one types lines."""
+
+    PROMPT = "\033]133;P;"
+
+    def __init__(self, tab: PyodideTab, program: Program) -> None:
+        self._tab, self.program = tab, program
+        self._begin = 0
+
+    @property
+    def output(self) -> str:
+        """What was printed since the last line was typed."""
+        return self.program.output[self._begin :]
+
+    def begin(self, line: str) -> None:
+        """Type a line, once there is a prompt."""
+        wait_until(lambda: self.PROMPT in self.output, STARTED_WITHIN_S, f"a prompt for {line}")
+        self._begin = len(self.program.output)
+        self._tab.order({"type": self.program.number, "typed": {"line": line}})
+
+    def type(self, line: str) -> str:
+        """Type a line, and return what it prints until the next prompt."""
+        self.begin(line)
+        wait_until(lambda: self.PROMPT in self.output, STARTED_WITHIN_S, f"the end of {line}")
+        return self.output.partition(self.PROMPT)[0]
+
+    def wait_for_output(self, text: str) -> None:
+        """Wait until the line has printed a text."""
+        wait_until(lambda: text in self.output, STARTED_WITHIN_S, f"{text!r} in {self.output!r}")
+
+    def interrupt(self) -> None:
+        """Press Ctrl-C."""
+        self._tab.order({"interrupt": self.program.number})
+
+
 class PyodideTab:
     """The hub, in a process of Node.js. Use it as a context manager."""
 
@@ -73,22 +108,38 @@ class PyodideTab:
             text=True,
         )
         self._programs: dict[int, Program] = {}
+        self._read_files: dict[str, str] = {}
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def start(self, name: str, source: str) -> Program:
         """Start a script with this source."""
         path = f"/home/{name}.py"
-        return self._start({"argv": [path], "files": {path: source}, "env": {}})
+        return self._start({"argv": ["python3", path], "files": {path: source}, "env": {}})
 
     def run(self, *command: str) -> Program:
         """Start a command, such as `rostopic list`."""
         return self._start({"argv": command, "files": {}, "env": {}})
 
+    def terminal(self) -> PyodideTerminal:
+        """Open a terminal."""
+        return PyodideTerminal(self, self.run("bash"))
+
+    def write(self, path: str, text: str) -> None:
+        """Write a file, as the editor does."""
+        self.order({"write": path, "text": text})
+
+    def read(self, path: str) -> str:
+        """Return a file of the home folder, as the editor shows it."""
+        self._read_files.pop(path, None)
+        self.order({"read": path})
+        wait_until(lambda: path in self._read_files, 60)
+        return self._read_files[path]
+
     def _start(self, program: Mapping[str, Any]) -> Program:
         number = len(self._programs) + 1
         started = self._programs[number] = Program(self, number)
-        self.order({"start": program})
+        self.order({"start": program, "as": number})
         return started
 
     def order(self, order: Mapping[str, Any]) -> None:
@@ -101,6 +152,9 @@ class PyodideTab:
         assert self._node.stdout is not None
         for line in self._node.stdout:
             event = json.loads(line)
+            if "path" in event:
+                self._read_files[event["path"]] = event["text"]
+                continue
             program = self._programs[event["number"]]
             program.output += event.get("output", "")
             program.code = event.get("code", program.code)

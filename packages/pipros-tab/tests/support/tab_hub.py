@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import json
+import os
 import select
 import signal
 import socket
@@ -42,6 +43,7 @@ class Switch:
     def __init__(self) -> None:
         self._ports: dict[int, Member] = {}
         self._free = iter(range(20_000, 60_000))
+        self.handle_process: Callable[[Member, Kind, int, bytes], object] = lambda *_: None
 
     def handle(self, member: Member, kind: Kind, end: int, content: bytes) -> None:
         """Handle a packet from a member."""
@@ -52,6 +54,8 @@ class Switch:
             self._ports.pop(end, None)
         elif kind is Kind.CONNECT:
             self._connect(member, end, content)
+        elif kind in (Kind.START, Kind.SIGNAL):
+            self.handle_process(member, kind, end, content)
         elif end in member.ends:
             peer, number = member.ends[end]
             peer.deliver(kind, number, content)
@@ -162,7 +166,8 @@ class TabProcess:
         output: what it has printed.
     """
 
-    def __init__(self, program: Mapping[str, Any]) -> None:
+    def __init__(self, program: Mapping[str, Any], parent: TabProcess | None = None) -> None:
+        self.parent = parent
         self.sock, there = socket.socketpair()
         module = "tests.support.tab_process"
         command = [sys.executable, "-u", "-m", module, str(there.fileno()), json.dumps(program)]
@@ -173,7 +178,9 @@ class TabProcess:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
+            start_new_session=True,
         )
+        self.pid = self._process.pid
         there.close()
         self.port = SocketPort(self.sock)
         self.member = Member(self.port.send)
@@ -183,8 +190,14 @@ class TabProcess:
 
     def _read(self) -> None:
         assert self._process.stdout is not None
-        for line in self._process.stdout:
-            self.output += line
+        number = self._process.stdout.fileno()
+        for text in iter(lambda: os.read(number, 65536).decode(), ""):
+            self._show(text)
+
+    def _show(self, text: str) -> None:
+        self.output += text
+        if self.parent is not None:
+            self.parent._show(text)
 
     @property
     def is_running(self) -> bool:
@@ -196,9 +209,13 @@ class TabProcess:
         self._reader.join(timeout_s)
         return code
 
-    def interrupt(self) -> None:
-        """Interrupt the program, as Ctrl-C does."""
-        self._process.send_signal(signal.SIGINT)
+    def interrupt(self, number: int = signal.SIGINT) -> None:
+        """Interrupt the program, as Ctrl-C does, or send another signal."""
+        self._process.send_signal(number)
+
+    def type(self, **typed: str | bool) -> None:
+        """Do what a user does in a terminal: `line="ls"`."""
+        self.member.deliver(Kind.TYPED, 0, json.dumps(typed).encode())
 
     def close(self) -> None:
         self._process.kill()
@@ -215,6 +232,7 @@ class TabHub:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._switch = Switch()
+        self._switch.handle_process = self._handle_process
         self._started: list[TabProcess] = []
         self._connected: dict[socket.socket, TabProcess] = {}
         self._is_over = False
@@ -223,18 +241,35 @@ class TabHub:
     def start(self, name: str, source: str, *arguments: str) -> TabProcess:
         """Start a script with this source."""
         path = str(self._folder / f"{name}.py")
-        return self._start([path, *arguments], {path: source})
+        return self._start(["python3", path, *arguments], {path: source})
 
     def run(self, *command: str) -> TabProcess:
         """Start a command, such as `rostopic list`."""
         return self._start(command, {})
 
     def _start(self, command: Sequence[str], files: Mapping[str, str]) -> TabProcess:
-        environment = {"HOME": str(self._folder), "ROS_HOME": str(self._folder), "PIPROS_LOCAL": "off"}
-        started = TabProcess({"argv": command, "files": files, "env": environment})
+        environment = {
+            "HOME": str(self._folder),
+            "ROS_HOME": str(self._folder),
+            "PIPROS_LOCAL": "off",
+            "ROS_MASTER_URI": "http://127.0.0.1:11311/",
+        }
+        return self._begin({"argv": command, "files": files, "env": environment}, None)
+
+    def _begin(self, program: Mapping[str, Any], parent: TabProcess | None) -> TabProcess:
+        started = TabProcess(program, parent)
         self._started.append(started)
         self._connected[started.sock] = started
         return started
+
+    def _handle_process(self, member: Member, kind: Kind, end: int, content: bytes) -> None:
+        if kind is Kind.START:
+            (parent,) = [each for each in self._started if each.member is member]
+            started = self._begin(json.loads(content), parent)
+            member.deliver(Kind.STARTED, end, NUMBER.pack(started.pid))
+        for each in self._started:
+            if kind is Kind.SIGNAL and each.pid == end and each.is_running:
+                each.interrupt(NUMBER.unpack(content)[0])
 
     def __enter__(self) -> TabHub:
         self._thread.start()
@@ -256,6 +291,9 @@ class TabHub:
                 except OSError:
                     del self._connected[sock]
                     self._switch.remove(process.member)
+                    if process.parent is not None:
+                        code = NUMBER.pack(process.wait() & 255)
+                        process.parent.member.deliver(Kind.ENDED, process.pid, code)
                     continue
                 for packet in packets:
                     self._switch.handle(process.member, *packet)

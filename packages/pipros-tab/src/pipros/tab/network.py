@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import errno
 import itertools
+import json
 import math
 import os
 import signal
 import time
 from collections import deque
-from collections.abc import Callable
-from typing import Final, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Final, Protocol
 
 from pipros.tab.packets import NUMBER, Kind, Packet, split
 
@@ -158,7 +159,13 @@ class Stream:
 
 
 class Network:
-    """The connections and ports of one worker."""
+    """The connections, ports and child processes of one worker.
+
+    Attributes:
+        codes: the exit codes of the child processes that have ended.
+        typed: what the user did in the worker's terminal.
+        take_file: called with each piece of a file that another worker has changed.
+    """
 
     def __init__(self, port: Port) -> None:
         """Use the rings of the worker."""
@@ -167,6 +174,10 @@ class Network:
         self._streams: dict[int, Stream] = {}
         self._listeners: dict[int, deque[Stream]] = {}
         self._opened: dict[int, int] = {}  # ports that the hub has opened, by the number of the request
+        self._started: dict[int, int] = {}  # processes, by the number of the request
+        self.codes: dict[int, int] = {}
+        self.typed: deque[Mapping[str, Any]] = deque()
+        self.take_file: Callable[[bytes], None] = lambda _: None
 
     def send(self, kind: Kind, end: int, content: bytes = b"") -> None:
         self._port.send(kind, end, content)
@@ -205,6 +216,18 @@ class Network:
             stream.close()
         self.send(Kind.CLOSE_PORT, port)
 
+    def start(self, program: Mapping[str, Any]) -> int:
+        """Start a program in a new worker (see `program.run_with`), and return the number of the process.
+
+        Raises:
+            TimeoutError: the hub does not answer.
+        """
+        request = next(self._numbers)
+        self.send(Kind.START, request, json.dumps(program).encode())
+        if not self.wait(lambda: request in self._started, _HUB_S):
+            raise TimeoutError(errno.ETIMEDOUT, "the hub of the tab does not answer")
+        return self._started.pop(request)
+
     def wait(self, is_over: Callable[[], bool], timeout_s: float | None) -> bool:
         """Receive until `is_over` returns True; return False if the timeout expires first."""
         end_s = math.inf if timeout_s is None else time.monotonic() + timeout_s
@@ -232,6 +255,14 @@ class Network:
     def _take(self, packet: Packet) -> None:
         if packet.kind is Kind.LISTENING:
             self._opened[packet.end] = NUMBER.unpack(packet.content)[0]
+        elif packet.kind is Kind.STARTED:
+            self._started[packet.end] = NUMBER.unpack(packet.content)[0]
+        elif packet.kind is Kind.ENDED:
+            self.codes[packet.end] = NUMBER.unpack(packet.content)[0]
+        elif packet.kind is Kind.FILE:
+            self.take_file(packet.content)
+        elif packet.kind is Kind.TYPED:
+            self.typed.append(json.loads(packet.content))
         elif packet.kind is Kind.ACCEPT:
             arrived = self._listeners.get(NUMBER.unpack(packet.content)[0])
             stream = self._streams[packet.end] = Stream(self, packet.end)

@@ -5,19 +5,44 @@ from __future__ import annotations
 import asyncio
 import atexit
 import os
+import re
+import runpy
 import signal
 import sys
+import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, NoReturn
 
+import pipros
 from pipros.basics import one_thread
+from pipros.tab import files, processes
 from pipros.tab.network import Network, Port
+from pipros.tab.packets import Kind
+from pipros.tab.processes import ONLY_PYTHON
 from pipros.tab.sockets import HERE, install
 from pipros.tab.turns import WorkerTurns
 
 INTERRUPTED = 130
+NOT_FOUND = 127
+CANNOT_RUN = 126
+HOME = "/home/student"
+_PYTHON = "/usr/bin/python3"
+_PLACEHOLDERS = ("/usr/bin/env", _PYTHON)
+"""Programs that a tab lacks, but that `rosrun` looks for before it starts a script."""
+
+_OWN_FILES = re.compile(r"/pipros/(tab|cli)/|<frozen |/runpy\.py$|^<string>$")
+"""Files whose lines a traceback leaves out above the user's program."""
+
+
+class _Replaced(BaseException):
+    """The program asked for another to take its place, as `rosrun` does."""
+
+    def __init__(self, words: Sequence[str], environment: Mapping[str, str]) -> None:
+        self.words, self.environment = list(words), dict(environment)
 
 
 class RingPort:
@@ -40,60 +65,165 @@ class RingPort:
         return bool(self._rings.isInterrupted())
 
 
-def run(rings: Any, program: Mapping[str, Any]) -> int:
-    """Run a program and return its exit code; see `run_with`. Called by the worker's JavaScript."""
+class Worker:
+    """A worker without a program yet, but with replacements for sockets and processes."""
+
+    def __init__(self, port: Port) -> None:
+        """Replace what a worker lacks. Call this before other modules are imported."""
+        self._network = Network(port)
+        self._turns = turns = WorkerTurns(self._network)
+        install(self._network, turns.wait_for_network)
+        one_thread.turns = turns
+        time.sleep = turns.sleep  # callbacks run while a program sleeps
+        signal.set_wakeup_fd = lambda *_args, **_options: -1  # a tab's sockets have no descriptors
+        os.execve = os.execvpe = _replace  # type: ignore[assignment]
+
+    def run(self, program: Mapping[str, Any]) -> int:
+        """Run a program, and return its exit code.
+
+        Args:
+            program: `argv`, the command line, whose first item is a script or the name of a command, or
+                `bash` for a terminal; `files`, text, or mode and bytes, by path; `environment`, all
+                variables, or `env`, further ones; `folder`, where it begins, the home folder by default;
+                `stdout` and `stderr`, paths, or None for the terminal; `number`, of the process.
+        """
+        if "environment" in program:
+            os.environ.clear()
+            os.environ.update(program["environment"])
+        os.environ.update({"ROS_IP": HERE, **program.get("env", {})})
+        os.environ.setdefault("ROS_MASTER_URI", f"http://{HERE}:11311/")
+        if "number" in program:
+            os.getpid = lambda: int(program["number"])
+        home = os.path.expanduser("~")
+        os.makedirs(home, exist_ok=True)
+        files.write_all(program.get("files", {}))
+        shared = files.SharedFiles(home, lambda content: self._network.send(Kind.FILE, 0, content))
+        self._network.take_file = shared.take
+        processes.install(self._network, self._turns, shared, threading.Thread)
+        os.chdir(program.get("folder") or home)
+        for descriptor, stream in ((1, "stdout"), (2, "stderr")):
+            if program.get(stream):
+                _redirect(descriptor, program[stream])
+        if program["argv"][0] == "bash":
+            from pipros.tab.terminal import Terminal
+
+            code = Terminal(self._network, self._turns, shared).run()
+        else:
+            code = _run_words(program["argv"])
+        code = _code_of(atexit._run_exitfuncs) or code
+        sys.stdout.flush()
+        sys.stderr.flush()
+        shared.push()
+        return code
+
+
+def start(rings: Any) -> Worker:
+    """Prepare a worker for any program. Called by the worker's JavaScript, before the program is known."""
     asyncio._set_running_loop(None)  # Pyodide's own loop does not run while Python does
-    return run_with(RingPort(rings), program)
+    for path in _PLACEHOLDERS:
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        Path(path).touch(0o755)
+    for script in Path(pipros.__file__).parent.glob("share/**/*.py"):  # Pyodide's archives lose these modes
+        script.chmod(0o755)
+    sys.executable = _PYTHON
+    os.environ.update({"PATH": "/usr/bin", "HOME": HOME, "TERM": "dumb", "USER": "student"})
+    return Worker(RingPort(rings))
 
 
 def run_with(port: Port, program: Mapping[str, Any]) -> int:
-    """Run a program and return its exit code.
-
-    Args:
-        port: the worker's connection to the hub.
-        program: `argv`, the command line, whose first item is a script or the name of a command; `files`,
-            the content of files by path; `env`, environment variables.
-    """
-    network = Network(port)
-    turns = WorkerTurns(network)
-    install(network, turns.wait_for_network)
-    one_thread.turns = turns
-    time.sleep = turns.sleep  # callbacks run while a program sleeps, as everywhere
-    signal.set_wakeup_fd = lambda *_args, **_options: -1  # a tab's sockets have no descriptors
-    os.environ.update({"ROS_IP": HERE, "ROS_MASTER_URI": f"http://{HERE}:11311/", **program["env"]})
-    for path, content in program["files"].items():
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(content)
-    sys.argv = list(program["argv"])
-    code = _code_of(lambda: _run_command(sys.argv[0]))
-    code = _code_of(atexit._run_exitfuncs) or code
-    sys.stdout.flush()
-    sys.stderr.flush()
-    return code
+    """Run a program; see `Worker.run`."""
+    return Worker(port).run(program)
 
 
-def _run_command(name: str) -> object:
+def _redirect(descriptor: int, path: str) -> None:
+    opened = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    os.dup2(opened, descriptor)
+    os.close(opened)
+
+
+def _replace(_file: str, words: Sequence[str], environment: Mapping[str, str]) -> NoReturn:
+    raise _Replaced(words, environment)
+
+
+def _run_words(words: Sequence[str]) -> int:
+    """Run a program, and those that take its place. Return the exit code of the last."""
+    while True:
+        try:
+            return _code_of(lambda: _run_command(words))  # noqa: B023 # called at once
+        except _Replaced as new:
+            words = new.words
+            os.environ.clear()
+            os.environ.update(new.environment)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _run_command(words: Sequence[str]) -> None:
     """Run a script, or a command of the installed distributions.
 
     Raises:
-        SystemExit: the command does not exist, or the program called `sys.exit`.
+        SystemExit: the command does not exist, or the program has exited.
     """
-    if "/" in name:
-        import runpy
+    sys.path[:0] = [each for each in os.environ.get("PYTHONPATH", "").split(os.pathsep) if each]
+    named = _without_interpreter(words)
+    has_interpreter = len(named) < len(words)
+    if not named:
+        _refuse("python3: a browser tab has no interactive Python; write a file, and run it", CANNOT_RUN)
+    sys.argv = list(named)
+    name = sys.argv[0]
+    if has_interpreter and name == "-m" and len(named) > 1:
+        sys.path.insert(0, os.getcwd())
+        sys.argv = sys.argv[1:]
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    elif has_interpreter or "/" in name:
+        if not os.path.isfile(name):
+            _refuse(f"bash: {name}: No such file or directory", NOT_FOUND)
+        if not has_interpreter:
+            _check_script(name)
+        sys.path.insert(0, os.path.dirname(os.path.abspath(name)))
+        runpy.run_path(name, run_name="__main__")
+    else:
+        for command in entry_points(group="console_scripts", name=name):
+            sys.exit(command.load()())
+        from pipros.packages.well_known import why_no_command
 
-        return runpy.run_path(name, run_name="__main__")
-    from importlib.metadata import entry_points
+        _refuse(f"{name}: {why_no_command(name) or 'command not found'}", NOT_FOUND)
 
-    for command in entry_points(group="console_scripts", name=name):
-        sys.exit(command.load()())
-    raise SystemExit(f"{name}: command not found")
+
+def _without_interpreter(words: Sequence[str]) -> Sequence[str]:
+    if os.path.basename(words[0]) == "env" and len(words) > 1:
+        words = words[1:]
+    if not re.fullmatch(r"python[\d.]*", os.path.basename(words[0])):
+        return words
+    return words[2:] if words[1:2] == ["-u"] else words[1:]
+
+
+def _check_script(path: str) -> None:
+    """Check that the system could start a file, and that it is Python.
+
+    Raises:
+        SystemExit: it is not.
+    """
+    if not os.stat(path).st_mode & 0o111:
+        _refuse(f"bash: {path}: Permission denied", CANNOT_RUN)
+    with open(path, "rb") as file:
+        first_line = file.readline(256)
+    if path.endswith(".py") and not first_line.startswith(b"#!"):
+        _refuse(f"bash: {path}: its first line must be #!/usr/bin/env python3", CANNOT_RUN)
+    if b"python" not in first_line:
+        _refuse(f"bash: {path}: {ONLY_PYTHON}", CANNOT_RUN)
+
+
+def _refuse(reason: str, code: int) -> NoReturn:
+    print(reason, file=sys.stderr)
+    raise SystemExit(code)
 
 
 def _code_of(call: Callable[[], object]) -> int:
     """Return the exit code that Python would have after a call."""
     try:
         call()
+    except _Replaced:
+        raise
     except SystemExit as end:
         if end.code is None or isinstance(end.code, int):
             return end.code or 0
@@ -101,7 +231,10 @@ def _code_of(call: Callable[[], object]) -> int:
         return 1
     except KeyboardInterrupt:
         return INTERRUPTED
-    except BaseException:
-        traceback.print_exc()
+    except BaseException as error:
+        frames = error.__traceback__
+        while frames is not None and _OWN_FILES.search(frames.tb_frame.f_code.co_filename):
+            frames = frames.tb_next
+        traceback.print_exception(type(error), error, frames)
         return 1
     return 0

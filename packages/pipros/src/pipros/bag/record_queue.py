@@ -6,6 +6,7 @@ import threading
 from collections import deque
 
 from pipros.bag.connection import StoredMessage
+from pipros.basics import one_thread
 
 
 class RecordQueue:
@@ -51,6 +52,9 @@ class RecordQueue:
 
         Return an empty list on timeout, or if the queue is empty and closed.
         """
+        if one_thread.turns is not None:
+            one_thread.turns.wait(lambda: bool(self._waiting) or self._is_closed, timeout_s)
+            timeout_s = 0.0
         with self._changed:
             if not self._waiting and not self._is_closed:
                 self._changed.wait(timeout_s)

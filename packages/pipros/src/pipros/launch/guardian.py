@@ -48,8 +48,13 @@ class Guardian:
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Start the guardian process, in its own session so that Ctrl-C does not reach it."""
-        if not _ON_POSIX or self._process is not None:
+        """Start the guardian process, in its own session so that Ctrl-C does not reach it.
+
+        Does nothing without threads: there, the hub ends what a stopped launcher has started.
+        """
+        from pipros.basics import one_thread
+
+        if not _ON_POSIX or self._process is not None or one_thread.turns is not None:
             return
         import subprocess
 

@@ -12,6 +12,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
+from pipros.basics import one_thread
 from pipros.basics.log_file import open_to_write
 from pipros.basics.posix import NEW_GROUP, interrupt, signal_group
 from pipros.basics.windows import ON_WINDOWS
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from pipros.basics.windows_job import Job
 
 SIGINT, SIGTERM = signal.SIGINT, signal.SIGTERM
+_LOOK_EVERY_S = 0.05
 
 
 class NodeProcess:
@@ -77,7 +79,10 @@ class NodeProcess:
                 self._job = Job(self.pid)
         self._has_group = True
         guardian.started(self.pid)
-        threading.Thread(target=self._wait, name=f"wait for {name}", daemon=True).start()
+        if one_thread.turns is None:
+            threading.Thread(target=self._wait, name=f"wait for {name}", daemon=True).start()
+        else:
+            one_thread.turns.repeat(self._look)
 
     @property
     def popen(self) -> subprocess.Popen[bytes]:
@@ -122,6 +127,13 @@ class NodeProcess:
         if self._has_group and self._exited.is_set():
             self.send_signal(SIGKILL)
             self._forget_group()
+
+    def _look(self) -> float | None:
+        """Without a thread: handle the exit, or return when to look again."""
+        if self._popen.poll() is None:
+            return _LOOK_EVERY_S
+        self._wait()
+        return None
 
     def _wait(self) -> None:
         self._popen.wait()

@@ -1,5 +1,5 @@
 // The hub of a tab: starts and ends workers, which run one Python program each, and connects them.
-// It runs where the page runs, never waits, and knows nothing of ROS: it passes bytes between ports.
+// It runs where the page runs, never waits, and knows nothing of ROS: it passes bytes between ports, and files between workers.
 
 import { eachPacket, Ring, RING_BYTES, sharedRing } from "./ring.mjs";
 
@@ -11,16 +11,32 @@ const CONNECTED = 5;
 const REFUSED = 6;
 const ACCEPT = 7;
 const RESET = 11;
+const START = 12;
+const STARTED = 13;
+const ENDED = 14;
+const SIGNAL = 15;
+const FILE = 16;
+const TYPED = 17;
+const SIGKILL = 9;
+const STOPPED = 137;
+const IS_FOLDER = 0o040000;
+const PIECE_BYTES = 48 * 1024;
+const NEXT_SPARE_MS = 300; // a program that has just started needs the processor more than a spare worker
 const FIRST_PORT = 20_000;
 const LAST_PORT = 59_999;
 const FIRST_ACCEPTED = 0x80000000; // numbers of ends that workers accept; they number the others from 1
 const SIGINT = 2; // Pyodide's interrupt buffer has the number of the signal
 const NOTHING = new Uint8Array(0);
+const encoder = new TextEncoder();
+const decoder = new TextDecoder();
+
+/** @typedef {{terminate: () => unknown, postMessage: (message: unknown) => void}} Worker_ */
 
 /**
- * One program in a worker.
+ * One program in a worker; `parent` and `children` are those that it was started by, and has started.
  * @typedef {{
- *   number: number, worker: {terminate: () => unknown}, toHub: Ring, fromHub: Ring, interrupts: Int32Array,
+ *   number: number, worker: Worker_, toHub: Ring, fromHub: Ring, interrupts: Int32Array,
+ *   parent: Process | null, children: Set<Process>, pieces: Uint8Array[],
  *   waiting: [number, number, Uint8Array][], ends: Map<number, {process: Process, number: number}>,
  *   accepted: number, ports: Set<number>, program: object, onOutput: (text: string) => void,
  *   ended: Promise<number>, end: (code: number) => void
@@ -30,24 +46,58 @@ const NOTHING = new Uint8Array(0);
 export class Hub {
   /** @type {Map<number, Process>} */
   processes = new Map();
+  /**
+   * The files and folders of the home folder: mode and content, by path.
+   * @type {Map<string, [number, Uint8Array]>}
+   */
+  files = new Map();
+  /**
+   * Called after a file was changed or removed.
+   * @type {(path: string) => void}
+   */
+  onFile = () => {};
+  /** @type {Process[]} */
+  #spares = [];
   /** @type {Map<number, Process>} */
   #ports = new Map();
   #nextProcess = 1;
   #nextPort = FIRST_PORT;
   #buffer = new Uint8Array(RING_BYTES);
 
-  /** @param {(data: object, onMessage: (message: any) => void) => {terminate: () => unknown}} startWorker */
-  constructor(startWorker) {
+  /**
+   * @param {(data: object, onMessage: (message: any) => void) => Worker_} startWorker
+   * @param {number} spares how many workers start Python before they have a program, so that programs start sooner
+   */
+  constructor(startWorker, spares = 1) {
     this.startWorker = startWorker;
+    this.spares = spares;
+    this.#makeSpares();
   }
 
   /**
-   * Starts a program. `program` is passed to `pipros.tab.program.run`; `onOutput` gets what it prints.
+   * Starts a program. `program` is passed to `pipros.tab.program.Worker.run`; `onOutput` gets what it prints.
    * @param {object} program
    * @param {(text: string) => void} onOutput
+   * @param {Process | null} parent
    * @returns {Process}
    */
-  start(program, onOutput) {
+  start(program, onOutput, parent = null) {
+    const process = this.#spares.shift() ?? this.#makeWorker();
+    this.processes.set(process.number, process);
+    Object.assign(process, { program, onOutput, parent });
+    parent?.children.add(process);
+    const files = { ...Object.fromEntries(this.files), ...program.files };
+    process.worker.postMessage({ ...program, files, number: process.number });
+    setTimeout(() => this.#makeSpares(), NEXT_SPARE_MS);
+    return process;
+  }
+
+  #makeSpares() {
+    while (this.#spares.length < this.spares) this.#spares.push(this.#makeWorker());
+  }
+
+  /** Starts a worker that waits for a program. */
+  #makeWorker() {
     const toHub = sharedRing();
     const fromHub = sharedRing();
     const interrupts = new SharedArrayBuffer(4);
@@ -58,7 +108,10 @@ export class Hub {
     /** @type {Process} */
     const process = {
       number,
-      worker: { terminate() {} },
+      worker: { terminate() {}, postMessage() {} },
+      parent: null,
+      children: new Set(),
+      pieces: [],
       toHub: new Ring(toHub),
       fromHub: new Ring(fromHub),
       interrupts: new Int32Array(interrupts),
@@ -66,16 +119,15 @@ export class Hub {
       ends: new Map(),
       accepted: FIRST_ACCEPTED,
       ports: new Set(),
-      program,
-      onOutput,
+      program: {},
+      onOutput() {},
       ended,
       end,
     };
-    this.processes.set(number, process);
-    process.worker = this.startWorker({ toHub, fromHub, interrupts, program }, (message) => {
+    process.worker = this.startWorker({ toHub, fromHub, interrupts }, (message) => {
       if (message === "packets") this.#receive(process);
       else if (message === "room") this.#flush(process);
-      else if ("output" in message) onOutput(message.output);
+      else if ("output" in message) process.onOutput(message.output);
       else this.#remove(process, message.exit);
     });
     return process;
@@ -89,7 +141,58 @@ export class Hub {
 
   /** Ends a program at once, even one that computes for ever. */
   stop(process) {
-    this.#remove(process, 137);
+    this.#remove(process, STOPPED);
+  }
+
+  /**
+   * Passes on what a user does in a terminal: `{line: …}`, `{complete: …}` or `{stop: true}`.
+   * @param {Process} process
+   * @param {object} typed
+   */
+  type(process, typed) {
+    this.#send(process, TYPED, 0, encoder.encode(JSON.stringify(typed)));
+  }
+
+  /**
+   * Changes a file for all programs.
+   * @param {string} path
+   * @param {Uint8Array | null} content null removes the file
+   * @param {number} mode of a new file
+   */
+  writeFile(path, content, mode = 0o644) {
+    const state = content === null ? null : /** @type {[number, Uint8Array]} */ ([this.files.get(path)?.[0] ?? mode, content]);
+    this.#keepFile(path, state);
+    for (const each of this.processes.values()) this.#sendFile(each, path, state);
+  }
+
+  #keepFile(path, state) {
+    if (state) this.files.set(path, state);
+    else this.files.delete(path);
+    this.onFile(path);
+  }
+
+  #sendFile(process, path, state) {
+    if (!state) {
+      this.#send(process, FILE, 0, packed({ path }, NOTHING));
+      return;
+    }
+    const [mode, content] = state;
+    const size = mode & IS_FOLDER ? 0 : content.length;
+    for (let start = 0; start < Math.max(size, 1); start += PIECE_BYTES) {
+      const head = { path, mode, is_last: start + PIECE_BYTES >= size };
+      this.#send(process, FILE, 0, packed(head, content.subarray(start, start + PIECE_BYTES)));
+    }
+  }
+
+  /** A worker has changed a file: keep it once it is whole, and send the pieces to all others. */
+  #receiveFile(process, content) {
+    const line = content.indexOf(10);
+    const head = JSON.parse(decoder.decode(content.subarray(0, line)));
+    if ("mode" in head) {
+      process.pieces.push(content.slice(line + 1));
+      if (head.is_last) this.#keepFile(head.path, [head.mode, joined(process.pieces.splice(0))]);
+    } else this.#keepFile(head.path, null);
+    for (const each of this.processes.values()) if (each !== process) this.#send(each, FILE, 0, content);
   }
 
   #remove(process, code) {
@@ -100,6 +203,9 @@ export class Hub {
     for (const port of process.ports) this.#ports.delete(port);
     for (const peer of process.ends.values()) peer.process.ends.delete(peer.number);
     process.ends.clear();
+    for (const child of process.children) this.stop(child);
+    process.parent?.children.delete(process);
+    if (process.parent) this.#send(process.parent, ENDED, process.number, bytesOf(code & 255));
     process.end(code);
   }
 
@@ -113,6 +219,15 @@ export class Hub {
     if (kind === LISTEN) {
       const port = this.#open(process, numberIn(content));
       this.#send(process, LISTENING, end, bytesOf(port));
+    } else if (kind === START) {
+      const child = this.start(JSON.parse(decoder.decode(content)), process.onOutput, process);
+      this.#send(process, STARTED, end, bytesOf(child.number));
+    } else if (kind === SIGNAL) {
+      for (const child of process.children) {
+        if (child.number === end) numberIn(content) === SIGKILL ? this.stop(child) : this.interrupt(child);
+      }
+    } else if (kind === FILE) {
+      this.#receiveFile(process, content);
     } else if (kind === CLOSE_PORT) {
       if (process.ports.delete(end)) this.#ports.delete(end);
     } else if (kind === CONNECT) {
@@ -165,6 +280,20 @@ export class Hub {
     process.waiting.splice(0, sent);
     if (process.waiting.length > 0) process.fromHub.raise();
   }
+}
+
+function packed(head, piece) {
+  return joined([encoder.encode(`${JSON.stringify(head)}\n`), piece]);
+}
+
+function joined(pieces) {
+  const whole = new Uint8Array(pieces.reduce((size, piece) => size + piece.length, 0));
+  let at = 0;
+  for (const piece of pieces) {
+    whole.set(piece, at);
+    at += piece.length;
+  }
+  return whole;
 }
 
 function numberIn(content) {

@@ -1,4 +1,4 @@
-// A worker's side of the hub: starts Python, gives it the rings, and runs one program.
+// A worker's side of the hub: starts Python, gives it the rings, and runs one program once the hub has sent it.
 
 import { Ring, RING_BYTES } from "./ring.mjs";
 
@@ -40,12 +40,13 @@ class Rings {
 }
 
 /**
- * Runs a program and posts its exit code.
+ * Starts Python, waits for a program, runs it, and posts its exit code.
  * @param {object} data from the hub
+ * @param {Promise<object>} program
  * @param {(message: unknown) => void} post
  * @param {(options: object) => Promise<any>} startPython starts Pyodide with pipros
  */
-export async function runProcess(data, post, startPython) {
+export async function runProcess(data, program, post, startPython) {
   const write = (text) => post({ output: text });
   const decoder = new TextDecoder();
   const output = { write: (bytes) => (write(decoder.decode(bytes, { stream: true })), bytes.length) };
@@ -56,8 +57,9 @@ export async function runProcess(data, post, startPython) {
     pyodide.setStderr(output);
     const rings = new Rings(data, post);
     pyodide.setInterruptBuffer(rings.interrupts);
-    const run = pyodide.pyimport("pipros.tab.program").run;
-    code = run(rings, pyodide.toPy(data.program));
+    const worker = pyodide.pyimport("pipros.tab.program").start(rings);
+    pyodide.pyimport("rospy"); // most programs are nodes, or commands that need the same modules
+    code = worker.run(pyodide.toPy(await program));
   } catch (error) {
     write(`${error.message ?? error}\n`);
   }

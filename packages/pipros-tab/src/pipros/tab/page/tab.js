@@ -1,0 +1,154 @@
+// The page: terminals, the files of the home folder, and an editor.
+
+import { Hub } from "./hub.mjs";
+import { keepFiles } from "./store.js";
+import { Terminal } from "./terminal.js";
+import { filesOf, zipOf } from "./zip.mjs";
+
+const HOME = "/home/student";
+const TERMINALS = 3;
+const IS_FOLDER = 0o040000;
+const NOT_LISTED = /\/\.ros(\/|$)|\/(build|devel)\//;
+const RELOADED = "pipros-tab-reloaded";
+const $ = (id) => /** @type {any} */ (document.getElementById(id));
+const say = (text) => ($("state").textContent = text);
+
+function startWorker(data, onMessage) {
+  const worker = new Worker(new URL("tab_worker.js", import.meta.url), { type: "module" });
+  worker.onmessage = (event) => onMessage(event.data);
+  worker.onerror = (event) => onMessage({ output: `${event.message ?? "its files are missing"}\n` });
+  worker.postMessage(data);
+  return worker;
+}
+
+/** Returns whether the page may share memory; if not, says why, or reloads with the headers of the service worker. */
+async function isIsolated() {
+  if (crossOriginIsolated) {
+    sessionStorage.removeItem(RELOADED);
+    void navigator.serviceWorker?.register(new URL("headers.js", import.meta.url));
+    return true;
+  }
+  if (!isSecureContext) say("Browsers share memory only on https pages, and on localhost: use one of these addresses.");
+  else if (!navigator.serviceWorker || sessionStorage.getItem(RELOADED)) {
+    say("This browser does not let pages share memory: try another one.");
+  } else {
+    sessionStorage.setItem(RELOADED, "yes");
+    await navigator.serviceWorker.register(new URL("headers.js", import.meta.url));
+    await navigator.serviceWorker.ready;
+    location.reload();
+  }
+  return false;
+}
+
+class Editor {
+  /** @type {string | null} */
+  path = null;
+
+  constructor(hub) {
+    this.hub = hub;
+    $("save").onclick = () => this.save();
+    $("close").onclick = () => this.close();
+    $("editor-text").addEventListener("change", () => this.save());
+    $("editor-text").addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  open(path) {
+    this.save();
+    this.path = path;
+    $("editor").hidden = false;
+    $("editor-name").textContent = path.replace(`${HOME}/`, "");
+    $("editor-text").value = this.#kept();
+    $("editor-text").focus();
+  }
+
+  save() {
+    if (this.path === null || this.#kept() === $("editor-text").value) return;
+    this.hub.writeFile(this.path, new TextEncoder().encode($("editor-text").value));
+    say(`saved ${$("editor-name").textContent}`);
+  }
+
+  close() {
+    this.save();
+    this.path = null;
+    $("editor").hidden = true;
+  }
+
+  #kept() {
+    return new TextDecoder().decode(this.hub.files.get(this.path)?.[1]);
+  }
+
+  #key(event) {
+    if (event.key === "s" && (event.ctrlKey || event.metaKey)) this.save();
+    else if (event.key === "Tab" && !event.shiftKey) document.execCommand("insertText", false, "    ");
+    else return;
+    event.preventDefault();
+  }
+}
+
+function listFiles(hub, editor) {
+  const paths = [...hub.files.keys()].filter((path) => !NOT_LISTED.test(path)).sort();
+  $("files").replaceChildren(
+    ...paths.map((path) => {
+      const name = path.slice(HOME.length + 1);
+      const isFolder = Boolean((hub.files.get(path)?.[0] ?? 0) & IS_FOLDER);
+      const depth = name.split("/").length - 1;
+      const item = Object.assign(document.createElement(isFolder ? "div" : "button"), { title: name });
+      item.textContent = name.split("/").at(-1) + (isFolder ? "/" : "");
+      item.style.marginLeft = `${depth * 0.9}rem`;
+      if (!isFolder) item.onclick = () => editor.open(path);
+      return item;
+    }),
+  );
+}
+
+function download(hub) {
+  const files = new Map();
+  for (const [path, state] of hub.files) if (!NOT_LISTED.test(path)) files.set(path.slice(HOME.length + 1), state);
+  const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(zipOf(files)), download: "student.zip" });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+async function openZip(hub, file) {
+  try {
+    const files = await filesOf(new Uint8Array(await file.arrayBuffer()));
+    for (const [name, [mode, content]] of files) {
+      if (!name.split("/").includes("..")) hub.writeFile(`${HOME}/${name}`, content, mode);
+    }
+    say(`opened ${file.name}: ${files.size} files and folders`);
+  } catch (error) {
+    say(error.message);
+  }
+}
+
+async function main() {
+  if (!(await isIsolated())) return;
+  const hub = new Hub(startWorker);
+  const editor = new Editor(hub);
+  const keep = await keepFiles(hub.files);
+  let listing = 0;
+  hub.onFile = (path) => {
+    keep(path);
+    clearTimeout(listing);
+    listing = setTimeout(() => listFiles(hub, editor), 100);
+  };
+  listFiles(hub, editor);
+  let count = 0;
+  const open = () => {
+    const terminal = new Terminal(hub, `Terminal ${++count}`, (path) => editor.open(path));
+    $("terminals").append(terminal.element);
+    return terminal;
+  };
+  const terminals = Array.from({ length: TERMINALS }, open);
+  terminals[0].input.focus();
+  $("new-terminal").onclick = () => open().input.focus();
+  $("new-file").onclick = () => {
+    const name = prompt("Path of the file in the home folder");
+    if (name) editor.open(`${HOME}/${name}`);
+  };
+  $("download").onclick = () => download(hub);
+  $("open-zip").onchange = () => openZip(hub, $("open-zip").files[0]);
+  say("");
+}
+
+void main();

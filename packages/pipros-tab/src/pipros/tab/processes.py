@@ -1,0 +1,136 @@
+"""A replacement for `subprocess.Popen`, which starts Python programs and commands in further workers."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from typing import IO, Any, ClassVar, Final
+
+from pipros.tab.files import SharedFiles
+from pipros.tab.network import Network
+from pipros.tab.packets import NUMBER, Kind
+from pipros.tab.turns import WorkerTurns
+
+ONLY_PYTHON: Final = "a browser tab runs only Python programs and pipros's commands"
+
+_Output = IO[Any] | int | None
+
+
+class TabProcess:
+    """A program in another worker. Only what pipros uses of `subprocess.Popen` exists.
+
+    Attributes:
+        pid: the number of the process in the tab.
+    """
+
+    network: ClassVar[Network]
+    turns: ClassVar[WorkerTurns]
+    files: ClassVar[SharedFiles]
+
+    def __init__(
+        self,
+        args: Sequence[str | os.PathLike[str]],
+        *,
+        env: Mapping[str, str] | None = None,
+        cwd: str | os.PathLike[str] | None = None,
+        stdin: _Output = None,
+        stdout: _Output = None,
+        stderr: _Output = None,
+        **_: object,
+    ) -> None:
+        """Start a program.
+
+        Raises:
+            OSError: it would need a pipe, which a tab lacks.
+        """
+        self.args = [os.fspath(each) for each in args]
+        pipes = (subprocess.PIPE, subprocess.STDOUT)
+        if stdout in pipes or stderr in pipes or stdin == subprocess.PIPE:
+            raise OSError(f"{ONLY_PYTHON}, without pipes: {' '.join(self.args)}")
+        self.files.push()
+        self.pid = self.network.start(
+            {
+                "argv": self.args,
+                "environment": dict(os.environ if env is None else env),
+                "folder": os.fspath(cwd) if cwd is not None else os.getcwd(),
+                "stdout": _path_of(stdout),
+                "stderr": _path_of(stderr),
+            }
+        )
+
+    @property
+    def returncode(self) -> int | None:
+        return self.network.codes.get(self.pid)
+
+    def poll(self) -> int | None:
+        return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for the end, and return the exit code.
+
+        Raises:
+            subprocess.TimeoutExpired: the timeout expired first.
+        """
+        self.turns.wait(lambda: self.returncode is not None, timeout)
+        code = self.returncode
+        if code is None:
+            raise subprocess.TimeoutExpired(self.args, timeout or 0.0)
+        return code
+
+    def communicate(self, _: object = None, timeout: float | None = None) -> tuple[None, None]:
+        """Wait for the end."""
+        self.wait(timeout)
+        return None, None
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal; do nothing if the process has ended."""
+        if self.returncode is None:
+            self.network.send(Kind.SIGNAL, self.pid, NUMBER.pack(number))
+
+    def terminate(self) -> None:
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self) -> None:
+        self.send_signal(9)
+
+    def __enter__(self) -> TabProcess:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.wait()
+
+
+def _path_of(output: _Output) -> str | None:
+    """Return the path of an open file, or None for the terminal."""
+    if output is None:
+        return None
+    number = output if isinstance(output, int) else output.fileno()
+    return os.devnull if number < 0 else os.readlink(f"/proc/self/fd/{number}")
+
+
+def _signal_process(process: int, number: int) -> None:
+    """Replace `os.killpg`: a process of a tab is a group."""
+    network = TabProcess.network
+    if process in network.codes:
+        raise ProcessLookupError(f"there is no process {process}")
+    if number:
+        network.send(Kind.SIGNAL, process, NUMBER.pack(number))
+
+
+def _no_thread(_: object) -> None:
+    raise RuntimeError("a browser tab has no threads: use rospy.Timer, or a loop with rospy.sleep")
+
+
+def install(network: Network, turns: WorkerTurns, files: SharedFiles, threads: Any) -> None:
+    """Replace Python's processes. Threads cannot be started: each call raises one clear error.
+
+    Args:
+        threads: the class whose `start` is replaced, `threading.Thread`.
+    """
+    TabProcess.network, TabProcess.turns, TabProcess.files = network, turns, files
+    replace: Callable[..., None] = setattr
+    replace(subprocess, "Popen", TabProcess)
+    replace(os, "killpg", _signal_process)
+    replace(threads, "start", _no_thread)

@@ -1,0 +1,185 @@
+"""A terminal of a tab: reads lines, runs them, and starts their programs in further workers.
+
+The page shows the output, which also has marks: escape sequences `ESC ] 133 ; LETTER ; TEXT BEL`. With P,
+the terminal is ready, and the text is the prompt. C lists completions of the line (JSON). E opens a file in
+the editor.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import re
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from pipros.tab import shell
+from pipros.tab.files import SharedFiles
+from pipros.tab.network import Network
+from pipros.tab.processes import TabProcess
+from pipros.tab.turns import WorkerTurns
+
+INTERRUPTED = 130
+_EDITORS = ("code", "edit", "gedit", "nano", "vim")
+
+
+class Terminal:
+    """One terminal."""
+
+    def __init__(self, network: Network, turns: WorkerTurns, files: SharedFiles) -> None:
+        self._network, self._turns, self._files = network, turns, files
+        self._foreground: TabProcess | None = None
+        self._jobs: list[tuple[int, TabProcess, str]] = []
+        self._is_over = False
+        for name in _EDITORS:
+            shell.BUILT_IN[name] = _edit
+        shell.BUILT_IN.update(exit=self._exit, jobs=self._list_jobs, kill=self._kill)
+
+    def run(self) -> int:
+        """Run lines until `exit`."""
+        signal.signal(signal.SIGINT, lambda *_: self._interrupt())
+        if os.path.isfile(os.path.expanduser("~/.bashrc")):
+            shell.run_line("source ~/.bashrc", self._start)
+        while not self._is_over:
+            self._report_ended()
+            _mark("P", _prompt())
+            typed = self._next()
+            if "line" in typed:
+                shell.run_line(typed["line"], self._start)
+                self._files.push()
+        return 0
+
+    def _next(self) -> dict[str, str]:
+        """Wait for a line, and complete words meanwhile."""
+        while True:
+            self._turns.wait(lambda: bool(self._network.typed), None)
+            typed = dict(self._network.typed.popleft())
+            if "complete" in typed:
+                _mark("C", json.dumps(completions(typed["complete"])))
+            elif "stop" not in typed:
+                return typed
+
+    def _interrupt(self) -> None:
+        if self._foreground is not None:
+            self._foreground.send_signal(signal.SIGINT)
+
+    def _start(self, words: list[str], output: str | None = None, *, waits: bool = True) -> int:
+        """Start a program, and wait for its end unless it runs in the background."""
+        sys.stdout.flush()
+        self._files.push()
+        with open(output or os.devnull, "a", encoding="utf-8") as file:
+            process = TabProcess(words, stdout=file if output else None)
+        if not waits:
+            number = max((each[0] for each in self._jobs), default=0) + 1
+            self._jobs.append((number, process, " ".join(words)))
+            print(f"[{number}] {process.pid}", flush=True)
+            return 0
+        self._foreground = process
+        self._turns.wait(lambda: process.poll() is not None or self._stop_if_typed(process), None)
+        self._foreground = None
+        return process.wait()
+
+    def _stop_if_typed(self, process: TabProcess) -> bool:
+        typed = self._network.typed
+        if typed and "stop" in typed[0]:
+            typed.popleft()
+            process.kill()
+        return False
+
+    def _report_ended(self) -> None:
+        for job in list(self._jobs):
+            number, process, line = job
+            if process.poll() is not None:
+                self._jobs.remove(job)
+                print(f"[{number}]+  {_state(process):<23} {line}", flush=True)
+
+    def _exit(self, _: Sequence[str]) -> int:
+        self._is_over = True
+        return 0
+
+    def _list_jobs(self, _: Sequence[str]) -> int:
+        for number, process, line in self._jobs:
+            print(f"[{number}]  {_state(process):<23} {line} &")
+        return 0
+
+    def _kill(self, words: Sequence[str]) -> int:
+        """Send SIGINT, or SIGKILL with -9, to jobs (`%1`) or numbers of processes started here."""
+        send: Callable[[TabProcess], None] = TabProcess.kill if "-9" in words else _send_interrupt
+        code = 0
+        for word in words:
+            if word.startswith("-"):
+                continue
+            found = [job for job in self._jobs if word in (f"%{job[0]}", str(job[1].pid))]
+            if not found:
+                print(f"bash: kill: {word}: no such job", file=sys.stderr)
+                code = 1
+            for _, process, _line in found:
+                send(process)
+        return code
+
+
+def completions(text: str) -> list[str]:
+    """Return the words that may stand in place of the last word of a line."""
+    words = re.split("[;&]", text)[-1].split(" ")
+    started = words[-1]
+    words = [word for word in words[:-1] if word] + [started]
+    if len(words) == 1 and "/" not in started:
+        return sorted({name for name in (*_commands(), *shell.BUILT_IN) if name.startswith(started)})
+    found: list[str] = []
+    if words[0] not in shell.BUILT_IN:
+        (command,) = {*entry_points(group="console_scripts", name="pipros-complete")}
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            command.load()([str(len(words) - 1), *words])
+        found = printed.getvalue().splitlines()
+    return sorted(set(found)) or _paths(started)
+
+
+def _paths(started: str) -> list[str]:
+    folder, name = os.path.split(started)
+    place = Path(os.path.expanduser(folder or "."))
+    if not place.is_dir():
+        return []
+    return sorted(
+        os.path.join(folder, each.name) + ("/" if each.is_dir() else "")
+        for each in place.iterdir()
+        if each.name.startswith(name) and (name.startswith(".") or not each.name.startswith("."))
+    )
+
+
+def _commands() -> list[str]:
+    return [each.name for each in entry_points(group="console_scripts")]
+
+
+def _send_interrupt(process: TabProcess) -> None:
+    process.send_signal(signal.SIGINT)
+
+
+def _state(process: TabProcess) -> str:
+    code = process.poll()
+    if code is None:
+        return "Running"
+    return "Done" if code == 0 else f"Exit {code}"
+
+
+def _prompt() -> str:
+    folder, home = os.getcwd(), os.path.expanduser("~")
+    return f"student@tab:{folder.replace(home, '~', 1) if folder.startswith(home) else folder}$ "
+
+
+def _edit(words: Sequence[str]) -> int:
+    if not words:
+        print("Usage: edit FILE", file=sys.stderr)
+        return 1
+    _mark("E", os.path.abspath(words[0]))
+    return 0
+
+
+def _mark(letter: str, text: str) -> None:
+    sys.stdout.write(f"\033]133;{letter};{text}\007")
+    sys.stdout.flush()
