@@ -58,6 +58,7 @@ OTHERS = {
     ("ros2.md", "yaml"): "packages/pipros-ros2/tests/unit/ros2/test_docs.py",
     ("rtps.md", "python"): "packages/pipros-ros2/tests/unit/ros2/rtps/test_participant.py",
     ("scene.md", "console"): "packages/pipros-page/tests/graph/test_rviz.py",
+    ("tab.md", "console"): "packages/pipros-tab/tests/pyodide/test_terminal.py",
     ("testing.md", "console"): "packages/pipros/tests/graph/test_pytest_plugin.py",
     ("testing.md", "python"): "packages/pipros/tests/graph/test_pytest_plugin.py",
     ("testing.md", "xml"): "packages/pipros/tests/graph/test_pytest_plugin.py",

@@ -1,0 +1,42 @@
+"""Completion in the terminals of a tab, and the commands of docs/tab.md."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pipros.tab.terminal import completions
+from tests.support.environments import REPOSITORY
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    return tmp_path
+
+
+def test_commands_files_and_programs_of_packages_are_completed(home: Path) -> None:
+    (home / "feature").mkdir()
+    (home / "feature/talker.py").touch()
+    (home / ".hidden").touch()
+    assert completions("rosno") == ["rosnode"]
+    assert completions("cd feature; chm") == ["chmod"]
+    assert completions("cd ") == ["feature/"]
+    assert completions("cat feature/t") == ["feature/talker.py"]
+    assert completions("cat .h") == [".hidden"]
+    assert completions("rosrun rospy_tutorials talker_h") == ["talker_header.py"]
+    assert completions("cat nowhere/t") == []
+
+
+def test_the_case_study_of_the_docs_is_typed_in_pyodide() -> None:
+    shown = (REPOSITORY / "docs/tab.md").read_text(encoding="utf-8")
+    typed = (REPOSITORY / "packages/pipros-tab/tests/pyodide/test_terminal.py").read_text(encoding="utf-8")
+    lines = re.findall(r"^\$ (.+)$", shown, re.MULTILINE)
+    assert len(lines) > 20
+    names = {"~/feature/buse_nur_emir_07042023/catkin_ws": "~/{WORKSPACE}"}
+    for before, after in names.items():
+        lines = [line.replace(before, after) for line in lines]
+    assert [line for line in lines if line not in typed] == []
