@@ -20,7 +20,7 @@ PAGES = (
     SOURCES["pipros-page"] / "web" / "page",
     SOURCES["pipros"] / "server" / "page",
     SOURCES["pipros"] / "server" / "sliders" / "page",
-    SOURCES["pipros"] / "server" / "windows" / "page",
+    SOURCES["pipros-robot"] / "perception" / "windows" / "page",
     SOURCES["pipros-robot"] / "simulation" / "robots" / "page",
     SOURCES["pipros-robot"] / "simulation" / "turtlesim" / "page",
     SOURCES["pipros-tab"] / "tab" / "page",
