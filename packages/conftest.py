@@ -82,7 +82,9 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     )
     is_left_out = is_left_out or (folder == "dds" and not is_required() and dds_peers.missing())
     is_left_out = is_left_out or (file in _GENUINE_ROS2 and not is_required() and ros2_wheels.missing())
-    is_left_out = is_left_out or (folder == "windows" and not is_required() and windows.missing())
+    is_left_out = is_left_out or (
+        folder == "windows" and not is_required() and (windows.missing() or missing_packages())
+    )
     if absent_rooms.is_needed_by(collection_path):
         return True
     has_npm = is_required() or npm.is_installed()

@@ -1,4 +1,4 @@
 @rem What script/demo does on Linux; see windows_here.py.
 @set PYTHON=python
-@where /q py && set PYTHON=py
+@for %%p in (py.exe) do @if not "%%~$PATH:p"=="" set PYTHON=py
 @%PYTHON% "%~dp0windows_here.py" demo %*

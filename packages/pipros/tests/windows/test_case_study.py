@@ -49,16 +49,26 @@ def test_a_killed_roslaunch_leaves_no_node_and_no_master(start: StartOnWindows) 
     wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
 
 
-def test_a_talker_on_windows_is_heard_on_linux_and_the_reverse(ros: RosSystem, start: StartOnWindows) -> None:
-    ros.serve_master()
+def test_windows_linux_and_genuine_ros_are_one_system(ros: RosSystem, start: StartOnWindows) -> None:
+    ros.genuine.start_bare_master()
     start("rosrun", "composiv_tryouts", "composiv_talker.py")
-    echo = ros.pipros.run("rostopic", "echo", "-n", "2", "/battery_topic")
-    assert echo.returncode == 0, echo.output
-    numbers = ros.pipros.start("rostopic", "pub", "-r", "10", "/numbers", "std_msgs/Int32", "data: 5")
-    heard = start("rostopic", "echo", "-n", "2", "/numbers")
-    assert heard.wait(60) == 0, heard.output
-    assert heard.lines.count("data: 5") == 2
-    assert numbers.is_running
+    start("rostopic", "pub", "-r", "10", "/from_windows", "std_msgs/Int32", "data: 5")
+    ros.pipros.start("rostopic", "pub", "-r", "10", "/from_linux", "std_msgs/Int32", "data: 6")
+    ros.genuine.start("rostopic", "pub", "-r", "10", "/from_linux", "std_msgs/Int32", "data: 7")
+    for side, topic, said in (
+        (ros.pipros, "/battery_topic", 'battery: "%25"'),
+        (ros.pipros, "/from_windows", "data: 5"),
+        (ros.genuine, "/from_windows", "data: 5"),
+    ):
+        ros.wait_for_publisher(topic)
+        heard = side.run("rostopic", "echo", "-n", "2", topic)
+        assert heard.returncode == 0, heard.output
+        assert heard.stdout.count(said) == 2
+        assert topic in side.run("rostopic", "list").stdout
+    assert 'label="/talker_node"' in ros.pipros.run("rqt_graph", "--dot", "--mode", "all").output
+    heard_there = start("rostopic", "echo", "-n", "40", "/from_linux")
+    assert heard_there.wait(90) == 0, heard_there.output
+    assert {"data: 6", "data: 7"} <= set(heard_there.lines), "from pipros and genuine rospy"
 
 
 def test_a_bag_is_recorded_until_ctrl_c_and_read(ros: RosSystem, start: StartOnWindows) -> None:
