@@ -64,7 +64,8 @@ PROGRAMS = {
     "windows": ("python3", "viewer.py"),
 }
 OPENED = """() => {
-  const view = document.querySelector("#view > .tab:not([hidden]), main > [id]:not(#view, #locked), form");
+  const parts = "#view > .tab:not([hidden]), main > [id]:not(#view, #locked), main form";
+  const view = document.querySelector(parts);
   return view !== null && !/Looking at the system|received yet/.test(view.innerText)
     && [...view.querySelectorAll(".panels, .panel > .tab")].every((each) => each.childElementCount > 0);
 }"""
