@@ -21,29 +21,31 @@ ANSWER_S: Final = 300.0
 """Timeout of calls from ROS 2, whose clients are not notified of failures."""
 
 
-class ServiceToRos1:
-    """A ROS 1 service, offered in ROS 2. If a call fails, the ROS 2 client gets no reply."""
+class _BridgedService:
+    """What both directions share."""
 
-    def __init__(
-        self,
-        node: Node,
-        engine: Ros2Engine,
-        name: str,
-        pair: ServicePair,
-        timeout_s: float | None = None,
-    ) -> None:
-        """Offer the ROS 1 service in ROS 2.
-
-        Raises:
-            PiprosError: the engine is closed, or the name is not legal in ROS 2.
-        """
+    def __init__(self, node: Node, name: str, pair: ServicePair, timeout_s: float) -> None:
         self.counts = Counts()
         self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
-        self._timeout_s = ANSWER_S if timeout_s is None else timeout_s
+        self._timeout_s = timeout_s
+
+
+class ServiceToRos1(_BridgedService):
+    """A ROS 1 service, offered in ROS 2. If a call fails, the ROS 2 client gets no reply."""
+
+    def __init__(
+        self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair, timeout_s: float | None = None
+    ) -> None:
+        """Offer the ROS 1 service in ROS 2.
+
+        Raises:
+            PiprosError: the engine is closed, or the name is not legal in ROS 2.
+        """
+        super().__init__(node, name, pair, ANSWER_S if timeout_s is None else timeout_s)
         self._server = engine.serve(name, pair.plan.ros2_type, pair.type_hash, self._answer, pair.parts)
 
     def _answer(self, request: bytes) -> bytes:
@@ -69,29 +71,18 @@ class ServiceToRos1:
         self._server.close()
 
 
-class ServiceToRos2:
+class ServiceToRos2(_BridgedService):
     """A ROS 2 service, offered in ROS 1."""
 
     def __init__(
-        self,
-        node: Node,
-        engine: Ros2Engine,
-        name: str,
-        pair: ServicePair,
-        timeout_s: float | None = None,
+        self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair, timeout_s: float | None = None
     ) -> None:
         """Offer the ROS 2 service in ROS 1. Blocks until the master answers.
 
         Raises:
             PiprosError: the engine is closed, or the node already provides a service with this name.
         """
-        self.counts = Counts()
-        self.types = pair.plan.ros1_type, pair.plan.ros2_type
-        self._node = node
-        self._name = name
-        self._plan = pair.plan
-        self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
-        self._timeout_s = CALL_S if timeout_s is None else timeout_s
+        super().__init__(node, name, pair, CALL_S if timeout_s is None else timeout_s)
         self._slots = threading.BoundedSemaphore(node.limits.of(Ros2Limits).ros2_calls)
         self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash, pair.parts)
         try:

@@ -9,12 +9,25 @@ from pipros.basics.names import is_legal_remapping
 from pipros.cli.runner import CommandError
 
 if TYPE_CHECKING:
+    from optparse import OptionParser
+
     from pipros.policy.model import Policy
 
 
 def without_remappings(argv: Sequence[str]) -> list[str]:
     """Return the arguments without remappings such as `__name:=x`, which roslaunch adds for a `<node>`."""
     return [word for word in argv if not is_legal_remapping(word)]
+
+
+def add_address_options(parser: OptionParser) -> None:
+    """Add the options for the address and TLS."""
+    parser.add_option(
+        "--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="the address to listen on (loopback)"
+    )
+    parser.add_option("--cert", metavar="FILE", help="the certificate; enables TLS")
+    parser.add_option(
+        "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
+    )
 
 
 def bind_address(text: str) -> tuple[str, int | None]:

@@ -6,7 +6,7 @@ from optparse import OptionParser
 from typing import TYPE_CHECKING, Any
 
 from pipros.cli.runner import CommandError, add_flag
-from pipros.cli.server_options import bind_address, policy_of
+from pipros.cli.server_options import add_address_options, bind_address, policy_of
 
 if TYPE_CHECKING:
     from pipros.basics.limits import Limits
@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 def add_bridge_options(parser: OptionParser, port: int) -> None:
     """Add the options for the address, TLS, access and client limits. `port` is the default port."""
     parser.add_option("--port", type="int", default=port, help=f"the port ({port}); 0 selects a free one")
-    parser.add_option(
-        "--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="the address to listen on (loopback)"
-    )
-    parser.add_option("--cert", metavar="FILE", help="the certificate; enables TLS")
-    parser.add_option(
-        "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
-    )
+    add_address_options(parser)
     add_flag(parser, "--control", help="let clients change the system")
     parser.add_option(
         "--policy", metavar="FILE", help="policy that limits what --control permits (docs/policy.md)"

@@ -9,19 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from pipros.cli.runner import CommandError, add_flag, option_parser
-from pipros.cli.server_options import bind_address, policy_of
+from pipros.cli.server_options import add_address_options, bind_address, policy_of
 
 
 def page_parser(name: str, usage: str) -> OptionParser:
     """Return a parser with the options shared by all page commands."""
     parser = option_parser(name, usage)
-    parser.add_option(
-        "--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="the address to listen on (loopback)"
-    )
-    parser.add_option("--cert", metavar="FILE", help="the certificate; enables TLS")
-    parser.add_option(
-        "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
-    )
+    add_address_options(parser)
     add_flag(parser, "--control", help="let the page change the system")
     parser.add_option(
         "--policy", metavar="FILE", help="policy that limits what the page may change (docs/policy.md)"
