@@ -32,7 +32,7 @@ import tempfile
 import time
 
 import psutil
-from table import Row, as_text, heed_interrupts, line, write_json
+from table import Row, as_text, free_port, heed_interrupts, line, write_json
 
 SCRIPTS = os.path.dirname(sys.executable)
 SUBPROTOCOL = "foxglove.sdk.v1"
@@ -121,12 +121,6 @@ def end(process):
         process.wait(10)
     except subprocess.TimeoutExpired:
         process.kill()
-
-
-def free_port():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]
 
 
 def wait_for_port(port):

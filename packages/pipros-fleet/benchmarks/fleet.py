@@ -18,22 +18,16 @@ import argparse
 import contextlib
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
 
 from fleet_workers import DEADLINE_S, TOPICS
+from table import free_port
 
 WORKERS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "fleet_workers.py")
 MAX_TOPICS = 5000  # the limit fleet_topics
-
-
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
 
 
 class Program:

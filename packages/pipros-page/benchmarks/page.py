@@ -28,6 +28,7 @@ import time
 from urllib.parse import urlsplit
 
 import psutil
+from table import free_port
 from websockets.asyncio.client import connect
 
 SCRIPTS = os.path.dirname(sys.executable)
@@ -259,13 +260,6 @@ async def connected(url):
     ) as socket:
         await socket.send(json.dumps({"token": token}))
         yield socket
-
-
-def free_port():
-    import socket
-
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ import tempfile
 import threading
 import time
 
-from table import Row, heed_interrupts, write_json
+from table import Row, free_port, heed_interrupts, write_json
 
 GENUINE_PYTHON = "/usr/bin/python3"
 START_UPS = 3
@@ -245,12 +245,6 @@ def is_below(pid, ancestor):
         if pid == ancestor:
             return True
     return False
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def start_up(world):

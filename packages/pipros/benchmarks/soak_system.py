@@ -17,7 +17,6 @@ import os
 import random
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -33,7 +32,7 @@ from urllib.request import urlopen
 
 from soak_programs import ENDING, LAUNCH, NODES
 from soak_resources import FIFTHS, Held, Process, Processors
-from table import heed_interrupts
+from table import free_port, heed_interrupts
 from websockets.asyncio.client import connect
 
 BIN = Path(sys.executable).parent
@@ -161,12 +160,6 @@ class System:
             if process.stdin:
                 process.stdin.close()
         return self.ended(good=(0, -signal.SIGINT))
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port: int = probe.getsockname()[1]
-        return port
 
 
 async def look(url: str, counts: Counter[str]) -> None:

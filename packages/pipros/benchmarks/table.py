@@ -6,6 +6,7 @@ Also runs in genuine ROS's Python, so it imports only the standard library.
 import json
 import os
 import signal
+import socket
 import statistics
 import sys
 
@@ -129,3 +130,10 @@ class Load:
 
     def _used(self):
         return sum(os.times()[:4])
+
+
+def free_port():
+    """Return a free TCP port on loopback."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
