@@ -1,4 +1,4 @@
-"""What users of ros1_bridge have reported; docs/ros2.md lists these cases with others."""
+"""What users of ros1_bridge have reported."""
 
 from __future__ import annotations
 
