@@ -121,9 +121,6 @@ class Proof:
             if list(interpreter.parent.glob("roscore*"))
             else interpreter.parent / "Scripts"
         )
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
         self.failed = False
         self._times = times
         self._folder = folder
@@ -133,13 +130,22 @@ class Proof:
             "PYTHONUNBUFFERED": "1",
             "ROS_HOME": str(folder / "ros home"),
             "ROS_IP": "127.0.0.1",
-            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
             "ROS_PACKAGE_PATH": str(folder / "src"),
             "CMAKE_PREFIX_PATH": str(folder / "devel"),
         }
+        self.take_port()
+
+    def take_port(self) -> None:
+        """Use another port for the master. After a process was killed, its port may stay in use."""
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self._variables["ROS_MASTER_URI"] = f"http://127.0.0.1:{free.getsockname()[1]}"
 
     def start(self, *command: str, in_background: bool = False) -> Program:
-        return Program(command, self._variables, self._folder, in_background=in_background)
+        """Start a program. `PORT` in its words is the port of the master."""
+        port = self._variables["ROS_MASTER_URI"].rpartition(":")[2]
+        words = [port if word == "PORT" else word for word in command]
+        return Program(words, self._variables, self._folder, in_background=in_background)
 
     def run(self, *command: str, contains: str = "") -> None:
         """Run a program to its end."""
@@ -161,6 +167,8 @@ class Proof:
         codes: Counter[str] = Counter()
         left, longest = 0, 0.0
         for _ in range(self._times):
+            if command[0] in ("roscore", "roslaunch"):
+                self.take_port()
             began = time.monotonic()
             program = self.start(*command)
             if not program.shows(when):
@@ -168,7 +176,7 @@ class Proof:
                 print(f"{' '.join(command)} did not start: {program.output}", file=sys.stderr)
                 codes["not started"] += 1
                 continue
-            ports = self._ports() if command[0] in ("roscore", "roslaunch") else []
+            processes = self._processes() if command[0] in ("roscore", "roslaunch") else []
             while (
                 file and not (file.exists() and file.stat().st_size > 4500) and time.monotonic() < began + 20
             ):
@@ -177,7 +185,7 @@ class Proof:
             by(program)
             codes[program.wait(END_S)] += 1
             longest = max(longest, time.monotonic() - began)
-            left += self._left(ports)
+            left += self._left(processes)
         good = codes["0"] if by is press_ctrl_c else codes.total() - codes["hung"] - codes["not started"]
         text = f"{good} of {self._times}, longest {longest:.1f} s, {left} processes left"
         how = "Ctrl-C" if by is press_ctrl_c else "killed"
@@ -188,29 +196,36 @@ class Proof:
         self.failed |= not is_good
         print(f"| {what} | {result} | {codes} | {'ok' if is_good else 'FAILED'} |", flush=True)
 
-    def _ports(self) -> list[int]:
-        """Return the ports of the master and of all nodes."""
-        master: Any = ServerProxy(f"http://127.0.0.1:{self.port}")
-        try:
-            state = master.getSystemState("/proof")[2]
-            nodes = {node for kind in state for _, users in kind for node in users}
-            uris = [master.lookupNode("/proof", node)[2] for node in nodes]
-        finally:
-            master("close")()
-        return [self.port, *(int(uri.rstrip("/").rpartition(":")[2]) for uri in uris)]
+    def _processes(self) -> list[int]:
+        """Return the process ids of the master and of all nodes."""
+        uri = self._variables["ROS_MASTER_URI"]
+        master: Any = ServerProxy(uri)
+        state = master.getSystemState("/proof")[2]
+        nodes = {node for kind in state for _, users in kind for node in users}
+        peers: list[Any] = [ServerProxy(master.lookupNode("/proof", node)[2]) for node in nodes]
+        return [peer.getPid("/proof")[2] for peer in (master, *peers)]
 
-    def _left(self, ports: list[int]) -> int:
-        """Return how many of the processes still listen after ten seconds."""
+    def _left(self, processes: list[int]) -> int:
+        """Return how many of the processes still run after ten seconds."""
         end = time.monotonic() + 10
-        while (left := sum(map(_listens, ports))) and time.monotonic() < end:
+        while (left := sum(map(_runs, processes))) and time.monotonic() < end:
             time.sleep(0.1)
         return left
 
 
-def _listens(port: int) -> bool:
-    with socket.socket() as question:
-        question.settimeout(1)
-        return question.connect_ex(("127.0.0.1", port)) == 0
+def _runs(process: int) -> bool:
+    if os.name != "nt":
+        return Path(f"/proc/{process}").exists()
+    import ctypes
+
+    system: Any = ctypes
+    kernel = system.windll.kernel32
+    handle = kernel.OpenProcess(0x100000, False, process)  # SYNCHRONIZE
+    if not handle:
+        return False
+    is_running = kernel.WaitForSingleObject(handle, 0) != 0
+    kernel.CloseHandle(handle)
+    return bool(is_running)
 
 
 def prove(interpreter: Path, times: int) -> int:
@@ -223,10 +238,10 @@ def prove(interpreter: Path, times: int) -> int:
         proof.run("catkin_make")
         proof.run("rostest", *LAUNCH[2:], contains="RESULT: SUCCESS")
         proof.run("pipros", "doctor", "--self-test")
-        proof.end("roscore", "-p", str(proof.port), when=r"started core service")
+        proof.end("roscore", "-p", "PORT", when="started core service")
         proof.end(*LAUNCH, when="Battery level of vehicle")
         proof.end(*LAUNCH, when="Battery level of vehicle", by=Program.kill)
-        background = [proof.start("roscore", "-p", str(proof.port), in_background=True)]
+        background = [proof.start("roscore", "-p", "PORT", in_background=True)]
         background[0].shows("started core service")
         publish = ("rostopic", "pub", "-r", "10", "/numbers", "std_msgs/Int32", "data: 5")
         background.append(proof.start(*publish, in_background=True))
