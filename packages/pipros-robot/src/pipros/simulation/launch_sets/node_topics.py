@@ -21,6 +21,7 @@ _TOPICS: Final[dict[str, tuple[Mapping[str, str], Mapping[str, str]]]] = {
     "amcl/amcl": ({"scan": "scan"}, _NO_TOPICS),
     "controller_manager/spawner": (_NO_TOPICS, _NO_TOPICS),
     "depthimage_to_laserscan/depthimage_to_laserscan": ({"image": "depth image"}, {"scan": "scan"}),
+    "explore_lite/explore": (_NO_TOPICS, _NO_TOPICS),
     "fake_localization/fake_localization": ({"base_pose_ground_truth": "true pose"}, _NO_TOPICS),
     "gmapping/slam_gmapping": ({"scan": "scan"}, _NO_TOPICS),
     "hector_mapping/hector_mapping": ({"scan": "scan"}, _NO_TOPICS),
