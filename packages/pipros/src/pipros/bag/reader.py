@@ -183,7 +183,9 @@ class BagReader(BagContents):
         """Yield the messages of `stored_fields` in groups, in the same order. Needs numpy.
 
         Args:
-            connections, start_ns, end_ns: as for `stored_messages`.
+            connections: as for `stored_messages`.
+            start_ns: likewise.
+            end_ns: likewise.
             limit: approximate maximum size of a group in bytes, which a chunk read as a whole may exceed.
 
         Raises:
