@@ -55,6 +55,7 @@ OTHERS = {
     ("policy.md", "yaml"): "packages/pipros/tests/unit/cli/test_policy.py",
     ("ros2.md", "console"): "packages/pipros-ros2/tests/graph/test_ros2_command.py",
     ("ros2.md", "python"): "packages/pipros-ros2/tests/interop/test_one_environment.py",
+    ("ros2.md", "xml"): "packages/pipros-ros2/tests/interop/test_one_environment.py",
     ("ros2.md", "yaml"): "packages/pipros-ros2/tests/unit/ros2/test_docs.py",
     ("rtps.md", "python"): "packages/pipros-ros2/tests/unit/ros2/rtps/test_participant.py",
     ("scene.md", "console"): "packages/pipros-page/tests/graph/test_rviz.py",
@@ -66,6 +67,8 @@ OTHERS = {
 # By page and language: why no test runs these blocks as they are.
 NOT_RUN = {
     ("start.md", "sh"): "installation, which test_installed_wheel.py and script/fresh do",
+    ("start.md", "powershell"): "installation on Windows, as script/demo.cmd does it",
+    ("start.md", "bat"): "installation on Windows, as script/demo.cmd does it",
     ("classroom.md", "sh"): "installation on the computers of a class, as in script/fresh course",
     ("containers.md", "sh"): "needs containers and routers; tests.interop.test_nat has the same settings",
     ("containers.md", "yaml"): "needs Docker or Kubernetes, which were not run",
