@@ -142,7 +142,7 @@ class Proof:
             self._variables["ROS_MASTER_URI"] = f"http://127.0.0.1:{free.getsockname()[1]}"
 
     def start(self, *command: str, in_background: bool = False) -> Program:
-        """Start a program. `PORT` in its words is the port of the master."""
+        """Start a program, with the port of the master for `PORT` in its arguments."""
         port = self._variables["ROS_MASTER_URI"].rpartition(":")[2]
         words = [port if word == "PORT" else word for word in command]
         return Program(words, self._variables, self._folder, in_background=in_background)
