@@ -79,6 +79,7 @@ def test_rules_of_the_firewall_that_block_a_program(rule: str, names: tuple[str,
     assert blocking_rules({"{1}": rule, "{2}": rule}, r"C:\Python\python.exe") == names
 
 
+@pytest.mark.needs("executable files")
 @pytest.mark.parametrize(
     ("kernel", "says", "network"),
     [
