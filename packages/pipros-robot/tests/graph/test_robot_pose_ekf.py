@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -165,6 +166,7 @@ def test_the_program_answers_its_status(ros: RosSystem) -> None:
         wheels = robot.advertise("/odom", load_message_class("nav_msgs/Odometry"), queue_size=5)
         client = robot.client("/robot_pose_ekf/get_status", service)
         wait_until_connected(wheels)
+        client.wait_until_available(60, pause=time.sleep, report=lambda _: None)
         assert "waits for the first measurements" in client.call(service._request_class(), 60).status
 
         def is_estimated() -> bool:
