@@ -20,6 +20,7 @@ from tests.support import (
     npm,
     outcomes,
     pyright,
+    quick,
     ros2_wheels,
     windows,
 )
@@ -49,6 +50,7 @@ _GENUINE_ROS2 = ("test_gateway_with_genuine_ros2.py", "test_one_environment.py")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     outcomes.add_options(parser)
+    quick.add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -63,7 +65,9 @@ def pytest_configure(config: pytest.Config) -> None:
         )
 
 
-def pytest_ignore_collect(collection_path: Path) -> bool | None:
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    if quick.leaves_out(config, collection_path):
+        return True
     if not collection_path.is_relative_to(_PACKAGES):
         return None
     file = collection_path.name

@@ -8,6 +8,7 @@ import pytest
 
 from tests.support import errand
 from tests.support.patrol import PACKAGES, SAID
+from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 
 PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("genuine", "genuine")]
@@ -33,10 +34,30 @@ def test_a_state_machine_runs_an_errand(plain_ros: RosSystem, world: str, machin
     sides["genuine"].environment["PYTHONPATH"] = str(errand.SOURCES)
     plain_ros.serve_master()
 
-    sides[world].start("rosrun", "state_machines", "world.py")
-    ended = sides[machine].run("rosrun", "state_machines", "errand.py", timeout_s=120)
+    attempts = 4 if machine == "genuine" else 1
+    ended = run_errand(sides, world, machine, 120 if attempts == 1 else 40)
+    while ended is None and (attempts := attempts - 1):
+        ended = run_errand(sides, world, machine, 40)
+    assert ended is not None
 
     assert [line for line in ended.stdout if line in errand.SAID] == errand.SAID, ended.output
+
+
+def run_errand(sides: dict[str, Side], world: str, machine: str, timeout_s: float) -> Process | None:
+    """Return the program after its end, or None if it did not end.
+
+    On a busy machine, genuine actionlib loses results that arrive before it tracks the goal, and waits for
+    ever: "Got a transition callback on a goal handle that we're not tracking".
+    """
+    served = sides[world].start("rosrun", "state_machines", "world.py")
+    errand_process = sides[machine].start("rosrun", "state_machines", "errand.py")
+    try:
+        errand_process.wait(timeout_s)
+    except AssertionError:
+        errand_process.end()
+        served.end()
+        return None
+    return errand_process
 
 
 def with_packages(ros: RosSystem) -> dict[str, Side]:

@@ -1,5 +1,6 @@
 """The tests that `script/test --quick` runs: those of touched rooms, and chosen ones.
 
+pytest's option `--quick` leaves out other files of a folder, some of which need what an installation lacks.
 `python -m tests.support.quick` prints the folders and files to pass to pytest. With files that
 `script/test --outcomes-to=FILE` wrote, it chooses again, and writes the files to tests/quick.txt.
 `python -m tests.support.quick gate` runs them all, and fails if that takes more than `PROCESSOR_S`.
@@ -12,7 +13,10 @@ import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
+
+import pytest
 
 from tests.support.environments import REPOSITORY, TESTS
 from tests.support.outcomes import Outcome, read_outcomes
@@ -25,9 +29,22 @@ _DEAR_S = 0.1
 """Files whose tests take more processor time each, on average, are not chosen."""
 
 
-def listed() -> list[str]:
+def add_options(parser: pytest.Parser) -> None:
+    """Add the option `--quick`."""
+    parser.addoption("--quick", action="store_true", help="leave out the files that tests/quick.txt lacks")
+
+
+@cache
+def listed() -> tuple[str, ...]:
     """Return the files of tests/quick.txt."""
-    return [line for line in LIST.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    return tuple(line for line in LIST.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
+
+
+def leaves_out(config: pytest.Config, path: Path) -> bool:
+    """Return whether `--quick` leaves out a file."""
+    if not config.getoption("--quick") or path.suffix != ".py":
+        return False
+    return path.relative_to(REPOSITORY).as_posix() not in listed()
 
 
 def changed() -> list[str]:
