@@ -27,22 +27,12 @@ from pipros.simulation.robots.world import World
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
-from tests.support.unlinked_node import UnlinkedNode, endures, message, now
+from tests.support.unlinked_node import Cycles, UnlinkedNode, endures, message, now
 from tests.support.waiting import wait_until
 
 LOG = logging.getLogger("explore")
 LOG.setLevel(logging.CRITICAL + 1)
 GOALS, MARKERS = "/move_base/goal", "/explore/frontiers"
-
-
-class Cycles:
-    """A schedule whose only function a test calls."""
-
-    in_lockstep = False
-
-    def every(self, period_s: float, do: Callable[[], object], failed: Any = None) -> None:
-        del period_s, failed
-        self.cycle = do
 
 
 @pytest.fixture

@@ -23,23 +23,13 @@ from pipros.simulation.robots.drive import Pose
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
-from tests.support.unlinked_node import BASE, UnlinkedNode, endures, finite, message, posed, scan
+from tests.support.unlinked_node import BASE, Cycles, UnlinkedNode, endures, finite, message, posed, scan
 from tests.support.waiting import wait_until
 
 LOG = logging.getLogger("hector")
 LOG.setLevel(logging.CRITICAL + 1)
 POSES, MAPS = "/slam_out_pose", "/map"
 SMALL = {"base_frame": BASE, "odom_frame": BASE, "map_size": 400, "map_resolution": 0.05}
-
-
-class Cycles:
-    """A schedule whose only function a test calls."""
-
-    in_lockstep = False
-
-    def every(self, period_s: float, do: Callable[[], object], failed: Any = None) -> None:
-        del period_s, failed
-        self.cycle = do
 
 
 @pytest.fixture

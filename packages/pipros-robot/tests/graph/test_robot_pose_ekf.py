@@ -18,23 +18,13 @@ from pipros.navigation.pose_ekf.pose_ekf_node import PoseEkfNode
 from pipros.node import Node
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
-from tests.support.unlinked_node import UnlinkedNode, endures, finite, message, now, variances
+from tests.support.unlinked_node import Cycles, UnlinkedNode, endures, finite, message, now, variances
 from tests.support.waiting import wait_until
 
 LOG = logging.getLogger("pose_ekf")
 LOG.setLevel(logging.CRITICAL + 1)
 PERIOD_S, RADIUS_M, TURN = 0.1, 2.0, 0.5
 STEPS = round(math.tau / TURN / PERIOD_S)
-
-
-class Cycles:
-    """A schedule whose only function a test calls."""
-
-    in_lockstep = False
-
-    def every(self, period_s: float, do: Callable[[], object], failed: Any = None) -> None:
-        del period_s, failed
-        self.cycle = do
 
 
 @pytest.fixture

@@ -18,6 +18,16 @@ from tests.support.edge_values import edge_messages
 BASE: Final = "base_footprint"
 
 
+class Cycles:
+    """A schedule whose only function a test calls."""
+
+    in_lockstep = False
+
+    def every(self, period_s: float, do: Callable[[], object], failed: Any = None) -> None:
+        del period_s, failed
+        self.cycle = do
+
+
 class UnlinkedNode(Node):
     """A node without links.
 

@@ -18,6 +18,7 @@ from tests.browser.chromium import running_chromium, steady_network  # noqa: F40
 from tests.pyodide.conftest import pyodide_files  # noqa: F401 # a fixture
 from tests.support.environments import REPOSITORY
 from tests.support.student_edits import EXAMPLE
+from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -26,6 +27,14 @@ STARTED_WITHIN_MS = 240_000
 
 PACKAGE = "ws/src/composiv_tryouts"
 TALKER = f"{PACKAGE}/scripts/composiv_talker.py"
+IS_KEPT = """async () => {
+  const done = (request) => new Promise((resolve) => { request.onsuccess = () => resolve(request.result); });
+  const database = await done(indexedDB.open("pipros-tab", 1));
+  const file = await done(database.transaction("files").objectStore("files").get("/home/student/.bashrc"));
+  database.close();
+  return file !== undefined && new TextDecoder().decode(file[1]).includes("ws/devel/setup.bash");
+}"""
+"""Whether the database has the file that was written last."""
 BUSY = "import rospy\nrospy.init_node('busy')\nprint('computing', flush=True)\nwhile True:\n    pass\n"
 
 
@@ -116,7 +125,7 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
     begin(page, "echo source ~/ws/devel/setup.bash > ~/.bashrc; echo written")
     shows(page, "written")
 
-    page.wait_for_timeout(1000)  # the files are kept soon after a change
+    wait_until(lambda: page.evaluate(IS_KEPT))
     page.reload()
     begin(page, "roscore")
     shows(page, "started core service [/rosout]")
