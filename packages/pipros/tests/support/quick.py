@@ -8,7 +8,6 @@ pytest's option `--quick` leaves out other files of a folder, some of which need
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 from collections import defaultdict
@@ -118,6 +117,8 @@ def _quickest(folder: Sequence[str], files: dict[str, list[Outcome]], share: flo
 
 
 def _gate() -> int:
+    import resource  # Windows lacks it, and imports this module
+
     code = subprocess.call([REPOSITORY / "script" / "test", "--quick"])
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     taken = used.ru_utime + used.ru_stime

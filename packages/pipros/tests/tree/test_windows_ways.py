@@ -1,10 +1,13 @@
-"""Windows's ways stand in the modules that exist for systems, and files are replaced as Windows needs it."""
+"""Windows's ways stand in the modules that exist for systems, and nothing else assumes POSIX."""
 
 from __future__ import annotations
 
+import ast
 import re
+from collections.abc import Iterator
+from pathlib import Path
 
-from tests.support.environments import SRC, files_below
+from tests.support.environments import REPOSITORY, SRC, TESTS, files_below
 
 PACKAGE = SRC / "pipros"
 SYSTEMS = {f"basics/{name}.py" for name in ("interrupts", "posix", "terminals", "windows", "windows_job")}
@@ -22,6 +25,9 @@ RENAMES = {
     "net/local_socket.py": "Linux only",
 }
 """Modules that rename files, and why they need not wait for programs that have the file open."""
+
+POSIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
+"""Modules of Python that Windows lacks."""
 
 
 def found(pattern: re.Pattern[str]) -> dict[str, int]:
@@ -41,3 +47,27 @@ def test_files_are_replaced_by_the_function_that_waits_for_other_programs() -> N
 def test_few_modules_ask_for_the_system() -> None:
     counts = {name: count for name, count in found(QUESTION).items() if name not in SYSTEMS}
     assert sum(counts.values()) <= MOST_QUESTIONS, counts
+
+
+def imported_at_start(file: Path) -> Iterator[str]:
+    """Yield the names that a file imports without a condition, as modules."""
+    for statement in ast.parse(file.read_text(encoding="utf-8")).body:
+        if isinstance(statement, ast.Import):
+            yield from (alias.name for alias in statement.names)
+        elif isinstance(statement, ast.ImportFrom) and statement.module:
+            yield statement.module
+            yield from (f"{statement.module}.{alias.name}" for alias in statement.names)
+
+
+def test_conftest_imports_nothing_that_windows_lacks() -> None:
+    files = [REPOSITORY / "packages" / "conftest.py", *files_below(TESTS / "unit", "conftest.py")]
+    lacking = set()
+    for file in files:  # grows
+        for name in imported_at_start(file):
+            module = TESTS.parent.joinpath(*name.split(".")).with_suffix(".py")
+            if name in POSIX_ONLY:
+                lacking.add(f"{file.relative_to(REPOSITORY)}: {name}")
+            elif module.is_file() and module not in files:
+                files.append(module)
+    assert len(files) > 15
+    assert not lacking
