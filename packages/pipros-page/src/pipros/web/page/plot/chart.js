@@ -82,7 +82,7 @@ export function createChart(place, size, settings, on) {
       ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: hasLeft ? { show: false } : axis.grid }] : [])],
     scales: isXy ? xyScales(settings) : timeScales,
     legend: { show: false },
-    cursor: { drag: { x: !isXy, y: false }, points: { show: !isXy }, ...(isXy ? {} : { move: snap(curves) }) },
+    cursor: { drag: { x: !isXy, y: false }, points: { show: !isXy }, ...(isXy ? {} : { move: snap(settings) }) },
     hooks,
   }, dataOf(settings), place);
 }
@@ -119,10 +119,12 @@ function xyScales(settings) {
   };
 }
 
-// Returns how the cursor moves: to the nearest sample, if one is near.
-const snap = (curves) => (own, left, top) => {
-  const time = left < 0 ? null : sampleTimeAt(own, curves, left);
-  return [time === null ? left : own.valToPos(time, "x"), top];
+// Returns how the cursor moves: to the nearest sample or log entry, if one is near.
+const snap = ({ curves, marks }) => (own, left, top) => {
+  const times = left < 0 ? [] : [sampleTimeAt(own, curves, left), markNear(own, marks(), left)?.[0] ?? null];
+  const places = times.filter((time) => time !== null).map((time) => own.valToPos(time, "x"));
+  places.sort((one, other) => Math.abs(one - left) - Math.abs(other - left));
+  return [places[0] ?? left, top];
 };
 
 // Returns the time of the sample nearest to a place in pixels; null if none is near.
