@@ -6,11 +6,13 @@ import itertools
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 import pytest
 
+from pipros.fleet import keys
 from pipros.fleet.zenoh_session import LinkFailed, connect, open_router
+from pipros.msg import load_message_class
 from pipros.net.loop import BackgroundLoop
 from pipros.testing.faults.tcp_proxy import Switch, TcpProxy
 from tests.graph.test_fleet_topics import publish_until
@@ -20,6 +22,13 @@ from tests.support.network import needs_network
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
+
+TYPES = (
+    "actionlib_msgs/GoalStatusArray",
+    "actionlib_msgs/GoalStatus",
+    "actionlib/TestActionResult",
+    "actionlib/TestResult",
+)
 
 
 class Cable:
@@ -172,6 +181,78 @@ def test_a_member_that_returns_while_the_link_is_down_is_shown_again(claimed_por
                 lambda: "/robot1/old" not in operator.state().publishers, LIMIT_S, "the old topic to go"
             )
             wait_until(lambda: "/robot2/x" not in operator.state().publishers, LIMIT_S, "robot2 to go")
+
+
+@pytest.mark.parametrize("cut", ["robot1", "operator"])
+@pytest.mark.parametrize("leaves", [True, False], ids=["left", "stayed"])
+def test_a_result_of_a_cut_arrives_once_and_before_a_status_without_its_goal(
+    claimed_port: ClaimedPort, cut: str, leaves: bool
+) -> None:
+    """A client gives its goal up as lost if a status lacks it before its result came."""
+    port, feedback = claimed_port.number, load_message_class("actionlib/TestActionFeedback")
+    status, goal, result, outcome = map(load_message_class, TYPES)
+    with running_router(port) as router, cable_to(port) as cable, ExitStack() as stack:
+        robot, operator = (
+            stack.enter_context(Member(name, cable.address if name == cut else router))
+            for name in ("robot1", "operator")
+        )
+        server = robot.node("server")
+        publishers = {
+            name: server.advertise(f"/do/{name}", kind, queue_size=None)
+            for name, kind in (
+                ("status", status),
+                ("feedback", feedback),
+                ("result", result),
+            )
+        }
+        operator.wait_for_topic("/robot1/do/status")
+        arrived: list[str] = []
+        client = operator.node("client")
+        client.subscribe(
+            "/robot1/do/status", status, lambda got: arrived.append(f"{len(got.status_list)} goals")
+        )
+        client.subscribe(
+            "/robot1/do/result", result, lambda got: arrived.append(f"result {got.result.result}")
+        )
+
+        def passes(text: str, goals: int) -> bool:
+            publishers["status"].publish(status(status_list=[goal()] * goals))
+            return text in arrived
+
+        wait_until(lambda: passes("1 goals", 1), LIMIT_S, "the goal's status", 0.05)
+        wait_until(
+            lambda: publishers["result"].connection_count, LIMIT_S, "the agent to subscribe to results"
+        )
+        publishers["result"].publish(result(result=outcome(1)))
+        wait_until(lambda: "result 1" in arrived, LIMIT_S, "a result before the cut")
+
+        cable.stall()
+        member, other = (robot, operator) if cut == "robot1" else (operator, robot)
+        wait_until(lambda: not member.agent.sender.is_up, LIMIT_S, "the member to notice")
+        if leaves:
+            wait_until(lambda: not other.link.live_keys(keys.live(cut), 1.0), LIMIT_S, "the member to leave")
+        publishers["result"].publish(result(result=outcome(2)))
+        for _ in range(20):
+            passes("", 0)
+        cable.stall(stall=False)
+        cable.cut()
+        wait_until(lambda: passes("result 2", 0), LIMIT_S, lambda: f"the result, got {arrived}", 0.05)
+        wait_until(lambda: passes("0 goals", 0), LIMIT_S, "later statuses", 0.05)
+        assert arrived.index("result 2") < arrived.index("0 goals")
+        publishers["result"].publish(result(result=outcome(3)))
+        wait_until(lambda: "result 3" in arrived, LIMIT_S, "a result after the cut")
+        assert [each for each in arrived if "result" in each] == ["result 1", "result 2", "result 3"]
+
+        with Member("late", router) as late:
+            late.wait_for_topic("/robot1/do/result")
+            results = late.receive("/robot1/do/result", result)
+
+            def is_linked() -> bool:
+                publishers["result"].publish(result(result=outcome(4)))
+                return bool(results)
+
+            wait_until(is_linked, LIMIT_S, "a result that is new")
+            assert {each.result.result for each in results} == {4}, "old results are for members that return"
 
 
 def test_a_killed_member_disappears_and_its_successor_takes_the_name(

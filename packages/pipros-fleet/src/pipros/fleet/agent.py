@@ -201,6 +201,7 @@ class Agent:
         if not is_up:
             self.sender.is_up = False
             self._was_connected = False
+            self._shown.miss()
             self._events.post("lost", "", self._report_loss)
         self._events.wake()
 
@@ -295,6 +296,9 @@ class Agent:
         self._workers.run(self._request, token, keys.wanted(token.member, self.member))
         if matches_any(self._file.show, token.member):
             self._workers.run(self._request, token, keys.directory(token.member))
+
+    def on_away(self, member: str) -> None:
+        self._shown.miss(member)
 
     def on_returned(self, member: str) -> None:
         self._shown.replay(member)

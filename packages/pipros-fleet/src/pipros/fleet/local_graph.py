@@ -127,6 +127,11 @@ def outcome_topics(entry: DirectoryEntry) -> tuple[str, ...]:
     return (f"{action}/feedback", f"{action}/result") if is_status else ()
 
 
+def is_result(entry: DirectoryEntry) -> bool:
+    """Return whether an entry is an action's result topic."""
+    return entry.name.endswith("/result") and entry.type.endswith("ActionResult")
+
+
 def occupied(state: SystemState, member: str) -> str | None:
     """Return a local node or service in a member's namespace, or None if there is none.
 

@@ -107,12 +107,14 @@ class ReceivedMessage:
         messages, bytes: totals received.
         lost: number of skipped sequence numbers.
         malformed: number of messages that could not be decoded or had a different type.
+        remembers: whether a message that was received is recognized if it is replayed.
     """
 
     messages: int = 0
     bytes: int = 0
     lost: int = 0
     malformed: int = 0
+    remembers: bool = False
     _instance: str = ""
     _last: int = 0
     _replayed: set[int] = field(default_factory=set, repr=False)
@@ -120,8 +122,8 @@ class ReceivedMessage:
     def is_new(self, attachment: MessageAttachment, size: int, *, is_replay: bool = False) -> bool:
         """Count a message and return True. If it was received before, return False without counting it.
 
-        A replay is a latched message sent on request, which may be older than the last message. Replays
-        beyond `_REPLAYS` also return False.
+        A replay is a latched message or a result sent on request, which may be older than the last message.
+        Replays beyond `_REPLAYS` also return False.
         """
         if attachment.instance != self._instance:
             self._instance, self._last = attachment.instance, 0
@@ -138,6 +140,10 @@ class ReceivedMessage:
             if self._last:
                 self.lost += number - self._last - 1
             self._last = number
+            if self.remembers:
+                self._replayed.add(number)
+                if len(self._replayed) >= _REPLAYS:
+                    self._replayed = {each for each in self._replayed if each > number - _REPLAYS // 2}
         self.messages += 1
         self.bytes += size
         return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -10,10 +11,10 @@ from pipros.fleet.directory import Directory, TopicRequests, requests_from_json,
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.frames import frame_change
 from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import LocalGraph, outcome_topics
+from pipros.fleet.local_graph import LocalGraph, is_result, outcome_topics
 from pipros.fleet.members import Token
 from pipros.fleet.sinks import Sink
-from pipros.fleet.sources import Sender, SentTopic
+from pipros.fleet.sources import RESULT_S, Sender, SentTopic
 from pipros.fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
@@ -65,6 +66,8 @@ class Offers:
         self._warn = warn
         self._wake = wake
         self._requests: dict[str, TopicRequests] = {}
+        self._kept_until_s: dict[str, float] = {}
+        """Result topics that are kept for members that have left and may return."""
 
     def take_requests(self, member: str, payload: bytes) -> None:
         """Update the topics that a member requests. Malformed and outdated requests are ignored."""
@@ -76,8 +79,11 @@ class Offers:
             self._requests[member] = requests
 
     def forget(self, member: str) -> None:
-        """Remove the requests of a member that has left."""
-        self._requests.pop(member, None)
+        """Remove the requests of a member that has left. Results are kept for RESULT_S, as it may return."""
+        end_s = time.monotonic() + RESULT_S
+        for name in self._requests.pop(member, TopicRequests("")).topics:
+            if name in self.shared and is_result(self.shared[name].entry):
+                self._kept_until_s[name] = end_s
 
     def update(self) -> None:
         """Share and accept topics according to the members' requests and the local master's state."""
@@ -110,12 +116,12 @@ class Offers:
             self._put_directory()
 
     def send_again(self) -> None:
-        """Send all latched messages and the directory again after a link failure, and resume sending.
+        """Send latched messages, results and the directory again after a link failure, and resume sending.
 
         Receivers ignore messages that they have already received.
         """
         for source in self.shared.values():
-            for kept in source.latched():
+            for kept in source.kept():
                 self._link.put(source.key, kept.body, kept.attachment)
         self._sender.is_up = True
         self._put_directory()
@@ -141,7 +147,7 @@ class Offers:
         match keys.parts(question.key):
             case (_, "t", rest):
                 source = self.shared.get(keys.unmangled("/".join(rest)))
-                for kept in source.latched() if source is not None else ():
+                for kept in source.kept() if source is not None else ():
                     question.answer(kept.body, kept.attachment)
         question.close()
 
@@ -152,6 +158,9 @@ class Offers:
 
     def _update_shared(self) -> None:
         wanted = {name for requests in self._requests.values() for name in requests.topics}
+        now_s = time.monotonic()
+        self._kept_until_s = {name: end_s for name, end_s in self._kept_until_s.items() if now_s < end_s}
+        wanted.update(self._kept_until_s)
         offered = {entry.name: entry for entry in self.local.shared if entry.name in wanted}
         for name, source in list(self.shared.items()):
             if offered.get(name) != source.entry:

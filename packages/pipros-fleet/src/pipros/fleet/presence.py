@@ -27,6 +27,9 @@ class PresenceListener(Protocol):
 
     def on_left(self, member: str) -> None: ...
 
+    def on_away(self, member: str) -> None:
+        """Handle the loss of a member's link, after which it returns or leaves."""
+
     def on_older_namesake(self) -> None:
         """Handle the discovery of an older member with the same name as this one."""
 
@@ -60,12 +63,15 @@ class Presence:
 
     def update(self, key: str, *, is_present: bool, now_s: float) -> None:
         """Handle the appearance or disappearance of a token."""
+        found = keys.read_live(key)
         if not is_present:
             self._leaving[key] = now_s + LEAVE_S
+            token = self.present().get(found[0]) if found is not None else None
+            if found is not None and token is not None and token.instance == found[2]:
+                self._listener.on_away(token.member)
             return
         has_returned = self._leaving.pop(key, None) is not None or key in self._away
         self._away.discard(key)
-        found = keys.read_live(key)
         if has_returned and found is not None:
             self._listener.on_returned(found[0])
         token = self._members.update(key, is_present=True)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Final
 
 from pipros.basics.budget import Budget
@@ -17,6 +19,7 @@ from pipros.fleet.directory import Directory, DirectoryEntry, read_json
 from pipros.fleet.fleet_file import FleetRule, Priority
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import outcome_topics
+from pipros.fleet.messages import ReceivedMessage
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import Sender, SentTopic
 from pipros.fleet.warnings_once import WarningsOnce
@@ -26,6 +29,12 @@ from pipros.net.workers import Workers
 from pipros.node import Node
 
 _REQUEST_S: Final = 3.0
+_CLIENT_S: Final = 1.0
+"""Maximum time that results wait for an action client to be connected again."""
+_RESULT_S: Final = 0.1
+"""Time for which status messages wait until action clients have handled replayed results. A client gives up
+its goal if a status message lacks it, and two topics have no order.
+"""
 _INPUTS: Final = FleetRule("/**", priority=Priority.HIGH)
 """Rule for messages to topics of other members. These are commands, so they have high priority."""
 
@@ -38,6 +47,7 @@ class ShownMember:
         sinks: the topics that the member shares, by their names on its master.
         inputs: the topics that the member accepts, by their names on its master.
         services: the member's services, by their names on its master.
+        results: what was received on results' topics before the member left, by their names on its master.
     """
 
     def __init__(
@@ -62,6 +72,7 @@ class ShownMember:
         self.sinks: dict[str, Sink] = {}
         self.inputs: dict[str, SentTopic] = {}
         self.services: dict[str, RemoteService] = {}
+        self.results: dict[str, ReceivedMessage] = {}
         self._node = node
         self._link = link
         self._sender = sender
@@ -99,7 +110,7 @@ class ShownMember:
         self._update_sinks({entry.name: entry for entry in shared})
         self._update_inputs({entry.name: entry for entry in accepted})
         self._update_services({entry.name: entry for entry in services})
-        wanted = {name for name, sink in self.sinks.items() if sink.is_wanted}
+        wanted = {name for name, sink in self.sinks.items() if sink.is_wanted or sink.is_owed}
         wanted.update(
             outcome
             for entry in shared
@@ -117,7 +128,7 @@ class ShownMember:
 
         For the status topic of an action, the feedback and result topics are added.
         """
-        return frozenset(self._received)
+        return frozenset(self._received) | self.results.keys()
 
     def close(self) -> None:
         """Remove everything from the local master."""
@@ -161,6 +172,9 @@ class ShownMember:
                         self._node.log,
                         self._wake,
                     )
+                    if name in self.results:
+                        self.sinks[name].received[self.directory.member] = self.results.pop(name)
+                        self.sinks[name].is_owed = True
 
     def _update_inputs(self, offered: dict[str, DirectoryEntry]) -> None:
         for name, source in list(self.inputs.items()):
@@ -188,26 +202,54 @@ class ShownMember:
                     )
 
     def _receive(self, name: str, sink: Sink) -> None:
-        """Start receiving a topic, and request its latched messages."""
+        """Start receiving a topic, and request its latched messages.
+
+        Status messages of an action are dropped while its results are owed.
+        """
         member = self.directory.member
-        sink.restart()
+        if not sink.is_owed:
+            sink.restart()
         key = keys.topic(member, name)
+        outcome = outcome_topics(replace(sink.entry, name=name))
 
         def take(_: str, payload: bytes, attachment: bytes) -> None:
-            sink.take(member, payload, attachment)
+            if not any(each.is_owed for each in map(self.sinks.get, outcome) if each is not None):
+                sink.take(member, payload, attachment)
 
         self._received[name] = self._link.subscribe(key, take)
         self._workers.run(self._replay, key, sink)
 
     def _replay(self, key: str, sink: Sink) -> None:
+        until_s = time.monotonic() + _CLIENT_S
+        while sink.is_owed and not sink.is_wanted and not self._is_closed and time.monotonic() < until_s:
+            time.sleep(0.02)
         try:
             for answer in self._link.get(key, timeout_s=_REQUEST_S, ended=lambda: self._is_closed):
                 sink.take(self.directory.member, answer.payload, answer.attachment, is_replay=True)
         except LinkFailed as error:
             self._node.log.debug("%s", error)
+        if sink.is_owed and self._link.is_connected:  # otherwise, they are requested again
+            time.sleep(_RESULT_S)
+            sink.is_owed = False
+
+    def miss(self) -> None:
+        """Note that results may be missed, because the link was lost. Thread-safe."""
+        for name in tuple(self._received):
+            sink = self.sinks.get(name)
+            if sink is not None:
+                sink.is_owed = sink.is_result
+
+    def received_results(self) -> dict[str, ReceivedMessage]:
+        """Return the next value of `results`, for when the member returns."""
+        member = self.directory.member
+        found = {name: self.sinks[name] for name in self._received if self.sinks[name].is_result}
+        counts = {name: sink.received.get(member) for name, sink in found.items()}
+        return self.results | {
+            name: ReceivedMessage(remembers=True) if each is None else each for name, each in counts.items()
+        }
 
     def replay(self) -> None:
-        """Request the latched messages of all received topics again, because the link was lost."""
+        """Request latched messages and results of all received topics again, because the link was lost."""
         for name in self._received:
             self._workers.run(self._replay, keys.topic(self.directory.member, name), self.sinks[name])
 

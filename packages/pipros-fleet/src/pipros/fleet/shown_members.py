@@ -14,6 +14,7 @@ from pipros.fleet.directory import TopicRequests, from_json, requests_to_json
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import occupied
 from pipros.fleet.members import Token
+from pipros.fleet.messages import ReceivedMessage
 from pipros.fleet.shown_member import ShownMember
 from pipros.fleet.sources import Sender
 from pipros.fleet.zenoh_session import SessionLink, ZenohQuestion
@@ -55,6 +56,8 @@ class ShownMembers:
         self._warn = warn
         self._wake = wake
         self._definition_bytes = Budget(node.limits.of(FleetLimits).fleet_definition_bytes)
+        self._results: dict[str, tuple[str, dict[str, ReceivedMessage]]] = {}
+        """What was received of the results of members that left, with the instances of their agents."""
         self._requests_sent: dict[str, TopicRequests] = {}
         self._revisions = itertools.count(1)
 
@@ -95,13 +98,25 @@ class ShownMembers:
             self._definition_bytes,
             self._wake,
         )
+        instance, results = self._results.pop(member, ("", {}))
+        if instance == directory.instance:
+            self.members[member].results = results
 
     def forget(self, member: str) -> None:
         """Remove a member from the local master."""
         self._requests_sent.pop(member, None)
         shown = self.members.pop(member, None)
         if shown is not None:
+            if results := shown.received_results():
+                self._results[member] = shown.directory.instance, results
+                while len(self._results) > self._node.limits.of(FleetLimits).fleet_members:
+                    del self._results[next(iter(self._results))]
             shown.close()
+
+    def miss(self, *members: str) -> None:
+        """Note that results of some members, or of all, may be missed. Thread-safe."""
+        for shown in [self.members[each] for each in members or tuple(self.members) if each in self.members]:
+            shown.miss()
 
     def replay(self, member: str) -> None:
         """Request the latched messages of a member again, after its link was lost."""

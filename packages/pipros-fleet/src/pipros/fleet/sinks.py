@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pipros.basics.errors import PiprosError, ProtocolError
 from pipros.fleet.directory import DirectoryEntry
 from pipros.fleet.limits import FleetLimits
+from pipros.fleet.local_graph import is_result
 from pipros.fleet.messages import MessageAttachment, ReceivedMessage, decompressed, unpack
 from pipros.fleet.outbox import QUEUE
 from pipros.fleet.sources import MARK
@@ -27,7 +28,10 @@ class Sink:
 
     Attributes:
         entry: name and type of the local topic.
+        is_result: whether it is an action's result topic.
         received: message counts by sender.
+        is_owed: whether results may have been missed. Until they were requested, results are not taken
+            otherwise, so that none arrives before its subscribers are connected again.
     """
 
     def __init__(
@@ -51,6 +55,8 @@ class Sink:
         """
         self.entry = entry
         self.received: dict[str, ReceivedMessage] = {}
+        self.is_owed = False
+        self.is_result = is_result(entry)
         self._node = node
         self._log = log
         self._on_change = on_change
@@ -77,7 +83,7 @@ class Sink:
 
     def take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
         """Publish a message from a member, unless it is malformed, repeated or of another type."""
-        received = self.received.setdefault(sender, ReceivedMessage())
+        received = self.received.setdefault(sender, ReceivedMessage(remembers=self.is_result))
         try:
             found = unpack(attachment)
             if found.md5sum != self.entry.md5sum:
@@ -89,6 +95,8 @@ class Sink:
         except PiprosError as error:
             received.malformed += 1
             self._report(f"messages of [{sender}] for [{self.entry.name}] are dropped: {error}")
+            return
+        if self.is_owed != is_replay and not found.is_latched:
             return
         if received.is_new(found, len(payload), is_replay=is_replay):
             self._publish(sender, found, body)

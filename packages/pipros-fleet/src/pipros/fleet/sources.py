@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from collections import deque
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -13,7 +14,7 @@ from pipros.fleet.directory import DirectoryEntry
 from pipros.fleet.fleet_file import FleetRule, Priority
 from pipros.fleet.frames import FrameChange
 from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import is_agent
+from pipros.fleet.local_graph import is_agent, is_result
 from pipros.fleet.messages import MessageAttachment, compressed, pack
 from pipros.fleet.outbox import FleetOutbox
 from pipros.libraries.topic_tools.raw import class_like
@@ -35,6 +36,9 @@ FULL_S: Final = 0.02
 """Time during which only the sender thread sends on a full link; longer for a topic with queued messages."""
 CATCH_UP_S: Final = 0.02
 """Maximum time that a topic waits for its queued messages to be sent, on a link that is not full."""
+RESULT_S: Final = 60.0
+"""Time for which an action's results are kept: its clients may have missed them while a link was down."""
+_RESULTS: Final = 100
 _MAX_SOURCES: Final = 1000
 """Maximum number of publishers per topic that are numbered separately."""
 
@@ -59,7 +63,7 @@ class SourceMessage:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A latched message, kept for members that join later."""
+    """A latched message or a result, kept for members that join later or return."""
 
     body: bytes
     attachment: bytes
@@ -196,6 +200,8 @@ class SentTopic:
         self._change = change
         self._numbers: dict[str, int] = {}
         self._latched: dict[int, Kept] = {}
+        self._results: deque[tuple[float, Kept]] = deque()
+        self._is_result = is_result(entry)
         self._lock = threading.Lock()
         self._subscriber: Subscriber[AnyMsg] | None = None
 
@@ -223,11 +229,13 @@ class SentTopic:
         with self._lock:
             self._sender.latched_bytes -= sum(len(kept.body) for kept in self._latched.values())
             self._latched.clear()
+            self._drop_results(0)
 
-    def latched(self) -> list[Kept]:
-        """Return the last message of each latching publisher."""
+    def kept(self) -> list[Kept]:
+        """Return the last message of each latching publisher, and results of the last RESULT_S."""
         with self._lock:
-            return list(self._latched.values())
+            self._drop_results(_RESULTS)
+            return [*self._latched.values(), *(kept for _, kept in self._results)]
 
     @property
     def dropped(self) -> int:
@@ -252,6 +260,10 @@ class SentTopic:
             )
             if message.is_latched:
                 self._keep(message.publisher, Kept(body, attachment))
+            elif self._is_result:
+                self._results.append((time.monotonic() + RESULT_S, Kept(body, attachment)))
+                self._sender.latched_bytes += len(body)
+                self._drop_results(_RESULTS)
         if not is_up:
             self.unsent += 1
             return
@@ -269,6 +281,16 @@ class SentTopic:
         ):
             self._latched[publisher] = kept
             self._sender.latched_bytes += len(kept.body)
+
+    def _drop_results(self, most: int) -> None:
+        """Drop old results, those before the last `most`, and those beyond the limit in bytes."""
+        now_s, limit_bytes = time.monotonic(), self._sender.limits.of(FleetLimits).fleet_latched_bytes
+        while self._results and (
+            len(self._results) > most
+            or self._results[0][0] < now_s
+            or self._sender.latched_bytes > limit_bytes
+        ):
+            self._sender.latched_bytes -= len(self._results.popleft()[1].body)
 
     def _on_message(self, raw: AnyMsg) -> None:
         header = raw.header

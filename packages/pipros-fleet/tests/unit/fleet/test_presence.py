@@ -22,6 +22,9 @@ class Heard:
     def on_returned(self, member: str) -> None:
         self.events.append(f"{member} returned")
 
+    def on_away(self, member: str) -> None:
+        self.events.append(f"{member} away")
+
     def on_left(self, member: str) -> None:
         self.events.append(f"{member} left")
 
@@ -51,7 +54,7 @@ def test_a_member_leaves_a_moment_after_its_token() -> None:
     found.remove_departed(is_connected=True, now_s=1 + LEAVE_S / 2)
     assert found.present().keys() == {"robot1"}
     found.remove_departed(is_connected=True, now_s=1 + LEAVE_S)
-    assert events == ["robot1 5 joined", "robot1 left"]
+    assert events == ["robot1 5 joined", "robot1 away", "robot1 left"]
     assert found.present() == {}
 
 
@@ -61,7 +64,7 @@ def test_a_token_that_is_back_at_once_is_a_return() -> None:
     found.update(robot(), is_present=False, now_s=1)
     found.update(robot(), is_present=True, now_s=1)
     found.remove_departed(is_connected=True, now_s=10)
-    assert events == ["robot1 5 joined", "robot1 returned"]
+    assert events == ["robot1 5 joined", "robot1 away", "robot1 returned"]
 
 
 def test_members_stay_while_the_link_is_down_and_have_time_to_return() -> None:
@@ -76,7 +79,14 @@ def test_members_stay_while_the_link_is_down_and_have_time_to_return() -> None:
     found.note_connection(now_s=100)
     found.update(robot(), is_present=True, now_s=101)
     found.remove_departed(is_connected=True, now_s=100 + RETURN_S)
-    assert events == ["robot1 5 joined", "robot2 5 joined", "robot1 returned", "robot2 left"]
+    assert events == [
+        "robot1 5 joined",
+        "robot1 away",
+        "robot2 5 joined",
+        "robot2 away",
+        "robot1 returned",
+        "robot2 left",
+    ]
 
 
 def test_a_member_whose_agent_was_restarted_has_not_left() -> None:
