@@ -31,8 +31,8 @@ PYODIDE_FILES = (
     "python_stdlib.zip",
     "pyodide-lock.json",
 )
-LIBRARIES = ("catkin_pkg", "mcap", "rospkg", "yaml", "pyparsing", "dateutil")
-"""What messages, bags, parameters and `catkin_make` need. Compiled parts are optional."""
+LIBRARIES = ("catkin_pkg", "mcap", "rospkg", "yaml", "pyparsing", "dateutil", "websockets")
+"""What messages, bags, parameters, `catkin_make` and pages need. Compiled parts are optional."""
 
 
 def write_files(folder: Path) -> None:

@@ -12,7 +12,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, FrameLocator, Locator, Page, expect
 
 from tests.browser.chromium import running_chromium, steady_network  # noqa: F401 # the latter is a fixture
 from tests.pyodide.conftest import pyodide_files  # noqa: F401 # a fixture
@@ -21,6 +21,7 @@ from tests.support.student_edits import EXAMPLE
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.timeout(600)
+expect.set_options(timeout=60_000)
 
 STARTED_WITHIN_MS = 240_000
 """Several workers may start Pyodide at the same time, on a busy machine."""
@@ -107,6 +108,11 @@ def write(page: Page, path: str, text: str) -> None:
     page.get_by_role("button", name="Close").click()
 
 
+def picture(page: Page, program: str) -> FrameLocator:
+    """Return the page of a program, in its frame."""
+    return page.frame_locator(f"iframe[title={program}]")
+
+
 def interrupt(page: Page, number: int) -> None:
     terminal(page, number).locator("input").press("Control+c")
 
@@ -140,6 +146,18 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
     terminal(page, 2).get_by_role("button", name="Stop").click()
     begin(page, "rosnode list", 2)
     shows(page, "/talker_node", 2)
+
+    begin(page, "rqt_graph", 2)
+    expect(picture(page, "rqt_graph").get_by_text("/talker_node").first).to_be_visible()
+    interrupt(page, 2)
+    expect(page.locator("iframe")).to_have_count(0)
+    begin(page, "rqt_console &", 2)
+    expect(picture(page, "rqt_console").get_by_text("%25").first).to_be_visible()
+    begin(page, "rosrun turtlesim turtlesim_node &", 2)
+    expect(picture(page, "turtlesim").get_by_text("The arrow keys steer")).to_be_visible()
+    begin(page, "rqt_plot /turtle1/pose/x &", 2)
+    expect(picture(page, "rqt_plot").get_by_text("/turtle1/pose/x: 5.54")).to_be_visible()
+
     interrupt(page, 1)
     begin(page, "echo the talker has ended", 1)
     shows(page, "the talker has ended", 1)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics import one_thread
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.graph.raw_decoder import RawDecoder, decode_as
@@ -255,7 +256,7 @@ class TopicWatches:
         with self._lock:
             if not self._is_subscribing and self._next_change() is not None:
                 self._is_subscribing = True
-                threading.Thread(target=self._make_changes, name="subscriptions", daemon=True).start()
+                one_thread.start_thread(self._make_changes, name="subscriptions")
 
     def _make_changes(self) -> None:
         while self._make_change():

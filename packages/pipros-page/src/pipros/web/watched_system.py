@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from pipros.basics import one_thread
 from pipros.graph.client import GraphClient
 from pipros.graph.node_clients import NodeClients
 from pipros.graph.observer import ANSWER_DEADLINE_S, GraphObservation, SystemObserver
@@ -32,6 +33,8 @@ POLL_INTERVAL_S = 1.0
 """Interval of observations while at least one browser displays them."""
 MASTER_DEADLINE_S = 30.0
 """Timeout of calls to the master."""
+_LOOK_S = 0.1
+"""Interval at which the observer looks for browsers where Python has no threads."""
 QUESTIONS_AT_ONCE = 8
 """Maximum number of concurrent calls from views to the master and to nodes."""
 COMPUTATIONS_AT_ONCE = 4
@@ -86,6 +89,7 @@ class WatchedSystem:
         self._observer = SystemObserver(graph.master, clients=self.node_clients)
         self._waiting: set[asyncio.Future[GraphObservation]] = set()
         self._wanted = threading.Event()
+        self._logged: set[type[Exception]] = set()
         self._is_over = threading.Event()
 
     def start(self) -> None:
@@ -94,7 +98,10 @@ class WatchedSystem:
         Must be called in the server's event loop.
         """
         loop = asyncio.get_running_loop()
-        threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
+        if one_thread.turns is None:
+            threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
+        else:
+            one_thread.turns.repeat(lambda: self._observe_in_turn(loop))
 
     def close(self) -> None:
         """Stop observing and subscribing."""
@@ -129,23 +136,34 @@ class WatchedSystem:
                 self._waiting.discard(future)
 
     def _observe(self, loop: asyncio.AbstractEventLoop) -> None:
-        logged: set[type[Exception]] = set()
         while not self._is_over.is_set():
             self._wanted.wait()
-            self._wanted.clear()
             if self._is_over.is_set():
                 return
-            try:
-                observation = self._observer.poll()
-            except Exception as error:  # unexpected; log each type of error once
-                text = f"cannot observe the system: {type(error).__name__}: {error}"
-                if type(error) not in logged:
-                    logged.add(type(error))
-                    logger.error("%s", text, exc_info=error)
-                observation = replace(self.observation, error=text)
-            with contextlib.suppress(RuntimeError):  # the loop has stopped in the meantime
-                loop.call_soon_threadsafe(self._publish, observation)
+            self._observe_once(loop)
             self._is_over.wait(self._interval_s)
+
+    def _observe_in_turn(self, loop: asyncio.AbstractEventLoop) -> float | None:
+        """Observe the system if that is wanted. Return when to do so again; see `one_thread.Turns.repeat`."""
+        if self._is_over.is_set():
+            return None
+        if not self._wanted.is_set():
+            return _LOOK_S
+        self._observe_once(loop)
+        return self._interval_s
+
+    def _observe_once(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._wanted.clear()
+        try:
+            observation = self._observer.poll()
+        except Exception as error:  # unexpected; log each type of error once
+            text = f"cannot observe the system: {type(error).__name__}: {error}"
+            if type(error) not in self._logged:
+                self._logged.add(type(error))
+                logger.error("%s", text, exc_info=error)
+            observation = replace(self.observation, error=text)
+        with contextlib.suppress(RuntimeError):  # the loop has stopped in the meantime
+            loop.call_soon_threadsafe(self._publish, observation)
 
     def _publish(self, observation: GraphObservation) -> None:
         self.observation = observation

@@ -123,8 +123,12 @@ def start(rings: Any) -> Worker:
     for path in _PLACEHOLDERS:
         os.makedirs(os.path.dirname(path), exist_ok=True)
         Path(path).touch(0o755)
-    for script in Path(pipros.__file__).parent.glob("share/**/*.py"):  # Pyodide's archives lose these modes
-        script.chmod(0o755)
+    share = Path(pipros.__file__).parent / "share"
+    for pattern in ("*/scripts/*", "*/nodes/*", "*/*/*.py"):  # Pyodide's archives lose these modes
+        for script in share.glob(pattern):
+            script.chmod(0o755)
+    if not hasattr(time, "thread_time"):
+        time.thread_time = time.process_time  # the only thread of the process
     sys.executable = _PYTHON
     os.environ.update({"PATH": "/usr/bin", "HOME": HOME, "TERM": "dumb", "USER": "student"})
     return Worker(RingPort(rings))

@@ -32,12 +32,23 @@ class TabSocket:
     wait: ClassVar[Callable[[Callable[[], bool], float | None], bool]]
     _descriptors: ClassVar = itertools.count(_FIRST_DESCRIPTOR)
 
-    def __init__(self, family: int = -1, type: int = -1, proto: int = -1, fileno: object = None) -> None:  # noqa: A002
-        """Create a socket that is not connected.
+    def __init__(
+        self,
+        family: int = -1,
+        type: int = -1,  # noqa: A002
+        proto: int = -1,
+        fileno: int | None = None,
+    ) -> None:
+        """Create a socket that is not connected, or take over the one with the descriptor `fileno`.
 
         Raises:
             OSError: another family or type was requested; a tab has only TCP streams.
         """
+        if fileno in TabSocket.by_descriptor:
+            detached = TabSocket.by_descriptor[fileno]
+            self.__dict__.update(detached.__dict__)
+            TabSocket.by_descriptor[fileno] = self
+            return
         if fileno is not None or family not in (-1, socket.AF_INET) or type not in (-1, socket.SOCK_STREAM):
             raise OSError(errno.EAFNOSUPPORT, "a browser tab has only TCP streams between its nodes")
         self.family, self.type, self.proto = socket.AF_INET, socket.SOCK_STREAM, max(proto, 0)
@@ -104,7 +115,8 @@ class TabSocket:
             self._stream.close()
 
     def detach(self) -> int:
-        raise OSError(errno.EOPNOTSUPP, "a browser tab cannot detach sockets")
+        """Return the descriptor, for a new socket that takes over the connection or the port."""
+        return self._number
 
     def __enter__(self) -> TabSocket:
         return self

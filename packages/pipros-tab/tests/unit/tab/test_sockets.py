@@ -110,8 +110,20 @@ def test_sockets_have_names_and_no_options(pair: Pair) -> None:
     first.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     first.set_inheritable(False)
     assert first.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF) == 0
-    with pytest.raises(OSError, match="cannot detach"):
-        first.detach()
+
+
+def test_a_socket_of_another_class_takes_over_a_detached_connection(pair: Pair) -> None:
+    class Counted(TabSocket):
+        pass
+
+    first, second = pair
+    first.send(b"before")
+    taken = Counted(fileno=second.detach())
+    assert TabSocket.by_descriptor[taken.fileno()] is taken
+    assert taken.recv(10) == b"before"
+    taken.close()
+    assert second.fileno() == -1
+    assert first.recv(1) == b""
 
 
 def test_shutdown_ends_the_directions(network: Network, pair: Pair) -> None:

@@ -197,12 +197,14 @@ class _Loop(asyncio.SelectorEventLoop):
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
     """Call a function in a new daemon thread. Return a future of the running event loop for its result.
 
+    Without threads, it is called in a later turn.
+
     Neither the loop nor the interpreter, on exit, waits for the thread. Cancelling the future ends the
     wait, but does not stop the function.
     """
 
     def run(job: Callable[[], None]) -> None:
-        threading.Thread(target=job, name=getattr(function, "__name__", "call"), daemon=True).start()
+        one_thread.start_thread(job, name=getattr(function, "__name__", "call"))
 
     return _outcome(asyncio.get_running_loop(), run, function, *args)
 

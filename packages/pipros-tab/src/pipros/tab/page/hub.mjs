@@ -1,22 +1,13 @@
 // The hub of a tab: starts and ends workers, which run one Python program each, and connects them.
 // It runs where the page runs, never waits, and knows nothing of ROS: it passes bytes between ports, and files between workers.
 
+import { Connection } from "./connection.mjs";
+import {
+  ACCEPT, bytesOf, CLOSE_PORT, CONNECT, CONNECTED, ENDED, FILE, joined, LISTEN, LISTENING, NOTHING, numberIn, packed, REFUSED, RESET,
+  SIGNAL, START, STARTED, TYPED,
+} from "./packets.mjs";
 import { eachPacket, Ring, RING_BYTES, sharedRing } from "./ring.mjs";
 
-const LISTEN = 1;
-const LISTENING = 2;
-const CLOSE_PORT = 3;
-const CONNECT = 4;
-const CONNECTED = 5;
-const REFUSED = 6;
-const ACCEPT = 7;
-const RESET = 11;
-const START = 12;
-const STARTED = 13;
-const ENDED = 14;
-const SIGNAL = 15;
-const FILE = 16;
-const TYPED = 17;
 const SIGKILL = 9;
 const STOPPED = 137;
 const IS_FOLDER = 0o040000;
@@ -26,7 +17,6 @@ const FIRST_PORT = 20_000;
 const LAST_PORT = 59_999;
 const FIRST_ACCEPTED = 0x80000000; // numbers of ends that workers accept; they number the others from 1
 const SIGINT = 2; // Pyodide's interrupt buffer has the number of the signal
-const NOTHING = new Uint8Array(0);
 const encoder = new TextEncoder();
 const decoder = new TextDecoder();
 
@@ -56,6 +46,14 @@ export class Hub {
    * @type {(path: string) => void}
    */
   onFile = () => {};
+  /**
+   * Called after a port was closed.
+   * @type {(port: number) => void}
+   */
+  onClosedPort = () => {};
+  /** The page's own connections, as those of a program without rings. @type {any} */
+  #page = { ends: new Map(), connections: new Map() };
+  #nextConnection = 1;
   /** @type {Process[]} */
   #spares = [];
   /** @type {Map<number, Process>} */
@@ -133,6 +131,24 @@ export class Hub {
     return process;
   }
 
+  /** Returns whether a program listens at a port. */
+  listens(port) {
+    return this.#ports.has(port);
+  }
+
+  /**
+   * Connects the page to a port. Returns null if no program listens there.
+   * @param {number} port
+   */
+  connect(port) {
+    if (!this.listens(port)) return null;
+    const number = this.#nextConnection++;
+    const connection = new Connection((kind, content) => this.#handle(this.#page, kind, number, content));
+    this.#page.connections.set(number, connection);
+    this.#handle(this.#page, CONNECT, number, bytesOf(port));
+    return connection;
+  }
+
   /** Interrupts a program, as Ctrl-C does. It may have ended already. */
   interrupt(process) {
     Atomics.store(process.interrupts, 0, SIGINT);
@@ -200,7 +216,7 @@ export class Hub {
     this.#receive(process);
     process.worker.terminate();
     for (const peer of process.ends.values()) this.#send(peer.process, RESET, peer.number, NOTHING);
-    for (const port of process.ports) this.#ports.delete(port);
+    for (const port of process.ports) this.#close(port);
     for (const peer of process.ends.values()) peer.process.ends.delete(peer.number);
     process.ends.clear();
     for (const child of process.children) this.stop(child);
@@ -229,7 +245,7 @@ export class Hub {
     } else if (kind === FILE) {
       this.#receiveFile(process, content);
     } else if (kind === CLOSE_PORT) {
-      if (process.ports.delete(end)) this.#ports.delete(end);
+      if (process.ports.delete(end)) this.#close(end);
     } else if (kind === CONNECT) {
       const listener = this.#ports.get(numberIn(content));
       if (listener === undefined) {
@@ -252,6 +268,11 @@ export class Hub {
     }
   }
 
+  #close(port) {
+    this.#ports.delete(port);
+    this.onClosedPort(port);
+  }
+
   #open(process, wanted) {
     let port = wanted;
     if (!wanted) {
@@ -265,6 +286,11 @@ export class Hub {
 
   /** Passes a packet on. It waits if the worker's ring is full, which the windows of its connections limit. */
   #send(process, kind, end, content) {
+    if (process === this.#page) {
+      process.connections.get(end)?.take(kind, content);
+      if (kind === RESET) process.connections.delete(end);
+      return;
+    }
     if (process.waiting.length === 0 && process.fromHub.write(kind, end, content)) return;
     process.waiting.push([kind, end, content.slice()]);
     process.fromHub.raise();
@@ -280,28 +306,4 @@ export class Hub {
     process.waiting.splice(0, sent);
     if (process.waiting.length > 0) process.fromHub.raise();
   }
-}
-
-function packed(head, piece) {
-  return joined([encoder.encode(`${JSON.stringify(head)}\n`), piece]);
-}
-
-function joined(pieces) {
-  const whole = new Uint8Array(pieces.reduce((size, piece) => size + piece.length, 0));
-  let at = 0;
-  for (const piece of pieces) {
-    whole.set(piece, at);
-    at += piece.length;
-  }
-  return whole;
-}
-
-function numberIn(content) {
-  return new DataView(content.buffer, content.byteOffset).getUint32(0, true);
-}
-
-function bytesOf(number) {
-  const bytes = new Uint8Array(4);
-  new DataView(bytes.buffer).setUint32(0, number, true);
-  return bytes;
 }

@@ -1,6 +1,7 @@
 // The page: terminals, the files of the home folder, and an editor.
 
 import { Hub } from "./hub.mjs";
+import { Pictures } from "./pictures.js";
 import { keepFiles } from "./store.js";
 import { Terminal } from "./terminal.js";
 import { filesOf, zipOf } from "./zip.mjs";
@@ -50,6 +51,7 @@ class Editor {
     $("close").onclick = () => this.close();
     $("editor-text").addEventListener("change", () => this.save());
     $("editor-text").addEventListener("keydown", (event) => this.#key(event));
+    document.addEventListener("selectionchange", () => ($("editor-place").textContent = `line ${this.#before().split("\n").length}`));
   }
 
   open(path) {
@@ -77,12 +79,25 @@ class Editor {
     return new TextDecoder().decode(this.hub.files.get(this.path)?.[1]);
   }
 
+  #before() {
+    const { value, selectionStart } = $("editor-text");
+    return value.slice(0, selectionStart);
+  }
+
   #key(event) {
+    const insert = (text) => document.execCommand("insertText", false, text); // undo takes it back
     if (event.key === "s" && (event.ctrlKey || event.metaKey)) this.save();
-    else if (event.key === "Tab" && !event.shiftKey) document.execCommand("insertText", false, "    ");
+    else if (event.key === "Tab" && !event.shiftKey) insert("    ");
+    else if (event.key === "Enter") insert(`\n${indentAfter(this.#before())}`);
     else return;
     event.preventDefault();
   }
+}
+
+/** Returns the indentation of the line after this text: that of its last line, and more after a colon. */
+function indentAfter(text) {
+  const line = text.slice(text.lastIndexOf("\n") + 1);
+  return line.slice(0, line.search(/\S|$/)) + (line.trimEnd().endsWith(":") ? "    " : "");
 }
 
 function listFiles(hub, editor) {
@@ -134,8 +149,13 @@ async function main() {
   };
   listFiles(hub, editor);
   let count = 0;
+  const pictures = new Pictures(hub, $("side"), $("choices"));
+  const edit = (path) => {
+    pictures.show(null);
+    editor.open(path);
+  };
   const open = () => {
-    const terminal = new Terminal(hub, `Terminal ${++count}`, (path) => editor.open(path));
+    const terminal = new Terminal(hub, `Terminal ${++count}`, edit, (line) => pictures.open(line));
     $("terminals").append(terminal.element);
     return terminal;
   };
@@ -144,7 +164,7 @@ async function main() {
   $("new-terminal").onclick = () => open().input.focus();
   $("new-file").onclick = () => {
     const name = prompt("Path of the file in the home folder");
-    if (name) editor.open(`${HOME}/${name}`);
+    if (name) edit(`${HOME}/${name}`);
   };
   $("download").onclick = () => download(hub);
   $("open-zip").onchange = () => openZip(hub, $("open-zip").files[0]);

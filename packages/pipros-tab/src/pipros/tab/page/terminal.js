@@ -17,8 +17,10 @@ export class Terminal {
    * @param {import("./hub.mjs").Hub} hub
    * @param {string} name
    * @param {(path: string) => void} edit
+   * @param {(line: string) => boolean} open shows the page whose address a line contains, if any
    */
-  constructor(hub, name, edit) {
+  constructor(hub, name, edit, open) {
+    this.open = open;
     this.hub = hub;
     this.edit = edit;
     this.screen = make("div", "screen");
@@ -44,7 +46,7 @@ export class Terminal {
     const isAtEnd = this.screen.scrollTop + this.screen.clientHeight > this.screen.scrollHeight - 40;
     for (const piece of this.#output.read(text)) {
       if ("text" in piece) this.#write(piece.text, piece.style);
-      else if ("line" in piece) this.line = this.#newLine();
+      else if ("line" in piece) this.#endLine();
       else if ("start" in piece) this.#startsAnew = true;
       else if ("clear" in piece) this.#clear();
       else this.#mark(piece.mark, piece.value);
@@ -56,6 +58,16 @@ export class Terminal {
     if (this.#startsAnew) this.line.replaceChildren();
     this.#startsAnew = false;
     this.line.append(make("span", style, text));
+  }
+
+  #endLine() {
+    const { line } = this;
+    if (this.open(line.textContent ?? "")) {
+      line.classList.add("link");
+      line.title = "Show the page again";
+      line.onclick = () => this.open(line.textContent ?? "");
+    }
+    this.line = this.#newLine();
   }
 
   #newLine() {

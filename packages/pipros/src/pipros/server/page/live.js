@@ -8,6 +8,9 @@ const RETRY_MS = 1000;
 const POLICY_VIOLATION = 1008; // close code for a missing or wrong token
 const LOGIN_ID = 0;
 
+/** The frame that shows the page in a browser tab whose workers run the server: it connects the page to the server's worker. */
+const surrounding = /** @type {any} */ (window.frameElement);
+
 class Live extends EventTarget {
   constructor() {
     super();
@@ -42,7 +45,7 @@ class Live extends EventTarget {
       return;
     }
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-    const socket = new WebSocket(`${scheme}//${location.host}/live`);
+    const socket = surrounding?.connect?.() ?? new WebSocket(`${scheme}//${location.host}/live`);
     this.socket = socket;
     silence.begin(performance.now());
     socket.binaryType = "arraybuffer";

@@ -1,0 +1,46 @@
+// The kinds of packets between workers and the hub, as in pipros/tab/packets.py, and their content.
+
+export const LISTEN = 1;
+export const LISTENING = 2;
+export const CLOSE_PORT = 3;
+export const CONNECT = 4;
+export const CONNECTED = 5;
+export const REFUSED = 6;
+export const ACCEPT = 7;
+export const DATA = 8;
+export const CREDIT = 9;
+export const FINISH = 10;
+export const RESET = 11;
+export const START = 12;
+export const STARTED = 13;
+export const ENDED = 14;
+export const SIGNAL = 15;
+export const FILE = 16;
+export const TYPED = 17;
+export const NOTHING = new Uint8Array(0);
+const encoder = new TextEncoder();
+
+/** Returns the content of a FILE packet. */
+export function packed(head, piece) {
+  return joined([encoder.encode(`${JSON.stringify(head)}\n`), piece]);
+}
+
+export function joined(pieces) {
+  const whole = new Uint8Array(pieces.reduce((size, piece) => size + piece.length, 0));
+  let at = 0;
+  for (const piece of pieces) {
+    whole.set(piece, at);
+    at += piece.length;
+  }
+  return whole;
+}
+
+export function numberIn(content) {
+  return new DataView(content.buffer, content.byteOffset).getUint32(0, true);
+}
+
+export function bytesOf(number) {
+  const bytes = new Uint8Array(4);
+  new DataView(bytes.buffer).setUint32(0, number, true);
+  return bytes;
+}
