@@ -450,6 +450,82 @@ def test_a_subscriber_that_never_acknowledges_loses_only_its_own_messages(make_n
     stranger.close()
 
 
+class Blocking(Images):
+    """A callback that blocks until `go` is set."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.go = threading.Event()
+
+    def __call__(self, message: Any) -> None:
+        if message.encoding != WARM:
+            assert self.go.wait(60)
+        super().__call__(message)
+
+
+def test_as_many_slots_wait_for_a_subscriber_as_its_queue_holds(make_node: MakeNode) -> None:
+    timings = NodeTimings(links=LinkTimings(keep_memory_s=0.2))
+    publisher = make_node("talker", timings=timings).advertise("images", Image, queue_size=20)
+    inbox = Blocking()
+    make_node("listener").subscribe("images", Image, inbox)
+    wait_until_connected(publisher)
+    warm_up(publisher)
+    memory = memory_of(publisher)
+    for number in range(20):
+        publisher.publish(image(number))
+    assert memory.held_slots >= 19, "the publisher may still see the last message of the warm-up"
+    inbox.go.set()
+    assert numbers(inbox.wait(20)) == list(range(20))
+    slot_bytes = memory._current.slot_bytes
+    wait_until(
+        lambda: publisher.publish(image(20)) or (memory.used_bytes <= 3 * slot_bytes and count_mapped() <= 2),
+        what="the memory of the burst is freed",
+    )
+
+
+def test_a_publisher_waits_now_and_then_for_a_stream_to_return_to_memory(make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("images", Image, queue_size=50)
+    inbox = Blocking()
+    make_node("listener").subscribe("images", Image, inbox)
+    wait_until_connected(publisher)
+    warm_up(publisher)
+    link: Any = publisher.publication.links[0].link
+    for number in range(40):
+        publisher.publish(image(number))
+    assert link.state is LinkState.QUEUED, "a stream holds less than the messages beyond half of the slots"
+    link._next_return_s = 0.0
+    assert link.is_briefly_waited_for
+    assert not link.is_briefly_waited_for, "once in a while"
+    inbox.go.set()
+    assert numbers(inbox.wait(40)) == list(range(40))
+    wait_until(lambda: link.state is LinkState.IDLE)
+    publisher.publish(image(40))
+    assert numbers(inbox.wait(41))[-1] == 40
+
+
+def test_a_subscriber_that_hangs_costs_four_others_nothing(make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("images", Image, queue_size=50)
+    hanging, inboxes = Blocking(), [Images() for _ in range(4)]
+    for number, inbox in enumerate((hanging, *inboxes)):
+        make_node(f"listener{number}").subscribe("images", Image, inbox)
+    wait_until_connected(publisher, 5)
+    warm_up(publisher)
+    for number in range(200):
+        publisher.publish(image(number))
+        for inbox in inboxes:
+            inbox.wait(number + 1)
+    for inbox in inboxes:
+        assert numbers(inbox.messages) == list(range(200))
+    memory = memory_of(publisher)
+    assert 25 <= memory.held_slots <= 34, "half of the slots, those of the last message, and of the warm-up"
+    assert memory.used_bytes <= memory.limit_bytes
+    hanging.go.set()
+    wait_until(lambda: hanging.messages and numbers(hanging.messages)[-1] == 199)
+    assert numbers(hanging.messages) == sorted(numbers(hanging.messages))
+    publisher.publish(image(200))
+    assert numbers(inboxes[0].wait(201))[-1] == 200
+
+
 def test_a_callback_that_forks_or_ends_its_process_returns_no_slot_of_its_parent(make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("images", Image, queue_size=None)
     seen: list[Any] = []
@@ -527,7 +603,7 @@ def test_messages_beyond_the_limits_use_the_stream_with_one_log_line(make_node: 
 
 
 def test_all_topics_of_a_node_share_one_limit(make_node: MakeNode) -> None:
-    limit = 5_000_000
+    limit = 1_500_000
     log, lines = listening_log()
     talker = make_node("talker", log=log, limits=Limits(shared_bytes=limit))
     listeners = [make_node(f"listener{number}") for number in range(2)]
@@ -547,7 +623,8 @@ def test_all_topics_of_a_node_share_one_limit(make_node: MakeNode) -> None:
     used = [memory_of(publisher).used_bytes for publisher in publishers]
     assert 0 < sum(used) <= limit
     assert 0 in used
-    assert sum("shared_bytes in PIPROS_LIMITS" in line for line in lines) == used.count(0)
+    refused = sum("shared_bytes in PIPROS_LIMITS" in line for line in lines)
+    assert used.count(0) <= refused <= len(publishers)
 
 
 def test_growing_messages_get_larger_slots_and_the_memory_of_before_is_freed(make_node: MakeNode) -> None:

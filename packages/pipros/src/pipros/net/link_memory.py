@@ -27,6 +27,8 @@ class SlotGiver(Protocol):
 class MemorySharingLink(Protocol):
     """The link to a subscriber that shares memory."""
 
+    queue_size: int | None
+
     def end(self, reason: str) -> object:
         """Close the link, and log the reason unless it is empty."""
 
@@ -52,8 +54,8 @@ class LinkMemory:
 
     Attributes:
         is_ready: whether the subscriber has accepted the offer of memory.
-        is_slow: whether the publisher's wait for the subscriber has timed out. A slow subscriber gets no slot
-            until it has handled all waiting messages.
+        is_slow: whether the publisher's wait for the subscriber has timed out. Until a slow subscriber has
+            handled all waiting messages, it is not waited for, and without a queue it gets no slot.
         known: the number of the newest segment that was sent to the subscriber; 0 for none.
     """
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import socket
 import sys
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -19,10 +20,12 @@ from pipros.net.timings import LinkTimings
 from pipros.wire.slot_frames import OFFER, ControlFrame, encode
 
 _OFFER = encode(ControlFrame(OFFER, 0))
-_IDLE, _RECOVERING = (
-    LinkState.IDLE,
-    LinkState.RECOVERING,
-)  # aliases: enum lookups per message are slow
+
+RETURN_INTERVAL_S = 0.1
+"""Interval between attempts to return from the stream to shared memory."""
+
+# aliases: enum lookups per message are slow
+_IDLE, _RECOVERING, _QUEUED = LinkState.IDLE, LinkState.RECOVERING, LinkState.QUEUED
 
 
 class LocalOutgoingLink(OutgoingLink):
@@ -45,6 +48,7 @@ class LocalOutgoingLink(OutgoingLink):
     ) -> None:
         self.memory = memory.add(self)
         self._is_offered = False
+        self._next_return_s = 0.0
         super().__init__(
             sock, loop, queue_size=queue_size, limits=limits, timings=timings, on_closed=on_closed
         )
@@ -72,6 +76,21 @@ class LocalOutgoingLink(OutgoingLink):
                         self._apply(LinkEvent.SOCKET_FULL)
                     return
         self.send(message, size)
+
+    @property
+    def is_briefly_waited_for(self) -> bool:
+        """Also from time to time while the event loop sends large messages through the stream.
+
+        Otherwise, a publisher that is always ahead would never use shared memory again.
+        """
+        if super().is_briefly_waited_for:
+            return True
+        now_s = time.monotonic()
+        with self._lock:
+            if self.state is not _QUEUED or not self.memory.is_ready or now_s < self._next_return_s:
+                return False
+            self._next_return_s = now_s + RETURN_INTERVAL_S
+            return self._backlog.is_in_large_buffer
 
     def offer_memory(self) -> None:
         """Offer shared memory if it has not been offered yet."""

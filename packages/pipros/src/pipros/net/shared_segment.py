@@ -32,6 +32,7 @@ class Segment:
 
     Attributes:
         number, slot_bytes, slots: see `pipros.wire.slot_frames`.
+        counted: the slots that count in the limits: those that were used, and may take memory.
         descriptor: the file descriptor to pass to subscribers.
     """
 
@@ -42,6 +43,7 @@ class Segment:
             OSError: the system lacks `memfd_create`, or no descriptors or memory are left.
         """
         self.number, self.slot_bytes, self.slots = number, slot_bytes, slots
+        self.counted: set[int] = set()
         self._memory: mmap.mmap
         self._view: memoryview
         if sys.platform != "linux" or not hasattr(os, "memfd_create"):
@@ -63,6 +65,10 @@ class Segment:
     @property
     def size(self) -> int:
         return self.slot_bytes * self.slots
+
+    @property
+    def counted_bytes(self) -> int:
+        return self.slot_bytes * len(self.counted)
 
     def allocate(self, index: int, size: int) -> None:
         """Allocate the first `size` bytes of a slot.

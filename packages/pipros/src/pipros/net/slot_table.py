@@ -3,8 +3,9 @@
 This module performs no I/O. A slot without holders is free. The publisher holds a slot while it writes a
 message and gives it to subscribers. A subscriber holds the slot until it acknowledges that the slot is free;
 if its callbacks get arrays, it first acknowledges that the slot is in use. Each subscriber may have QUOTA
-slots waiting and QUOTA slots in use; further messages are sent through its socket. A subscriber that hangs or
-keeps its arrays therefore does not delay the others.
+slots in use, and as many slots waiting as its queue holds, but at least QUOTA. Beyond QUOTA, it gets a slot
+only if it has fewer than are free, so some remain however many subscribers hang. Further messages are sent
+through its socket. A subscriber that hangs or keeps its arrays therefore does not delay the others.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from typing import Final
 from pipros.basics.errors import ProtocolError
 from pipros.wire.slot_frames import Slot
 
-SLOTS: Final = 6
-"""Number of slots of a segment, unless the limit on the topic's memory allows only fewer."""
-QUOTA: Final = 3
-"""Maximum number of a subscriber's waiting slots, and of its slots in use. It is less than SLOTS, so that
-slots remain for other subscribers.
+SLOTS: Final = 64
+"""Number of slots of a segment, unless the limit on the topic's memory allows only fewer. Slots that are not
+used take no memory.
 """
+QUOTA: Final = 3
+"""Maximum number of a subscriber's slots in use, and of its waiting slots if its queue holds no more."""
 FEWEST_SLOTS: Final = 2
 """Minimum number of slots of a segment. With a single slot, no message could be written while another is
 being read.
@@ -28,10 +29,15 @@ being read.
 
 
 class SlotTable:
-    """The holders of all slots. Not thread-safe."""
+    """The holders of all slots. Not thread-safe.
+
+    Attributes:
+        quota: QUOTA, or less if the newest segment has only a few slots.
+    """
 
     def __init__(self) -> None:
-        self._quota = QUOTA
+        self.quota = QUOTA
+        self._newest = 0
         # last in, first out, because the slot freed last may still be in the processor's cache
         self._free: dict[int, list[int]] = {}
         self._slots: dict[int, int] = {}
@@ -43,7 +49,8 @@ class SlotTable:
         """Add a segment of free slots. Later messages use this segment."""
         self._free[segment] = list(range(slots))
         self._slots[segment] = slots
-        self._quota = min(QUOTA, slots - 1)
+        self.quota = min(QUOTA, slots - 1)
+        self._newest = segment
 
     def remove_segment(self, segment: int) -> None:
         """Forget an unused segment."""
@@ -81,21 +88,16 @@ class SlotTable:
             del self._holders[slot]
             self._free[slot[0]].append(slot[1])
 
-    def has_free_slot(self, subscriber: Hashable) -> bool:
-        """Return whether a subscriber may get another slot."""
-        return (
-            subscriber in self._waiting
-            and len(self._waiting[subscriber]) < self._quota
-            and len(self._in_use[subscriber]) < self._quota
-        )
+    def has_free_slot(self, subscriber: Hashable, queue_size: int = 0) -> bool:
+        """Return whether a subscriber may get another slot. `queue_size` is the size of its queue."""
+        if subscriber not in self._waiting or len(self._in_use[subscriber]) >= self.quota:
+            return False
+        waiting = len(self._waiting[subscriber])
+        return waiting < self.quota or waiting < min(queue_size, len(self._free[self._newest]))
 
     def waiting(self, subscriber: Hashable) -> int:
         """Return the number of slots whose messages a subscriber has not yet delivered."""
         return len(self._waiting.get(subscriber, ()))
-
-    def is_full(self, subscriber: Hashable) -> bool:
-        """Return whether a subscriber has the maximum number of waiting slots."""
-        return self.waiting(subscriber) >= self._quota
 
     def has_slots(self, subscriber: Hashable) -> bool:
         """Return whether a subscriber holds any slot."""

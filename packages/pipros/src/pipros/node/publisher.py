@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol
 from pipros.basics.printable import printable
 from pipros.net.backlog import Buffer, WireMessage
 from pipros.net.connection_table import LinkEntry
-from pipros.net.flush import flush_or_queue
+from pipros.net.flush import LARGE_MESSAGE_WAIT_S, flush_or_queue
 from pipros.net.local_stream import is_local, shares_memory
 from pipros.net.outgoing import OutgoingLink, SendStatistics
 from pipros.net.outgoing_state import LinkState
@@ -146,8 +146,11 @@ class Publication:
             if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
                 return
-        if is_shared and self.queue_size is None and self._memory_sharing is not None:
-            self._memory_sharing.wait_for_space(links, self._context.limits.stall_s)
+        if is_shared and self._memory_sharing is not None:
+            limit_s = self._context.limits.stall_s
+            self._memory_sharing.wait_for_space(
+                links, limit_s if self.queue_size is None else min(limit_s, LARGE_MESSAGE_WAIT_S)
+            )
 
     def _hand_over(self, message: Message) -> None:
         for link in self.links_in_process:

@@ -79,9 +79,9 @@ class SharedPublication:
             self.memory.release(placed.slot)
         return True
 
-    def wait_for_space(self, links: Sequence[PublisherLink], stall_s: float) -> None:
-        """Wait until the subscribers have room for another message, for at most `stall_s`."""
-        self.memory.wait_for_space([link.memory for link in _local(links)], stall_s)
+    def wait_for_space(self, links: Sequence[PublisherLink], limit_s: float) -> None:
+        """Wait until the subscribers have room for another message, for at most `limit_s`."""
+        self.memory.wait_for_space([link.memory for link in _local(links)], limit_s)
 
 
 def _local(links: Sequence[PublisherLink]) -> list[LocalOutgoingLink]:

@@ -21,6 +21,7 @@ class Slots(RuleBasedStateMachine):
         self.table = SlotTable()
         self.segment = 0
         self.sizes: dict[int, int] = {}
+        self.queue_sizes: dict[str, int] = {}
         self.next_name = 0
         self.waiting: dict[str, set[Slot]] = {}
         self.in_use: dict[str, set[Slot]] = {}
@@ -32,11 +33,12 @@ class Slots(RuleBasedStateMachine):
         self.sizes[self.segment] = slots
         self.table.add_segment(self.segment, slots)
 
-    @rule(target=subscribers)
-    def join(self) -> str:
+    @rule(target=subscribers, queue_size=st.integers(0, 10))
+    def join(self, queue_size: int) -> str:
         self.next_name += 1
         name = f"subscriber {self.next_name}"
         self.table.add_subscriber(name)
+        self.queue_sizes[name] = queue_size
         self.waiting[name], self.in_use[name] = set(), set()
         return name
 
@@ -58,7 +60,7 @@ class Slots(RuleBasedStateMachine):
             return
         assert slot not in taken
         for name in names & self.waiting.keys():
-            if self.table.has_free_slot(name):
+            if self.table.has_free_slot(name, self.queue_sizes[name]):
                 self.table.give(name, slot)
                 self.waiting[name].add(slot)
                 if not is_sent:
@@ -100,7 +102,8 @@ class Slots(RuleBasedStateMachine):
     @invariant()
     def nobody_holds_more_than_its_quota(self) -> None:
         for name in self.waiting:
-            assert self.table.waiting(name) == len(self.waiting[name]) <= QUOTA
+            most = max(QUOTA, self.queue_sizes[name])
+            assert self.table.waiting(name) == len(self.waiting[name]) <= most
             assert self.table.has_slots(name) == bool(self.waiting[name] or self.in_use[name])
 
     @invariant()
@@ -134,6 +137,23 @@ def test_a_subscriber_with_a_full_quota_leaves_slots_for_others() -> None:
     assert given.count("good") == 3 * SLOTS
 
 
+def test_subscribers_with_long_queues_that_hang_one_after_the_other_leave_slots_for_others() -> None:
+    table = SlotTable()
+    table.add_segment(1, 16)
+    table.add_subscriber("good")
+    for name in ("first", "second", "third"):
+        table.add_subscriber(name)
+        for _ in range(50):
+            slot = table.take(1)
+            assert slot is not None
+            for each in (name, "good"):
+                if table.has_free_slot(each, 50):
+                    table.give(each, slot)
+            table.release(slot)
+            table.acknowledge("good", slot, in_use=False)
+    assert [table.waiting(name) for name in ("first", "second", "third")] == [8, 4, 3]
+
+
 def test_a_subscriber_that_keeps_arrays_gets_no_more_slots_and_is_not_waited_for() -> None:
     table = SlotTable()
     table.add_segment(1, SLOTS)
@@ -145,6 +165,6 @@ def test_a_subscriber_that_keeps_arrays_gets_no_more_slots_and_is_not_waited_for
         table.acknowledge("keeper", slot, in_use=True)
         table.release(slot)
     assert not table.has_free_slot("keeper")
-    assert not table.is_full("keeper")
+    assert table.waiting("keeper") == 0
     table.remove_subscriber("keeper")
     assert table.is_unused(1)
