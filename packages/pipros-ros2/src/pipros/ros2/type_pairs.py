@@ -79,7 +79,8 @@ class TypePairs:
         self._learned_bytes = 0
         self._limit_bytes = limits.of(Ros2Limits).ros2_definition_bytes
         ros1 = Ros1Definitions(self._message, self._installed.service)
-        self._catalog = Catalog(distribution, ros1, folders)
+        # Where nodes announce hashes, a type that has changed in ROS 2 is recognized; see `check_hash`.
+        self._catalog = Catalog(distribution, ros1, folders, derive=distribution.has_type_hashes)
         self._plans = Plans(self._catalog, ros1, rules)
         self._has_hashes = distribution.has_type_hashes
         self._is_lenient = is_lenient

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -52,6 +53,34 @@ def test_received_definitions_are_used_for_types_that_are_not_installed() -> Non
     assert pair.plan.ros2_type == "my_msgs/msg/Pose"
     assert pair.plan.to_cdr(b"\7") == b"\0\1\0\0\7"
     assert pairs.of_ros2("my_msgs/msg/Pose") is pair
+
+
+def test_installed_types_that_ros2_may_lack_are_derived_where_nodes_announce_hashes() -> None:
+    found = load_message_class("tf2_web_republisher/TFArray")
+    definition = Definition("tf2_web_republisher/TFArray", found._md5sum, found._full_text)
+
+    pair = PAIRS.of_ros1(definition)
+
+    assert pair.plan.ros2_type == "tf2_web_republisher/msg/TFArray"
+    assert PAIRS.of_ros2("tf2_web_republisher/msg/TFArray") is pair
+    with pytest.raises(WrongHash):
+        PAIRS.check_hash(pair.plan.ros2_type, {pair.type_hash}, "RIHS01_" + "0" * 64)
+    action = PAIRS.of_action("tf2_web_republisher/TFSubscription")
+    assert action.plan.ros2_type == "tf2_web_republisher/action/TFSubscription"
+    with pytest.raises(ConversionError, match="no type in ROS 2 humble corresponds"):
+        HUMBLE.of_ros1(definition)
+
+
+def test_definitions_in_a_folder_precede_derived_ones(tmp_path: Path) -> None:
+    file = tmp_path / "control_interfaces" / "msg" / "JointTolerance.msg"
+    file.parent.mkdir(parents=True)
+    file.write_text("string name\n")
+    found = load_message_class("control_msgs/JointTolerance")
+    definition = Definition("control_msgs/JointTolerance", found._md5sum, found._full_text)
+
+    assert PAIRS.of_ros1(definition).plan.ros2_type == "control_msgs/msg/JointTolerance"
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, LIMITS, [tmp_path])
+    assert pairs.of_ros1(definition).plan.ros2_type == "control_interfaces/msg/JointTolerance"
 
 
 def test_received_definitions_have_a_limit() -> None:

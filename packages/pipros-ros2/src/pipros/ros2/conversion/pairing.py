@@ -13,6 +13,7 @@ from pipros.ros2.conversion.mapping import Fields, MappingRules
 from pipros.ros2.conversion.values import WHOLE_MESSAGES
 from pipros.ros2.interfaces.action_types import Ros2Action
 from pipros.ros2.interfaces.catalog import Catalog
+from pipros.ros2.interfaces.derive import member_name
 from pipros.ros2.interfaces.spec import NO_FIELDS, Ros2Field, Ros2Message, Ros2Type
 
 _STATUS = "_status"
@@ -205,7 +206,7 @@ def _first(
     name: str, candidates: Iterator[str], exists: Callable[[str], bool], catalog: Catalog | None
 ) -> str:
     tried = list(candidates)
-    for each in tried:
+    for each in sorted(tried, key=catalog.is_derived) if catalog else tried:
         if exists(each):
             return each
     where = f"ROS 2 {catalog.distribution.value}" if catalog else "ROS 1"
@@ -218,8 +219,8 @@ def _pair(ros1: MessageSpec, ros2: Ros2Message, fields: Fields | None) -> Pair:
         return Pair(ros1, ros2, links)
     theirs = {field.name for field in ros2.fields}
     ours = {field.name: field.name for field in ros1.fields if field.type.length != 0}
-    lowered = {name.lower(): name for name in ours if name not in theirs}
-    matches = [(ours.get(each.name) or lowered.get(each.name), each.name) for each in ros2.fields]
+    renamed = {member_name(name): name for name in ours if name not in theirs}
+    matches = [(ours.get(each.name) or renamed.get(each.name), each.name) for each in ros2.fields]
     links = tuple(FieldPair((first,), (second,)) for first, second in matches if first is not None)
     made = Pair(ros1, ros2, links)
     if made.only_ros1 and made.only_ros2:

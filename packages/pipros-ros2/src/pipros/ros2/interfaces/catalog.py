@@ -21,7 +21,7 @@ from pipros.msg.language.spec import DefinitionError, MessageSpec, ServiceSpec
 from pipros.packages.installed_packages import AMENT_INDEX, share_folders
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.action_types import Ros2Action
-from pipros.ros2.interfaces.derive import derived_message, derived_service
+from pipros.ros2.interfaces.derive import derived_action, derived_message, derived_service
 from pipros.ros2.interfaces.parse import (
     embedded_names,
     parse_ros2_action,
@@ -30,6 +30,8 @@ from pipros.ros2.interfaces.parse import (
 )
 from pipros.ros2.interfaces.parts import owner_of, parts_of
 from pipros.ros2.interfaces.spec import CompleteRos2Message, Ros2Message, Ros2Service
+
+_PARTS = ("Goal", "Result", "Feedback")
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,15 +152,17 @@ class Catalog:
         return self._services[name]
 
     def action(self, name: str) -> Ros2Action:
-        """Return the definition of `package/action/Name`. Raises the same errors as `message`.
-
-        Actions are never derived from ROS 1.
-        """
+        """Return the definition of `package/action/Name`. Raises the same errors as `message`."""
         if name not in self._actions:
             text = self._text(name)
-            if text is None:
+            if text is not None:
+                self._actions[name] = parse_ros2_action(*text)
+            elif self._may_derive(name, frozenset()):
+                old = name.replace("/action/", "/")
+                goal, result, feedback = (self._ros1.message(old + part) for part in _PARTS)
+                self._actions[name] = derived_action(goal, result, feedback)
+            else:
                 raise self._unknown(name)
-            self._actions[name] = parse_ros2_action(*text)
         return self._actions[name]
 
     def complete(self, message: Ros2Message) -> CompleteRos2Message:
@@ -176,6 +180,11 @@ class Catalog:
     def has_action(self, name: str) -> bool:
         """Return whether `action` would find the type."""
         return _is_found(self.action, name)
+
+    def is_derived(self, name: str) -> bool:
+        """Return whether a type is neither in a folder nor bundled, so that it can only be derived."""
+        known = self._carried.same_messages | self._carried.same_services
+        return name not in known and self._text(name) is None
 
     def _may_derive(self, name: str, same: frozenset[str]) -> bool:
         return name in same or (self._derive and not self._is_carried_package(name))

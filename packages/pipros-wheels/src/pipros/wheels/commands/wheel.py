@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -29,7 +29,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--init", action="store_true", help="write the pyproject.toml files that pip install . needs"
     )
+    parser.add_argument(
+        "--ros2",
+        choices=("jazzy", "kilted"),
+        help="build wheels for rclpy with the packages' messages, services and actions; DIR may also be the "
+        "name of a package, such as tf2_msgs or example_interfaces",
+    )
     arguments = parser.parse_args(argv)
+    if arguments.ros2:
+        return _build_for_ros2(arguments)
     from pipros.wheels.init_file import ADVICE, write_build_system
     from pipros.wheels.python_keys import read_keys
     from pipros.wheels.sources import source_folders
@@ -55,6 +63,29 @@ def main(argv: Sequence[str] | None = None) -> int:
                 print(line)
             nothing = [] if build.wheels or space.errors or build.errors else ["no wheel was built"]
             return _report([*space.errors, *build.errors, *nothing])
+    except (PiprosError, OSError) as error:
+        return _report([str(error)])
+
+
+def _build_for_ros2(arguments: Namespace) -> int:
+    from pipros.wheels.ros2_wheel import Ros2Wheels
+    from pipros.wheels.wheel_build import source_packages
+    from pipros.workspace.layout import SourceSpace
+
+    names = [word for word in arguments.sources if not Path(word).is_dir()]
+    folders = [Path(word) for word in arguments.sources if Path(word).is_dir()]
+    try:
+        space = SourceSpace([], []) if names and not folders else source_packages(folders or [Path()])
+        wheels = Ros2Wheels(
+            arguments.ros2,
+            {package.name: package.folder for package in space.packages},
+            {package.name: str(package.manifest.version) for package in space.packages},
+            arguments.output,
+            _print_line,
+        )
+        for file in wheels.build([*(package.name for package in space.packages), *names]):
+            print(file)
+        return _report(space.errors)
     except (PiprosError, OSError) as error:
         return _report([str(error)])
 

@@ -1,0 +1,112 @@
+"""Translate the message, service and action files of a ROS 1 package into those of a ROS 2 package."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from pipros.basics.errors import NotFound
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.spec import MessageSpec
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, carried
+from pipros.ros2.interfaces.derive import changes, derived_message, member_name, type_name_of
+from pipros.ros2.interfaces.parse import embedded_names
+from pipros.ros2.interfaces.spec import Ros2Message
+
+_NEEDS = {
+    "msg": (),
+    "srv": ("service_msgs",),
+    "action": ("action_msgs", "builtin_interfaces", "service_msgs", "unique_identifier_msgs"),
+}
+"""The packages whose types ROS 2 adds to each kind of definition."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Package:
+    """The definitions of a package in ROS 2.
+
+    Attributes:
+        files: the text of each file, such as `msg/Status.msg`.
+        changes: what differs from the definitions of ROS 1, a line each.
+        needs: the other packages whose types the definitions contain.
+    """
+
+    name: str
+    files: Mapping[str, str]
+    changes: tuple[str, ...]
+    needs: frozenset[str]
+
+
+def ros2_package(name: str, distribution: str, definitions: Definitions) -> Ros2Package:
+    """Translate a ROS 1 package, or take the definitions of a package that pipros bundles.
+
+    Raises:
+        NotFound: there is no such package, it has no definitions, or it contains a type that ROS 2 lacks.
+        DefinitionError: a definition is invalid.
+    """
+    ros1 = Ros1Definitions(definitions.message, definitions.service)
+    catalog = Catalog(Distribution(distribution), ros1, derive=True)
+    files: dict[str, Sequence[Ros2Message]] = {}
+    lines: list[str] = []
+    for kind, new in _bundled(name, Distribution(distribution)):
+        files[_file(kind, new)] = _bundled_parts(catalog, kind, new)
+    for kind, old in () if files else _of_ros1(name, definitions):
+        new, specs = type_name_of(old, kind), _specs(definitions, kind, old)
+        files[_file(kind, new)] = [derived_message(spec) for spec in specs]
+        if kind == "msg":
+            catalog.add({new: derived_message(specs[0])})
+        lines += [f"{old} becomes {new}"] if new != old.replace("/", f"/{kind}/") else []
+        lines += [line for spec in specs for line in changes(spec)]
+    if not files:
+        raise NotFound(f"package {name} has no messages, services or actions")
+    needs = {need for file in files for need in _NEEDS[file.partition("/")[0]]}
+    for file, parts in files.items():
+        for embedded in (each for part in parts for each in embedded_names(part)):
+            try:
+                catalog.message(embedded)
+            except NotFound as error:
+                raise NotFound(f"{name}/{file}: {error}") from None
+            needs.add(embedded.partition("/")[0])
+    texts = {file: "---\n".join(part.text() for part in parts) for file, parts in files.items()}
+    own = member_name(name)
+    return Ros2Package(own, texts, tuple(lines), frozenset(needs - {own}))
+
+
+def _file(kind: str, type_name: str) -> str:
+    return f"{kind}/{type_name.rpartition('/')[2]}.{kind}"
+
+
+def _bundled(package: str, distribution: Distribution) -> Iterator[tuple[str, str]]:
+    known = carried(distribution)
+    for name in sorted(known.same_messages | known.same_services | known.texts.keys()):
+        if name.startswith(f"{package}/"):
+            yield name.split("/")[1], name
+
+
+def _bundled_parts(catalog: Catalog, kind: str, name: str) -> Sequence[Ros2Message]:
+    if kind == "msg":
+        return [catalog.message(name)]
+    if kind == "srv":
+        service = catalog.service(name)
+        return [service.request, service.response]
+    action = catalog.action(name)
+    return [action.goal, action.result, action.feedback]
+
+
+def _of_ros1(package: str, definitions: Definitions) -> Iterator[tuple[str, str]]:
+    for kind in ("msg", "srv", "action"):
+        for name in definitions.files.names(kind, package):
+            if definitions.files.file(kind, f"{package}/{name}").endswith(
+                f".{kind}"
+            ):  # not made of an action
+                yield kind, f"{package}/{name}"
+
+
+def _specs(definitions: Definitions, kind: str, name: str) -> Sequence[MessageSpec]:
+    if kind == "msg":
+        return [definitions.message(name)]
+    if kind == "srv":
+        service = definitions.service(name)
+        return [service.request, service.response]
+    return definitions.action(name).messages[:3]
