@@ -40,7 +40,6 @@ if (isMainThread) {
   const { loadPyodide } = await import(pathToFileURL(path.join(files, "pyodide.mjs")).href);
   const read = async (name) => new Uint8Array(await readFile(path.join(files, name)));
   const program = new Promise((resolve) => parentPort.once("message", resolve));
-  await runProcess(workerData, program, (message) => parentPort.postMessage(message), (options) =>
-    start(loadPyodide, read, { indexURL: `${files}/`, ...options }),
-  );
+  const load = (options) => loadPyodide({ indexURL: `${files}/`, ...options });
+  await runProcess(workerData, program, (message) => parentPort.postMessage(message), load, (options) => start(load, read, options));
 }

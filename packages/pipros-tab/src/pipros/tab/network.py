@@ -162,6 +162,7 @@ class Network:
     """The connections, ports and child processes of one worker.
 
     Attributes:
+        port: the rings.
         codes: the exit codes of the child processes that have ended.
         typed: what the user did in the worker's terminal.
         take_file: called with each piece of a file that another worker has changed.
@@ -169,7 +170,7 @@ class Network:
 
     def __init__(self, port: Port) -> None:
         """Use the rings of the worker."""
-        self._port = port
+        self.port = port
         self._numbers = itertools.count(1)
         self._streams: dict[int, Stream] = {}
         self._listeners: dict[int, deque[Stream]] = {}
@@ -180,7 +181,7 @@ class Network:
         self.take_file: Callable[[bytes], None] = lambda _: None
 
     def send(self, kind: Kind, end: int, content: bytes = b"") -> None:
-        self._port.send(kind, end, content)
+        self.port.send(kind, end, content)
 
     def forget(self, number: int) -> bool:
         """Forget one end of a connection; return False if that was done before."""
@@ -243,10 +244,10 @@ class Network:
 
         If the hub interrupts the worker, the handler of SIGINT is called.
         """
-        received = self._port.receive(timeout_s)
+        received = self.port.receive(timeout_s)
         for packet in split(received):
             self._take(packet)
-        if self._port.is_interrupted():
+        if self.port.is_interrupted():
             handler = signal.getsignal(signal.SIGINT)
             if callable(handler):
                 handler(signal.SIGINT, None)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import atexit
+import gc
+import importlib
 import os
+import random
 import re
 import runpy
 import signal
@@ -34,6 +37,16 @@ _PYTHON = "/usr/bin/python3"
 _PLACEHOLDERS = ("/usr/bin/env", _PYTHON)
 """Programs that a tab lacks, but that `rosrun` looks for before it starts a script."""
 
+PREPARED = (
+    "rospy",
+    "pipros.launch.run",
+    "pipros.tab.terminal",
+    "pipros.workspace.environment",
+    "pipros.workspace.overlays",
+    "std_msgs.msg",
+)
+"""Modules that most programs import."""
+
 _OWN_FILES = re.compile(r"/pipros/(tab|cli)/|<frozen |/runpy\.py$|^<string>$")
 """Files whose lines a traceback leaves out above the user's program."""
 
@@ -43,6 +56,19 @@ class _Replaced(BaseException):
 
     def __init__(self, words: Sequence[str], environment: Mapping[str, str]) -> None:
         self.words, self.environment = list(words), dict(environment)
+
+
+class _NoPort:
+    """The port of a worker that is not connected yet."""
+
+    def send(self, _kind: int, _end: int, _content: bytes) -> None:
+        raise RuntimeError("the worker is not connected yet")
+
+    def receive(self, _timeout_s: float) -> bytes:
+        return b""
+
+    def is_interrupted(self) -> bool:
+        return False
 
 
 class RingPort:
@@ -65,6 +91,9 @@ class RingPort:
         return bool(self._rings.isInterrupted())
 
 
+_prepared: list[Worker] = []
+
+
 class Worker:
     """A worker without a program yet, but with replacements for sockets and processes."""
 
@@ -77,6 +106,10 @@ class Worker:
         time.sleep = turns.sleep  # callbacks run while a program sleeps
         signal.set_wakeup_fd = lambda *_args, **_options: -1  # a tab's sockets have no descriptors
         os.execve = os.execvpe = _replace  # type: ignore[assignment]
+
+    def connect(self, port: Port) -> None:
+        """Use these rings from now on."""
+        self._network.port = port
 
     def run(self, program: Mapping[str, Any]) -> int:
         """Run a program, and return its exit code.
@@ -117,21 +150,33 @@ class Worker:
         return code
 
 
-def start(rings: Any) -> Worker:
-    """Prepare a worker for any program. Called by the worker's JavaScript, before the program is known."""
+def prepare() -> None:
+    """Prepare Python for any program. Further workers start with a copy of this worker's memory."""
     asyncio._set_running_loop(None)  # Pyodide's own loop does not run while Python does
-    for path in _PLACEHOLDERS:
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        Path(path).touch(0o755)
     share = Path(pipros.__file__).parent / "share"
     for pattern in ("*/scripts/*", "*/nodes/*", "*/*/*.py"):  # Pyodide's archives lose these modes
         for script in share.glob(pattern):
             script.chmod(0o755)
+    sys.executable = _PYTHON
     if not hasattr(time, "thread_time"):
         time.thread_time = time.process_time  # the only thread of the process
-    sys.executable = _PYTHON
     os.environ.update({"PATH": "/usr/bin", "HOME": HOME, "TERM": "dumb", "USER": "student"})
-    return Worker(RingPort(rings))
+    _prepared.append(Worker(_NoPort()))
+    for name in PREPARED:
+        importlib.import_module(name)
+    gc.collect()
+
+
+def start(rings: Any) -> Worker:
+    """Connect a worker, in which `prepare` has run, to its rings."""
+    asyncio._set_running_loop(None)
+    random.seed()  # a copy would draw the same numbers
+    for path in _PLACEHOLDERS:
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        Path(path).touch(0o755)
+    (worker,) = _prepared
+    worker.connect(RingPort(rings))
+    return worker
 
 
 def run_with(port: Port, program: Mapping[str, Any]) -> int:

@@ -3,15 +3,13 @@
 
 import { Connection } from "./connection.mjs";
 import {
-  ACCEPT, bytesOf, CLOSE_PORT, CONNECT, CONNECTED, ENDED, FILE, joined, LISTEN, LISTENING, NOTHING, numberIn, packed, REFUSED, RESET,
+  ACCEPT, bytesOf, CLOSE_PORT, CONNECT, CONNECTED, ENDED, FILE, filePackets, joined, LISTEN, LISTENING, NOTHING, numberIn, REFUSED, RESET,
   SIGNAL, START, STARTED, TYPED,
 } from "./packets.mjs";
 import { eachPacket, Ring, RING_BYTES, sharedRing } from "./ring.mjs";
 
 const SIGKILL = 9;
 const STOPPED = 137;
-const IS_FOLDER = 0o040000;
-const PIECE_BYTES = 48 * 1024;
 const NEXT_SPARE_MS = 300; // a program that has just started needs the processor more than a spare worker
 const FIRST_PORT = 20_000;
 const LAST_PORT = 59_999;
@@ -28,7 +26,7 @@ const decoder = new TextDecoder();
  *   number: number, worker: Worker_, toHub: Ring, fromHub: Ring, interrupts: Int32Array,
  *   parent: Process | null, children: Set<Process>, pieces: Uint8Array[],
  *   waiting: [number, number, Uint8Array][], ends: Map<number, {process: Process, number: number}>,
- *   accepted: number, ports: Set<number>, program: object, onOutput: (text: string) => void,
+ *   accepted: number, ports: Set<number>, program: object | null, onOutput: (text: string) => void,
  *   ended: Promise<number>, end: (code: number) => void
  * }} Process
  */
@@ -56,6 +54,10 @@ export class Hub {
   #nextConnection = 1;
   /** @type {Process[]} */
   #spares = [];
+  /** Where workers start from; null until it is made. @type {import("./image.mjs").Image | null} */
+  #image = null;
+  /** Workers that wait for the image. @type {Set<Process>} */
+  #unstarted = new Set();
   /** @type {Map<number, Process>} */
   #ports = new Map();
   #nextProcess = 1;
@@ -69,7 +71,15 @@ export class Hub {
   constructor(startWorker, spares = 1) {
     this.startWorker = startWorker;
     this.spares = spares;
-    this.#makeSpares();
+    const maker = startWorker({ makesImage: true }, ({ image, output }) => {
+      for (const each of this.#unstarted) if (output) each.onOutput(output);
+      if (!image) return;
+      maker.terminate();
+      this.#image = image;
+      for (const each of this.#unstarted) this.#startWorker(each);
+      this.#unstarted.clear();
+      this.#makeSpares();
+    });
   }
 
   /**
@@ -82,11 +92,11 @@ export class Hub {
   start(program, onOutput, parent = null) {
     const process = this.#spares.shift() ?? this.#makeWorker();
     this.processes.set(process.number, process);
-    Object.assign(process, { program, onOutput, parent });
+    Object.assign(process, { onOutput, parent });
     parent?.children.add(process);
     const files = { ...Object.fromEntries(this.files), ...program.files };
     process.worker.postMessage({ ...program, files, number: process.number });
-    setTimeout(() => this.#makeSpares(), NEXT_SPARE_MS);
+    if (this.#image) setTimeout(() => this.#makeSpares(), NEXT_SPARE_MS);
     return process;
   }
 
@@ -96,9 +106,6 @@ export class Hub {
 
   /** Starts a worker that waits for a program. */
   #makeWorker() {
-    const toHub = sharedRing();
-    const fromHub = sharedRing();
-    const interrupts = new SharedArrayBuffer(4);
     const number = this.#nextProcess++;
     /** @type {(code: number) => void} */
     let end = () => {};
@@ -110,25 +117,36 @@ export class Hub {
       parent: null,
       children: new Set(),
       pieces: [],
-      toHub: new Ring(toHub),
-      fromHub: new Ring(fromHub),
-      interrupts: new Int32Array(interrupts),
+      toHub: new Ring(sharedRing()),
+      fromHub: new Ring(sharedRing()),
+      interrupts: new Int32Array(new SharedArrayBuffer(4)),
       waiting: [],
       ends: new Map(),
       accepted: FIRST_ACCEPTED,
       ports: new Set(),
-      program: {},
+      program: null,
       onOutput() {},
       ended,
       end,
     };
-    process.worker = this.startWorker({ toHub, fromHub, interrupts }, (message) => {
+    if (this.#image) this.#startWorker(process);
+    else {
+      this.#unstarted.add(process);
+      process.worker = { terminate: () => this.#unstarted.delete(process), postMessage: (program) => (process.program = program) };
+    }
+    return process;
+  }
+
+  #startWorker(process) {
+    const { program } = process;
+    const rings = { toHub: process.toHub.shared, fromHub: process.fromHub.shared, interrupts: process.interrupts.buffer };
+    process.worker = this.startWorker({ ...rings, image: this.#image }, (message) => {
       if (message === "packets") this.#receive(process);
       else if (message === "room") this.#flush(process);
       else if ("output" in message) process.onOutput(message.output);
       else this.#remove(process, message.exit);
     });
-    return process;
+    if (program) process.worker.postMessage(program);
   }
 
   /** Returns whether a program listens at a port. */
@@ -188,16 +206,7 @@ export class Hub {
   }
 
   #sendFile(process, path, state) {
-    if (!state) {
-      this.#send(process, FILE, 0, packed({ path }, NOTHING));
-      return;
-    }
-    const [mode, content] = state;
-    const size = mode & IS_FOLDER ? 0 : content.length;
-    for (let start = 0; start < Math.max(size, 1); start += PIECE_BYTES) {
-      const head = { path, mode, is_last: start + PIECE_BYTES >= size };
-      this.#send(process, FILE, 0, packed(head, content.subarray(start, start + PIECE_BYTES)));
-    }
+    for (const content of filePackets(path, state)) this.#send(process, FILE, 0, content);
   }
 
   /** A worker has changed a file: keep it once it is whole, and send the pieces to all others. */

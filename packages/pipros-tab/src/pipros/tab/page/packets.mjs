@@ -17,11 +17,26 @@ export const ENDED = 14;
 export const SIGNAL = 15;
 export const FILE = 16;
 export const TYPED = 17;
+const IS_FOLDER = 0o040000;
+const PIECE_BYTES = 48 * 1024;
 export const NOTHING = new Uint8Array(0);
 const encoder = new TextEncoder();
 
-/** Returns the content of a FILE packet. */
-export function packed(head, piece) {
+/** Yields the contents of the FILE packets for a file, a folder, or its removal if `state` is null. */
+export function* filePackets(path, state) {
+  if (!state) {
+    yield packed({ path }, NOTHING);
+    return;
+  }
+  const [mode, content] = state;
+  const size = mode & IS_FOLDER ? 0 : content.length;
+  for (let start = 0; start < Math.max(size, 1); start += PIECE_BYTES) {
+    const head = { path, mode, is_last: start + PIECE_BYTES >= size };
+    yield packed(head, content.subarray(start, start + PIECE_BYTES));
+  }
+}
+
+function packed(head, piece) {
   return joined([encoder.encode(`${JSON.stringify(head)}\n`), piece]);
 }
 

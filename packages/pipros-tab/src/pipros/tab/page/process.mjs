@@ -1,5 +1,6 @@
 // A worker's side of the hub: starts Python, gives it the rings, and runs one program once the hub has sent it.
 
+import { imageOf, startFrom } from "./image.mjs";
 import { Ring, RING_BYTES } from "./ring.mjs";
 
 const CONTENT_BYTES = 64 * 1024;
@@ -40,25 +41,31 @@ class Rings {
 }
 
 /**
- * Starts Python, waits for a program, runs it, and posts its exit code.
- * @param {object} data from the hub
+ * Starts Python, waits for a program, runs it, and posts its exit code. Or makes the image from which other workers start.
+ * @param {any} data from the hub
  * @param {Promise<object>} program
  * @param {(message: unknown) => void} post
+ * @param {(options: object) => Promise<any>} loadPyodide starts Pyodide
  * @param {(options: object) => Promise<any>} startPython starts Pyodide with pipros
  */
-export async function runProcess(data, program, post, startPython) {
+export async function runProcess(data, program, post, loadPyodide, startPython) {
   const write = (text) => post({ output: text });
   const decoder = new TextDecoder();
   const output = { write: (bytes) => (write(decoder.decode(bytes, { stream: true })), bytes.length) };
   let code = 1;
   try {
-    const pyodide = await startPython({});
+    if (data.makesImage) {
+      const prepared = await startPython({ _makeSnapshot: true });
+      prepared.runPython("from pipros.tab import program; program.prepare()");
+      post({ image: imageOf(prepared) });
+      return;
+    }
+    const pyodide = await startFrom(data.image, loadPyodide);
     pyodide.setStdout(output);
     pyodide.setStderr(output);
     const rings = new Rings(data, post);
     pyodide.setInterruptBuffer(rings.interrupts);
     const worker = pyodide.pyimport("pipros.tab.program").start(rings);
-    pyodide.pyimport("rospy"); // most programs are nodes, or commands that need the same modules
     code = worker.run(pyodide.toPy(await program));
   } catch (error) {
     write(`${error.message ?? error}\n`);

@@ -15,6 +15,7 @@ export function sharedRing() {
 export class Ring {
   /** @param {SharedArrayBuffer} shared from `sharedRing` */
   constructor(shared) {
+    this.shared = shared;
     this.state = new Int32Array(shared, 0, 4);
     this.data = new Uint8Array(shared, STATE_BYTES);
     this.head = new Uint32Array(3);

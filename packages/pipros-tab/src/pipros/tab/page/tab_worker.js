@@ -13,8 +13,9 @@ async function read(name) {
 
 self.onmessage = ({ data }) => {
   const program = new Promise((resolve) => (self.onmessage = (message) => resolve(message.data)));
-  void runProcess(data, program, (message) => self.postMessage(message), async (options) => {
+  const load = async (options) => {
     const { loadPyodide } = await import(new URL("pyodide.mjs", FILES).href);
-    return start(loadPyodide, read, { indexURL: FILES.href, ...options });
-  });
+    return loadPyodide({ indexURL: FILES.href, ...options });
+  };
+  void runProcess(data, program, (message) => self.postMessage(message), load, (options) => start(load, read, options));
 };
