@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+from contextlib import nullcontext
 from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 
+import psutil
 import pytest
 
 from tests.support import hunt
@@ -38,6 +41,7 @@ def flaky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
     monkeypatch.setattr(hunt, "REPOSITORY", tmp_path)  # `judge` runs tests of this repository only
+    monkeypatch.setattr(hunt, "busy_processors", nullcontext)  # they would slow down other tests
     return "test_it.py::"
 
 
@@ -93,6 +97,12 @@ def test_a_hunt_continues_where_it_ended(flaky: str, tmp_path: Path) -> None:
 
     assert (first, second) == (0, 0)
     assert (after_first, len(read_outcomes(results))) == (2, 4)
+
+
+def test_each_processor_has_a_busy_process() -> None:
+    with hunt.busy_processors():
+        busy = [each for each in psutil.Process().children() if "-c" in each.cmdline()]
+        assert len(busy) == os.cpu_count()
 
 
 def test_the_table_shows_the_most_frequent_failure_first() -> None:
