@@ -22,6 +22,7 @@ from pipros.packages.installed_packages import AMENT_INDEX, share_folders
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.action_types import Ros2Action
 from pipros.ros2.interfaces.derive import derived_action, derived_message, derived_service
+from pipros.ros2.interfaces.idl import parse_idl
 from pipros.ros2.interfaces.parse import (
     embedded_names,
     parse_ros2_action,
@@ -85,7 +86,7 @@ class Catalog:
 
     Args:
         ros1: the ROS 1 definitions.
-        folders: folders that contain packages with `.msg`, `.srv` and `.action` files, such as ROS 2's
+        folders: folders that contain packages with `.msg`, `.srv`, `.action` or `.idl` files, such as ROS 2's
             `share` folder or a workspace's `src` folder.
         derive: whether to derive from ROS 1 the types that are found nowhere else, except those of bundled
             packages.
@@ -129,7 +130,7 @@ class Catalog:
         if name not in self._messages:
             text = self._text(name)
             if text is not None:
-                self._messages[name] = parse_ros2_message(*text)
+                self._messages[name] = _of_idl(text, "")[0] if _is_idl(text) else parse_ros2_message(*text)
             elif self._may_derive(name, self._carried.same_messages):
                 self._messages[name] = derived_message(self._ros1.message(name.replace("/msg/", "/")))
             elif owner := owner_of(name):
@@ -144,7 +145,11 @@ class Catalog:
         if name not in self._services:
             text = self._text(name)
             if text is not None:
-                self._services[name] = parse_ros2_service(*text)
+                self._services[name] = (
+                    Ros2Service(name, *_of_idl(text, "_Request", "_Response"))
+                    if _is_idl(text)
+                    else parse_ros2_service(*text)
+                )
             elif self._may_derive(name, self._carried.same_services):
                 self._services[name] = derived_service(self._ros1.service(name.replace("/srv/", "/")))
             else:
@@ -156,7 +161,11 @@ class Catalog:
         if name not in self._actions:
             text = self._text(name)
             if text is not None:
-                self._actions[name] = parse_ros2_action(*text)
+                self._actions[name] = (
+                    Ros2Action(name, *_of_idl(text, *(f"_{part}" for part in _PARTS)))
+                    if _is_idl(text)
+                    else parse_ros2_action(*text)
+                )
             elif self._may_derive(name, frozenset()):
                 old = name.replace("/action/", "/")
                 goal, result, feedback = (self._ros1.message(old + part) for part in _PARTS)
@@ -213,9 +222,10 @@ class Catalog:
 
     def _paths(self, package: str, kind: str, base: str) -> Iterator[Path]:
         for folder in self._folders:
-            yield folder / package / kind / f"{base}.{kind}"
-            if folder.name == package:
-                yield folder / kind / f"{base}.{kind}"
+            for suffix in (kind, "idl"):
+                yield folder / package / kind / f"{base}.{suffix}"
+                if folder.name == package:
+                    yield folder / kind / f"{base}.{suffix}"
 
     def _unknown(self, name: str) -> NotFound:
         searched = ", ".join(map(str, self._folders)) or "no folder was given"
@@ -223,6 +233,20 @@ class Catalog:
             f"the type {name} is unknown in ROS 2 {self.distribution.value}; "
             f"give the folder that contains its package (searched: {searched})"
         )
+
+
+def _is_idl(text: tuple[str, str, str]) -> bool:
+    return text[2].endswith(".idl")
+
+
+def _of_idl(text: tuple[str, str, str], *suffixes: str) -> list[Ros2Message]:
+    """Return the structures in the text of an `.idl` file whose names are a type's with these suffixes."""
+    definition, name, file = text
+    found = parse_idl(definition, file)
+    missing = [f"{name}{suffix}" for suffix in suffixes if f"{name}{suffix}" not in found]
+    if missing:
+        raise DefinitionError(f"the file does not define {missing[0]}", file=file)
+    return [found[f"{name}{suffix}"] for suffix in suffixes]
 
 
 def _is_found(find: Callable[[str], object], name: str) -> bool:
