@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from pipros.basics.lazy_names import lazy_names
@@ -13,8 +12,6 @@ from pipros.msg import time as msg_time
 from pipros.msg.base import Message
 from pipros.node import Node
 from pipros.node.endpoints import NameInUse
-from pipros.node.service_client import ServiceClient
-from pipros.node.service_link import ServiceFailed
 from pipros.node.service_server import HandlerError, ServiceClass, ServiceServer
 from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
@@ -25,6 +22,7 @@ from rospy.topics import DEFAULT_BUFF_SIZE
 
 if TYPE_CHECKING:
     from pipros.msg.stub_types import FieldValue
+    from pipros.node.service_link import ServiceFailed
 
 logger = logging.getLogger("rospy.service")
 
@@ -48,13 +46,15 @@ class TypedServiceClass(ServiceClass, Protocol[_Request_co, _Response_co]):
     def _response_class(self) -> type[_Response_co]: ...
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class ServiceProtocol:
     """The parts of a service connection that this module uses."""
 
-    resolved_name: str
-    service_class: Any
-    buff_size: int
+    __slots__ = ("buff_size", "resolved_name", "service_class")
+
+    def __init__(self, resolved_name: str, service_class: Any, buff_size: int) -> None:
+        self.resolved_name = resolved_name
+        self.service_class = service_class
+        self.buff_size = buff_size
 
 
 class Service:
@@ -228,6 +228,8 @@ class ServiceProxy(Generic[Request, Response]):
         self.protocol = ServiceProtocol(self.resolved_name, service_class, self.buff_size)
         self.timeout = timeout
         self.seq = 0
+        from pipros.node.service_client import ServiceClient  # imported here because many nodes call nothing
+
         self._client = ServiceClient(
             self.resolved_name,
             service_class,
@@ -253,6 +255,8 @@ class ServiceProxy(Generic[Request, Response]):
             TypeError, AttributeError: the arguments do not fit the request.
             genpy.SerializationError: a value does not fit the type of its field. Nothing was sent.
         """
+        from pipros.node.service_link import ServiceFailed
+
         timeout = self.timeout
         if "timeout" in kwds and "timeout" not in self.request_class.__slots__:
             timeout = kwds.pop("timeout")
@@ -293,6 +297,8 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
         ROSException: the service was not available within `timeout` seconds.
         ROSInterruptException: the node was shut down while waiting.
     """
+    from pipros.node.service_client import ServiceClient
+
     client = ServiceClient(
         session.resolve(service), _AnyService, master=lambda: session.master, calls=session.calls
     )

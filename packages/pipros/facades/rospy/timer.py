@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
@@ -77,7 +76,6 @@ class Rate:
         _raise_if_interrupted(goes_on)
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class TimerEvent:
     """Argument of a Timer's callback: expected and real times of the previous and the current call.
 
@@ -85,11 +83,21 @@ class TimerEvent:
     first call.
     """
 
-    last_expected: Time | None
-    last_real: Time | None
-    current_expected: Time
-    current_real: Time
-    last_duration: float | None
+    __slots__ = ("current_expected", "current_real", "last_duration", "last_expected", "last_real")
+
+    def __init__(
+        self,
+        last_expected: Time | None,
+        last_real: Time | None,
+        current_expected: Time,
+        current_real: Time,
+        last_duration: float | None,
+    ) -> None:
+        self.last_expected = last_expected
+        self.last_real = last_real
+        self.current_expected = current_expected
+        self.current_real = current_real
+        self.last_duration = last_duration
 
 
 class Timer(rate.Timer):

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
+from pipros.node.context import NO_ARGS
 from pipros.node.publisher import PeerListener, Publication
-from pipros.node.subscriber import NO_ARGS, SubscriberCallback, Subscription
+from pipros.node.subscriber import SubscriberCallback, Subscription
 from rospy.session import session
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from pipros.msg.base import Message as Message
 from pipros.msg.errors import SerializationError
 from pipros.node import Node
 from pipros.node.codec import AnyMessage
+from pipros.node.context import NO_ARGS
 from pipros.node.endpoints import TypeConflict
-from pipros.node.subscriber import NO_ARGS
 from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSException
 from rospy.exceptions import ROSSerializationException as ROSSerializationException

@@ -34,7 +34,7 @@ DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "
 """The variables to which Noetic's setup files assign the same values on every machine."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, match_args=False)  # each method is compiled at every start
 class Environment:
     """The ROS environment variables of a process, and pipros's own variables for ports and addresses.
 

@@ -9,7 +9,6 @@ the ports are the same, `HOST:31400-31420` to map these ports to those in `PIPRO
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from pipros.basics.graph_variables import InvalidEnvironment
@@ -21,12 +20,17 @@ ADVERTISE = "PIPROS_ADVERTISE"
 _ENTRIES_LIMIT = 1_000
 
 
-@dataclass(frozen=True, slots=True)
 class PortRange:
     """The ports from `first` to `last`, inclusive."""
 
-    first: int
-    last: int
+    __slots__ = ("first", "last")
+
+    def __init__(self, first: int, last: int) -> None:
+        self.first = first
+        self.last = last
+
+    def __repr__(self) -> str:
+        return f"PortRange(first={self.first}, last={self.last})"
 
     @classmethod
     def parse(cls, text: str, source: str = PORTS) -> PortRange:

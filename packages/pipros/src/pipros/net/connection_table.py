@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Protocol
 
 from pipros.net.address import is_loopback
@@ -27,19 +26,20 @@ class TableEntry(Protocol):
         """Close the connection immediately."""
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class LinkEntry:
     """A connection in the table that another object owns, such as a topic link."""
 
-    peer: str
-    close: Callable[[], object]
-    last_used: float = 0.0
+    __slots__ = ("close", "last_used", "peer")
+
+    def __init__(self, peer: str, close: Callable[[], object], last_used: float = 0.0) -> None:
+        self.peer = peer
+        self.close = close
+        self.last_used = last_used
 
     def abort(self) -> None:
         self.close()
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class _Group:
     """The connections from one peer, or from all peers.
 
@@ -49,9 +49,10 @@ class _Group:
         count: the number of all connections, including connections that are neither idle nor links.
     """
 
-    idle: OrderedDict[TableEntry, None] = field(default_factory=OrderedDict)
-    links: OrderedDict[TableEntry, None] = field(default_factory=OrderedDict)
-    count: int = 0
+    def __init__(self) -> None:
+        self.idle: OrderedDict[TableEntry, None] = OrderedDict()
+        self.links: OrderedDict[TableEntry, None] = OrderedDict()
+        self.count = 0
 
     def discard(self, connection: TableEntry) -> None:
         self.idle.pop(connection, None)
@@ -212,7 +213,8 @@ class ConnectionTable:
                 within = of_peer
             elif is_link and self._are_links_full():
                 # closing an idle connection would not free a slot for a link
-                within = _Group(links=self._all.links)
+                within = _Group()
+                within.links = self._all.links
             elif self._all.count + self._outgoing >= self._limit:
                 within = self._all
             if within is not None and (evicted := self._pick_evicted(within, is_link=is_link)) is not None:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from pipros.net import sockets
-from pipros.net.outgoing import OutgoingLink
+
+if TYPE_CHECKING:
+    from pipros.net.outgoing import OutgoingLink
 
 LARGE_MESSAGE_WAIT_S = 0.0005
 """How long a publisher with a queue waits for a subscriber that is reading, in order to send the rest of a

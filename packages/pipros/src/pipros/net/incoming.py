@@ -15,7 +15,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics import one_thread
@@ -55,7 +54,6 @@ _LARGEST: Final = 2**31 - 1  # larger lengths mark control frames
 Received = memoryview | bytes | HeldSlot
 
 
-@dataclass(slots=True)
 class ReceiveStatistics:
     """Numbers of messages and bytes received.
 
@@ -63,9 +61,13 @@ class ReceiveStatistics:
     because callbacks were too slow or the link broke.
     """
 
-    frames: int = 0
-    bytes: int = 0
-    dropped: int = 0
+    __slots__ = ("bytes", "dropped", "frames")
+
+    def __init__(self) -> None:
+        self.frames = self.bytes = self.dropped = 0
+
+    def as_dict(self) -> dict[str, int]:
+        return {"frames": self.frames, "bytes": self.bytes, "dropped": self.dropped}
 
     def add(self, other: ReceiveStatistics) -> None:
         """Add another link's counts."""

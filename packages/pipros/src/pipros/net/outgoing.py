@@ -25,13 +25,20 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from pipros.basics.limits import Limits
 from pipros.net import local_stream, sockets
 from pipros.net.backlog import Backlog, Buffer, WireMessage
 from pipros.net.loop import BackgroundLoop
-from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, LinkEvent, LinkState, after
+from pipros.net.outgoing_state import (
+    NOT_WAITED_FOR,
+    WAITING,
+    WRITTEN_BY_LOOP,
+    LinkEvent,
+    LinkState,
+    SendStatistics,
+    after,
+)
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 
 CHECK_STALLED_INTERVAL_S = 0.1
@@ -54,24 +61,6 @@ _IDLE, _RECOVERING = (
     LinkState.IDLE,
     LinkState.RECOVERING,
 )  # aliases: enum lookups per message are slow
-
-
-@dataclass(slots=True)
-class SendStatistics:
-    """Numbers of messages and bytes sent.
-
-    `dropped` counts the messages that were lost because the peer was too slow or the link ended.
-    """
-
-    frames: int = 0
-    bytes: int = 0
-    dropped: int = 0
-
-    def add(self, other: SendStatistics) -> None:
-        """Add another link's counts."""
-        self.frames += other.frames
-        self.bytes += other.bytes
-        self.dropped += other.dropped
 
 
 class OutgoingLink:

@@ -1,4 +1,4 @@
-"""The states of an `OutgoingLink`, and their transitions.
+"""The states of an `OutgoingLink`, and their transitions; its statistics.
 
     IDLE        no messages are queued; the publishing thread writes to the socket
     BEHIND      messages are queued for the publishing thread, which may wait for the subscriber
@@ -80,3 +80,24 @@ def after(state: LinkState, event: LinkEvent) -> LinkState:
     (<LinkState.BEHIND: 2>, <LinkState.CLOSED: 6>)
     """
     return _TRANSITIONS[state].get(event, state)
+
+
+class SendStatistics:
+    """Numbers of messages and bytes sent.
+
+    `dropped` counts the messages that were lost because the peer was too slow or the link ended.
+    """
+
+    __slots__ = ("bytes", "dropped", "frames")
+
+    def __init__(self) -> None:
+        self.frames = self.bytes = self.dropped = 0
+
+    def as_dict(self) -> dict[str, int]:
+        return {"frames": self.frames, "bytes": self.bytes, "dropped": self.dropped}
+
+    def add(self, other: SendStatistics) -> None:
+        """Add another link's counts."""
+        self.frames += other.frames
+        self.bytes += other.bytes
+        self.dropped += other.dropped

@@ -12,7 +12,7 @@ import contextlib
 import inspect
 import socket
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from contextvars import ContextVar
 from typing import Any, Final
 
@@ -98,6 +98,8 @@ class RpcServer:
         self.limits = limits or process_limits()
         self.calls = dict.fromkeys(self._methods, 0)
         self.refusals = Refusals()
+        from concurrent.futures import ThreadPoolExecutor  # takes a module of its own
+
         self.large_values: Executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="large values")
         self.connections = ConnectionTable(
             limit=self.limits.rpc_connections or connections_that_fit(),

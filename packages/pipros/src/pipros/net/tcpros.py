@@ -26,7 +26,6 @@ from pipros.net.address import LOOPBACK, address_here, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_client import reason_of
-from pipros.net.shared_receiver import DescriptorSocket
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
@@ -333,7 +332,11 @@ async def connect_locally(
 
     async def open_socket() -> socket.socket:
         sock = local_stream.connect(name)
-        return DescriptorSocket(sock) if shares_memory else sock
+        if not shares_memory:
+            return sock
+        from pipros.net.shared_receiver import DescriptorSocket
+
+        return DescriptorSocket(sock)
 
     return await _shake_hands(open_socket, name, fields, limits)
 

@@ -14,6 +14,9 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
 from pipros.node.timings import NODE_TIMINGS, NodeTimings
 
+NO_ARGS = object()
+"""Sentinel for "no callback_args", because None is a valid value."""
+
 
 class NodeContext(NamedTuple):
     """The parts of a node that its topics and services use.

@@ -23,7 +23,7 @@ from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
 from pipros.node.any_msg import AnyMsg, taking_raw
 from pipros.node.attempts import Attempts
-from pipros.node.context import NodeContext
+from pipros.node.context import NO_ARGS, NodeContext
 from pipros.node.publisher import Publication, Publisher
 from pipros.node.registration import (
     Entry,
@@ -34,18 +34,17 @@ from pipros.node.registration import (
 )
 from pipros.node.service_connection import WAITING_THREADS, Slots
 from pipros.node.service_server import ServiceClass, ServiceServer
-from pipros.node.subscriber import (
-    NO_ARGS,
-    Callback,
-    MessageObserver,
-    Subscriber,
-    SubscriberCallback,
-    Subscription,
-)
 from pipros.node.timings import NodeTimings
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+    from pipros.node.subscriber import (
+        Callback,
+        MessageObserver,
+        Subscriber,
+        SubscriberCallback,
+        Subscription,
+    )
 
 
 TOPICS_LISTED = 50
@@ -239,6 +238,9 @@ class Endpoints:
         Raises:
             TypeConflict: this node already subscribes to the topic with another type.
         """
+        # imported here because many nodes only publish
+        from pipros.node.subscriber import Subscriber, SubscriberCallback, Subscription
+
         with self._lock:
             found = self._subscriptions.get(topic)
             if found is None:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
 
 _FILE_FORMAT = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
-_PLACEHOLDER = re.compile(r"\$\{(?P<key>\w+)(?::(?P<format>[^}]*))?\}")
+_PLACEHOLDER = r"\$\{(?P<key>\w+)(?::(?P<format>[^}]*))?\}"
 _RESET = "\033[0m"
 
 
@@ -164,7 +164,7 @@ class ConsoleHandler(logging.Handler):
             }
             return values.get(key, match[0])
 
-        return _PLACEHOLDER.sub(value, self._line_format)
+        return re.sub(_PLACEHOLDER, value, self._line_format)
 
     def _time(self, created: float, time_format: str | None) -> str:
         text, clock = wall_time(created, time_format, self._digits), self.clock()

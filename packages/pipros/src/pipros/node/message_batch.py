@@ -18,9 +18,10 @@ import atexit
 import os
 import sys
 import weakref
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
-from pipros.net.backlog import Buffer
+if TYPE_CHECKING:
+    from pipros.net.backlog import Buffer
 
 MAX_MESSAGES: Final = 8
 MAX_AGE_S: Final = 100e-6

@@ -31,6 +31,7 @@ from pipros.net.sockets import close_in_children
 from pipros.node import asyncio_support
 from pipros.node.clock import Clock, SimulatedClock, WallClock
 from pipros.node.codec import AnyMessage, class_named
+from pipros.node.context import NO_ARGS
 from pipros.node.endpoints import Endpoints
 from pipros.node.identity import Identity
 from pipros.node.open_calls import OpenCalls
@@ -38,14 +39,14 @@ from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
 from pipros.node.registration import Registrations
 from pipros.node.running import RunningNode
-from pipros.node.service_client import ServiceClient
 from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.slave import slave_methods
-from pipros.node.subscriber import NO_ARGS, Subscriber
 from pipros.node.timings import NODE_TIMINGS, NodeTimings
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+    from pipros.node.service_client import ServiceClient
+    from pipros.node.subscriber import Subscriber
     from pipros.node.topic_statistics import WindowLimits
 
 
@@ -500,6 +501,8 @@ class Node:
 
         Its calls are interrupted when the node shuts down.
         """
+        from pipros.node.service_client import ServiceClient  # imported here because many nodes call nothing
+
         return ServiceClient(
             self.resolve(service),
             service_class,

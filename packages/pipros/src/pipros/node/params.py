@@ -28,7 +28,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
 
@@ -61,7 +60,6 @@ _REGISTERED = {
 }
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class CachedParameter:
     """One cached parameter. The value `{}` means "not set": the master sends it for a deleted parameter.
 
@@ -69,10 +67,13 @@ class CachedParameter:
         changes: number of times the value was changed or invalidated; used to detect an outdated response.
     """
 
-    key: str
-    state: CacheState = CacheState.JOINING
-    value: Any = field(default_factory=dict)
-    changes: int = 0
+    __slots__ = ("changes", "key", "state", "value")
+
+    def __init__(self, key: str, state: CacheState = CacheState.JOINING, value: Any = None) -> None:
+        self.key = key
+        self.state = state
+        self.value = {} if value is None else value
+        self.changes = 0
 
     def registered(self, value: Any) -> None:
         """Store the value from the master's response to the subscription."""

@@ -6,21 +6,17 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from pipros.basics.printable import printable
-from pipros.net.backlog import Buffer, WireMessage
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import LARGE_MESSAGE_WAIT_S, flush_or_queue
 from pipros.net.local_stream import is_local, shares_memory
-from pipros.net.outgoing import OutgoingLink, SendStatistics
-from pipros.net.outgoing_state import LinkState
+from pipros.net.outgoing_state import LinkState, SendStatistics
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
-from pipros.node.in_process import InProcessLink
 from pipros.node.message_batch import MessageBatch, flush_at_exit_and_fork
 from pipros.node.packet_sharing import PACKET_SHARING_BYTES, PacketSharing
 from pipros.node.publisher_link import PublisherLink
@@ -30,7 +26,10 @@ from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+    from pipros.net.backlog import Buffer, WireMessage
+    from pipros.net.outgoing import OutgoingLink
     from pipros.net.shared_memory import TopicMemory
+    from pipros.node.in_process import InProcessLink
     from pipros.node.shared_publication import SharedPublication
 
 
@@ -281,6 +280,8 @@ class Publication:
                 queue_size=self.queue_size,
                 on_closed=lambda link: self._detach(link, entry),
             )
+        from pipros.net.outgoing import OutgoingLink  # imported here because `import rospy` needs no links
+
         return OutgoingLink(
             connection.sock,
             context.loop,
@@ -364,7 +365,7 @@ class Publication:
             total.add(self._closed_totals)
             for peer in self.links:
                 total.add(peer.link.statistics)
-            return {**asdict(total), "links_ended": self.links_ended}
+            return {**total.as_dict(), "links_ended": self.links_ended}
 
     def _serialized(self, message: Message) -> tuple[WireMessage, int]:
         """Return the message in wire format, and its size including the length field."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from pipros.net.outgoing import OutgoingLink
+if TYPE_CHECKING:
+    from pipros.net.outgoing import OutgoingLink
 
 
 class PublisherLink(NamedTuple):

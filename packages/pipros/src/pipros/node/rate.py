@@ -7,7 +7,7 @@ import os
 import threading
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from pipros.basics import one_thread
 from pipros.basics.errors import Interrupted
@@ -61,8 +61,7 @@ class Rate:
         return goes_on
 
 
-@dataclass(frozen=True, slots=True)
-class Tick:
+class Tick(NamedTuple):
     """The argument of a timer's callback.
 
     Attributes:

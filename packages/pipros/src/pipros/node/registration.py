@@ -10,7 +10,6 @@ import asyncio
 import logging
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from pipros.basics.errors import Interrupted, PiprosError, ProtocolError, Refused, Unreachable
@@ -42,10 +41,12 @@ class Entry(Protocol):
         ...
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class PublicationEntry:
-    topic: str
-    type: str
+    __slots__ = ("topic", "type")
+
+    def __init__(self, topic: str, type_name: str) -> None:
+        self.topic = topic
+        self.type = type_name
 
     def register(self, master: MasterClient, api: str) -> None:
         master.register_publisher(self.topic, self.type, api)
@@ -57,7 +58,6 @@ class PublicationEntry:
         return f"publication [{self.topic}]"
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class SubscriptionEntry:
     """A subscription.
 
@@ -65,9 +65,14 @@ class SubscriptionEntry:
     publishers.
     """
 
-    topic: str
-    type: str
-    ask: Callable[[], Callable[[Sequence[str]], object]]
+    __slots__ = ("ask", "topic", "type")
+
+    def __init__(
+        self, topic: str, type_name: str, ask: Callable[[], Callable[[Sequence[str]], object]]
+    ) -> None:
+        self.topic = topic
+        self.type = type_name
+        self.ask = ask
 
     def register(self, master: MasterClient, api: str) -> None:
         take = self.ask()
@@ -80,10 +85,12 @@ class SubscriptionEntry:
         return f"subscription [{self.topic}]"
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class ServiceEntry:
-    service: str
-    service_uri: str
+    __slots__ = ("service", "service_uri")
+
+    def __init__(self, service: str, service_uri: str) -> None:
+        self.service = service
+        self.service_uri = service_uri
 
     def register(self, master: MasterClient, api: str) -> None:
         master.register_service(self.service, self.service_uri, api)
@@ -95,10 +102,12 @@ class ServiceEntry:
         return f"service [{self.service}]"
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class ParameterEntry:
-    key: str
-    on_value: Callable[[object], object]
+    __slots__ = ("key", "on_value")
+
+    def __init__(self, key: str, on_value: Callable[[object], object]) -> None:
+        self.key = key
+        self.on_value = on_value
 
     def register(self, master: MasterClient, api: str) -> None:
         self.on_value(master.subscribe_param(api, self.key))

@@ -6,7 +6,7 @@ import asyncio
 import functools
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 from pipros.basics.errors import Interrupted, LimitExceeded, MissingExtra, ProtocolError
@@ -18,7 +18,7 @@ from pipros.net.workers import interpreter_ends
 from pipros.node.any_msg import AnyMsg
 from pipros.node.asyncio_support import MessageStream
 from pipros.node.codec import AnyMessage, decoder, encoder, view_decoder
-from pipros.node.context import NodeContext
+from pipros.node.context import NO_ARGS, NodeContext
 from pipros.node.in_process import InProcessLink, with_octets
 from pipros.node.latch import LastMessage, LatchedFirst
 from pipros.node.publisher_connector import LinkEnd, PublisherConnector
@@ -36,9 +36,6 @@ MessageObserver = Callable[[str, Mapping[str, str], int, Any], None]
 """Function called for each received message with the topic, the connection header, the size in bytes, and the
 message.
 """
-
-NO_ARGS = object()
-"""Sentinel for "no callback_args", because None is a valid value."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -374,7 +371,7 @@ class Subscription:
             total.add(self._closed_totals)
             for peer in self.links:
                 total.add(peer.link.statistics)
-            return {**asdict(total), "links_ended": self.links_ended}
+            return {**total.as_dict(), "links_ended": self.links_ended}
 
     def _detach(self, link: IncomingLink, error: Exception | None, ended: LinkEnd, uri: str) -> None:
         self._remove_link(link)
