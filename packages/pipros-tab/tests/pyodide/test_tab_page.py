@@ -1,11 +1,14 @@
 """ROS in a tab of Chromium: terminals, files that survive a reload, programs that fail or never end.
 
-The folder is served without the headers that shared memory needs, as static hosts do.
+Its server sends no headers for shared memory, as static hosts do, or it is `pipros serve --tab`.
 """
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -26,6 +29,7 @@ expect.set_options(timeout=60_000)
 STARTED_WITHIN_MS = 240_000
 """Several workers may start Pyodide at the same time, on a busy machine."""
 
+TAB_PAGE = REPOSITORY / "packages/pipros-tab/src/pipros/tab/page"
 PACKAGE = "ws/src/composiv_tryouts"
 TALKER = f"{PACKAGE}/scripts/composiv_talker.py"
 IS_KEPT = """async () => {
@@ -40,20 +44,6 @@ BUSY = "import rospy\nrospy.init_node('busy')\nprint('computing', flush=True)\nw
 
 
 class Files(SimpleHTTPRequestHandler):
-    """Serves the page beside Pyodide's files, without a copy."""
-
-    def __init__(self, *arguments: object, files: Path, **options: object) -> None:
-        self._files = files
-        super().__init__(*arguments, **options)
-
-    def translate_path(self, path: str) -> str:
-        name = path.partition("?")[0].lstrip("/") or "index.html"
-        if name.startswith("files/"):
-            return str(self._files / name.removeprefix("files/"))
-        if name == "start.mjs":
-            return str(REPOSITORY / "docs/in-browser/start.mjs")
-        return str(REPOSITORY / "packages/pipros-tab/src/pipros/tab/page" / name)
-
     def log_message(self, *_: object) -> None:
         """Print nothing."""
 
@@ -65,21 +55,49 @@ def chromium() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def page(chromium: Browser, pyodide_files: Path) -> Iterator[Page]:  # noqa: F811
-    """Open the page. An error in it fails the test."""
-    handler = functools.partial(Files, files=pyodide_files)
+def folder(tmp_path: Path, pyodide_files: Path) -> Path:  # noqa: F811
+    """Return a folder like that of `script/pyodide_files.py --tab`, without copies."""
+    for file in (*TAB_PAGE.iterdir(), REPOSITORY / "docs/in-browser/start.mjs"):
+        (tmp_path / file.name).symlink_to(file)
+    (tmp_path / "files").symlink_to(pyodide_files)
+    return tmp_path
+
+
+@pytest.fixture
+def page(chromium: Browser, folder: Path) -> Iterator[Page]:
+    """Open the page of a server that sends no special headers."""
+    handler = functools.partial(Files, directory=str(folder))
     server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
+    with opened(chromium, f"http://localhost:{server.server_address[1]}/") as page:
+        yield page
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.fixture
+def classroom(chromium: Browser, folder: Path) -> Iterator[Page]:
+    """Open the page of `pipros serve --tab`."""
+    command = [str(Path(sys.executable).with_name("pipros")), "serve", "--tab", str(folder), "--port", "0"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
+        assert server.stderr is not None
+        with opened(chromium, server.stderr.readline().split()[-1]) as page:
+            yield page
+        server.terminate()
+        assert server.wait() == 0
+
+
+@contextlib.contextmanager
+def opened(chromium: Browser, address: str) -> Iterator[Page]:
+    """Open the page. An error in it fails the test."""
     context = chromium.new_context(viewport={"width": 1300, "height": 900})
     context.set_default_timeout(STARTED_WITHIN_MS)
     page = context.new_page()
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(f"http://localhost:{server.server_address[1]}/")
+    page.goto(address)
     yield page
     context.close()
-    server.shutdown()
-    server.server_close()
     assert errors == []
 
 
@@ -163,7 +181,9 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
     shows(page, "the talker has ended", 1)
 
 
-def test_what_a_tab_lacks_is_one_clear_error(page: Page) -> None:
+def test_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:
+    page = classroom
+    assert page.evaluate("crossOriginIsolated")
     begin(page, "gcc --version; python3")
     shows(page, "gcc: command not found")
     shows(page, "python3: a browser tab has no interactive Python; write a file, and run it")

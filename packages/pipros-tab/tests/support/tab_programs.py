@@ -96,19 +96,33 @@ while True:
 """
 
 LIMITS = """
+import concurrent.futures
+import os
 import socket
+import subprocess
 import threading
+import urllib.request
 
-try:
-    socket.create_connection(("example.com", 80))
-except OSError as error:
-    assert "a browser tab reaches only its own nodes, not [example.com]" in str(error)
-else:
-    raise AssertionError("another machine was reached")
-try:
-    threading.Thread(target=print).start()
-except RuntimeError as error:
-    assert "a browser tab has no threads" in str(error)
-else:
-    raise AssertionError("a thread was started")
+FAR = "a browser tab reaches only its own nodes, not [example.com]"
+THREAD = "a browser tab has no threads: use rospy.Timer, or a loop with rospy.sleep"
+PROGRAM = "a browser tab runs only Python programs and pipros's commands"
+for text, call in (
+    (FAR, lambda: socket.create_connection(("example.com", 80))),
+    (FAR, lambda: urllib.request.urlopen("http://example.com")),
+    ("a browser tab has only TCP streams", lambda: socket.socket(socket.AF_INET, socket.SOCK_DGRAM)),
+    (THREAD, lambda: threading.Thread(target=print).start()),
+    (THREAD, lambda: threading.Timer(1, print).start()),
+    (THREAD, lambda: concurrent.futures.ThreadPoolExecutor().submit(print)),
+    (PROGRAM, lambda: os.system("ls")),
+    (PROGRAM, lambda: os.fork()),
+    (PROGRAM + ", without pipes: rosnode list", lambda: subprocess.check_output(["rosnode", "list"])),
+    (PROGRAM + ", without a shell: ls | wc", lambda: subprocess.run("ls | wc", shell=True)),
+    ("the programs of a browser tab read no keys", lambda: input("name? ")),
+):
+    try:
+        call()
+    except Exception as error:
+        assert text in str(error), error
+    else:
+        raise AssertionError(text)
 """

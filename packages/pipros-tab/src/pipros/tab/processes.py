@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import _thread
+import builtins
 import os
 import signal
 import subprocess
@@ -43,8 +45,10 @@ class TabProcess:
         """Start a program.
 
         Raises:
-            OSError: it would need a pipe, which a tab lacks.
+            OSError: it would need a pipe or a shell, which a tab lacks.
         """
+        if isinstance(args, str):
+            raise OSError(f"{ONLY_PYTHON}, without a shell: {args}")
         self.args = [os.fspath(each) for each in args]
         pipes = (subprocess.PIPE, subprocess.STDOUT)
         if stdout in pipes or stderr in pipes or stdin == subprocess.PIPE:
@@ -119,8 +123,16 @@ def _signal_process(process: int, number: int) -> None:
         network.send(Kind.SIGNAL, process, NUMBER.pack(number))
 
 
-def _no_thread(_: object) -> None:
+def _no_thread(*_: object, **__: object) -> None:
     raise RuntimeError("a browser tab has no threads: use rospy.Timer, or a loop with rospy.sleep")
+
+
+def _no_program(*_: object, **__: object) -> None:
+    raise OSError(ONLY_PYTHON)
+
+
+def _no_keys(_: object = "") -> str:
+    raise OSError("the programs of a browser tab read no keys: use arguments, parameters or topics")
 
 
 def install(network: Network, turns: WorkerTurns, files: SharedFiles, threads: Any) -> None:
@@ -134,3 +146,7 @@ def install(network: Network, turns: WorkerTurns, files: SharedFiles, threads: A
     replace(subprocess, "Popen", TabProcess)
     replace(os, "killpg", _signal_process)
     replace(threads, "start", _no_thread)
+    replace(_thread, "start_new_thread", _no_thread)
+    replace(builtins, "input", _no_keys)
+    for name in ("execv", "fork", "popen", "posix_spawn", "spawnv", "spawnve", "system"):
+        replace(os, name, _no_program)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pipros.basics.rooms import offered
 from pipros.bridges.commands.bridge_options import add_bridge_options, bridge_options, client_limits
 from pipros.cli.runner import option_parser, run
-from pipros.cli.server_options import without_remappings
+from pipros.cli.server_options import bind_address, without_remappings
 
 PORT = 9090
 
@@ -19,9 +20,19 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros serve", "[options]")
     add_bridge_options(parser, PORT)
+    serve_tab = offered("tab")
+    if serve_tab is not None:
+        parser.add_option(
+            "--tab", metavar="FOLDER", help="serve only the page for ROS in a browser tab (docs/tab.md)"
+        )
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")
+    if serve_tab is not None and options.tab is not None:
+        host, port = bind_address(options.bind)
+        port = options.port if port is None else port
+        code: int = serve_tab(options.tab, host, port, options.cert, options.key)
+        return code
     from pipros.bridges.serve_all import serve_all
     from pipros.node import Node
 
