@@ -299,44 +299,59 @@ def copy_tree() -> None:
     _check("merge_packages.py", _run([sys.executable, str(TREE / "script" / "merge_packages.py")], 60))
 
 
+def run(command: Sequence[str], folder: Path, seconds: float, *, shows: bool = True) -> tuple[int, list[str]]:
+    """Run a program until it or the time ends. Return its exit code, 124 after that time, and its output."""
+    program = WindowsProgram(command, folder=folder)
+    signal.signal(signal.SIGINT, lambda *_: program.type("\x03"))
+    end = time.monotonic() + seconds
+    shown = 0
+    try:
+        while (code := program.poll()) is None and time.monotonic() < end:
+            time.sleep(0.05)
+            shown += _show(program.lines[shown:] if shows else [])
+        if code is None:
+            print("script/windows: the time limit has passed; everything is ended", file=sys.stderr)
+            return 124, program.lines
+        code = program.wait(5)
+        _show(program.lines[shown:] if shows else [])
+        return code, program.lines
+    finally:
+        end_all()
+        program.close()
+
+
+def _show(lines: Sequence[str]) -> int:
+    for line in lines:
+        print(line, flush=True)
+    return len(lines)
+
+
+PYTEST = ("python", "-m", "pytest", "-q", "-p", "no:cacheprovider")
+
+
 def main(arguments: Sequence[str]) -> int:
-    if list(arguments) == ["packages"]:
+    what, *rest = arguments
+    if what == "packages":
         print(*PACKAGES)
         return 0
     with locked():
         make()
         folder = DRIVE
-        if arguments[0] == "test":
+        command = [*arguments]
+        if what in ("test", "folders", "demo.cmd", "test.cmd", "proof"):
             copy_tree()
             folder = TREE
-            arguments = ["python", "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments[1:]]
-        elif arguments[0] in ("demo.cmd", "test.cmd", "proof"):
-            copy_tree()
-            folder = TREE
-            proof, script = ["python", r"script\windows_here.py"], ["cmd", "/c", rf"script\{arguments[0]}"]
-            arguments = [*proof, *arguments] if arguments[0] == "proof" else [*script, *arguments[1:]]
-        program = WindowsProgram(arguments, folder=folder)
-        signal.signal(signal.SIGINT, lambda *_: program.type("\x03"))
-        end = time.monotonic() + float(os.environ.get("LIMIT") or 600)
-        shown = 0
-        try:
-            while True:
-                code = program.poll()
-                for line in program.lines[shown:]:
-                    print(line, flush=True)
-                    shown += 1
-                if code is not None:
-                    break
-                if time.monotonic() > end:
-                    print("script/windows: the time limit has passed; everything is ended", file=sys.stderr)
-                    return 124
-                time.sleep(0.05)
-            code = program.wait(5)
-            print(*program.lines[shown:], sep="\n", end="\n" if program.lines[shown:] else "")
-            return code
-        finally:
-            end_all()
-            program.close()
+        if what == "folders":
+            from tests.support import windows_folders
+
+            return windows_folders.main(rest)
+        if what == "test":
+            command = [*PYTEST, *rest]
+        elif what == "proof":
+            command = ["python", r"script\windows_here.py", *arguments]
+        elif folder == TREE:
+            command = ["cmd", "/c", rf"script\{what}", *rest]
+        return run(command, folder, float(os.environ.get("LIMIT") or 600))[0]
 
 
 if __name__ == "__main__":
