@@ -5,6 +5,12 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from tests.browser.chromium import (  # noqa: F401 # fixtures and a hook
+    chromium,
+    open_tab,
+    pytest_runtest_teardown,
+    steady_network,
+)
 from tests.support import windows
 from tests.support.environments import EXAMPLES
 from tests.support.ros import RosSystem

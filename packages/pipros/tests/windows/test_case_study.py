@@ -6,8 +6,12 @@ import os
 import signal
 
 import pytest
+from playwright.sync_api import expect
 
+from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.support import windows
+from tests.support.environments import EXAMPLES
+from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 from tests.support.windows import DRIVE, WindowsProgram
@@ -49,9 +53,15 @@ def test_a_killed_roslaunch_leaves_no_node_and_no_master(start: StartOnWindows) 
     wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
 
 
-def test_windows_linux_and_genuine_ros_are_one_system(ros: RosSystem, start: StartOnWindows) -> None:
+def test_windows_linux_and_genuine_ros_are_one_system(
+    ros: RosSystem, start: StartOnWindows, open_tab: OpenTab
+) -> None:
     ros.genuine.start_bare_master()
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(EXAMPLES)
+    ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py", "__name:=linux_listener")
+    ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py", "__name:=linux_talker")
     start("rosrun", "composiv_tryouts", "composiv_talker.py")
+    start("rosrun", "composiv_tryouts", "composiv_listener.py", "__name:=windows_listener")
     start("rostopic", "pub", "-r", "10", "/from_windows", "std_msgs/Int32", "data: 5")
     ros.pipros.start("rostopic", "pub", "-r", "10", "/from_linux", "std_msgs/Int32", "data: 6")
     ros.genuine.start("rostopic", "pub", "-r", "10", "/from_linux", "std_msgs/Int32", "data: 7")
@@ -65,10 +75,14 @@ def test_windows_linux_and_genuine_ros_are_one_system(ros: RosSystem, start: Sta
         assert heard.returncode == 0, heard.output
         assert heard.stdout.count(said) == 2
         assert topic in side.run("rostopic", "list").stdout
-    assert 'label="/talker_node"' in ros.pipros.run("rqt_graph", "--dot", "--mode", "all").output
-    heard_there = start("rostopic", "echo", "-n", "40", "/from_linux")
-    assert heard_there.wait(90) == 0, heard_there.output
-    assert {"data: 6", "data: 7"} <= set(heard_there.lines), "from pipros and genuine rospy"
+    heard_there = start("rostopic", "echo", "/from_linux")
+    wait_until(lambda: {"data: 6", "data: 7"} <= set(heard_there.lines), 90, "pipros and genuine rospy")
+    tab = open_tab(Page(ros), "graph")
+    for node in ("talker_node", "windows_listener", "linux_talker", "linux_listener"):
+        expect(tab.locator(f'[data-key="node:/{node}"]')).to_be_visible()
+    tab.locator('[data-key="topic:/battery_topic"]').click()
+    expect(tab.locator("aside .message")).to_contain_text('battery: "%25"')
+    keep_screenshots(tab, "graph-windows")
 
 
 def test_a_bag_is_recorded_until_ctrl_c_and_read(ros: RosSystem, start: StartOnWindows) -> None:
