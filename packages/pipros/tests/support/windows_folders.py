@@ -17,7 +17,9 @@ from tests.support.environments import REPOSITORY
 from tests.support.outcomes import Outcome, read_outcomes
 
 LIMIT_S = 40
-_BEGUN = re.compile(r"(packages/\S+?\.py::.*?) ?(?:(?:PASSED|FAILED|ERROR|SKIPPED|XFAIL)\b.*)?$")
+_BEGUN = re.compile(
+    r"(packages/\S+?\.py::.*?) ?(?:(?:PASSED|FAILED|ERROR|SKIPPED|XFAIL)\b.*|\++ Timeout \++)?$"
+)
 
 
 def folders(names: Sequence[str]) -> list[Path]:
