@@ -123,3 +123,7 @@ def test_the_command_lists_changes_and_writes_drafts(
     assert main(["--write", str(tmp_path / "out"), str(package / "scripts" / "talker")]) == 1
     assert "exists already" in capsys.readouterr().err
     assert main([str(tmp_path / "none")]) == 1
+    assert main(["no_such_package"]) == 1
+    assert "no_such_package is neither a file, a folder nor a package" in capsys.readouterr().err
+    assert main(["rospy_tutorials"]) == 0
+    assert "listener.py: " in capsys.readouterr().out

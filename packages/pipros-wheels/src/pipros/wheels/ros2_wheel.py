@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pipros
+from pipros.basics.errors import NotFound
 from pipros.basics.rooms import offered
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definition_files import DefinitionFiles
@@ -23,6 +24,7 @@ from pipros.wheels.ros2_environment import (
     BuildFailed,
     find_compilers,
 )
+from pipros.workspace.manifest import read_manifest
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -47,14 +49,12 @@ class Ros2Wheels:
 
     Args:
         folders: the folders of packages that are not on ROS_PACKAGE_PATH, by name.
-        versions: the versions of packages; by default pipros's own.
     """
 
     def __init__(
         self,
         distribution: str,
         folders: Mapping[str, Path],
-        versions: Mapping[str, str],
         output: Path,
         say: Say,
     ) -> None:
@@ -68,7 +68,6 @@ class Ros2Wheels:
             DefinitionFiles(lambda name: folders.get(name) or installed.folder(name))
         )
         self._environment = BuildEnvironment(distribution)
-        self._versions = versions
         self._output = output
         self._say = say
         self._files: dict[str, Path] = {}
@@ -112,8 +111,15 @@ class Ros2Wheels:
         code = work / "rosidl_generator_py" / package.name
         self._files[name] = self._write(name, package, code, prefix)
 
+    def _version(self, name: str) -> str:
+        """Return the version of a package, or pipros's own if pipros bundles only the definitions."""
+        try:
+            return read_manifest(Path(self._definitions.files.folder(name))).version
+        except NotFound:
+            return pipros.__version__
+
     def _write(self, name: str, package: Any, code: Path, prefix: Path) -> Path:
-        distribution, version = self._environment.distribution, self._versions.get(name, pipros.__version__)
+        distribution, version = self._environment.distribution, self._version(name)
         title = f"ros-{distribution}-{package.name.replace('_', '-')}"
         base = f"{escaped(title)}-{version}"
         tag = f"cp{sys.version_info.major}{sys.version_info.minor}"

@@ -30,10 +30,8 @@ def _port(argv: list[str]) -> int:
     )
     options, words = parser.parse_args(argv)
     if len(words) != 1:
-        parser.error("give one file or package folder")
-    source = Path(words[0])
-    if not source.exists():
-        raise CommandError(f"{listed(words[0])} does not exist")
+        parser.error("give one file, package or package folder")
+    source = _source(words[0])
     base = source if source.is_dir() else source.parent
     left_out = 0
     for file in _files(source):
@@ -45,6 +43,18 @@ def _port(argv: list[str]) -> int:
         for launch in sorted(source.rglob("*.launch")):
             print(f"{listed(str(launch.relative_to(source)))}: TODO: {_LAUNCH}")
     return 1 if left_out else 0
+
+
+def _source(word: str) -> Path:
+    """Return a file or folder, or the folder of a package."""
+    from pipros.ros2.interfaces.catalog import installed_package
+
+    if Path(word).exists():
+        return Path(word)
+    folder = None if "/" in word else installed_package(word)
+    if folder is None:
+        raise CommandError(f"{listed(word)} is neither a file, a folder nor a package")
+    return folder
 
 
 def _files(source: Path) -> Iterator[Path]:

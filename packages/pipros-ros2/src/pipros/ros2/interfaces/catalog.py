@@ -298,3 +298,13 @@ def installed_definitions() -> Ros1Definitions:
 
     definitions = installed_library().definitions
     return Ros1Definitions(definitions.message, definitions.service)
+
+
+def installed_package(name: str) -> Path | None:
+    """Return the folder of an installed ROS 1 package, or None."""
+    from pipros.msg.importing.hook import installed_library
+
+    try:
+        return Path(installed_library().definitions.files.folder(name))
+    except NotFound:
+        return None

@@ -42,7 +42,7 @@ def ros2_package(name: str, distribution: str, definitions: Definitions) -> Ros2
     """Translate a ROS 1 package, or take the definitions of a package that pipros bundles.
 
     Raises:
-        NotFound: there is no such package, it has no definitions, or it contains a type that ROS 2 lacks.
+        NotFound: the package does not exist, has no definitions, or contains a type that ROS 2 lacks.
         DefinitionError: a definition is invalid.
     """
     ros1 = Ros1Definitions(definitions.message, definitions.service)

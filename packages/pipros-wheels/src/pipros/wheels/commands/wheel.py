@@ -79,7 +79,6 @@ def _build_for_ros2(arguments: Namespace) -> int:
         wheels = Ros2Wheels(
             arguments.ros2,
             {package.name: package.folder for package in space.packages},
-            {package.name: str(package.manifest.version) for package in space.packages},
             arguments.output,
             _print_line,
         )
