@@ -9,7 +9,6 @@ size and number of messages in the socket (ros_comm#536, ros_comm#1901).
 
 from __future__ import annotations
 
-import math
 import socket
 import threading
 import time
@@ -233,7 +232,7 @@ class IncomingLink:
                     return False
                 self._received_count.value += 1
                 self._accept(count, self._buffer.received(count))
-            self._deliver_waiting(limit=1)
+            self._deliver_waiting(once=True)
         except BlockingIOError:
             return False
         except (OSError, ProtocolError) as error:
@@ -338,11 +337,10 @@ class IncomingLink:
                 self._drop(waiting.popleft())
         return accepted
 
-    def _deliver_waiting(self, limit: int | None = None) -> None:
-        """Deliver queued messages, and those that arrive meanwhile; at most `limit`."""
+    def _deliver_waiting(self, *, once: bool = False) -> None:
+        """Deliver queued messages, and those that arrive meanwhile; at most one if `once` is set."""
         waiting, lock, statistics = self._waiting, self._delivery_lock, self.statistics
-        end = math.inf if limit is None else statistics.frames + limit
-        while waiting and statistics.frames < end:
+        while waiting:
             waited = lock.acquire()
             try:
                 if waited:
@@ -358,6 +356,8 @@ class IncomingLink:
             statistics.frames += 1
             if self.queue_size and time.monotonic() - before > self._timings.slow_delivery_s:
                 self._read_available()
+            if once:
+                return
 
     def _read_available(self) -> None:
         """Read all available data from the socket, so that only the newest messages stay queued."""
