@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
+from hypothesis import given
+from hypothesis import strategies as st
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from pipros.msg import load_message_class
 from pipros.msg.bulk.columns import joined_columns
+from pipros.msg.bulk.cursors import joined_parts
 from pipros.msg.bulk.decode import MalformedMessage, decode
 from pipros.msg.bulk.plans import plan_of
 from pipros.msg.language.spec import DefinitionError
@@ -227,3 +230,21 @@ def test_columns_are_sliced_and_taken() -> None:
     some = column.take(np.array([7, 7, 2]))
     assert [cell(some, row) for row in range(3)] == [rows[7], rows[7], rows[2]]
     assert [cell(joined_columns([column[:4], column[20:]]), row) for row in range(14)] == rows[:4] + rows[20:]
+
+
+@given(
+    data=st.binary(min_size=1, max_size=5000),
+    parts=st.lists(st.tuples(st.integers(0, 5000), st.sampled_from([0, 1, 3, 8, 24, 70, 1900]))),
+    more=st.lists(st.tuples(st.integers(0, 5000), st.integers(0, 60))),
+)
+def test_parts_of_all_sizes_are_joined_in_order(
+    data: bytes, parts: list[tuple[int, int]], more: list[tuple[int, int]]
+) -> None:
+    array = np.frombuffer(data, np.uint8)
+    bounds = [(min(at, len(data)), min(at + size, len(data))) for at, size in parts + more]
+    starts, ends = np.array(bounds, np.int64).reshape(-1, 2).T
+    joined = b"".join(data[begin:end] for begin, end in bounds)
+    assert joined_parts(array, starts, ends - starts).tobytes() == joined
+    out = np.empty(len(joined), np.uint8)
+    assert joined_parts(array, starts, ends - starts, out=out) is out
+    assert out.tobytes() == joined

@@ -18,7 +18,9 @@ Each copied byte temporarily needs at least 16 bytes for its index.
 _LONG_BYTES = 64
 """Mean size of parts above which they are copied one by one, as slices."""
 _LONG_EQUAL_BYTES = 2048
-"""The same limit, if all parts have equal sizes."""
+"""The same limit, if the parts have at most _FEW_SIZES different sizes."""
+_FEW_SIZES = 24
+"""Maximum number of different sizes for which the parts of each size are copied together."""
 
 
 class TooShort(Exception):
@@ -132,6 +134,16 @@ def joined_parts(
         kind = np.dtype((np.void, first))
         joined.view(kind)[:] = values_at(data, at, stride, kind)
         return joined
+    if int(sizes.max()) < _LONG_EQUAL_BYTES:
+        different = np.flatnonzero(np.bincount(sizes)).tolist()
+        if len(different) <= _FEW_SIZES:
+            starts = np.cumsum(sizes) - sizes
+            for size in filter(None, different):
+                equal = np.flatnonzero(sizes == size)
+                kind = np.dtype((np.void, size))
+                windows: NDArray[Any] = np.ndarray(total - size + 1, kind, joined.data, 0, (1,))
+                windows[starts[equal]] = values_at(data, at[equal], None, kind)
+            return joined
     if total >= _LONG_BYTES * len(sizes):
         view, target, done = data.data, joined.data, 0
         for begin, size in zip(at.tolist(), sizes.tolist(), strict=True):
