@@ -41,7 +41,7 @@ def file_inside(folder: Path, name: str) -> Path:
 
 
 def files_below(folder: Path, suffixes: tuple[str, ...], most: int = MOST_FILES) -> Iterator[str]:
-    """Yield the names of files with these suffixes below a folder, relative to it and in order.
+    """Yield the names of files with these suffixes below a folder, relative to it with `/`, and in order.
 
     Hidden files and folders, and links out of the folder, are skipped. At most `most` files are examined.
     """
@@ -56,4 +56,4 @@ def files_below(folder: Path, suffixes: tuple[str, ...], most: int = MOST_FILES)
             file = os.path.join(path, name)
             is_inside = Path(os.path.realpath(file)).is_relative_to(root)
             if name.endswith(suffixes) and not name.startswith(".") and is_inside:
-                yield os.path.relpath(file, root)
+                yield os.path.relpath(file, root).replace(os.sep, "/")
