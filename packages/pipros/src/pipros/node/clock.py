@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
+from pipros.basics import one_thread
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, wait_in_slices
 from pipros.msg.time import NS_PER_S, Time
@@ -74,7 +75,7 @@ class WallClock:
         if self._exempt == threading.get_ident():
             time.sleep(max(duration_s, 0))
             return True
-        if duration_s <= 0:
+        if duration_s <= 0 and one_thread.turns is None:
             return not self._interrupted.is_set()
         return not self._interrupted.wait(duration_s)
 
