@@ -1,4 +1,4 @@
-"""The walk of docs/ros2.md, with ROS 2 in an environment of its own, then in that of pipros.
+"""The walk of docs/ros2.md (`pipros wheel --ros2`, …), with ROS 2 in its own environment, then in pipros's.
 
 # needs the rooms: wheels
 """

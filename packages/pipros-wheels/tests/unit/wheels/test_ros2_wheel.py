@@ -1,4 +1,4 @@
-"""`pipros wheel --ros2` where something is missing; the interop tests build real wheels.
+"""`pipros wheel --ros2`, which `pipros.ros2` translates for, where something is missing.
 
 # needs the rooms: ros2
 """
