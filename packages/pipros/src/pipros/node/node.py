@@ -24,6 +24,7 @@ from pipros.basics.limits import Limits, process_limits
 from pipros.basics.ports import PortRange
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
+from pipros.net.local_stream import shares_memory
 from pipros.net.lookup import Lookups
 from pipros.net.loop import BackgroundLoop, in_daemon_thread
 from pipros.net.master_client import MasterClient
@@ -52,6 +53,20 @@ if TYPE_CHECKING:
 
 MASTER_RETRY_S = 0.2
 """Interval at which a node that found no master tries again."""
+
+
+_LOAD_LINKS_S = 0.01
+"""Time after the start at which a node imports what links need. `init_node` has usually returned by then, so
+neither it nor the first link waits.
+"""
+
+
+def _load_links() -> None:
+    import pipros.net.outgoing
+    import pipros.node.subscriber
+
+    if shares_memory():
+        import pipros.node.shared_publication  # noqa: F401
 
 
 class Node:
@@ -151,6 +166,8 @@ class Node:
             self._loop.stop()
             raise
         self._loop.spawn(self.registrations.watch())
+        if one_thread.turns is None:
+            self._loop.call(self._loop.asyncio.call_later, _LOAD_LINKS_S, _load_links)
         myself = weakref.ref(self)
         close_in_children(lambda: node._started.descriptors if (node := myself()) else ())
 
