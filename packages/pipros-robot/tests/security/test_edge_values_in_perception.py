@@ -210,6 +210,7 @@ def has_effect(node: UnlinkedNode, inputs: Inputs, output: str) -> bool:
 
 @pytest.mark.parametrize("plugin", sorted(shipped_nodelets()))
 def test_a_nodelet_goes_on(make: Any, plugin: str) -> None:
+    assert plugin in NODELETS, "add it to NODELETS"
     inputs, output, parameters = NODELETS[plugin]
     node = make(parameters)
     module, _, name = str(python_nodelet(plugin)).partition(":")

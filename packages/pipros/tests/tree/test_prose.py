@@ -109,7 +109,7 @@ def test_code_docs_and_scripts_avoid_translated_phrases() -> None:
         for number, line in avoided_in(file.read_text(encoding="utf-8", errors="replace")):
             if not any(name == where and text in line for where, text in ALLOWED):
                 wrong.append(f"{name}:{number}: {line}")
-    assert wrong == [], "rewrite these; tests.tree.test_prose says what to write instead"
+    assert not wrong, "rewrite these; tests.tree.test_prose says what to write instead:\n" + "\n".join(wrong)
 
 
 @pytest.mark.parametrize(

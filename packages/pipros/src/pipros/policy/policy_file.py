@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from pipros.basics import names
@@ -32,7 +33,8 @@ from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
 
 _SIDES = ("above", "below")  # bounds of conditions only
-_CONDITIONS = ("range", *_SIDES, "one_of")
+_VALUES = tuple(each for each in BOUNDS if each != "unit")
+_CONDITIONS = (*_SIDES, *_VALUES)
 _LIMITS = ("per_minute", "requires")
 _MESSAGE_KEYS = ("type", "fields", "stop", "time_limit_s", *_LIMITS)
 _KEYS = {
@@ -125,7 +127,7 @@ class _PolicyReader:
         if kind is ActKind.PARAMETER:
             type_name = section.choice("type", PARAMETER_TYPES, "")
             rule = read_rule(section, is_number=type_name in ("int", "double"), kind=type_name)
-            if type_name in ("bool", "str") and not rule.one_of:
+            if type_name in ("bool", "str") and not any(each in section.values for each in _VALUES):
                 rule = FieldRule(place=rule.place, is_any=True)
             return ActRule(type=type_name, fields=FieldTree(rule), **common)
         if kind in RUNS:
@@ -253,7 +255,8 @@ class _PolicyReader:
                 if kind in TIMES:
                     raise section.error("field", "must not be a time; max_age_s limits the age of messages")
                 if not given:
-                    raise section.error("", "must have range, above, below or one_of for its field")
+                    bounds = f"{', '.join(_CONDITIONS[:-1])} or {_CONDITIONS[-1]}"
+                    raise section.error("", f"must have {bounds} for its field")
             elif given:
                 raise section.error(given[0], "needs the key field")
             is_number = kind in ORDERED
@@ -267,7 +270,7 @@ class _PolicyReader:
                     else end
                     for key, end in (("above", -math.inf), ("below", math.inf))
                 )
-                rule = FieldRule(place=rule.place, least=least, most=most, unit=rule.unit)
+                rule = replace(rule, least=least, most=most)
             age_s = section.number("max_age_s", None, least=0.01)
             yield Condition(place_of(section), name, topic, message_class, path, rule, age_s)
 

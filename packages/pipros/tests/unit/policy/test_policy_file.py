@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.limits import process_limits
-from pipros.policy.model import ActKind
+from pipros.policy.field_check import check_value
+from pipros.policy.field_file import BOUNDS
+from pipros.policy.model import ActKind, ActRefused
 from pipros.policy.policy_file import parse_policy, read_policy
 from pipros.safe.settings import BadSettings
 
@@ -197,3 +199,29 @@ def test_an_index_beyond_the_end_of_an_array_is_an_error() -> None:
     text = "topics:\n  /o: {type: nav_msgs/Odometry, fields: {'pose.covariance[36]': any}}\n"
     with pytest.raises(BadSettings, match=r"the last one is covariance\[35\]"):
         parse_policy(text, "p.yaml")
+
+
+@pytest.mark.parametrize("bound", sorted({*BOUNDS} - {"unit"}))
+@pytest.mark.parametrize(
+    "text",
+    [
+        "parameters:\n  /p: {type: TYPE, BOUND}\n",
+        "launch_files:\n  a/b.launch:\n    time_limit_s: 1\n    args:\n      n: {BOUND}\n",
+        "parameters:\n  /p: {type: bool}\n"
+        "conditions:\n  c: {topic: /i, type: std_msgs/TYPE, field: data, BOUND, max_age_s: 1}\n",
+    ],
+)
+def test_each_bound_works_wherever_values_are_bounded(text: str, bound: str) -> None:
+    """A place that ignores a bound would allow what it is meant to refuse."""
+    values, good, bad, kind = {"range": ("[0, 1]", 1, 2, "Float64"), "one_of": ("[a]", "a", "b", "String")}[
+        bound
+    ]
+    kind = {"Float64": "double", "String": "str"}[kind] if "type: TYPE, BOUND" in text else kind
+    policy = parse_policy(text.replace("BOUND", f"{bound}: {values}").replace("TYPE", kind), "p.yaml")
+    ((_, act),) = policy.rules.items()
+    rules = [each.rule for each in policy.conditions.values()]
+    rules += [act.fields.rule, *(each.rule for each in act.fields.below.values())]
+    rule = next(each for each in rules if each is not None)
+    assert check_value(good, rule, "it") == good
+    with pytest.raises(ActRefused):
+        check_value(bad, rule, "it")

@@ -72,7 +72,13 @@ _NAME_BYTES = 1_000
 _ID_BYTES = 200
 """Approximate memory for a topic or service (`_NAME_BYTES`) and for an id, besides their characters."""
 
-_CHANGING = frozenset(("advertise", "publish", "call_service", "advertise_service"))
+_HARMLESS = frozenset(
+    (
+        *("subscribe", "unsubscribe", "unadvertise", "unadvertise_service"),
+        *("service_response", "set_level", "auth"),
+    )
+)
+"""Operations that do not change the system."""
 QUESTION_NAMES = frozenset(f"/rosapi/{name}" for name in QUESTIONS)
 """Services that do not change the system."""
 
@@ -459,7 +465,7 @@ def _check_changes_nothing(operation: Mapping[str, Any]) -> None:
     """Raise `BadOperation` if an operation would change the system."""
     service = operation.get("service")
     is_question = operation["op"] == "call_service" and isinstance(service, str) and service in QUESTION_NAMES
-    if operation["op"] in _CHANGING and not is_question:
+    if operation["op"] not in _HARMLESS and not is_question:
         raise BadOperation("this server is read-only; its option --control allows changes")
 
 

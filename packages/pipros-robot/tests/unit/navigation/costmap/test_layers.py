@@ -16,6 +16,7 @@ from pipros.navigation.costmap.footprint import circle
 from pipros.navigation.costmap.grid import LETHAL, UNKNOWN
 from pipros.navigation.costmap.inflation_layer import InflationLayer
 from pipros.navigation.costmap.layered import Bounds, CellRectangle, LayeredCostmap, Pose2D
+from pipros.navigation.costmap.layers import LAYERS, SETTINGS
 from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
 from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
 from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
@@ -389,3 +390,7 @@ def test_voxels_are_cleared_at_the_height_of_the_ray_only() -> None:
     layer.sources[0].add(np.ones((1, 3), np.float32), IDENTITY, low, 1, 1, 10)
     costmap.update(ROBOT)
     assert warnings == ["the sensor at (%.2f, %.2f, %.2f) is outside the voxels and cannot clear them"]
+
+
+def test_each_type_of_layer_has_settings() -> None:
+    assert LAYERS.keys() == SETTINGS.keys()
