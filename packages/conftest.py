@@ -123,6 +123,8 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    if os.name == "nt":
+        return  # what is missing there cannot be installed
     lines = []
     if pyright.find_pyright() is None:
         lines += [
