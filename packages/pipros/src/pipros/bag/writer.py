@@ -76,6 +76,10 @@ class MessageWriter(MessageSink, Protocol):
     def flush(self) -> None: ...
 
 
+_KEPT_BYTES = 8 * 1024 * 1024
+"""The memory of a chunk of up to this size is used again, because new memory takes as long as compression."""
+
+
 class _WrittenTopic:
     """The prefix of a connection's message records, and the connection's index entries in the open chunk."""
 
@@ -114,7 +118,7 @@ class BagWriter:
         self._file = file
         self.compression = compression
         self.chunk_bytes = chunk_bytes
-        self._chunk = BytesIO()
+        self._chunk = BytesIO()  # its position is the end of the open chunk
         self._chunk_start_ns: int | None = None
         self._chunk_end_ns = 0
         self._is_finished = False
@@ -201,8 +205,7 @@ class BagWriter:
         size = self._chunk.tell()
         if size > _LARGEST:
             raise BagError(f"a chunk must be at most {_LARGEST} bytes long, got {size}")
-        content = self._chunk.getbuffer()
-        try:
+        with self._chunk.getbuffer() as buffer, buffer[:size] as content:
             data = compress(self.compression, content)
             start = chunk_header_bytes(self.compression, size, len(data))
             index, counts = self._chunk_index()
@@ -212,14 +215,15 @@ class BagWriter:
             self._file.write(data)
             self._file.write(index)
             self._file.flush()  # Python's buffer would be lost if the process were killed
-        finally:
-            del content
-        self.layout.end = position + len(start) + len(data) + len(index)
+            end = position + len(start) + len(data) + len(index)
+        self.layout.end = end
         self.layout.chunks.append(ChunkInfo(position, self._chunk_start_ns, self._chunk_end_ns, counts))
         self._new_chunk()
 
     def _new_chunk(self) -> None:
-        self._chunk = BytesIO()
+        if self._chunk.tell() > _KEPT_BYTES:
+            self._chunk = BytesIO()
+        self._chunk.seek(0)
         self._chunk_start_ns = None
         for topic in self._topics.values():
             if topic.entries:
