@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from tests.pyodide.conftest import pyodide_files  # noqa: F401 # a fixture
-from tests.support.pyodide_tab import PyodideTab, PyodideTerminal
+from tests.support.pyodide_tab import STARTED_WITHIN_S, PyodideTab, PyodideTerminal
 from tests.support.student_edits import CMAKE_CHANGES, EXAMPLE, MANIFEST_CHANGES, WORKSPACE
+from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.timeout(900)
 
@@ -122,3 +123,30 @@ def run_tests(tab: PyodideTab) -> None:
     terminal.wait_for_output("Battery level of vehicle: %25")
     terminal.interrupt()
     terminal.wait_for_output("... shutting down processing monitor complete")
+
+
+def test_the_turtles_of_the_course_and_twenty_nodes(pyodide_files: Path) -> None:  # noqa: F811
+    with PyodideTab(pyodide_files) as tab:
+        core, turtles, terminal = tab.terminal(), tab.terminal(), tab.terminal()
+        core.begin("roscore")
+        core.wait_for_output("started core service [/rosout]")
+        turtles.begin("rosrun turtlesim turtlesim_node")
+        turtles.wait_for_output("turtlesim: http://localhost:")
+        assert terminal.type("rostopic type /turtle1/cmd_vel") == "geometry_msgs/Twist\n"
+        terminal.type(
+            "rostopic pub -1 /turtle1/cmd_vel geometry_msgs/Twist -- '[2.0, 0.0, 0.0]' '[0.0, 0.0, 1.8]'"
+        )
+        assert "x: 5.544445" not in terminal.type("rostopic echo -n 1 /turtle1/pose")
+        assert terminal.type('rosservice call /spawn 2 2 0.2 ""') == 'name: "turtle2"\n'
+        assert terminal.type("rosparam set /turtlesim/background_r 150; rosservice call /clear") == "\n"
+        assert terminal.type("rostopic echo -n 1 /turtle2/color_sensor").startswith("r: 150\n")
+        turtles.interrupt()
+
+        names = [f"/talker{number}" for number in range(20)]
+        nodes = (f'<node pkg="rospy_tutorials" type="talker.py" name="{name[1:]}"/>' for name in names)
+        tab.write(f"{HOME}/many.launch", f"<launch>{''.join(nodes)}</launch>")
+        turtles.begin("roslaunch many.launch")
+        wait_until(lambda: set(names) <= set(terminal.type("rosnode list").split()), STARTED_WITHIN_S)
+        assert terminal.type("rostopic info /chatter").count(" * /talker") == len(names)
+        turtles.interrupt()
+        turtles.wait_for_output("... shutting down processing monitor complete")

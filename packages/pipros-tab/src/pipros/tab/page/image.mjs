@@ -30,6 +30,7 @@ export function imageOf(pyodide) {
 export async function startFrom(image, loadPyodide) {
   const memory = image.memory.slice(); // browsers decode no text in shared memory
   const pyodide = await loadPyodide({ _loadSnapshot: memory });
+  delete pyodide._api.config._loadSnapshot; // it would keep the copy
   for (const [path, mode, content] of image.files) {
     if (content) pyodide.FS.writeFile(path, content, { canOwn: true, mode });
     else pyodide.FS.mkdirTree(path);
