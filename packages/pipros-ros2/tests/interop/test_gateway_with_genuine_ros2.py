@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -207,10 +208,15 @@ def test_goals_are_cancelled_in_both_directions(system: System) -> None:
 
 def test_the_gateway_is_a_node_of_ros2_with_actions_of_all_names(system: System) -> None:
     mark = system.ros2.mark()
-    system.ros2.write_line("nodes")
-    system.ros2.wait_for("^nodes .*kit ros1_gateway_", since=mark)
     names = " ".join(f"{package}/action/Fibonacci" for package in ("example_interfaces", "test_msgs"))
-    system.ros2.wait_for(f"^action /r1_fibonacci {names}$", since=mark)
+    patterns = ("^nodes .*kit ros1_gateway_", f"^action /r1_fibonacci {names}$")
+
+    def is_known() -> bool:  # what rclpy has discovered so far
+        system.ros2.write_line("nodes")
+        text = "\n".join(system.ros2.lines[mark:])
+        return all(re.search(each, text, re.MULTILINE) for each in patterns)
+
+    wait_until(is_known, 60, lambda: system.ros2.output)
 
 
 def test_the_node_of_ros2_complains_about_nothing(system: System) -> None:
