@@ -575,6 +575,7 @@ def test_only_requests_that_change_the_system_are_handled_after_a_client_left(ha
             await writer.drain()
             await condition(lambda: server.shares.memory.peak > 0)
             writer.transport.abort()
+            await condition(lambda: handler.client.has_left)
             release.set()
             await condition(lambda: handler.is_closed)
             assert len(received) == (3000 if has_control else 1)

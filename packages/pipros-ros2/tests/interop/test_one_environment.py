@@ -75,7 +75,8 @@ publisher = rospy.Publisher("/in", Int32, queue_size=1000)
 seen = []
 done = rospy.Publisher("/done", Int32, queue_size=1, latch=True)
 def take(message):
-    seen.append(message.data)
+    if message.data >= 0:
+        seen.append(message.data)
     if message.data == {NUMBERS - 1}:
         print("lost", {NUMBERS} - len(seen), flush=True)
     if message.data == -1:
@@ -85,7 +86,6 @@ started = threading.Event()
 rospy.Subscriber("/out", Int32, take, queue_size=1000)
 while not started.wait(0.05) and not rospy.is_shutdown():
     publisher.publish(-1)
-seen.clear()
 rate = rospy.Rate(200)
 for number in range({NUMBERS}):
     publisher.publish(number)
