@@ -71,14 +71,14 @@ class Reader:
         )
         for wanted in expected.splitlines():
             if wanted != "...":
-                process.wait_for(re.escape(wanted).replace(r"\.\.\.", ".*"), 100)
+                process.wait_for(re.escape(wanted).replace(r"\.\.\.", ".*"), 200)
         if line.startswith("roslaunch"):
             self._launched = process
         elif line.startswith(ENDLESS):
             process.press_ctrl_c()
             process.wait()
         else:
-            assert process.wait(100) == 0, process.output
+            assert process.wait(200) == 0, process.output
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
         network.close()
 
 
-@pytest.mark.timeout(400)
+@pytest.mark.timeout(600)
 def test_three_nodes_move_one_by_one_then_into_one_environment(reader: Reader) -> None:
     walk = DOCUMENT.partition("\n## Moving node by node")[2].partition("\n## ")[0]
     assert len(BLOCK.findall(walk)) == 8

@@ -19,7 +19,7 @@ from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
 from tests.support.ros2_wheels import DISTROS, environment
 
-pytestmark = needs_network
+pytestmark = [needs_network, pytest.mark.timeout(400)]  # two dozen files are compiled
 PACKAGES = (EXAMPLES / "vehicle_battery", EXAMPLES / "composiv_tryouts", "tf2_msgs", "example_interfaces")
 ROS2_NODE = """
 import rclpy
