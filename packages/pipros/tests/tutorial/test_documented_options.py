@@ -22,6 +22,7 @@ DEPTHS = {"fleet": 3}
 UNLISTED = {
     ("roslaunch", "--child"): "for the launcher on another machine",
     ("rosparam", "--ros2"): "the help is that of the genuine program",
+    ("pipros", "--once"): "an option of pipros ros2 echo",
 }
 
 

@@ -101,6 +101,7 @@ def test_a_python_that_cannot_be_run_is_named(maker: CommandMaker) -> None:
         maker.make(node, "http://m:1")
 
 
+@pytest.mark.needs("executable files")
 def test_the_python_of_the_first_line_runs_the_script(maker: CommandMaker, script: Path) -> None:
     script.write_text("#!/bin/python3\nimport rclpy\n")
     assert maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1").argv[0] == str(script)

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.ros2.conversion.errors import InvalidRules
+from pipros.ros2.interfaces.derive import type_name_of
 from pipros.safe.yaml import YamlError, load
 
 Fields = Mapping[str, str]
@@ -98,6 +99,8 @@ class MappingRules:
         for other in [second for first, second in self.packages if first == package]:
             yield f"{other}/{middle}/{name}"
         yield f"{package}/{middle}/{name}"
+        if (valid := type_name_of(ros1, middle)) != f"{package}/{middle}/{name}":
+            yield valid
         if package.endswith("_msgs"):
             yield f"{package.removesuffix('_msgs')}_interfaces/{middle}/{name}"
 
