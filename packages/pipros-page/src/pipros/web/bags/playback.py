@@ -318,7 +318,7 @@ class BagPlayback:
         """Deliver the messages that were current at `moment_ns` to a watch of their topic."""
         connections = self._connections(watch.topic)
         if watch.topic in self._ticked:
-            self._tick([watch], moment_ns)
+            self._tick([watch], moment_ns, is_leading=True)
         elif connections:
             for message in self._current(watch.topic, connections, moment_ns, is_over):
                 if is_over():
@@ -437,7 +437,7 @@ class BagPlayback:
         for watch in watches:
             watch.note(message, stored.time_ns / NS_PER_S, is_leading=is_leading)
 
-    def _tick(self, watches: Iterable[TopicWatch], moment_ns: int) -> None:
+    def _tick(self, watches: Iterable[TopicWatch], moment_ns: int, *, is_leading: bool = False) -> None:
         """Send the bag's time to the watches of `/clock`, unless a `Recording` contains `/clock`."""
         for watch in watches:
             if watch.topic in self._ticked:
@@ -449,7 +449,7 @@ class BagPlayback:
                     "md5sum": kind._md5sum,
                     "message_definition": kind._full_text,
                 }
-                watch.note(message, moment_ns / NS_PER_S)
+                watch.note(message, moment_ns / NS_PER_S, is_leading=is_leading)
 
 
 def not_recorded(what: str) -> RequestRefused:

@@ -58,6 +58,17 @@ def test_a_jump_keeps_the_newest_messages_within_the_limit(
     playback.close()
 
 
+def test_a_view_that_listens_late_has_the_time_of_a_paused_bag(live: WatchedSystem, tmp_path: Path) -> None:
+    playback = BagPlayback(live, BagReader(write_bag(tmp_path / "a.bag", EMPTY, [0] * 6)))
+    playback.jump(1004 * NS_PER_S)
+    with playback.system.topics.watch("/clock") as watch:
+        wait_until(lambda: watch.newest is not None)
+        received: list[float] = []
+        with watch.listening(lambda _, wall_s: received.append(wall_s)):
+            assert received == [1004]
+    playback.close()
+
+
 class EndlessReader(BagReader):
     """A bag whose first message is followed by itself until `stopped` is set.
 
