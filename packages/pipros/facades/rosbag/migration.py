@@ -12,9 +12,9 @@ from pathlib import Path
 from pipros.bag.migration import Migrator, TypeChange
 from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import open_bag, writer_for
-from pipros.bag.rewrite import replaced_file
 from pipros.basics.errors import PiprosError
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.replaced_file import replaced_file
 from pipros.workspace.index import PackageIndex
 
 __all__ = ["BagMigrationException", "MessageMigrator", "checkbag", "fixbag", "fixbag2"]

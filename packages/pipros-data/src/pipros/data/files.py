@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.rewrite import replaced_file
+from pipros.basics.replaced_file import replaced_file
 from pipros.data.extras import library
 
 FORMATS = ("parquet", "arrow", "csv")

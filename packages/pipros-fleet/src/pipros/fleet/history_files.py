@@ -21,8 +21,8 @@ from pipros.bag.errors import BagError
 from pipros.bag.mcap_files import McapReader, mcap_library
 from pipros.bag.mcap_repair import recover
 from pipros.bag.record_files import FileOptions, RecordFiles
-from pipros.bag.rewrite import replaced_file
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.replaced_file import replaced_file
 from pipros.basics.windows import replace_file
 from pipros.fleet.limits import FleetLimits
 

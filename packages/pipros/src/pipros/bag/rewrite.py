@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from functools import partial
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from pipros.bag.chunk_data import read_chunk_data
@@ -19,7 +17,6 @@ from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import BagWriter, MessageSink
 from pipros.basics.limits import Limits
-from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S, Time
 
 Progress = Callable[[int], None]
@@ -30,27 +27,6 @@ Choice = Callable[[Connection, Callable[[], Any], Time], bool]
 
 The arguments are the connection, a function to decode the message, and the timestamp.
 """
-
-
-@contextmanager
-def replaced_file(path: Path) -> Iterator[Any]:
-    """Context manager that opens a new binary file, which atomically replaces `path` at the end.
-
-    If the block raises an exception, the new file is removed and `path` stays unchanged. If an OSError does
-    not have a file name (for example, if the disk is full), its file name is set to `path`.
-    """
-    unfinished = path.with_name(path.name + ".active")
-    try:
-        with unfinished.open("w+b") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        replace_file(unfinished, path)
-    except BaseException as error:
-        unfinished.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.filename is None:
-            error.filename = str(path)
-        raise
 
 
 def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, progress: Progress) -> None:

@@ -14,7 +14,7 @@ import pytest
 from std_msgs.msg import Header, Int32
 
 from pipros.bag import BagReader
-from pipros.bag.rewrite import replaced_file
+from pipros.basics.replaced_file import replaced_file
 from pipros.cli.rosbag import main
 from pipros.cli.rosbag.progress import Progress
 from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows, values

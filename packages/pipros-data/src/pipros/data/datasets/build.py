@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.errors import BagError
-from pipros.bag.rewrite import replaced_file
 from pipros.basics.errors import PiprosError
+from pipros.basics.replaced_file import replaced_file
 from pipros.data.bags import open_bags
 from pipros.data.datasets.config import DatasetConfig
 from pipros.data.datasets.drawing import episode_svg

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipros.bag.rewrite import replaced_file
+from pipros.basics.replaced_file import replaced_file
 from pipros.data.datasets.cameras import write_video
 from pipros.data.extras import library
 from pipros.data.files import write_arrow

@@ -17,9 +17,9 @@ from typing import Any, Final
 
 import yaml
 
-from pipros.bag.rewrite import replaced_file
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.replaced_file import replaced_file
 from pipros.safe.yaml import load
 from pipros.web.limits import PageLimits
 

@@ -13,9 +13,10 @@ from pipros.bag.filter_expression import MessageExpression
 from pipros.bag.left_out import LeftOut
 from pipros.bag.opening import writer_for
 from pipros.bag.reader import BagReader
-from pipros.bag.rewrite import copy_chosen, replaced_file
+from pipros.bag.rewrite import copy_chosen
 from pipros.bag.times import received_at
 from pipros.basics.printable import listed, printable_lines
+from pipros.basics.replaced_file import replaced_file
 from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import CommandError, option_parser

@@ -11,8 +11,8 @@ from pipros.bag.migration import Kind, Migrator, TypeChange, rule_text
 from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import writer_for
 from pipros.bag.reader import BagReader
-from pipros.bag.rewrite import replaced_file
 from pipros.basics.printable import listed
+from pipros.basics.replaced_file import replaced_file
 from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.runner import add_flag, option_parser
 from pipros.msg.class_finder import installed_class

@@ -17,8 +17,9 @@ from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.opening import check_no_pointer, is_mcap, is_ros1_bag
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex as reindex_file
-from pipros.bag.rewrite import recompress, replaced_file
+from pipros.bag.rewrite import recompress
 from pipros.basics.limits import process_limits
+from pipros.basics.replaced_file import replaced_file
 from pipros.basics.windows import replace_file
 from pipros.cli.rosbag.other_bags import other_bags
 from pipros.cli.rosbag.progress import Progress
