@@ -67,3 +67,18 @@ def test_replayed_messages_are_neither_repeated_nor_lost() -> None:
     assert not received.is_new(numbered(5), 1)
     assert received.is_new(numbered(6), 1)
     assert received.lost == 0
+
+
+def test_a_result_that_was_received_is_recognized_when_it_is_sent_again() -> None:
+    received = ReceivedMessage(remembers=True)
+    assert received.is_new(numbered(1), 1)
+    assert not received.is_new(numbered(1), 1, is_replay=True)
+    assert received.is_new(numbered(3), 1)
+    assert received.is_new(numbered(2), 1, is_replay=True), "it was lost in between"
+
+
+def test_only_the_last_thousands_of_results_are_remembered() -> None:
+    received = ReceivedMessage(remembers=True)
+    assert all(received.is_new(numbered(number), 1) for number in range(1, 10_001))
+    assert not received.is_new(numbered(9_000), 1, is_replay=True)
+    assert received.is_new(numbered(1), 1, is_replay=True)
