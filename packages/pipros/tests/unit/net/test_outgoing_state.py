@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, LinkEvent, LinkState, after
+from pipros.net.outgoing_state import (
+    NOT_WAITED_FOR,
+    WAITING,
+    WRITTEN_BY_LOOP,
+    LinkEvent,
+    LinkState,
+    SendStatistics,
+    after,
+)
 
 
 def after_all(*events: LinkEvent) -> LinkState:
@@ -41,3 +49,11 @@ def test_every_state_can_be_closed_for_good(state: LinkState) -> None:
 def test_no_publisher_waits_for_what_the_loop_writes_after_a_stall() -> None:
     assert set(WRITTEN_BY_LOOP) < set(WAITING)
     assert set(NOT_WAITED_FOR) & set(WAITING) == {LinkState.STALLED}
+
+
+def test_the_counts_of_links_are_added() -> None:
+    ended, open_ = SendStatistics(), SendStatistics()
+    ended.frames, ended.bytes, ended.dropped = 2, 30, 1
+    open_.frames = 5
+    ended.add(open_)
+    assert ended.as_dict() == {"frames": 7, "bytes": 30, "dropped": 1}
