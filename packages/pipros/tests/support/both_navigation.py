@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -70,7 +71,11 @@ class BothNodes:
         """Call a service of pipros; return its response and the recorded one."""
         service_class: Any = load_service_class(type_name)
         request = service_class._request_class(**values)
-        own = self.node.client(f"{self.services}{service}", service_class).call(request, timeout_s=60.0)
+        client = self.node.client(f"{self.services}{service}", service_class)
+        client.wait_until_available(
+            60.0, pause=time.sleep, report=str
+        )  # the node may have subscribed, and not advertised yet
+        own = client.call(request, timeout_s=60.0)
         return [own, self.recording.call(service, service_class, request)]
 
     def call_next(self, service: str, type_name: str) -> list[Any]:
