@@ -245,7 +245,7 @@ def test_a_script_that_returns_leaves_no_registrations(
 
 
 def test_disable_signals_leaves_them_alone(processes: Processes, tmp_path: Path, master: Master) -> None:
-    # Where code is executed from text after Ctrl-C, as by a thread that imports dataclasses, Python ends with 1.
+    # If text is executed after Ctrl-C, as by a thread that imports dataclasses, Python's exit code is 1.
     code = "import pipros.net.outgoing, pipros.node.shared_publication, pipros.node.subscriber\n"
     code += HEAD.replace("init_node('node')", "init_node('node', disable_signals=True)")
     node = start(processes, tmp_path, master.uri, code + "time.sleep(1000)")

@@ -12,6 +12,7 @@ import socket
 import threading
 import weakref
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, overload
@@ -62,11 +63,12 @@ neither it nor the first link waits.
 
 
 def _load_links() -> None:
-    import pipros.net.outgoing
-    import pipros.node.subscriber
+    with suppress(OSError):  # without descriptors now, the first link tries again
+        import pipros.net.outgoing
+        import pipros.node.subscriber
 
-    if shares_memory():
-        import pipros.node.shared_publication  # noqa: F401
+        if shares_memory():
+            import pipros.node.shared_publication  # noqa: F401
 
 
 class Node:
