@@ -64,6 +64,8 @@ class ObservationSource:
         placed = moved(points[np.isfinite(points).all(axis=1)], exact_matrix_of(cloud))
         height = placed[:, 2]
         chosen = (height >= self.settings.min_obstacle_height) & (height <= self.settings.max_obstacle_height)
+        if self._updated_ns is not None and now_ns < self._updated_ns:  # the clock has jumped back
+            self._kept.clear()
         self._kept.insert(0, Observation(sensor[:3], placed[chosen], stamp_ns))
         self._updated_ns = now_ns
         totals = accumulate(len(each.points) for each in self._kept)

@@ -92,7 +92,7 @@ class VelocitySmoother:
         known = len(self._intervals) >= _KNOWN_INTERVALS
         usual_s = statistics.median(self._intervals) if known else _USUAL_INTERVAL_S
         silent_s = now_s - self._arrived_s
-        if self._is_active and silent_s > min(3 * usual_s, _SILENT_S):
+        if self._is_active and not 0 <= silent_s <= min(3 * usual_s, _SILENT_S):
             self._is_active = False
             if self._target != STOPPED:
                 self._log(

@@ -144,7 +144,7 @@ class Items:
     def _is_stale(self, item: Item, now_s: float) -> bool:
         if item.updated_s is None:
             return True
-        return self._timeout_s > 0 and now_s - item.updated_s > self._timeout_s
+        return self._timeout_s > 0 and not 0 <= now_s - item.updated_s <= self._timeout_s
 
 
 def summed_up(levels: Sequence[int]) -> int:

@@ -27,6 +27,8 @@ _WARN_S: Final = 10.0
 class TransformListener:
     """Fills a buffer from `/tf` and `/tf_static`. Callbacks and lookups may run in several threads.
 
+    If the clock jumps back, the buffer is cleared except for static transforms.
+
     Attributes:
         problems: called with the reason for each transform that the buffer rejects.
     """
@@ -36,7 +38,8 @@ class TransformListener:
         self.buffer = TransformBuffer(length_ns, limits=node.limits)
         self.problems: Callable[[str], object] = node.log.debug
         self._node = node
-        self._ahead_ns = 0
+        self._now_ns = self._left_ns = self._ahead_ns = 0
+        self._lock = threading.Lock()
         self._warnings = Throttle(node.log, _WARN_S)
         self._observers: tuple[Callable[[], object], ...] = ()
         message_class: Any = load_message_class("tf2_msgs/TFMessage")
@@ -85,13 +88,16 @@ class TransformListener:
     def _insert(self, message: Any, *, is_static: bool) -> None:
         """Insert transforms, but not one from the future: the buffer would drop all later ones as too old.
 
-        If the next one is as far ahead, the clock of its computer is, and it is inserted. Static transforms
-        have no age, and come once, for example with times of another clock.
+        If the next one is as far ahead, the clock of its computer is, and it is inserted, unless it was sent
+        before the clock jumped back. Static transforms have no age, and come once, for example with times of
+        another clock.
         """
-        now_ns = 0 if is_static else self._node.clock.now_ns()
+        now_ns = self._checked_ns()
         for each in message.transforms:
-            ahead_ns = in_ns(each.header.stamp) - now_ns if now_ns else 0
-            if ahead_ns > AHEAD_NS and abs(ahead_ns - self._ahead_ns) > AHEAD_NS:
+            stamp_ns = in_ns(each.header.stamp)
+            ahead_ns = stamp_ns - now_ns if now_ns and not is_static else 0
+            is_late = 0 <= self._left_ns - stamp_ns < AHEAD_NS
+            if ahead_ns > AHEAD_NS and (is_late or abs(ahead_ns - self._ahead_ns) > AHEAD_NS):
                 self._ahead_ns = ahead_ns
                 text = "dropped a transform to %s: its time is %.0f s in the future"
                 self._warnings.warning(text, each.child_frame_id, ahead_ns / NS_PER_S)
@@ -99,7 +105,7 @@ class TransformListener:
             for problem in self.buffer.insert(
                 each.header.frame_id,
                 each.child_frame_id,
-                in_ns(each.header.stamp),
+                stamp_ns,
                 pose_of_transform(each.transform),
                 "",
                 is_static=is_static,
@@ -107,6 +113,16 @@ class TransformListener:
                 self.problems(problem)
         for observer in self._observers:
             observer()
+
+    def _checked_ns(self) -> int:
+        """Return the time. If the clock has jumped back since the last call, clear the buffer."""
+        with self._lock:
+            before_ns, self._now_ns = self._now_ns, self._node.clock.now_ns()
+            if self._now_ns < before_ns:
+                self._left_ns = before_ns
+                self.buffer.clear()
+                self._warnings.warning("the time moved back: all transforms but static ones are forgotten")
+            return self._now_ns
 
 
 class TransformGate:
