@@ -5,6 +5,8 @@ Except for HTML, the formats are the same as in tf2, because tools parse them.
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees
 
@@ -14,6 +16,9 @@ from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg.time import NS_PER_S
 
 Frames = Mapping[str, FrameHistory | None]
+
+_PLAIN_KEY = re.compile(r"(?!(?:y|n|yes|no|on|off|true|false|null)$)[A-Za-z_][\w./-]*", re.IGNORECASE)
+_PLAIN_TEXT = re.compile(r"[^'\x00-\x1f\x7f-\x9f]*")
 
 
 def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str:
@@ -39,12 +44,18 @@ def frames_as_yaml(frames: Frames) -> str:
         "{}"
         if not frames
         else "".join(
-            f"{name}: \n  parent: '{parent}'\n  broadcaster: '{sender}'\n  rate: {rate:.3f}\n"
+            f"{name if _PLAIN_KEY.fullmatch(name) else _in_yaml(name)}: \n"
+            f"  parent: {_in_yaml(parent)}\n  broadcaster: {_in_yaml(sender)}\n  rate: {rate:.3f}\n"
             f"  most_recent_transform: {newest:.3f}\n  oldest_transform: {oldest:.3f}\n"
             f"  buffer_length: {newest - oldest:.3f}\n"
             for name, parent, sender, rate, newest, oldest in _rows(frames)
         )
     )
+
+
+def _in_yaml(text: str) -> str:
+    """Return the text in single quotes, as in tf2, or in double quotes, if it cannot be."""
+    return f"'{text}'" if _PLAIN_TEXT.fullmatch(text) else json.dumps(text, ensure_ascii=False)
 
 
 def frames_as_dot(frames: Frames, now: float | None = None) -> str:
@@ -55,7 +66,8 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
     if not frames:
         return 'digraph G {\n"no tf data recieved"}'
     lines = []
-    for name, parent, sender, rate, newest, oldest in _rows(frames):
+    for *names, rate, newest, oldest in _rows(frames):
+        name, parent, sender = map(_in_dot, names)
         age = "" if now is None else f"( {now - newest:.3f} sec old)"
         lines.append(
             f'"{parent}" -> "{name}"[label="Broadcaster: {sender}\\nAverage rate: {rate:.3f} Hz\\n'
@@ -70,8 +82,12 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
         # As in tf2, a root has a legend only if `now` is given, but a frame whose transforms were cleared
         # always has one.
         if (now is not None) if frame is None else (frame.latest()[1] is None):
-            lines.append(f'{legend}"{name}";\n')
+            lines.append(f'{legend}"{_in_dot(name)}";\n')
     return f"digraph G {{\n{''.join(lines)}}}"
+
+
+def _in_dot(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')
 
 
 def frames_as_html(frames: Frames) -> str:
