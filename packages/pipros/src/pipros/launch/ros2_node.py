@@ -34,8 +34,8 @@ def ros2_arguments(node: LaunchNode, params: Mapping[str, Any]) -> list[str]:
         words += ["-r", f"__ns:={node.namespace.rstrip('/')}"]
     for source, target in node.remappings:
         words += ["-r", f"{source}:={target}"]
-    for name, value in _params_of(node, params):
-        words += ["-p", f"{name}:={_yaml(name, value)}"]
+    for name, value in ros2_params(node, params):
+        words += ["-p", f"{name}:={ros2_yaml(name, value)}"]
     return words
 
 
@@ -50,7 +50,8 @@ def why_no_rclpy() -> str | None:
     )
 
 
-def _params_of(node: LaunchNode, params: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def ros2_params(node: LaunchNode, params: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the names and values of a node's private parameters in ROS 2."""
     private = f"{node.full_name}/"
     if params.get("/use_sim_time") is True and f"{private}use_sim_time" not in params:
         yield "use_sim_time", True
@@ -69,7 +70,12 @@ def _flat(name: str, value: Any) -> Iterator[tuple[str, Any]]:
         yield from _flat(f"{name}.{key}" if name else str(key), inner)
 
 
-def _yaml(name: str, value: Any) -> str:
+def ros2_yaml(name: str, value: Any) -> str:
+    """Return the value of a parameter as `--ros-args` reads it.
+
+    Raises:
+        ValueError: ROS 2 has no parameter for it.
+    """
     if isinstance(value, (list, tuple)):
         kinds = {type(each) for each in value}
         if kinds == {int, float}:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from pipros.basics.printable import listed
 from pipros.cli.runner import CommandError, option_parser, run
 
-_PACKAGE_FILES = {
-    "package.xml": "catkin becomes ament_python or ament_cmake, and rospy rclpy",
-    "CMakeLists.txt": "a package with Python nodes alone needs setup.py instead, in the form of ament_python",
-    "setup.py": "list the nodes in scripts or entry_points, and resource/PACKAGE in data_files",
-}
-_LAUNCH = "launch files of ROS 2 have other elements; --ros-args -p name:=value sets parameters"
+if TYPE_CHECKING:
+    from pipros.ros2.port.launches import LaunchDrafts
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -32,17 +29,54 @@ def _port(argv: list[str]) -> int:
     if len(words) != 1:
         parser.error("give one file, package or package folder")
     source = _source(words[0])
-    base = source if source.is_dir() else source.parent
-    left_out = 0
+    target = None if options.write is None else Path(options.write)
+    launches = _launches(source)
+    left_out = len(launches.left_out) if launches else 0
+    scripts = []
     for file in _files(source):
-        left_out += _port_file(file, base, None if options.write is None else Path(options.write))
-    if source.is_dir():
-        for name, what in _PACKAGE_FILES.items():
-            if (source / name).is_file():
-                print(f"{name}: TODO: {what}")
-        for launch in sorted(source.rglob("*.launch")):
-            print(f"{listed(str(launch.relative_to(source)))}: TODO: {_LAUNCH}")
+        name = str(file.relative_to(source)) if source.is_dir() else file.name
+        values = launches.values(file.name) if launches else {}
+        failed, is_node = _port_file(file, name, target, values)
+        left_out += failed
+        scripts += [name] if is_node and not name.startswith("test") else []
+    if launches:
+        _port_package(source, launches, scripts, target)
     return 1 if left_out else 0
+
+
+def _launches(source: Path) -> LaunchDrafts | None:
+    """Return the drafts of a package's launch files, or None for other sources."""
+    from pipros.ros2.port.launches import LaunchDrafts
+    from pipros.workspace.manifest import read_manifest
+
+    if not (source / "package.xml").is_file():
+        return None
+    try:
+        return LaunchDrafts(source, read_manifest(source).name)
+    except OSError as error:
+        raise CommandError(f"cannot read {listed(str(source))}: {error.strerror}") from None
+
+
+def _port_package(source: Path, launches: LaunchDrafts, scripts: Sequence[str], target: Path | None) -> None:
+    """List the changes of a package's other files, and write their drafts."""
+    from pipros.ros2.port.package import package_files
+
+    files = dict(launches.files)
+    if target is not None and (target / "package.xml").exists():
+        print(f"package.xml: left out: {listed(str(target))} has its own")
+    else:
+        files.update(package_files(source, scripts, list(launches.files)))
+    for name, error in launches.left_out.items():
+        print(f"{listed(name)}: left out: {listed(error)}", file=sys.stderr)
+    for name, text in files.items():
+        todos = [
+            line.partition("TODO: ")[2].removesuffix(" -->") for line in text.splitlines() if "TODO: " in line
+        ]
+        for todo in todos:
+            print(f"{listed(name)}: TODO: {listed(todo)}")
+        print(f"{listed(name)}: draft, {len(todos)} TODO")
+        if target is not None:
+            _write(target / name, text, 0o644)
 
 
 def _source(word: str) -> Path:
@@ -72,20 +106,22 @@ def _files(source: Path) -> Iterator[Path]:
                 yield file
 
 
-def _port_file(file: Path, base: Path, target: Path | None) -> int:
-    """List the changes of a file, and write its draft. Return 1 if the file cannot be read, otherwise 0."""
+def _port_file(file: Path, name: str, target: Path | None, values: Mapping[str, Any]) -> tuple[int, bool]:
+    """List the changes of a file, and write its draft.
+
+    Return 1 if the file cannot be read, otherwise 0; and whether it is a program.
+    """
     from pipros.basics.input_file import read_text
     from pipros.basics.limits import process_limits
     from pipros.ros2.interfaces.catalog import installed_definitions
     from pipros.ros2.port.draft import NotPortable, draft_of
 
-    name = str(file.relative_to(base))
     try:
         text = read_text(str(file), process_limits().definition_bytes)
-        draft = draft_of(text, installed_definitions(), name)
+        draft = draft_of(text, installed_definitions(), name, values)
     except (OSError, UnicodeDecodeError, NotPortable, RecursionError) as error:
         print(f"{listed(name)}: left out: {listed(str(error))}", file=sys.stderr)
-        return 1
+        return 1, False
     for change in draft.changes:
         old = listed(" ".join(change.old.split()))
         what = f"TODO: {change.reason}" if change.reason else f"-> {' '.join(change.new.split())}"
@@ -94,16 +130,16 @@ def _port_file(file: Path, base: Path, target: Path | None) -> int:
     if draft.changes:
         print(f"{listed(name)}: {len(draft.changes) - todos} changes, {todos} TODO")
     if target is not None:
-        _write(target / name, draft.text, file)
-    return 0
+        _write(target / name, draft.text, file.stat().st_mode & 0o777)
+    return 0, text.startswith("#!")
 
 
-def _write(path: Path, text: str, source: Path) -> None:
+def _write(path: Path, text: str, mode: int) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8") as opened:
             opened.write(text)
-        path.chmod(source.stat().st_mode & 0o777)
+        path.chmod(mode)
     except FileExistsError:
         raise CommandError(f"{listed(str(path))} exists already; give another folder") from None
     except OSError as error:

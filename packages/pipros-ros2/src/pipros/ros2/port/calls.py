@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 from pipros.ros2.port.rules import CALLS, EXCEPTIONS, LOGGING, METHODS, NODE, UNSURE
 from pipros.ros2.port.values import PortedValues
@@ -16,6 +17,8 @@ _OF_ROS1: Final = ("_connection_header", "_type", "_md5sum", "_full_text", "seri
 
 class PortedCalls(PortedValues):
     """Text of expressions; see `PortedText`."""
+
+    _values: Mapping[str, Any]
 
     def _replaced(self, node: ast.expr) -> str | None:
         if (
@@ -189,10 +192,17 @@ class PortedCalls(PortedValues):
             )
         rest = [] if default is None else [self.text(default)]
         called = self._called(node).partition(".")[2]
+        launched = name.value if name.value.startswith("/") else ast.literal_eval(key)
+        is_launched = called == "get_param" and launched in self._values
+        if is_launched:
+            rest = [repr(self._values[launched])]
         self._needs |= {called} & {"get_param", "set_param"}
         function = f"{NODE}.has_parameter" if called == "has_param" else called
         new = f"{function}({', '.join([key, *rest])})"
-        self._change(node, f"{new}, a parameter that the node declares" if called != "has_param" else new)
+        source = " with the launch files' value" if is_launched else ""
+        self._change(
+            node, f"{new}, a parameter that the node declares{source}" if called != "has_param" else new
+        )
         return new
 
     def _service_call(self, node: ast.Call, client: str, kind: str) -> str:

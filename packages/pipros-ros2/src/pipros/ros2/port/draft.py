@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.ros2.interfaces.catalog import Ros1Definitions
 from pipros.ros2.port.calls import PortedCalls
-from pipros.ros2.port.rules import HELPERS, IMPLIED, IMPORTS, NODE
+from pipros.ros2.port.rules import HELPERS, IMPLIED, IMPORTS, NODE, NOT_ON_PYPI
 from pipros.ros2.port.source import Change
 
 _IMPORTS: Final = "IMPORTS_OF_THE_DRAFT"
@@ -30,8 +30,13 @@ class Draft:
     text: str
 
 
-def draft_of(source: str, definitions: Ros1Definitions, file: str = "<node>") -> Draft:
+def draft_of(
+    source: str, definitions: Ros1Definitions, file: str = "<node>", values: Mapping[str, Any] | None = None
+) -> Draft:
     """Return the draft of a file.
+
+    Args:
+        values: those that launch files give to parameters, which become the defaults.
 
     Raises:
         NotPortable: the file is not valid Python 3.
@@ -41,12 +46,15 @@ def draft_of(source: str, definitions: Ros1Definitions, file: str = "<node>") ->
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None) or 0
         raise NotPortable(f"{file}:{line}: not Python 3: {getattr(error, 'msg', error)}") from None
-    return _Porter(source, tree, definitions).draft()
+    return _Porter(source, tree, definitions, values or {}).draft()
 
 
 class _Porter(PortedCalls):
-    def __init__(self, source: str, tree: ast.Module, definitions: Ros1Definitions) -> None:
+    def __init__(
+        self, source: str, tree: ast.Module, definitions: Ros1Definitions, values: Mapping[str, Any]
+    ) -> None:
         super().__init__(source, tree, definitions)
+        self._values = values
         names = {each.id for each in ast.walk(tree) if isinstance(each, ast.Name)}
         names |= {each.arg for each in ast.walk(tree) if isinstance(each, ast.arg)}
         self._node = next(name for name in ("node", "ros_node", "rclpy_node") if name not in names)
@@ -151,6 +159,11 @@ class _Porter(PortedCalls):
     def _import(self, node: ast.Import | ast.ImportFrom) -> str | None:
         column = " " * node.col_offset
         gone = ("rospy", "roslib")
+        modules = (
+            [node.module or ""] if isinstance(node, ast.ImportFrom) else [each.name for each in node.names]
+        )
+        for module in sorted({each.partition(".")[0] for each in modules} & {*NOT_ON_PYPI}):
+            self._todo(node, f"{module} exists in ROS 2, but not on PyPI")
         if isinstance(node, ast.ImportFrom):
             package, _, middle = (node.module or "").partition(".")
             if package in gone:

@@ -161,11 +161,13 @@ UNSURE: Final = {
     "tf.": "tf has become tf2_ros, with lookup_transform; PyPI has no tf2_ros for ROS 2",
     "dynamic_reconfigure.": "parameters of a node can be set at run time: add_on_set_parameters_callback",
     "rospkg.": "ament_index_python.packages.get_package_share_directory finds packages",
-    "cv_bridge.": "cv_bridge exists in ROS 2, but not on PyPI",
     "rospy.": _GONE,
     "roslib.": _GONE,
 }
 """Reasons for names without a rule, by prefix."""
+
+NOT_ON_PYPI: Final = ("cv_bridge", "message_filters", "tf2_geometry_msgs", "tf2_ros")
+"""Modules that ROS 2 has, but for which there are no wheels."""
 
 IMPORTS: Final = {
     "Time": "from rclpy.clock import ClockType\nfrom rclpy.time import Time",
