@@ -1,5 +1,7 @@
 """The walk of docs/ros2.md (`pipros wheel --ros2`, …), with ROS 2 in its own environment, then in pipros's.
 
+`script/long ros2` walks with Kilted in place of Jazzy.
+
 # needs the rooms: wheels
 """
 
@@ -25,6 +27,7 @@ pytestmark = needs_network
 DOCUMENT = (REPOSITORY / "docs" / "ros2.md").read_text()
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 ENDLESS = ("roslaunch", "rosrun")
+DISTRO = os.environ.get("PIPROS_TEST_WALK", "jazzy")
 DOMAIN = "61"
 """Networks have the shared memory of Fast DDS in common, whose files the domain names."""
 
@@ -84,16 +87,16 @@ class Reader:
 @pytest.fixture(scope="module")
 def reader(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
     home = tmp_path_factory.mktemp("walk")
-    genuine = environment("jazzy")
+    genuine = environment(DISTRO)
     option = "-al" if genuine.stat().st_dev == home.stat().st_dev else "-a"
-    subprocess.run(["cp", option, genuine, home / "jazzy"], check=True)
-    python = home / "jazzy" / "bin" / "python"
-    pip = home / "jazzy" / "bin" / "pip"
+    subprocess.run(["cp", option, genuine, home / DISTRO], check=True)
+    python = home / DISTRO / "bin" / "python"
+    pip = home / DISTRO / "bin" / "pip"
     pip.write_text(f'#!/bin/sh\nexec {sys.executable} -m pip --python {python} "$@"\n')
     pip.chmod(0o755)
     cache = home / ".ros" / "pipros"
     cache.mkdir(parents=True)
-    (cache / f"ros2_jazzy_{sys.implementation.cache_tag}").symlink_to(genuine)
+    (cache / f"ros2_{DISTRO}_{sys.implementation.cache_tag}").symlink_to(genuine)
     network = LoneNetwork("127.0.0.1 localhost\n")
     enable_multicast(network)
     made = Reader(home, network)
@@ -106,12 +109,12 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
 
 @pytest.mark.timeout(600)
 def test_three_nodes_move_one_by_one_then_into_one_environment(reader: Reader) -> None:
-    walk = DOCUMENT.partition("\n## Moving node by node")[2].partition("\n## ")[0]
+    walk = DOCUMENT.partition("\n## Moving node by node")[2].partition("\n## ")[0].replace("jazzy", DISTRO)
     assert len(BLOCK.findall(walk)) == 8
     reader.read(walk)
     assert (reader.home / "moving" / "moved_ros2" / "metadata.yaml").is_file()
 
-    programs = shared_environment("jazzy", reader.home / "env")
+    programs = shared_environment(DISTRO, reader.home / "env")
     wheels = sorted((reader.home / "moving" / "dist").glob("*.whl"))
     pip = (sys.executable, "-m", "pip", "--python", programs / "python", "install", "--no-deps", "--no-index")
     subprocess.run(
