@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -193,42 +193,34 @@ class Named:
 
 def topics(endpoints: Iterable[Endpoint]) -> list[Named]:
     """Return the topics by name."""
-    return _named(endpoints, _PUBLISHERS, _SUBSCRIBERS, lambda each: (each.name, each.type))
+    return _named(endpoints, _PUBLISHERS, _SUBSCRIBERS)
 
 
 def services(endpoints: Iterable[Endpoint]) -> list[Named]:
     """Return the services by name, including those of actions, which are hidden."""
-    return _named(endpoints, _SERVERS, _CLIENTS, lambda each: (each.name, each.type))
+    return _named(endpoints, _SERVERS, _CLIENTS)
 
 
 def actions(endpoints: Iterable[Endpoint]) -> list[Named]:
     """Return the actions by name."""
-    goals = [each for each in endpoints if each.name.endswith(_SEND_GOAL)]
-    return _named(
-        goals,
-        _SERVERS,
-        _CLIENTS,
-        lambda each: (each.name.removesuffix(_SEND_GOAL), each.type.removesuffix("_SendGoal")),
+    goals = (each for each in endpoints if each.name.endswith(_SEND_GOAL))
+    return services(
+        replace(each, name=each.name.removesuffix(_SEND_GOAL), type=each.type.removesuffix("_SendGoal"))
+        for each in goals
     )
 
 
-def _named(
-    endpoints: Iterable[Endpoint],
-    first: EndpointKind,
-    second: EndpointKind,
-    describe: Callable[[Endpoint], tuple[str, str]],
-) -> list[Named]:
-    found: dict[str, list[tuple[str, Endpoint]]] = {}
+def _named(endpoints: Iterable[Endpoint], first: EndpointKind, second: EndpointKind) -> list[Named]:
+    found: dict[str, list[Endpoint]] = {}
     for each in endpoints:
         if each.kind in (first, second):
-            name, kind = describe(each)
-            found.setdefault(name, []).append((kind, each))
+            found.setdefault(each.name, []).append(each)
     return [
         Named(
             name,
-            tuple(sorted({kind for kind, _ in ends})),
-            tuple(each for _, each in ends if each.kind is first),
-            tuple(each for _, each in ends if each.kind is second),
+            tuple(sorted({each.type for each in ends})),
+            tuple(each for each in ends if each.kind is first),
+            tuple(each for each in ends if each.kind is second),
         )
         for name, ends in sorted(found.items())
     ]

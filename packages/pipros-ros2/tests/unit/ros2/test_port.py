@@ -48,6 +48,7 @@ CASES = [
     ("rospy.sleep(1)", "node.get_clock().sleep_for(Duration(seconds=1))"),
     ("rospy.Timer(rospy.Duration(2), f)", "Duration(seconds=2).nanoseconds / 1e9, lambda: (f)(None))"),
     ("s = rospy.ServiceProxy('a', SetBool); s(True)", "s.call(SetBool.Request(data=True))"),
+    ("x = f'é {rospy.get_time():{rospy.get_name()}}'", "/ 1e9):{node.get_fully_qualified_name()}}'"),
     ("r = SetBoolResponse(True, 'x')", "r = SetBool.Response(success=True, message='x')"),
 ]  # fmt: skip
 HEAD = """import rospy
@@ -81,7 +82,9 @@ def test_calls_and_values_are_written_for_rclpy(before: str, after: str) -> None
         ("rospy.Timer(rospy.Duration(1), f, oneshot=True)", "rospy.Timer: the argument oneshot has no"),
         ("i = Imu(); print(i.header.seq)", "std_msgs/Header has no seq in ROS 2"),
         ("rospy.get_published_topics()", "ROS 2 has no such function"),
-        ("x = f'{rospy.get_time()}'", "an f-string with rospy inside is not changed"),
+        ("x = f'{rospy.get_param(\"~a\")}'", "this f-string with rospy inside is not changed"),
+        ("SetBoolResponse(*values)", "the arguments of std_srvs/SetBool need names"),
+        ("rospy.Publisher('a', Unknown).publish(1)", "the message's type is not installed"),
         ("x = m.to_sec()", "to_sec is nanoseconds of rclpy's Time"),
         ("import tf2_ros", "tf2_ros exists in ROS 2, but not on PyPI"),
         ("from message_filters import Subscriber", "message_filters exists in ROS 2, but not on PyPI"),
@@ -92,6 +95,21 @@ def test_what_is_not_sure_is_a_todo_with_its_reason(line: str, reason: str) -> N
 
     assert f"# TODO: {reason}" in draft.text
     assert [each.line for each in draft.changes if reason in each.reason] == [7]
+
+
+def test_imported_names_are_those_that_a_package_has() -> None:
+    draft = _draft("from std_msgs.msg import *\nimport rospy\np = rospy.Publisher('a', Int8)\np.publish(1)\n")
+
+    assert draft.text.endswith("p = node.create_publisher(Int8, 'a', 10)\np.publish(Int8(data=1))\n")
+
+
+def test_functions_are_added_after_the_imports_and_before_comments() -> None:
+    source = "import rospy\nfrom math import (\n    pi,\n    sin,\n)\n# a comment\nrospy.spin()\n"
+
+    text = _draft(source).text
+
+    assert "    sin,\n)\n\n\ndef spin():" in text
+    assert text.endswith("        rclpy.spin(node)\n# a comment\nspin()\n")
 
 
 @pytest.mark.parametrize("name", NODES)

@@ -15,17 +15,6 @@ from pipros.basics.errors import PiprosError
 from pipros.packages import cache_folder
 from pipros.wheels.installer import InstallFailed, find_installer
 
-GENERATORS = (
-    "rosidl_adapter",
-    "rosidl_cli",
-    "rosidl_generator_c",
-    "rosidl_generator_cpp",
-    "rosidl_generator_py",
-    "rosidl_generator_type_description",
-    "rosidl_typesupport_c",
-    "rosidl_typesupport_fastrtps_c",
-    "rosidl_typesupport_introspection_c",
-)
 LIBRARIES = (
     "rosidl_generator_c",
     "rosidl_typesupport_fastrtps_c",
@@ -34,6 +23,10 @@ LIBRARIES = (
     "rosidl_generator_py",
 )
 """The kinds of libraries of a package of messages. Each needs those before it; rclpy needs all."""
+GENERATORS = (
+    *LIBRARIES,
+    *("rosidl_adapter", "rosidl_cli", "rosidl_generator_cpp", "rosidl_generator_type_description"),
+)
 _RUNTIME = (
     *("rosidl_runtime_c", "rosidl_typesupport_c", "rosidl_typesupport_fastrtps_c"),
     *("rosidl_typesupport_fastrtps_cpp", "rosidl_typesupport_introspection_c", "fastcdr", "rcutils"),

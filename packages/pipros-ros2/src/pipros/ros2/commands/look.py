@@ -24,22 +24,20 @@ if TYPE_CHECKING:
 def topics(argv: Sequence[str]) -> int:
     from pipros.ros2.look import topics
 
-    parser = look_parser("topics", "[options] [/topic]", "Lists topics, or describes one.")
-    _add_listing_options(parser)
+    parser = _listing_parser("topic")
     add_flag(parser, "-v", "--verbose", help="list publishers and subscribers, or describe each of them")
-    options, names = parsed(parser, argv, most=1)
-    with domain_view(options) as view:
-        found = topics(view.endpoints())
+    options, names, ends = _looked(parser, argv)
+    found = topics(ends)
     if names:
         _describe_topic(_one(found, names[0], "topic"), is_verbose=options.verbose)
     elif options.verbose:
-        for heading, kind, ends in (
+        for heading, kind, side in (
             ("Published", "publisher", "first"),
             ("Subscribed", "subscriber", "second"),
         ):
             print(f"{heading} topics:")
             for each in _visible(found, options):
-                count = len(getattr(each, ends))
+                count = len(getattr(each, side))
                 if count:
                     print(f" * {each.name} [{', '.join(each.types)}] {count} {kind}{'s' * (count > 1)}")
             print()
@@ -51,11 +49,8 @@ def topics(argv: Sequence[str]) -> int:
 def services(argv: Sequence[str]) -> int:
     from pipros.ros2.look import services
 
-    parser = look_parser("services", "[options] [/service]", "Lists services, or describes one.")
-    _add_listing_options(parser)
-    options, names = parsed(parser, argv, most=1)
-    with domain_view(options) as view:
-        found = services(view.endpoints())
+    options, names, ends = _looked(_listing_parser("service"), argv)
+    found = services(ends)
     if names:
         each = _one(found, names[0], "service")
         print(f"Type: {', '.join(each.types)}")
@@ -68,17 +63,14 @@ def services(argv: Sequence[str]) -> int:
 def actions(argv: Sequence[str]) -> int:
     from pipros.ros2.look import actions
 
-    parser = look_parser("actions", "[options] [/action]", "Lists actions, or describes one.")
-    _add_listing_options(parser)
-    options, names = parsed(parser, argv, most=1)
-    with domain_view(options) as view:
-        found = actions(view.endpoints())
+    options, names, ends = _looked(_listing_parser("action"), argv)
+    found = actions(ends)
     if names:
         each = _one(found, names[0], "action")
         print(f"Action: {each.name}")
-        for title, ends in (("clients", each.second), ("servers", each.first)):
-            print(f"Action {title}: {len(ends)}")
-            for end in ends:
+        for title, side in (("clients", each.second), ("servers", each.first)):
+            print(f"Action {title}: {len(side)}")
+            for end in side:
                 print(f"    {end.node} [{', '.join(each.types)}]" if options.types else f"    {end.node}")
     else:
         _list(_visible(found, options), options)
@@ -86,11 +78,7 @@ def actions(argv: Sequence[str]) -> int:
 
 
 def nodes(argv: Sequence[str]) -> int:
-    parser = look_parser("nodes", "[options] [/node]", "Lists nodes, or describes one.")
-    _add_listing_options(parser)
-    options, names = parsed(parser, argv, most=1)
-    with domain_view(options) as view:
-        ends = view.endpoints()
+    options, names, ends = _looked(_listing_parser("node"), argv)
     found = sorted({each.node for each in ends if each.node})
     shown = [each for each in found if options.all or not each.rpartition("/")[2].startswith("_")]
     if names and names[0] not in found:
@@ -117,10 +105,19 @@ def look_parser(name: str, usage: str, description: str) -> OptionParser:
     return parser
 
 
-def _add_listing_options(parser: OptionParser) -> None:
+def _listing_parser(kind: str) -> OptionParser:
+    parser = look_parser(f"{kind}s", f"[options] [/{kind}]", f"Lists {kind}s, or describes one.")
     add_flag(parser, "-t", "--show-types", dest="types", help="print types, too")
     add_flag(parser, "-c", "--count", help="print only the number")
     add_flag(parser, "-a", "--all", help="list names with a part that starts with _, too")
+    return parser
+
+
+def _looked(parser: OptionParser, argv: Sequence[str]) -> tuple[Any, list[str], Sequence[Endpoint]]:
+    """Return the options, the name, if one is given, and the endpoints of the domain."""
+    options, names = parsed(parser, argv, most=1)
+    with domain_view(options) as view:
+        return options, names, view.endpoints()
 
 
 def parsed(parser: OptionParser, argv: Sequence[str], *, least: int = 0, most: int) -> tuple[Any, list[str]]:

@@ -81,7 +81,7 @@ class PortedCalls(PortedValues):
         if log:
             return self._log(node, LOGGING[log[1]], log[2] or "")
         if name in ("rospy.get_param", "rospy.set_param", "rospy.has_param"):
-            return self._parameter(node)
+            return self._parameter(node, CALLS[name].template)
         if name in CALLS:
             return self._by_rule(node, name)
         interface = self._kinds.interface(name)
@@ -96,9 +96,8 @@ class PortedCalls(PortedValues):
         return self._method(node)
 
     def _by_rule(self, node: ast.Call, name: str) -> str:
-        rule = CALLS[name]
-        given = self._kinds.arguments(node)
-        texts = {key: self.text(value) for key, value in given.items()}
+        rule, given = CALLS[name], self._kinds.arguments(node)
+        texts = {key: self.text(value) for key, value in given.items() if not rule.has_no_counterpart(key)}
         for key in ("name", "topic", "service"):
             value = given.get(key)
             if isinstance(value, ast.Constant) and re.match(r"~[^/]", str(value.value)):
@@ -107,23 +106,15 @@ class PortedCalls(PortedValues):
             self._topic(given, texts)
         if name in ("rospy.sleep", "rospy.Timer"):
             self._period(given, texts, is_timer=name == "rospy.Timer")
-        if name in ("rospy.Time", "rospy.Time.from_sec", "rospy.Duration") and len(given) == 1:
-            rule_text = rule.template.replace(", nanoseconds={nsecs}", "")
-        else:
-            rule_text = rule.template
-        for key in [key for key in texts if key in rule.ignored.split()]:
-            texts.pop(key)
-        used = set(re.findall(r"\{(\w+)\}", rule_text))
+        used = re.findall(r"\{(\w+)\}", rule.template)
         for key in [key for key in texts if key not in used]:
             self._todo(node, f"{name}: the argument {key} has no counterpart")
-        missing = used - texts.keys() - rule.defaults.keys()
-        if missing or len(node.args) > len(rule.parameters.split()):
+        texts = {**rule.defaults, **texts}
+        if len(node.args) > len(rule.defaults) or not all(texts[key] for key in used):
             self._todo(node, f"{name}: the arguments are not understood")
             return self._original(node)
         self._needs |= set(rule.needs.split())
-        new = re.sub(
-            r"\{(\w+)\}", lambda match: texts.get(match[1], rule.defaults.get(match[1], "")), rule_text
-        )
+        new = rule.template.format(**texts).replace(", nanoseconds=0", "")
         self._change(node, new)
         if rule.reason:
             self._todo(node, f"{name}: {rule.reason}")
@@ -169,49 +160,37 @@ class PortedCalls(PortedValues):
         self._change(node, new)
         return new
 
-    def _parameter(self, node: ast.Call) -> str:
-        name = node.args[0] if node.args else None
-        if (
-            not isinstance(name, ast.Constant)
-            or not isinstance(name.value, str)
-            or (node.keywords and node.keywords[0].arg != "default")
-        ):
-            self._todo(
-                node, "the name of a parameter must be a text here; ROS 2 writes camera.rate for ~camera/rate"
-            )
+    def _parameter(self, node: ast.Call, function: str) -> str:
+        name, *rest = [*node.args, *(each.value for each in node.keywords)] or [None]
+        if not isinstance(name, ast.Constant) or not isinstance(name.value, str):
+            reason = "the name of a parameter must be a text here; ROS 2 writes camera.rate for ~camera/rate"
+            self._todo(node, reason)
             return self._original(node)
         if not name.value.startswith("~"):
-            self._todo(
-                node, f"[{name.value}] was on the parameter server; in ROS 2, it belongs to this node alone"
-            )
-        key = repr(name.value.lstrip("~/").replace("/", "."))
-        default = node.keywords[0].value if node.keywords else node.args[1] if len(node.args) > 1 else None
-        if isinstance(default, (ast.Dict, ast.List, ast.Tuple)):
-            self._todo(
-                node, "a parameter of ROS 2 is a number, a text, or an array with elements of one type"
-            )
-        rest = [] if default is None else [self.text(default)]
-        called = self._called(node).partition(".")[2]
-        launched = name.value if name.value.startswith("/") else ast.literal_eval(key)
-        is_launched = called == "get_param" and launched in self._values
-        if is_launched:
-            rest = [repr(self._values[launched])]
-        self._needs |= {called} & {"get_param", "set_param"}
-        function = f"{NODE}.has_parameter" if called == "has_param" else called
-        new = f"{function}({', '.join([key, *rest])})"
-        source = " with the launch files' value" if is_launched else ""
-        self._change(
-            node, f"{new}, a parameter that the node declares{source}" if called != "has_param" else new
-        )
+            reason = f"[{name.value}] was on the parameter server; in ROS 2, it belongs to this node alone"
+            self._todo(node, reason)
+        if rest and isinstance(rest[0], (ast.Dict, ast.List, ast.Tuple)):
+            reason = "a parameter of ROS 2 is a number, a text, or an array with elements of one type"
+            self._todo(node, reason)
+        key, words, source = name.value.lstrip("~/").replace("/", "."), [self.text(each) for each in rest], ""
+        launched = name.value if name.value.startswith("/") else key
+        if function == "get_param" and launched in self._values:
+            words, source = [repr(self._values[launched])], " with the launch files' value"
+        self._needs |= {function} & {"get_param", "set_param"}
+        new = f"{function}({', '.join([repr(key), *words])})"
+        declared = f", a parameter that the node declares{source}" if function in self._needs else ""
+        self._change(node, f"{new}{declared}")
         return new
 
     def _service_call(self, node: ast.Call, client: str, kind: str) -> str:
         request = f"req:{kind.partition(':')[2]}"
         only = node.args[0] if len(node.args) == 1 and not node.keywords else None
         if only is not None and self._kinds.of(only) == request:
-            words = self.text(only)
+            words: str | None = self.text(only)
         else:
-            words = self._filled(node, request) or self._original(node)
+            words = self._made(node, request, self._class_text(request))
+        if words is None:
+            return self._original(node)
         new = f"{client}.call({words})"
         self._change(node, new)
         return new
@@ -250,13 +229,12 @@ class PortedCalls(PortedValues):
         known = self._kinds.of(only) if only is not None else ""
         if only is not None and known == kind:
             return f"{publisher}.publish({self.text(only)})"
-        spec = self._kinds.spec(kind)
         if only is not None and not known:
             self._todo(node, f"publish takes a message of {name or 'the type of the publisher'} only")
             return f"{publisher}.publish({self.text(only)})"
-        if spec is None or not name:
-            self._todo(node, "publish takes a message only, and its type is unknown here")
+        made = self._made(node, kind, self._class_text(kind))
+        if made is None:
             return self._render(node, *self._span(node))
-        new = f"{publisher}.publish({self._filled(node, kind)})"
+        new = f"{publisher}.publish({made})"
         self._change(node, new)
         return new

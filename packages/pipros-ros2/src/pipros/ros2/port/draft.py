@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
@@ -77,39 +78,21 @@ class _Porter(PortedCalls):
             needs |= {IMPLIED[each] for each in needs if each in IMPLIED}
         start = "spinner.start()" if "thread" in needs else ""
         lines = {"import rclpy", *(line for each in needs for line in IMPORTS.get(each, "").splitlines())}
-        helpers = "".join(
-            f"\n\n{text}" for name, text in HELPERS.items() if name in needs and name != "thread"
-        )
-        if "thread" in needs:
-            helpers = f"\n\n{HELPERS['thread']}{helpers}"
+        helpers = "".join(f"\n\n{text}" for name, text in HELPERS.items() if name in needs)
         helpers = helpers.replace("SPIN", "spinner.join()" if "thread" in needs else f"rclpy.spin({NODE})")
         text = re.sub(
             rf"\n[ \t]*{_START}", lambda match: match[0].replace(_START, start) if start else "", text
         )
         head, _, tail = text.partition(_IMPORTS)
         indented = "\n".join(sorted(lines, key=lambda each: (each.startswith("from"), each)))
-        rest, place = self._after_imports(tail)
-        text = head + indented + tail[:place] + helpers + rest if helpers else head + indented + tail
+        place = _end_of_imports(tail) if helpers else 0
+        text = head + indented + tail[:place] + helpers + tail[place:]
         text = re.sub(rf"\b{NODE}\b", self._node, text)
         changes = [
             Change(each.line, each.old, re.sub(rf"\b{NODE}\b", self._node, each.new), each.reason)
             for each in self._changes
         ]
         return Draft(sorted(changes, key=lambda each: each.line), text)
-
-    @staticmethod
-    def _after_imports(tail: str) -> tuple[str, int]:
-        """Return what follows the imports at the beginning of a text, and where that is."""
-        place = 0
-        for match in re.finditer(r"[^\n]*(\n|$)", tail):
-            line = match[0]
-            if place and line.strip() and not re.match(r"import |from |#", line):
-                break
-            if line.strip() or not place:
-                place = match.end()
-            if match.end() == len(tail):
-                break
-        return tail[place:], place
 
     def _statement(self, node: ast.stmt) -> str:
         outer, self._todos = self._todos, []
@@ -247,6 +230,18 @@ class _Porter(PortedCalls):
                     )
                 )
         return f"\n{indent}".join(lines) + f"\n{indent}{_START}"
+
+
+def _end_of_imports(text: str) -> int:
+    """Return where the imports at the beginning of a text end, after its first line."""
+    first = text.find("\n") + 1
+    try:
+        statements = ast.parse(text[first:]).body
+    except SyntaxError:
+        return first
+    imports = takewhile(lambda each: isinstance(each, (ast.Import, ast.ImportFrom)), statements)
+    count = max((each.end_lineno or 0 for each in imports), default=0)
+    return first + sum(map(len, text[first:].splitlines(keepends=True)[:count]))
 
 
 def _is_docstring(node: ast.stmt) -> bool:

@@ -7,7 +7,7 @@ message), `msg:std_msgs/String`, `req:` and `res:` of a service, `pub:`, `sub:`,
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 from pipros.basics.errors import PiprosError
@@ -61,7 +61,8 @@ class Kinds:
         if node.id in self.modules:
             return self.modules[node.id]
         for module in self._stars:
-            if self.interface(f"{module}.{node.id}") is not None:
+            found = self.interface(f"{module}.{node.id}")
+            if found is not None and self._is_known(found[0]):
                 return f"{module}.{node.id}"
         return node.id
 
@@ -79,6 +80,10 @@ class Kinds:
                 part = None if service is None else getattr(service, suffix.lower())
                 return f"{kind}:{package}/{base.removesuffix(suffix)}", part
         return f"srv:{package}/{base}", None
+
+    def _is_known(self, kind: str) -> bool:
+        prefix, _, name = kind.partition(":")
+        return (self._message(name) if prefix == "msg" else self._service(name)) is not None
 
     def spec(self, kind: str) -> MessageSpec | None:
         """Return the definition of a kind `msg:`, `req:` or `res:`."""
@@ -202,9 +207,8 @@ class Kinds:
     def arguments(self, call: ast.Call) -> dict[str, ast.expr]:
         """Return the arguments of a call that has a rule, by the names of the parameters."""
         rule = CALLS.get(self.full_name(call.func))
-        names: Sequence[str] = rule.parameters.split() if rule else ()
         return {
-            **dict(zip(names, call.args, strict=False)),
+            **dict(zip(rule.defaults if rule else (), call.args, strict=False)),
             **{each.arg: each.value for each in call.keywords if each.arg},
         }
 

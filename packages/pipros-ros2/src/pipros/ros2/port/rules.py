@@ -6,7 +6,7 @@ A template names the arguments of the call. `NODE` stands for the variable with 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 NODE: Final = "NODE"
@@ -18,119 +18,91 @@ class Rule:
     """A function of ROS 1 and the expression that replaces a call.
 
     Attributes:
-        parameters: the names of its parameters, in order.
+        signature: its parameters, in order. Those in parentheses have no counterpart, which makes no
+            difference to most programs. The others have the text after `=` if they are not given.
         template: the expression; empty if there is none.
         kind: what the expression yields; see `pipros.ros2.port.kinds`.
         needs: modules and helpers of the draft that it uses, separated by spaces.
-        defaults: texts for arguments that are not given.
-        ignored: parameters without a counterpart that make no difference to most programs.
         reason: why a person must look at the result; empty if it is sure.
     """
 
-    parameters: str
+    signature: str
     template: str
     kind: str = ""
     needs: str = ""
-    defaults: Mapping[str, str] = field(default_factory=dict)
-    ignored: str = ""
     reason: str = ""
 
+    @property
+    def defaults(self) -> dict[str, str]:
+        """The text of each parameter that is not given, by name; empty if there is none. In order."""
+        parts = (each.partition("=") for each in self.signature.split(", ") if each)
+        return {name.strip("()"): default for name, _, default in parts}
 
-_NO_SERVER: Final = "ROS 2 has no parameter server: the value belongs to this node alone"
-_SHUTDOWN: Final = "in ROS 2, nothing can be published while the callback runs"
+    def has_no_counterpart(self, parameter: str) -> bool:
+        """Return whether a parameter may be left out."""
+        return f"({parameter})" in self.signature.split(", ")
+
+
 _GONE: Final = "ROS 2 has no such function"
+_SHUTDOWN: Final = "in ROS 2, nothing can be published while the callback runs"
+_TIME: Final = "Time(seconds={secs}, clock_type=ClockType.ROS_TIME)"
+_EXACT: Final = "Time(seconds={secs}, nanoseconds={nsecs}, clock_type=ClockType.ROS_TIME)"
 
 CALLS: Final[Mapping[str, Rule]] = {
     "rospy.Publisher": Rule(
-        "name data_class subscriber_listener tcp_nodelay latch headers queue_size",
-        f"{NODE}.create_publisher({{data_class}}, {{name}}, {{queue_size}})",
-        defaults={"queue_size": "10"},
-        ignored="tcp_nodelay",
+        "name, data_class, subscriber_listener, (tcp_nodelay), latch, headers, queue_size=10",
+        "NODE.create_publisher({data_class}, {name}, {queue_size})",
     ),
     "rospy.Subscriber": Rule(
-        "name data_class callback callback_args queue_size buff_size tcp_nodelay",
-        f"{NODE}.create_subscription({{data_class}}, {{name}}, {{callback}}, {{queue_size}})",
-        defaults={"queue_size": "10", "callback": "lambda _message: None"},
-        ignored="buff_size tcp_nodelay",
+        "name, data_class, callback=lambda _message: None, callback_args, queue_size=10, (buff_size), "
+        "(tcp_nodelay)",
+        "NODE.create_subscription({data_class}, {name}, {callback}, {queue_size})",
     ),
     "rospy.Service": Rule(
-        "name service_class handler buff_size error_handler",
-        f"{NODE}.create_service({{service_class}}, {{name}}, lambda request, _: ({{handler}})(request))",
-        ignored="buff_size",
+        "name, service_class, handler, (buff_size), error_handler",
+        "NODE.create_service({service_class}, {name}, lambda request, _: ({handler})(request))",
     ),
     "rospy.ServiceProxy": Rule(
-        "name service_class persistent headers",
-        "client({service_class}, {name})",
-        needs="client",
-        ignored="persistent",
+        "name, service_class, (persistent), headers", "client({service_class}, {name})", needs="client"
     ),
     "rospy.wait_for_service": Rule(
-        "service timeout",
-        "wait_for_service({service}, {timeout})",
-        needs="wait_for_service",
-        defaults={"timeout": "None"},
+        "service, timeout=None", "wait_for_service({service}, {timeout})", needs="wait_for_service"
     ),
     "rospy.wait_for_message": Rule(
-        "topic topic_type timeout",
+        "topic, topic_type, timeout=None",
         "wait_for_message({topic}, {topic_type}, {timeout})",
         needs="wait_for_message",
-        defaults={"timeout": "None"},
     ),
-    "rospy.Rate": Rule("hz reset", f"{NODE}.create_rate({{hz}})", needs="thread", ignored="reset"),
-    "rospy.sleep": Rule("duration", f"{NODE}.get_clock().sleep_for({{duration}})", needs="thread"),
+    "rospy.Rate": Rule("hz, (reset)", "NODE.create_rate({hz})", needs="thread"),
+    "rospy.sleep": Rule("duration", "NODE.get_clock().sleep_for({duration})", needs="thread"),
     "rospy.Timer": Rule(
-        "period callback oneshot reset",
-        f"{NODE}.create_timer({{period}}, lambda: ({{callback}})(None))",
-        ignored="reset",
+        "period, callback, oneshot, (reset)", "NODE.create_timer({period}, lambda: ({callback})(None))"
     ),
     "rospy.Time.now": Rule("", NOW, "time"),
     "rospy.get_rostime": Rule("", NOW, "time"),
     "rospy.get_time": Rule("", f"({NOW}.nanoseconds / 1e9)", "float"),
-    "rospy.Time": Rule(
-        "secs nsecs",
-        "Time(seconds={secs}, nanoseconds={nsecs}, clock_type=ClockType.ROS_TIME)",
-        "time",
-        "Time",
-        {"secs": "0", "nsecs": "0"},
-    ),
-    "rospy.Time.from_sec": Rule(
-        "secs", "Time(seconds={secs}, clock_type=ClockType.ROS_TIME)", "time", "Time"
-    ),
+    "rospy.Time": Rule("secs=0, nsecs=0", _EXACT, "time", "Time"),
+    "rospy.Time.from_sec": Rule("secs", _TIME, "time", "Time"),
     "rospy.Duration": Rule(
-        "secs nsecs",
-        "Duration(seconds={secs}, nanoseconds={nsecs})",
-        "duration",
-        "Duration",
-        {"secs": "0", "nsecs": "0"},
+        "secs=0, nsecs=0", "Duration(seconds={secs}, nanoseconds={nsecs})", "duration", "Duration"
     ),
     "rospy.Duration.from_sec": Rule("secs", "Duration(seconds={secs})", "duration", "Duration"),
     "rospy.is_shutdown": Rule("", "(not rclpy.ok())", "bool"),
-    "rospy.signal_shutdown": Rule("reason", "rclpy.try_shutdown()", ignored="reason"),
-    "rospy.on_shutdown": Rule("h", f"{NODE}.context.on_shutdown({{h}})", reason=_SHUTDOWN),
+    "rospy.signal_shutdown": Rule("(reason)", "rclpy.try_shutdown()"),
+    "rospy.on_shutdown": Rule("h", "NODE.context.on_shutdown({h})", reason=_SHUTDOWN),
     "rospy.spin": Rule("", "spin()", needs="spin"),
-    "rospy.get_name": Rule("", f"{NODE}.get_fully_qualified_name()", "str"),
-    "rospy.get_caller_id": Rule("", f"{NODE}.get_fully_qualified_name()", "str"),
-    "rospy.get_namespace": Rule("", f"{NODE}.get_namespace()", "str"),
-    "rospy.resolve_name": Rule("name", f"{NODE}.resolve_topic_name({{name}})", "str"),
-    "rospy.myargv": Rule(
-        "argv", "remove_ros_args({argv})", needs="remove_ros_args", defaults={"argv": "None"}
-    ),
-    "rospy.get_param": Rule(
-        "param_name default",
-        "get_param({param_name}, {default})",
-        needs="get_param",
-        defaults={"default": "None"},
-    ),
-    "rospy.set_param": Rule(
-        "param_name param_value", "set_param({param_name}, {param_value})", needs="set_param"
-    ),
-    "rospy.has_param": Rule("param_name", f"{NODE}.has_parameter({{param_name}})", "bool"),
-    "tf2_ros.TransformListener": Rule("buffer queue_size", f"tf2_ros.TransformListener({{buffer}}, {NODE})"),
-    "tf2_ros.TransformBroadcaster": Rule("", f"tf2_ros.TransformBroadcaster({NODE})"),
-    "tf2_ros.StaticTransformBroadcaster": Rule("", f"tf2_ros.StaticTransformBroadcaster({NODE})"),
-    "message_filters.Subscriber": Rule(
-        "topic cls", f"message_filters.Subscriber({NODE}, {{cls}}, {{topic}})"
-    ),
+    "rospy.get_name": Rule("", "NODE.get_fully_qualified_name()", "str"),
+    "rospy.get_caller_id": Rule("", "NODE.get_fully_qualified_name()", "str"),
+    "rospy.get_namespace": Rule("", "NODE.get_namespace()", "str"),
+    "rospy.resolve_name": Rule("name", "NODE.resolve_topic_name({name})", "str"),
+    "rospy.myargv": Rule("argv=None", "remove_ros_args({argv})", needs="remove_ros_args"),
+    "rospy.get_param": Rule("param_name, default", "get_param"),
+    "rospy.set_param": Rule("param_name, param_value", "set_param"),
+    "rospy.has_param": Rule("param_name", "NODE.has_parameter", "bool"),
+    "tf2_ros.TransformListener": Rule("buffer, queue_size", "tf2_ros.TransformListener({buffer}, NODE)"),
+    "tf2_ros.TransformBroadcaster": Rule("", "tf2_ros.TransformBroadcaster(NODE)"),
+    "tf2_ros.StaticTransformBroadcaster": Rule("", "tf2_ros.StaticTransformBroadcaster(NODE)"),
+    "message_filters.Subscriber": Rule("topic, cls", "message_filters.Subscriber(NODE, {cls}, {topic})"),
 }
 """Functions by their full names."""
 
@@ -161,6 +133,7 @@ UNSURE: Final = {
     "tf.": "tf has become tf2_ros, with lookup_transform; PyPI has no tf2_ros for ROS 2",
     "dynamic_reconfigure.": "parameters of a node can be set at run time: add_on_set_parameters_callback",
     "rospkg.": "ament_index_python.packages.get_package_share_directory finds packages",
+    "rospy.SubscribeListener": "rclpy.event_handler.PublisherEventCallbacks learn of subscriptions",
     "rospy.": _GONE,
     "roslib.": _GONE,
 }
@@ -197,11 +170,6 @@ IMPLIED: Final = {
 """Needs of needs. Code that waits needs a thread that runs the callbacks, as rospy has."""
 
 HELPERS: Final = {
-    "spin": '''def spin():
-    """Run callbacks until Ctrl-C."""
-    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
-        SPIN
-''',
     "thread": """def run_callbacks():
     with contextlib.suppress(ExternalShutdownException):
         rclpy.spin(NODE, MultiThreadedExecutor())
@@ -216,6 +184,11 @@ def end():
 spinner = threading.Thread(target=run_callbacks, daemon=True)
 atexit.register(end)
 """,
+    "spin": '''def spin():
+    """Run callbacks until Ctrl-C."""
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        SPIN
+''',
     "get_param": '''def get_param(name, default=None):
     """Return a parameter of the node, which is declared when it is read first."""
     if not NODE.has_parameter(name):

@@ -49,6 +49,9 @@ class PortedText:
         return self._source[begin:end].decode()
 
     def _children(self, node: ast.AST) -> Iterable[ast.AST]:
+        if isinstance(node, ast.JoinedStr):
+            yield from (each.value for each in ast.walk(node) if isinstance(each, ast.FormattedValue))
+            return
         for child in ast.iter_child_nodes(node):
             if hasattr(child, "lineno"):
                 yield child
@@ -61,7 +64,7 @@ class PortedText:
         for child in sorted(self._children(node), key=self._span):
             first, last = self._span(child)
             if first < at:
-                continue  # an f-string, or both names of a keyword
+                continue  # inside of the child before, or both names of a keyword
             parts += [self._source[at:first].decode(), self.text(child)]
             at = last
         return "".join([*parts, self._source[at:end].decode()])
@@ -74,10 +77,24 @@ class PortedText:
         if new is not None:
             return new
         if isinstance(node, ast.JoinedStr):
-            if any(self._kinds.full_name(each).startswith("rospy.") for each in ast.walk(node)):
-                self._todo(node, "an f-string with rospy inside is not changed")
-            return self._original(node)
+            return self._f_string(node)
         return self._render(node, *self._span(node))
+
+    def _f_string(self, node: ast.JoinedStr) -> str:
+        """Return the text of an f-string. Before 3.12, Python does not know where some of its parts are."""
+        original, changes, todos = self._original(node), len(self._changes), len(self._todos)
+        try:
+            for each in self._children(node):
+                if ast.dump(ast.parse(self._original(each).strip(), mode="eval").body) != ast.dump(each):
+                    raise ValueError
+            new = self._render(node, *self._span(node))
+            ast.parse(new)
+        except (SyntaxError, ValueError, LookupError):
+            del self._changes[changes:], self._todos[todos:]
+            if any(self._kinds.full_name(each).startswith("rospy.") for each in ast.walk(node)):
+                self._todo(node, "this f-string with rospy inside is not changed")
+            return original
+        return new
 
     def _replaced(self, node: ast.expr) -> str | None:
         """Return the text that replaces an expression, or None if only parts of it change."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Sequence
 
-from pipros.msg.language.spec import FLOATS
+from pipros.msg.language.spec import FLOATS, MessageSpec
 from pipros.ros2.port.source import PortedText
 
 
@@ -13,38 +14,34 @@ class PortedValues(PortedText):
     """Text of values; see `PortedText`."""
 
     def _message(self, node: ast.Call, kind: str) -> str | None:
-        """Return a constructor with names for all arguments, and with numbers of the right type."""
-        spec = self._kinds.spec(kind)
-        name = self.text(node.func)
-        if spec is None:
-            if node.args:
-                self._todo(node, f"{kind[4:]} is not installed: name the fields of the arguments")
+        """Return a constructor with names for all arguments, or None if it stays as it is."""
+        if self._kinds.spec(kind) is None and not node.args:
             return None
-        if len(node.args) > len(spec.fields) or any(isinstance(each, ast.Starred) for each in node.args):
-            self._todo(node, f"the arguments of {kind[4:]} need names")
-            return None
-        pairs = [*zip((each.name for each in spec.fields), node.args, strict=False)]
-        pairs += [(each.arg, each.value) for each in node.keywords if each.arg]
-        types = {each.name: each.type for each in spec.fields}
-        words = [f"{key}={self._coerced(types.get(key), value)}" for key, value in pairs if key != "seq"]
-        new = f"{name}({', '.join(words)})"
-        if node.args or new != self._original(node):
+        new = self._made(node, kind, self.text(node.func))
+        if new is not None and (node.args or new != self._original(node)):
             self._change(node, new)
         return new
 
-    def _filled(self, node: ast.Call, kind: str) -> str | None:
+    def _made(self, node: ast.Call, kind: str, name: str) -> str | None:
         """Return a message that is made of the arguments of a call, or None after a TODO."""
-        spec = self._kinds.spec(kind)
+        spec, shown = self._kinds.spec(kind), kind.partition(":")[2] or "the message's type"
+        is_spread = any(isinstance(each, ast.Starred) for each in node.args)
         if spec is None:
-            self._todo(node, f"{kind.partition(':')[2]} is not installed: create the message here")
-            return None
-        name = self._class_text(kind)
+            self._todo(node, f"{shown} is not installed: create it here, with names for its fields")
+        elif is_spread or len(node.args) > len(spec.fields) or any(not each.arg for each in node.keywords):
+            self._todo(node, f"the arguments of {shown} need names")
+        else:
+            return f"{name}({self._fields(spec, node.args, node.keywords)})"
+        return None
+
+    def _fields(
+        self, spec: MessageSpec, values: Sequence[ast.expr], named: Sequence[ast.keyword] = ()
+    ) -> str:
+        """Return the arguments of a constructor, with names, and with numbers of the right type."""
         types = {each.name: each.type for each in spec.fields}
-        pairs = [
-            *zip(types, node.args, strict=False),
-            *((each.arg or "", each.value) for each in node.keywords),
-        ]
-        return f"{name}({', '.join(f'{key}={self._coerced(types.get(key), value)}' for key, value in pairs)})"
+        pairs = [*zip(types, values, strict=False), *((each.arg or "", each.value) for each in named)]
+        words = (f"{key}={self._coerced(types.get(key), value)}" for key, value in pairs if key != "seq")
+        return ", ".join(words)
 
     def _class_text(self, kind: str) -> str:
         prefix, _, name = kind.partition(":")
@@ -96,11 +93,7 @@ class PortedValues(PortedText):
         if spec is None or isinstance(value, ast.Dict) or len(values) not in (0, len(spec.fields)):
             self._todo(node, "rclpy requires a response here")
             return None
-        words = [
-            f"{each.name}={self._coerced(each.type, item)}"
-            for each, item in zip(spec.fields, values, strict=False)
-        ]
-        new = f"return {self._class_text(kind)}({', '.join(words)})"
+        new = f"return {self._class_text(kind)}({self._fields(spec, values)})"
         self._change(node, new)
         return new
 
