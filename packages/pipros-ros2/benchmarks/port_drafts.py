@@ -5,7 +5,7 @@
 
 The nodes are those of tests/unit/ros2/port_nodes.txt and of rospy_tutorials. They run beside a node that
 publishes and serves what they need. A draft runs if it prints no error in these seconds, ends after Ctrl-C if
-it has not ended by itself, and prints DONE if its text does. finished_drafts.patch is what a person did for the
+it has not ended, and prints DONE if its text does. finished_drafts.patch is what was done by hand for the
 TODOs. The messages that rclpy of tests.support.ros2_wheels lacks are built with `pipros wheel --ros2`: the
 benchmark needs a C++ compiler.
 """

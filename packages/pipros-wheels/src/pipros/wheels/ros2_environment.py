@@ -8,7 +8,6 @@ import subprocess
 import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
@@ -45,16 +44,8 @@ class BuildFailed(PiprosError):
     """A compiler or a generator of ROS 2 is missing, or failed."""
 
 
-@dataclass(frozen=True, slots=True)
-class Compilers:
-    """The commands of the compilers for C and C++."""
-
-    c: str
-    cpp: str
-
-
-def find_compilers() -> Compilers:
-    """Return the compilers named by CC and CXX, or found in PATH.
+def find_compilers() -> list[str]:
+    """Return the compilers of C and C++: those named by CC and CXX, or found in PATH.
 
     Raises:
         BuildFailed: there is none.
@@ -65,7 +56,7 @@ def find_compilers() -> Compilers:
     ]
     if not all(found):
         raise BuildFailed(f"messages for rclpy need a C and a C++ compiler; {_ADVICE}")
-    return Compilers(*found)
+    return found
 
 
 class BuildEnvironment:
@@ -114,7 +105,7 @@ class BuildEnvironment:
         Raises:
             BuildFailed: a compiler is missing or fails.
         """
-        compilers = find_compilers()
+        c, cpp = find_compilers()
         python, numpy, site = _run([self.python, "-c", _QUESTION]).splitlines()
         if not Path(python, "Python.h").exists():
             raise BuildFailed(f"messages for rclpy need the headers of Python ({python}/Python.h); {_ADVICE}")
@@ -125,7 +116,7 @@ class BuildEnvironment:
         sources = [file for name in LIBRARIES for file in (work / name).rglob("*.c*")]
 
         def build(source: Path) -> None:
-            words = [compilers.c] if source.suffix == ".c" else [compilers.cpp, "-std=c++17"]
+            words = [c] if source.suffix == ".c" else [cpp, "-std=c++17"]
             _run([*words, *flags, "-c", source, "-o", f"{source}.o"])
 
         with ThreadPoolExecutor(os.cpu_count()) as executor:
@@ -144,13 +135,13 @@ class BuildEnvironment:
                 if file.is_relative_to(work / name) and ".ep." not in file.name
             ]
             target = prefix / "lib" / f"lib{package}__{name}.so"
-            _run([compilers.cpp, "-shared", "-Wl,-rpath,$ORIGIN", "-o", target, *parts, *linked])
+            _run([cpp, "-shared", "-Wl,-rpath,$ORIGIN", "-o", target, *parts, *linked])
             linked.insert(0, f"-l{package}__{name}")
         module = work / "rosidl_generator_py" / package / f"{package}_s__rosidl_typesupport_c.so"
         depth = len(Path(site, package).relative_to(self.folder).parts)
         entry = [f"{file}.o" for file in sources if ".ep." in file.name]
         rpath = f"-Wl,-rpath,$ORIGIN/{'../' * depth}lib"
-        _run([compilers.cpp, "-shared", rpath, "-o", module, *entry, *linked])
+        _run([cpp, "-shared", rpath, "-o", module, *entry, *linked])
 
 
 def _run(words: Sequence[str | Path], **variables: str) -> str:

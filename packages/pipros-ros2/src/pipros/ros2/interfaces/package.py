@@ -22,6 +22,10 @@ _NEEDS = {
 """The packages whose types ROS 2 adds to each kind of definition."""
 
 
+_PARTS = {"msg": ("",), "srv": ("_Request", "_Response"), "action": ("_Goal", "_Result", "_Feedback")}
+"""What follows the name of a definition in the names of its messages."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ros2Package:
     """The definitions of a package in ROS 2.
@@ -50,7 +54,7 @@ def ros2_package(name: str, distribution: str, definitions: Definitions) -> Ros2
     files: dict[str, Sequence[Ros2Message]] = {}
     lines: list[str] = []
     for kind, new in _bundled(name, Distribution(distribution)):
-        files[_file(kind, new)] = _bundled_parts(catalog, kind, new)
+        files[_file(kind, new)] = [catalog.message(f"{new}{part}") for part in _PARTS[kind]]
     for kind, old in () if files else _of_ros1(name, definitions):
         new, specs = type_name_of(old, kind), _specs(definitions, kind, old)
         files[_file(kind, new)] = [derived_message(spec) for spec in specs]
@@ -84,22 +88,11 @@ def _bundled(package: str, distribution: Distribution) -> Iterator[tuple[str, st
             yield name.split("/")[1], name
 
 
-def _bundled_parts(catalog: Catalog, kind: str, name: str) -> Sequence[Ros2Message]:
-    if kind == "msg":
-        return [catalog.message(name)]
-    if kind == "srv":
-        service = catalog.service(name)
-        return [service.request, service.response]
-    action = catalog.action(name)
-    return [action.goal, action.result, action.feedback]
-
-
 def _of_ros1(package: str, definitions: Definitions) -> Iterator[tuple[str, str]]:
     for kind in ("msg", "srv", "action"):
         for name in definitions.files.names(kind, package):
-            if definitions.files.file(kind, f"{package}/{name}").endswith(
-                f".{kind}"
-            ):  # not made of an action
+            file = definitions.files.file(kind, f"{package}/{name}")
+            if file.endswith(f".{kind}"):  # not made of an action
                 yield kind, f"{package}/{name}"
 
 
