@@ -28,7 +28,7 @@ sys.path.insert(0, str(ROOT / "build"))
 PATCH = Path(__file__).with_name("finished_drafts.patch")
 NODES = ROOT / "build" / "tests" / "unit" / "ros2" / "port_nodes.txt"
 WHEELS = ("example_interfaces", "nav_msgs", "rospy_tutorials", "tf2_msgs", "visualization_msgs")
-ERROR = re.compile(r"^Traceback.*|^\w*Error:.*|.*\[(?:ERROR|FATAL)\].*", re.MULTILINE)
+ERROR = re.compile(r"^Traceback|^[\w.]*Error:.*|.*\[(?:ERROR|FATAL)\].*", re.MULTILINE)
 AT_ONCE = 4
 STIMULUS = """
 import rclpy
@@ -134,7 +134,7 @@ def problem(python, seconds, draft):
                 return "does not end"
         found = ERROR.findall(text)
         if found or (stopped and process.returncode):
-            return found[-1] if found else f"exit code {process.returncode}"
+            return found[-1] if found else f"exit code {process.returncode}: {text.strip()[-200:]}"
         return "never prints DONE" if '"DONE"' in draft.read_text() and "DONE" not in text else ""
 
 

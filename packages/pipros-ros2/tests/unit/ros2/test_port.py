@@ -97,6 +97,17 @@ def test_what_is_not_sure_is_a_todo_with_its_reason(line: str, reason: str) -> N
     assert [each.line for each in draft.changes if reason in each.reason] == [7]
 
 
+def test_programs_without_init_node_get_a_node_and_modules_a_todo() -> None:
+    module = "import rospy\ndef now():\n    return rospy.Time.now()\n"
+    program = f"{module}if __name__ == '__main__':\n    print(now())\n"
+
+    assert "# TODO: this file has no init_node: set node before" in _draft(module).text
+    assert any(each.reason for each in _draft(module).changes)
+    text = _draft(program).text
+    assert "TODO" not in text
+    assert text.endswith("':\n    rclpy.init()\n    node = rclpy.create_node('node')\n    print(now())\n")
+
+
 def test_imported_names_are_those_that_a_package_has() -> None:
     draft = _draft("from std_msgs.msg import *\nimport rospy\np = rospy.Publisher('a', Int8)\np.publish(1)\n")
 

@@ -85,6 +85,10 @@ class _Porter(PortedCalls):
         )
         head, _, tail = text.partition(_IMPORTS)
         indented = "\n".join(sorted(lines, key=lambda each: (each.startswith("from"), each)))
+        if self._first is None and re.search(rf"\b{NODE}\b", text + helpers):
+            reason = f"this file has no init_node: set {NODE} before anything here uses it"
+            self._changes.append(Change(1, "import rospy", "", reason))
+            indented = f"# TODO: {reason}\n{indented}"
         place = _end_of_imports(tail) if helpers else 0
         text = head + indented + tail[:place] + helpers + tail[place:]
         text = re.sub(rf"\b{NODE}\b", self._node, text)
@@ -177,7 +181,10 @@ class _Porter(PortedCalls):
         return f"{before}{_IMPORTS}"
 
     def _find_init(self) -> tuple[ast.stmt | None, ast.stmt | None, ast.FunctionDef | None]:
-        """Return the statement with init_node, the first statement of its block, and its function."""
+        """Return the statement with init_node, the first statement of its block, and its function.
+
+        A program without init_node, which only calls services, has only the first.
+        """
 
         def search(
             body: Sequence[ast.stmt], owner: ast.FunctionDef | None, block: Sequence[ast.stmt]
@@ -207,12 +214,17 @@ class _Porter(PortedCalls):
             0,
         )
         found = search(body, None, body[start:])
-        return found if found else (None, None, None)  # type: ignore[return-value]
+        if found:
+            return found  # type: ignore[return-value]
+        programs = (
+            each for each in body if isinstance(each, ast.If) and "__main__" in ast.unparse(each.test)
+        )
+        return None, next((each.body[0] for each in programs), None), None
 
     def _opening(self, indent: str) -> str:
         call = getattr(self._init, "value", None)
         if not isinstance(call, ast.Call):
-            return ""
+            call = ast.Call(ast.Name("init_node"), [], [])
         name = next(
             (each.value for each in call.keywords if each.arg == "name"), call.args[0] if call.args else None
         )
