@@ -161,7 +161,8 @@ class PortedCalls(PortedValues):
         return new
 
     def _parameter(self, node: ast.Call, function: str) -> str:
-        name, *rest = [*node.args, *(each.value for each in node.keywords)] or [None]
+        given = [*node.args, *(each.value for each in node.keywords)]
+        name, rest = next(iter(given), None), given[1:]
         if not isinstance(name, ast.Constant) or not isinstance(name.value, str):
             reason = "the name of a parameter must be a text here; ROS 2 writes camera.rate for ~camera/rate"
             self._todo(node, reason)

@@ -149,7 +149,7 @@ IMPORTS: Final = {
     "interrupts": "from rclpy.exceptions import ROSInterruptException\n"
     "from rclpy.executors import ExternalShutdownException",
     "spin": "import contextlib\nfrom rclpy.executors import ExternalShutdownException",
-    "thread": "import atexit\nimport contextlib\nimport threading\n"
+    "thread": "import atexit\nimport threading\n"
     "from rclpy.executors import ExternalShutdownException\n"
     "from rclpy.executors import MultiThreadedExecutor",
     "remove_ros_args": "from rclpy.utilities import remove_ros_args",
@@ -171,8 +171,13 @@ IMPLIED: Final = {
 
 HELPERS: Final = {
     "thread": """def run_callbacks():
-    with contextlib.suppress(ExternalShutdownException):
+    try:
         rclpy.spin(NODE, MultiThreadedExecutor())
+    except ExternalShutdownException:
+        pass
+    except RuntimeError as error:
+        if "cannot schedule new futures" not in str(error):  # as it does when Python ends
+            raise
 
 
 def end():
