@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from pipros.basics.errors import PiprosError
 from pipros.launch.load_context import LoadContext, NotRun
 from pipros.launch.model import Launch, LaunchNode
 from pipros.launch.ros2_node import ros2_params, ros2_yaml
 from pipros.launch.xml import load
+from pipros.safe.yaml import YamlError
+from pipros.safe.yaml import load as load_yaml
 
 _IMPORTS = {
     "LaunchDescription(": "from launch import LaunchDescription",
@@ -163,6 +163,6 @@ def _todo(reason: str) -> str:
 
 def _is_text(text: str) -> bool:
     try:
-        return bool(yaml.safe_load(text) == text)
-    except yaml.YAMLError:
+        return bool(load_yaml(text, angles=False) == text)
+    except YamlError:
         return False
