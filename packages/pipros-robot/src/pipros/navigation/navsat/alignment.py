@@ -60,7 +60,8 @@ class Alignment:
             self._plane = LocalPlane(latitude, longitude)
             self.start = self._plane.forward(latitude, longitude, altitude)
             return
-        grid = to_grid(latitude, longitude, self.zone if self.is_zone_fixed else None)
+        fixed = self.is_zone_fixed
+        grid = to_grid(latitude, longitude, self.zone if fixed else None, self.is_north if fixed else None)
         self.zone, self.is_north = grid.zone, grid.is_north
         self._convergence = math.radians(grid.convergence)
         self.start = grid.x, grid.y, altitude
@@ -112,7 +113,7 @@ class Alignment:
         """
         if self.is_local:
             return (*self._plane.forward(latitude, longitude, altitude)[:2], altitude)
-        grid = to_grid(latitude, longitude, self.zone)
+        grid = to_grid(latitude, longitude, self.zone, self.is_north)
         return grid.x, grid.y, altitude
 
     def in_world(self, position: Vector) -> Vector:

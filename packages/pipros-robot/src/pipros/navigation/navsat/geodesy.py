@@ -87,8 +87,12 @@ def zone_of_name(name: str) -> tuple[int, bool]:
     raise OutOfRange(f"a UTM zone must be a number from 1 to 60 and a band, such as 31U, got {name!r}")
 
 
-def to_grid(latitude: float, longitude: float, zone: int | None = None) -> GridPosition:
-    """Return the coordinates in a zone, which defaults to the position's standard zone.
+def to_grid(
+    latitude: float, longitude: float, zone: int | None = None, is_north: bool | None = None
+) -> GridPosition:
+    """Return the coordinates in a zone and a hemisphere, which default to the position's own.
+
+    A position beyond the equator has a y below 0 or above 10,000 km. Zone 0 is always the nearer pole's.
 
     Raises:
         OutOfRange: the latitude is not between -90 and 90, the longitude is not finite, or the position is
@@ -99,7 +103,8 @@ def to_grid(latitude: float, longitude: float, zone: int | None = None) -> GridP
             f"latitude must be between -90 and 90 and longitude finite, got {latitude}, {longitude}"
         )
     zone = standard_zone(latitude, longitude) if zone is None else zone
-    is_north = math.copysign(1.0, latitude) > 0
+    if is_north is None or zone == 0:
+        is_north = math.copysign(1.0, latitude) > 0
     if zone == 0:
         return _to_ups(latitude, longitude, is_north)
     angle = math.remainder(longitude - (6 * zone - 183), 360.0)
