@@ -55,6 +55,8 @@ def read_end(path: str | os.PathLike[str], max_bytes: int) -> str:
 def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, errors: str = "strict") -> str:
     """Return the content of a regular file, decoded as UTF-8, with `\\n` line endings.
 
+    A byte order mark, with which some editors on Windows begin a file, is left out.
+
     Args:
         errors: how invalid bytes are handled, as in `bytes.decode`.
 
@@ -62,4 +64,5 @@ def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, e
         OSError: the same as for `read_file`.
         UnicodeDecodeError: the content is not UTF-8, and `errors` is `strict`.
     """
-    return read_file(path, limit_bytes).decode("utf-8", errors).replace("\r\n", "\n").replace("\r", "\n")
+    text = read_file(path, limit_bytes).decode("utf-8", errors).removeprefix("\ufeff")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
