@@ -21,6 +21,8 @@ from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.reconfigure.config import BadValue
+from pipros.reconfigure.config import converted as converted_value
 
 _star_names(__name__, "copy roslib threading")
 
@@ -113,4 +115,11 @@ class Server:
 
     def _set_callback(self, req: Any) -> Any:
         changes = decode_config(req.config, self.type.config_description)
+        for parameter in self._names():
+            if (name := parameter["name"]) in changes:
+                try:
+                    changes[name] = converted_value(parameter, changes[name])
+                except BadValue as error:
+                    rospy.logwarn("a client's value is ignored: %s", error)
+                    del changes[name]
         return encode_config(self.update_configuration(changes))

@@ -79,7 +79,8 @@ class Group:
         """
         if paramtype not in TYPES:
             raise ValueError(f"type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
-        _checked_name(name, "parameter")
+        if _checked_name(name, "parameter") == "groups":
+            raise ValueError("a parameter must not be named groups: a configuration has its groups there")
         if paramtype in ("str", "bool") and (min is not None or max is not None):
             raise ValueError(f"{name} must not have min or max, because its type is {paramtype}")
         values = zip(("default", "min", "max"), (default, min, max), _BOUNDS[paramtype], strict=True)
