@@ -1,6 +1,6 @@
 // The page's side of a connection to a program's port: bytes, a request for a file, or a WebSocket.
 
-import { bytesOf, CREDIT, DATA, FINISH, joined, NOTHING, numberIn, REFUSED, RESET } from "./packets.mjs";
+import { bytesOf, joined, Kind, NOTHING, numberIn } from "./packets.mjs";
 
 const WINDOW_BYTES = 256 * 1024; // as in pipros/tab/network.py
 const PACKET_BYTES = 64 * 1024;
@@ -37,26 +37,26 @@ export class Connection {
   }
 
   close() {
-    if (!this.#isOver) this.send(RESET, NOTHING);
+    if (!this.#isOver) this.send(Kind.RESET, NOTHING);
     this.#isOver = true;
   }
 
   /** Handles a packet from the other end. */
   take(kind, content) {
-    if (kind === DATA) {
+    if (kind === Kind.DATA) {
       this.onData(content.slice());
       this.#unreported += content.length;
       if (this.#unreported >= WINDOW_BYTES / 4 && !this.#isOver) {
-        this.send(CREDIT, bytesOf(this.#unreported));
+        this.send(Kind.CREDIT, bytesOf(this.#unreported));
         this.#unreported = 0;
       }
-    } else if (kind === CREDIT) {
+    } else if (kind === Kind.CREDIT) {
       this.#credit += numberIn(content);
       this.#flush();
-    } else if (kind === FINISH) {
+    } else if (kind === Kind.FINISH) {
       this.close();
       this.onEnd();
-    } else if (kind === RESET || kind === REFUSED) {
+    } else if (kind === Kind.RESET || kind === Kind.REFUSED) {
       const wasOver = this.#isOver;
       this.#isOver = true;
       if (!wasOver) this.onEnd();
@@ -67,7 +67,7 @@ export class Connection {
     while (this.#waiting.length > 0 && this.#credit >= this.#waiting[0].length && !this.#isOver) {
       const piece = /** @type {Uint8Array} */ (this.#waiting.shift());
       this.#credit -= piece.length;
-      this.send(DATA, piece);
+      this.send(Kind.DATA, piece);
     }
   }
 }

@@ -2,10 +2,7 @@
 // It runs where the page runs, never waits, and knows nothing of ROS: it passes bytes between ports, and files between workers.
 
 import { Connection } from "./connection.mjs";
-import {
-  ACCEPT, bytesOf, CLOSE_PORT, CONNECT, CONNECTED, ENDED, FILE, filePackets, joined, LISTEN, LISTENING, NOTHING, numberIn, REFUSED, RESET,
-  SIGNAL, START, STARTED, TYPED,
-} from "./packets.mjs";
+import { bytesOf, filePackets, joined, Kind, NOTHING, numberIn } from "./packets.mjs";
 import { eachPacket, Ring, RING_BYTES, sharedRing } from "./ring.mjs";
 
 const SIGKILL = 9;
@@ -20,16 +17,29 @@ const decoder = new TextDecoder();
 
 /** @typedef {{terminate: () => unknown, postMessage: (message: unknown) => void}} Worker_ */
 
-/**
- * One program in a worker; `parent` and `children` are those that it was started by, and has started.
- * @typedef {{
- *   number: number, worker: Worker_, toHub: Ring, fromHub: Ring, interrupts: Int32Array,
- *   parent: Process | null, children: Set<Process>, pieces: Uint8Array[],
- *   waiting: [number, number, Uint8Array][], ends: Map<number, {process: Process, number: number}>,
- *   accepted: number, ports: Set<number>, program: object | null, onOutput: (text: string) => void,
- *   ended: Promise<number>, end: (code: number) => void
- * }} Process
- */
+/** One program in a worker; `parent` and `children` are those that it was started by, and has started. */
+class Process {
+  /** @type {Worker_ | null} null until there is an image */ worker = null;
+  /** @type {object | null} */ program = null;
+  /** @type {Process | null} */ parent = null;
+  /** @type {Set<Process>} */ children = new Set();
+  toHub = new Ring(sharedRing());
+  fromHub = new Ring(sharedRing());
+  interrupts = new Int32Array(new SharedArrayBuffer(4));
+  /** @type {Uint8Array[]} of the file that arrives */ pieces = [];
+  /** @type {[number, number, Uint8Array][]} */ waiting = [];
+  /** @type {Map<number, {process: Process, number: number}>} */ ends = new Map();
+  accepted = FIRST_ACCEPTED;
+  /** @type {Set<number>} */ ports = new Set();
+  /** @type {(text: string) => void} */ onOutput = () => {};
+  /** @type {(code: number) => void} */ end = () => {};
+  /** @type {Promise<number>} */ ended = new Promise((resolve) => (this.end = resolve));
+
+  /** @param {number} number */
+  constructor(number) {
+    this.number = number;
+  }
+}
 
 export class Hub {
   /** @type {Map<number, Process>} */
@@ -95,7 +105,8 @@ export class Hub {
     Object.assign(process, { onOutput, parent });
     parent?.children.add(process);
     const files = { ...Object.fromEntries(this.files), ...program.files };
-    process.worker.postMessage({ ...program, files, number: process.number });
+    process.program = { ...program, files, number: process.number };
+    process.worker?.postMessage(process.program);
     if (this.#image) setTimeout(() => this.#makeSpares(), NEXT_SPARE_MS);
     return process;
   }
@@ -106,39 +117,13 @@ export class Hub {
 
   /** Starts a worker that waits for a program. */
   #makeWorker() {
-    const number = this.#nextProcess++;
-    /** @type {(code: number) => void} */
-    let end = () => {};
-    const ended = new Promise((resolve) => (end = resolve));
-    /** @type {Process} */
-    const process = {
-      number,
-      worker: { terminate() {}, postMessage() {} },
-      parent: null,
-      children: new Set(),
-      pieces: [],
-      toHub: new Ring(sharedRing()),
-      fromHub: new Ring(sharedRing()),
-      interrupts: new Int32Array(new SharedArrayBuffer(4)),
-      waiting: [],
-      ends: new Map(),
-      accepted: FIRST_ACCEPTED,
-      ports: new Set(),
-      program: null,
-      onOutput() {},
-      ended,
-      end,
-    };
+    const process = new Process(this.#nextProcess++);
     if (this.#image) this.#startWorker(process);
-    else {
-      this.#unstarted.add(process);
-      process.worker = { terminate: () => this.#unstarted.delete(process), postMessage: (program) => (process.program = program) };
-    }
+    else this.#unstarted.add(process);
     return process;
   }
 
   #startWorker(process) {
-    const { program } = process;
     const rings = { toHub: process.toHub.shared, fromHub: process.fromHub.shared, interrupts: process.interrupts.buffer };
     process.worker = this.startWorker({ ...rings, image: this.#image }, (message) => {
       if (message === "packets") this.#receive(process);
@@ -146,7 +131,7 @@ export class Hub {
       else if ("output" in message) process.onOutput(message.output);
       else this.#remove(process, message.exit);
     });
-    if (program) process.worker.postMessage(program);
+    if (process.program) process.worker.postMessage(process.program);
   }
 
   /** Returns whether a program listens at a port. */
@@ -163,7 +148,7 @@ export class Hub {
     const number = this.#nextConnection++;
     const connection = new Connection((kind, content) => this.#handle(this.#page, kind, number, content));
     this.#page.connections.set(number, connection);
-    this.#handle(this.#page, CONNECT, number, bytesOf(port));
+    this.#handle(this.#page, Kind.CONNECT, number, bytesOf(port));
     return connection;
   }
 
@@ -184,7 +169,7 @@ export class Hub {
    * @param {object} typed
    */
   type(process, typed) {
-    this.#send(process, TYPED, 0, encoder.encode(JSON.stringify(typed)));
+    this.#send(process, Kind.TYPED, 0, encoder.encode(JSON.stringify(typed)));
   }
 
   /**
@@ -206,7 +191,7 @@ export class Hub {
   }
 
   #sendFile(process, path, state) {
-    for (const content of filePackets(path, state)) this.#send(process, FILE, 0, content);
+    for (const content of filePackets(path, state)) this.#send(process, Kind.FILE, 0, content);
   }
 
   /** A worker has changed a file: keep it once it is whole, and send the pieces to all others. */
@@ -217,20 +202,21 @@ export class Hub {
       process.pieces.push(content.slice(line + 1));
       if (head.is_last) this.#keepFile(head.path, [head.mode, joined(process.pieces.splice(0))]);
     } else this.#keepFile(head.path, null);
-    for (const each of this.processes.values()) if (each !== process) this.#send(each, FILE, 0, content);
+    for (const each of this.processes.values()) if (each !== process) this.#send(each, Kind.FILE, 0, content);
   }
 
   #remove(process, code) {
     if (!this.processes.delete(process.number)) return;
     this.#receive(process);
-    process.worker.terminate();
-    for (const peer of process.ends.values()) this.#send(peer.process, RESET, peer.number, NOTHING);
+    process.worker?.terminate();
+    this.#unstarted.delete(process);
+    for (const peer of process.ends.values()) this.#send(peer.process, Kind.RESET, peer.number, NOTHING);
     for (const port of process.ports) this.#close(port);
     for (const peer of process.ends.values()) peer.process.ends.delete(peer.number);
     process.ends.clear();
     for (const child of process.children) this.stop(child);
     process.parent?.children.delete(process);
-    if (process.parent) this.#send(process.parent, ENDED, process.number, bytesOf(code & 255));
+    if (process.parent) this.#send(process.parent, Kind.ENDED, process.number, bytesOf(code & 255));
     process.end(code);
   }
 
@@ -241,36 +227,36 @@ export class Hub {
   }
 
   #handle(process, kind, end, content) {
-    if (kind === LISTEN) {
+    if (kind === Kind.LISTEN) {
       const port = this.#open(process, numberIn(content));
-      this.#send(process, LISTENING, end, bytesOf(port));
-    } else if (kind === START) {
+      this.#send(process, Kind.LISTENING, end, bytesOf(port));
+    } else if (kind === Kind.START) {
       const child = this.start(JSON.parse(decoder.decode(content)), process.onOutput, process);
-      this.#send(process, STARTED, end, bytesOf(child.number));
-    } else if (kind === SIGNAL) {
+      this.#send(process, Kind.STARTED, end, bytesOf(child.number));
+    } else if (kind === Kind.SIGNAL) {
       for (const child of process.children) {
         if (child.number === end) numberIn(content) === SIGKILL ? this.stop(child) : this.interrupt(child);
       }
-    } else if (kind === FILE) {
+    } else if (kind === Kind.FILE) {
       this.#receiveFile(process, content);
-    } else if (kind === CLOSE_PORT) {
+    } else if (kind === Kind.CLOSE_PORT) {
       if (process.ports.delete(end)) this.#close(end);
-    } else if (kind === CONNECT) {
+    } else if (kind === Kind.CONNECT) {
       const listener = this.#ports.get(numberIn(content));
       if (listener === undefined) {
-        this.#send(process, REFUSED, end, NOTHING);
+        this.#send(process, Kind.REFUSED, end, NOTHING);
         return;
       }
       const number = listener.accepted++;
       process.ends.set(end, { process: listener, number });
       listener.ends.set(number, { process, number: end });
-      this.#send(listener, ACCEPT, number, content);
-      this.#send(process, CONNECTED, end, NOTHING);
+      this.#send(listener, Kind.ACCEPT, number, content);
+      this.#send(process, Kind.CONNECTED, end, NOTHING);
     } else {
       const peer = process.ends.get(end);
       if (peer === undefined) return; // the other end has been closed
       this.#send(peer.process, kind, peer.number, content);
-      if (kind === RESET) {
+      if (kind === Kind.RESET) {
         process.ends.delete(end);
         peer.process.ends.delete(peer.number);
       }
@@ -297,7 +283,7 @@ export class Hub {
   #send(process, kind, end, content) {
     if (process === this.#page) {
       process.connections.get(end)?.take(kind, content);
-      if (kind === RESET) process.connections.delete(end);
+      if (kind === Kind.RESET) process.connections.delete(end);
       return;
     }
     if (process.waiting.length === 0 && process.fromHub.write(kind, end, content)) return;

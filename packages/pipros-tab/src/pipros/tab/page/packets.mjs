@@ -1,22 +1,9 @@
 // The kinds of packets between workers and the hub, as in pipros/tab/packets.py, and their content.
 
-export const LISTEN = 1;
-export const LISTENING = 2;
-export const CLOSE_PORT = 3;
-export const CONNECT = 4;
-export const CONNECTED = 5;
-export const REFUSED = 6;
-export const ACCEPT = 7;
-export const DATA = 8;
-export const CREDIT = 9;
-export const FINISH = 10;
-export const RESET = 11;
-export const START = 12;
-export const STARTED = 13;
-export const ENDED = 14;
-export const SIGNAL = 15;
-export const FILE = 16;
-export const TYPED = 17;
+export const Kind = {
+  LISTEN: 1, LISTENING: 2, CLOSE_PORT: 3, CONNECT: 4, CONNECTED: 5, REFUSED: 6, ACCEPT: 7, DATA: 8, CREDIT: 9, FINISH: 10, RESET: 11,
+  START: 12, STARTED: 13, ENDED: 14, SIGNAL: 15, FILE: 16, TYPED: 17,
+};
 const IS_FOLDER = 0o040000;
 const PIECE_BYTES = 48 * 1024;
 export const NOTHING = new Uint8Array(0);

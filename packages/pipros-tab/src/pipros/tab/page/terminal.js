@@ -28,7 +28,7 @@ export class Terminal {
     this.input = Object.assign(make("input", ""), { spellcheck: false, autocomplete: "off", ariaLabel: name });
     this.entry = make("div", "entry", this.prompt, this.input);
     const stop = button("Stop", "End the program at once", () => hub.type(this.process, { stop: true }));
-    const close = button("×", "Close the terminal", () => this.close());
+    const close = button("×", "Close the terminal", () => hub.stop(this.process));
     this.element = make("section", "terminal", make("div", "head", make("b", "", name), stop, close), this.screen);
     this.screen.append(this.entry);
     this.line = this.#newLine();
@@ -36,10 +36,6 @@ export class Terminal {
     this.screen.addEventListener("click", () => getSelection()?.isCollapsed && this.input.focus());
     this.process = hub.start({ argv: ["bash"] }, (text) => this.show(text));
     this.process.ended.then(() => this.element.remove());
-  }
-
-  close() {
-    this.hub.stop(this.process);
   }
 
   show(text) {
