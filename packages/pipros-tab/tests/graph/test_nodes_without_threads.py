@@ -51,6 +51,14 @@ def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
     assert "Type: std_msgs/String\n" in output_of(tab.run("rostopic", "info", "/chatter"))
     assert " * /talker/get_loggers\n" in output_of(tab.run("rosnode", "info", "/talker"))
     assert "level" in output_of(tab.run("rosservice", "call", "/talker/get_loggers"))
+    broken = tab.run("python3", "-c", "import sys; print(sys.argv); 1 / 0", "word")
+    assert broken.wait() == 1
+    assert broken.output.splitlines() == [
+        "['-c', 'word']",
+        "Traceback (most recent call last):",
+        '  File "<string>", line 1, in <module>',
+        "ZeroDivisionError: division by zero",
+    ]
     missing = tab.run("rosfoo")
     assert missing.wait() == 127
     assert missing.output == "rosfoo: command not found\n"

@@ -18,6 +18,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import FrameType
 from typing import Any, NoReturn
 
 import pipros
@@ -223,6 +224,10 @@ def _run_command(words: Sequence[str]) -> None:
         sys.path.insert(0, os.getcwd())
         sys.argv = sys.argv[1:]
         runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    elif has_interpreter and name == "-c" and len(named) > 1:
+        sys.path.insert(0, "")
+        sys.argv = [name, *named[2:]]
+        exec(compile(named[1], "<string>", "exec"), {"__name__": "__main__"})  # noqa: S102 # as Python does
     elif has_interpreter or "/" in name:
         if not os.path.isfile(name):
             _refuse(f"bash: {name}: No such file or directory", NOT_FOUND)
@@ -267,6 +272,15 @@ def _refuse(reason: str, code: int) -> NoReturn:
     raise SystemExit(code)
 
 
+def _is_exactly(error: BaseException, kind: type) -> bool:
+    return type(error) is kind
+
+
+def _is_own(frame: FrameType) -> bool:
+    is_program = frame.f_globals.get("__name__") == "__main__"
+    return not is_program and bool(_OWN_FILES.search(frame.f_code.co_filename))
+
+
 def _code_of(call: Callable[[], object]) -> int:
     """Return the exit code that Python would have after a call."""
     try:
@@ -278,12 +292,11 @@ def _code_of(call: Callable[[], object]) -> int:
             return end.code or 0
         print(end.code, file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        return INTERRUPTED
     except BaseException as error:
         frames = error.__traceback__
-        while frames is not None and _OWN_FILES.search(frames.tb_frame.f_code.co_filename):
+        while frames is not None and _is_own(frames.tb_frame):
             frames = frames.tb_next
         traceback.print_exception(type(error), error, frames)
-        return 1
+        ends_by_ctrl_c = isinstance if sys.version_info >= (3, 14) else _is_exactly
+        return INTERRUPTED if ends_by_ctrl_c(error, KeyboardInterrupt) else 1
     return 0

@@ -1,8 +1,8 @@
 """A small shell for the terminals of a tab: one line of built-in commands and programs.
 
-It knows quotes, `$NAME`, `~`, `*`, `;`, `&&`, `&`, and `>` and `>>` at the end of a command. `source` sets
-what the setup file of a built workspace sets, and runs the lines of other files. Everything else is a
-program.
+It knows quotes, `$NAME`, `$?`, `~`, `*`, `;`, `&&`, `&`, and `>` and `>>` at the end of a command.
+`source` sets what the setup file of a built workspace sets, and runs the lines of other files. Everything
+else is a program.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ _SEPARATORS: Final = (";", "&&", "&")
 _SOURCES: Final = ("source", ".")
 _NOT_HERE: Final = ("|", "||", "<", "<<", "<<<", ">&", "&>")
 _REDIRECTIONS: Final = {">": "w", ">>": "a"}
-_VARIABLE: Final = re.compile(r"\$(?:\{(\w+)\}|(\w+))")
+_VARIABLE: Final = re.compile(r"\$(?:\{(\w+)\}|(\w+|\?))")
+_last: Final = {"?": "0"}
+"""The exit code of the last command."""
 
 
 class Run(Protocol):
@@ -45,21 +47,26 @@ def run_line(line: str, run: Run) -> int:
         lexer.whitespace_split = True
         words = list(lexer)
     except ValueError as error:
-        print(f"bash: {error}", file=sys.stderr)
-        return MISUSE
+        return _misuse(str(error))
     for word in words:
         if word in _NOT_HERE:
-            print(f"bash: {word} is not available in a browser tab", file=sys.stderr)
-            return MISUSE
+            return _misuse(f"{word} is not available in a browser tab")
     code = 0
     while words:
         end = next((at for at, word in enumerate(words) if word in _SEPARATORS), len(words))
         separator = words[end] if end < len(words) else ";"
         code = _run_command(words[:end], run, waits=separator != "&")
+        _last["?"] = str(code)
         if code and separator == "&&":
             break
         words = words[end + 1 :]
     return code
+
+
+def _misuse(reason: str) -> int:
+    print(f"bash: {reason}", file=sys.stderr)
+    _last["?"] = str(MISUSE)
+    return MISUSE
 
 
 def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
@@ -96,7 +103,7 @@ def _expanded(word: str) -> list[str]:
     """Return the arguments that a word stands for, with variables, `~` and `*` replaced, without quotes."""
     if word.startswith("'"):
         return [word.strip("'")]
-    text = _VARIABLE.sub(lambda found: os.environ.get(found[1] or found[2], ""), word)
+    text = _VARIABLE.sub(lambda found: {**os.environ, **_last}.get(found[1] or found[2], ""), word)
     if '"' in text or "'" in text or "\\" in text:
         return shlex.split(text) or [""]
     text = os.path.expanduser(text)

@@ -108,6 +108,13 @@ def test_what_a_tab_lacks_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == "bash: | is not available in a browser tab\n"
 
 
+def test_the_exit_code_of_the_last_command_is_known(capsys: pytest.CaptureFixture[str]) -> None:
+    typed("cat nothing; echo $?", "echo $?", "cat < nothing", "echo code $?")
+    assert capsys.readouterr().out == "1\n0\ncode 2\n"
+    assert run_line("rosrun; echo $?", lambda *_, **__: 3) == 0
+    assert capsys.readouterr().out == "3\n"
+
+
 def test_the_lines_of_other_files_are_run(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (home / ".bashrc").write_text("# mine\nsource /opt/ros/noetic/setup.bash\nexport A=b\n")
     assert typed("source ~/.bashrc", "echo $A") == [0, 0]
