@@ -7,21 +7,43 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import re
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, FrameLocator, Locator, Page, expect
 
 from tests.browser.chromium import running_chromium, steady_network  # noqa: F401 # the latter is a fixture
 from tests.pyodide.conftest import pyodide_files  # noqa: F401 # a fixture
+from tests.support.case_study import (
+    SOURCE,
+    WORKSPACE,
+    create_message,
+    look_at_the_graph,
+    make_workspace_and_package,
+    write_nodes_test_and_launch_file,
+)
 from tests.support.environments import REPOSITORY
-from tests.support.student_edits import EXAMPLE
+from tests.support.reading import assert_in_order, without_escapes
 from tests.support.waiting import wait_until
+from tests.tutorial.words import (
+    FAILED_ROSTEST,
+    HEARD,
+    LAUNCH,
+    LISTENER,
+    PASSED_ROSTEST,
+    PASSED_TEST,
+    ROSTEST,
+    SAID,
+    TALKER,
+    TEST,
+)
 
 pytestmark = pytest.mark.timeout(600)
 expect.set_options(timeout=60_000)
@@ -30,16 +52,29 @@ STARTED_WITHIN_MS = 240_000
 """Several workers may start Pyodide at the same time, on a busy machine."""
 
 TAB_PAGE = REPOSITORY / "packages/pipros-tab/src/pipros/tab/page"
-PACKAGE = "ws/src/composiv_tryouts"
-TALKER = f"{PACKAGE}/scripts/composiv_talker.py"
+PACKAGE = f"{WORKSPACE}/src/composiv_tryouts"
+LINES = "(screen) => [...screen.children].map((line) => line.textContent)"
 IS_KEPT = """async () => {
   const done = (request) => new Promise((resolve) => { request.onsuccess = () => resolve(request.result); });
   const database = await done(indexedDB.open("pipros-tab", 1));
   const file = await done(database.transaction("files").objectStore("files").get("/home/student/.bashrc"));
   database.close();
-  return file !== undefined && new TextDecoder().decode(file[1]).includes("ws/devel/setup.bash");
+  return file !== undefined && new TextDecoder().decode(file[1]).includes("devel/setup.bash");
 }"""
 """Whether the database has the file that was written last."""
+MARK_IMAGE = """async () => {
+  const cache = await caches.open("pipros-tab-image");
+  const [place] = await cache.keys();
+  if (!place) return false;
+  const image = await (await cache.match(place)).blob();
+  const [head] = (await image.slice(0, 4_000_000).text()).split("\\n", 1);
+  const about = JSON.parse(head);
+  about.files.push(["/kept", 0o040755, null], ["/kept/in_the_cache", 0o100644, 0]);
+  const rest = image.slice(new TextEncoder().encode(head).length);
+  await cache.put(place, new Response(new Blob([JSON.stringify(about), rest])));
+  return true;
+}"""
+"""Adds an empty file to the kept image; returns whether there is one."""
 BUSY = "import rospy\nrospy.init_node('busy')\nprint('computing', flush=True)\nwhile True:\n    pass\n"
 
 
@@ -126,6 +161,40 @@ def write(page: Page, path: str, text: str) -> None:
     page.get_by_role("button", name="Close").click()
 
 
+class TypedTerminal:
+    """A terminal of the page, as `tests.support.case_study` uses one."""
+
+    def __init__(self, page: Page, number: int = 0) -> None:
+        self._page, self._number = page, number
+        self._screen = terminal(page, number).locator(".screen")
+
+    def run(self, line: str) -> tuple[int, str]:
+        """Type a line. Return its exit code and what it printed."""
+        begin(self._page, f"{line}; echo $?", self._number)
+        entry = terminal(self._page, self._number).locator(".entry")
+        expect(entry).to_contain_text("$", timeout=STARTED_WITHIN_MS)
+        lines = self._screen.evaluate(LINES)[:-2]  # without the line that is to be written, and the prompt
+        echo = max(at for at, text in enumerate(lines) if text.endswith(f"$ {line}; echo $?"))
+        *printed, code = lines[echo + 1 :]
+        return int(code), "".join(f"{text}\n" for text in printed)
+
+
+class TypedFile:
+    """A file or folder of the page, as `tests.support.case_study` uses a path."""
+
+    def __init__(self, typed: TypedTerminal, page: Page, path: str) -> None:
+        self._typed, self._page, self._path = typed, page, path
+
+    def __truediv__(self, name: str) -> TypedFile:
+        return TypedFile(self._typed, self._page, f"{self._path}/{name}")
+
+    def read_text(self) -> str:
+        return self._typed.run(f"cat ~/{self._path}")[1]
+
+    def write_text(self, text: str) -> None:
+        write(self._page, self._path, text)
+
+
 def picture(page: Page, program: str) -> FrameLocator:
     """Return the page of a program, in its frame."""
     return page.frame_locator(f"iframe[title={program}]")
@@ -136,27 +205,42 @@ def interrupt(page: Page, number: int) -> None:
 
 
 def test_the_case_study_in_a_tab(page: Page) -> None:
-    begin(page, "mkdir -p ws/src && cd ws/src && catkin_create_pkg composiv_tryouts rospy roscpp")
-    shows(page, "Successfully created files in /home/student/ws/src/composiv_tryouts.")
-    for path in ("CMakeLists.txt", "package.xml", "msg/BatteryLevel.msg", "scripts/composiv_listener.py"):
-        write(page, f"{PACKAGE}/{path}", (EXAMPLE / path).read_text(encoding="utf-8"))
-    write(page, TALKER, "#!/usr/bin/env python3\nimport rospy\nrospy.init_node(\n")
+    typed: Any = TypedTerminal(page)
+    package: Any = TypedFile(typed, page, PACKAGE)
+    make_workspace_and_package(typed)
+    create_message(typed, package)
+    assert typed.run("rosmsg show composiv_tryouts/BatteryLevel") == (0, "string battery\n\n")
+    write_nodes_test_and_launch_file(typed, package)
+    working = package / "scripts/composiv_talker.py"
+    text = working.read_text()
+    working.write_text("#!/usr/bin/env python3\nimport rospy\nrospy.init_node(\n")
     write(page, "busy.py", BUSY)
-    begin(page, "cd ~/ws; catkin_make; chmod +x src/composiv_tryouts/scripts/*.py; source devel/setup.bash")
-    begin(page, "rosrun composiv_tryouts composiv_talker.py")
+    begin(page, TALKER)
     shows(page, "SyntaxError: '(' was never closed")
-    write(page, TALKER, (EXAMPLE / "scripts/composiv_talker.py").read_text(encoding="utf-8"))
-    begin(page, "echo source ~/ws/devel/setup.bash > ~/.bashrc; echo written")
+    working.write_text(text)
+    run_tests(typed, package / "launch/composiv_tryout.launch")
+    begin(page, f"{LAUNCH} --screen")
+    expect(terminal(page, 0)).to_contain_text(re.compile(HEARD), timeout=STARTED_WITHIN_MS)
+    interrupt(page, 0)
+    begin(page, f"echo {SOURCE} > ~/.bashrc; echo written")
     shows(page, "written")
 
     wait_until(lambda: page.evaluate(IS_KEPT))
+    wait_until(lambda: page.evaluate(MARK_IMAGE))
     page.reload()
-    begin(page, "roscore")
+    begin(page, "ls /kept; roscore")
+    shows(page, "in_the_cache")
     shows(page, "started core service [/rosout]")
-    begin(page, "rosrun composiv_tryouts composiv_talker.py", 1)
-    shows(page, ": %25", 1)
-    begin(page, "rosrun composiv_tryouts composiv_listener.py", 2)
-    shows(page, ": Battery level of vehicle: %25", 2)
+    begin(page, TALKER, 1)
+    expect(terminal(page, 1)).to_contain_text(re.compile(SAID), timeout=STARTED_WITHIN_MS)
+    begin(page, LISTENER, 2)
+    expect(terminal(page, 2)).to_contain_text(re.compile(HEARD), timeout=STARTED_WITHIN_MS)
+    page.get_by_role("button", name="New terminal").click()
+    look: Any = TypedTerminal(page, 3)
+    look_at_the_graph(look)
+    code, report = look.run(TEST)
+    assert code == 0
+    assert report.partition(".xml\n")[2] == without_escapes(PASSED_TEST)
     interrupt(page, 2)
 
     begin(page, "python3 ~/busy.py", 2)
@@ -179,6 +263,19 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
     interrupt(page, 1)
     begin(page, "echo the talker has ended", 1)
     shows(page, "the talker has ended", 1)
+
+
+def run_tests(typed: Any, launch: Any) -> None:
+    """Figure 11, red, then green, as on a machine (`tests/tutorial/test_4_5_launch_file.py`)."""
+    text = launch.read_text()
+    launch.write_text("".join(line for line in text.splitlines(True) if "composiv_talker.py" not in line))
+    code, red = typed.run(ROSTEST)
+    assert code == 2
+    assert_in_order(red, [re.sub(r"\\x1b\\\[[\d;]+m", "", pattern) for pattern in FAILED_ROSTEST])
+    launch.write_text(text)
+    code, green = typed.run(ROSTEST)
+    assert code == 0, green
+    assert without_escapes(PASSED_ROSTEST) in green
 
 
 def test_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:

@@ -6,6 +6,7 @@ they must have the lines that the document's figures show.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from tests.support.environments import EXAMPLES
@@ -108,6 +109,22 @@ def write_nodes_test_and_launch_file(terminal: Terminal, package: Path) -> None:
     _do(terminal, "chmod +x test_talker.py")
     _do(terminal, f"cd ~/{WORKSPACE}")
     _do(terminal, "catkin_make")
+
+
+def look_at_the_graph(look: Terminal) -> None:
+    """See the nodes and the topic of figure 1, while talker and listener run."""
+    assert look.run("rosnode list") == (0, "/listener_node\n/rosout\n/talker_node\n")
+    assert look.run("rostopic list") == (0, "/battery_topic\n/rosout\n/rosout_agg\n")
+    code, info = look.run("rostopic info /battery_topic")
+    assert code == 0
+    assert re.fullmatch(
+        r"Type: composiv_tryouts/BatteryLevel\n\nPublishers: \n \* /talker_node \(http://[^ ]+:\d+/\)\n\n"
+        r"Subscribers: \n \* /listener_node \(http://[^ ]+:\d+/\)\n\n\n?",
+        info,
+    ), info
+    assert look.run("rostopic echo -n 1 /battery_topic") == (0, 'battery: "%25"\n---\n')
+    code, params = look.run("rosparam list")
+    assert re.fullmatch(r"/rosdistro\n/roslaunch/uris/host_\w+\n/rosversion\n/run_id\n", params), params
 
 
 def edit(file: Path, changes: list[tuple[str, str]], figure: dict[int, str]) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-
+from tests.support.case_study import look_at_the_graph
 from tests.support.environments import EXAMPLES
 from tests.support.reading import assert_in_order
 from tests.support.ros import RosSystem
@@ -77,20 +76,7 @@ def test_a_fourth_terminal_shows_the_graph_of_figure_1(ros: RosSystem, core: Ter
         node = ros.pipros.open_terminal()
         node.type(command)
         node.wait_for(line)
-    look = ros.pipros.open_terminal()
-
-    assert look.run("rosnode list") == (0, "/listener_node\n/rosout\n/talker_node\n")
-    assert look.run("rostopic list") == (0, "/battery_topic\n/rosout\n/rosout_agg\n")
-    code, info = look.run("rostopic info /battery_topic")
-    assert code == 0
-    assert re.fullmatch(
-        r"Type: composiv_tryouts/BatteryLevel\n\nPublishers: \n \* /talker_node \(http://[^ ]+:\d+/\)\n\n"
-        r"Subscribers: \n \* /listener_node \(http://[^ ]+:\d+/\)\n\n\n?",
-        info,
-    ), info
-    assert look.run("rostopic echo -n 1 /battery_topic") == (0, 'battery: "%25"\n---\n')
-    code, params = look.run("rosparam list")
-    assert re.fullmatch(r"/rosdistro\n/roslaunch/uris/host_\w+\n/rosversion\n/run_id\n", params), params
+    look_at_the_graph(ros.pipros.open_terminal())
 
 
 def test_a_second_talker_replaces_the_first(ros: RosSystem, core: Terminal) -> None:

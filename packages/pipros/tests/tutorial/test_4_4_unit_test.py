@@ -6,7 +6,7 @@ import re
 
 from tests.support.ros import RosSystem
 from tests.support.terminal import Terminal
-from tests.tutorial.words import SAID, TALKER, TEST
+from tests.tutorial.words import PASSED_TEST, SAID, TALKER, TEST
 
 
 def test_it_passes_while_the_talker_runs(ros: RosSystem, core: Terminal) -> None:
@@ -16,15 +16,7 @@ def test_it_passes_while_the_talker_runs(ros: RosSystem, core: Terminal) -> None
 
     assert test.run(TEST) == (
         0,
-        f"[ROSUNIT] Outputting test results to {_result_file(ros)}\n"
-        "[Testcase: test_talker_publishing] ... ok\n"
-        "-------------------------------------------------------------\n"
-        "SUMMARY:\n"
-        "\x1b[32m * RESULT: SUCCESS\x1b[0m\n"
-        " * TESTS: 1\n"
-        " * ERRORS: 0 []\n"
-        " * FAILURES: 0 []\n"
-        "\n",
+        f"[ROSUNIT] Outputting test results to {_result_file(ros)}\n{PASSED_TEST}",
     )
     assert re.fullmatch(
         r'<\?xml version="1\.0" encoding="utf-8"\?>\n'

@@ -10,7 +10,7 @@ import pytest
 from tests.support.reading import assert_in_order
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
-from tests.tutorial.words import CORE_IS_UP, HEARD, LAUNCH, ROSTEST, SAID
+from tests.tutorial.words import CORE_IS_UP, FAILED_ROSTEST, HEARD, LAUNCH, PASSED_ROSTEST, ROSTEST, SAID
 
 
 def test_roslaunch_starts_a_master_and_the_two_nodes_without_the_test(ros: RosSystem) -> None:
@@ -110,18 +110,7 @@ def test_rostest_passes_with_the_talker(ros: RosSystem) -> None:
     assert report == (
         f" Outputting test results to {_results(ros)}/rostest-launch_composiv_tryout.xml\n"
         "[Testcase: testtest_talker] ... ok\n"
-        "\n"
-        "[ROSTEST]-----------------------------------------------------------------------\n"
-        "\n"
-        "[composiv_tryouts.rosunit-test_talker/test_talker_publishing][passed]\n"
-        "\n"
-        "SUMMARY\n"
-        "\x1b[32m * RESULT: SUCCESS\x1b[0m\n"
-        " * TESTS: 1\n"
-        " * ERRORS: 0\n"
-        " * FAILURES: 0\n"
-        "\n"
-        f"rostest log file is in {log[1]}\n"
+        f"\n{PASSED_ROSTEST}{log[1]}\n"
     )
     assert sorted(file.name for file in _results(ros).iterdir()) == [
         "rostest-launch_composiv_tryout.xml",
@@ -137,20 +126,7 @@ def test_rostest_fails_with_a_clear_report_without_the_talker(ros: RosSystem, ow
     code, output = ros.pipros.open_terminal().run(ROSTEST)
 
     assert code == 2, output
-    assert_in_order(
-        output,
-        [
-            r"^\[Testcase: testtest_talker\] \.\.\. ok$",
-            r"^\[composiv_tryouts\.rosunit-test_talker/test_talker_publishing\]\[FAILURE\]-+$",
-            r"^False is not true$",
-            r"test_talker\.py\", line 22, in test_talker_publishing$",
-            r"^SUMMARY$",
-            r"^\x1b\[1;31m \* RESULT: FAIL\x1b\[0m$",
-            r"^ \* TESTS: 1$",
-            r"^ \* ERRORS: 0$",
-            r"^\x1b\[1;31m \* FAILURES: 1\x1b\[0m$",
-        ],
-    )
+    assert_in_order(output, FAILED_ROSTEST)
     outer = (_results(ros) / "rostest-launch_composiv_tryout.xml").read_text()
     assert '<testsuite errors="0" failures="0"' in outer
 
