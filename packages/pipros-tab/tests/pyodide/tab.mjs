@@ -41,5 +41,5 @@ if (isMainThread) {
   const read = async (name) => new Uint8Array(await readFile(path.join(files, name)));
   const program = new Promise((resolve) => parentPort.once("message", resolve));
   const load = (options) => loadPyodide({ indexURL: `${files}/`, ...options });
-  await runProcess(workerData, program, (message) => parentPort.postMessage(message), load, (options) => start(load, read, options));
+  await runProcess(workerData, program, (message) => parentPort.postMessage(message), load, (options) => start(load, read, options), async () => null);
 }

@@ -39,12 +39,17 @@ async function answer(request) {
   let response;
   try {
     response = await fetch(request);
-    if (response.ok) await kept.put(request, response.clone());
+    if (response.ok && !isSame(response, await kept.match(request))) await kept.put(request, response.clone());
   } catch (error) {
     response = await kept.match(request);
     if (!response) throw error;
   }
   return isolated(response.body, response.status, response.statusText, response.headers);
+}
+
+function isSame(response, kept) {
+  const [now, before] = [response, kept].map((each) => each?.headers.get("ETag") ?? each?.headers.get("Last-Modified"));
+  return now && now === before;
 }
 
 function isolated(body, status, statusText, given) {

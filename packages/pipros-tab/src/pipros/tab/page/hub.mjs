@@ -42,34 +42,22 @@ class Process {
 }
 
 export class Hub {
-  /** @type {Map<number, Process>} */
-  processes = new Map();
-  /**
-   * The files and folders of the home folder: mode and content, by path.
-   * @type {Map<string, [number, Uint8Array]>}
-   */
+  /** @type {Map<number, Process>} */ processes = new Map();
+  /** The files and folders of the home folder: mode and content, by path. @type {Map<string, [number, Uint8Array]>} */
   files = new Map();
-  /**
-   * Called after a file was changed or removed.
-   * @type {(path: string) => void}
-   */
+  /** Called after a file was changed or removed. @type {(path: string) => void} */
   onFile = () => {};
-  /**
-   * Called after a port was closed.
-   * @type {(port: number) => void}
-   */
+  /** Called after a port was closed. @type {(port: number) => void} */
   onClosedPort = () => {};
   /** The page's own connections, as those of a program without rings. @type {any} */
   #page = { ends: new Map(), connections: new Map() };
   #nextConnection = 1;
-  /** @type {Process[]} */
-  #spares = [];
+  /** @type {Process[]} */ #spares = [];
   /** Where workers start from; null until it is made. @type {import("./image.mjs").Image | null} */
   #image = null;
   /** Workers that wait for the image. @type {Set<Process>} */
   #unstarted = new Set();
-  /** @type {Map<number, Process>} */
-  #ports = new Map();
+  /** @type {Map<number, Process>} */ #ports = new Map();
   #nextProcess = 1;
   #nextPort = FIRST_PORT;
   #buffer = new Uint8Array(RING_BYTES);
@@ -81,10 +69,10 @@ export class Hub {
   constructor(startWorker, spares = 1) {
     this.startWorker = startWorker;
     this.spares = spares;
-    const maker = startWorker({ makesImage: true }, ({ image, output }) => {
+    const maker = startWorker({ makesImage: true }, ({ image, output, exit }) => {
       for (const each of this.#unstarted) if (output) each.onOutput(output);
+      if (exit !== undefined) maker.terminate();
       if (!image) return;
-      maker.terminate();
       this.#image = image;
       for (const each of this.#unstarted) this.#startWorker(each);
       this.#unstarted.clear();
@@ -139,10 +127,7 @@ export class Hub {
     return this.#ports.has(port);
   }
 
-  /**
-   * Connects the page to a port. Returns null if no program listens there.
-   * @param {number} port
-   */
+  /** Connects the page to a port. Returns null if no program listens there. @param {number} port */
   connect(port) {
     if (!this.listens(port)) return null;
     const number = this.#nextConnection++;
@@ -163,11 +148,7 @@ export class Hub {
     this.#remove(process, STOPPED);
   }
 
-  /**
-   * Passes on what a user does in a terminal: `{line: …}`, `{complete: …}` or `{stop: true}`.
-   * @param {Process} process
-   * @param {object} typed
-   */
+  /** Passes on what a user does in a terminal: `{line: …}`, `{complete: …}` or `{stop: true}`. */
   type(process, typed) {
     this.#send(process, Kind.TYPED, 0, encoder.encode(JSON.stringify(typed)));
   }

@@ -1,50 +1,61 @@
 // The image of a prepared Python: its memory, and the files of its libraries. Workers start from it much sooner than from archives.
 
 const LIBRARIES = "/lib/python3.14/site-packages";
+const NEW_LINE = 10;
 
 /**
- * Both are shared by all workers, which do not change them.
- * @typedef {{memory: Uint8Array, files: [string, number, Uint8Array | null][]}} Image path, mode and content; folders have no content
+ * Path, mode and size of each file; folders have no size. All workers share the contents and the memory, and do not change them.
+ * @typedef {{files: [string, number, number | null][], contents: Uint8Array, memory: Uint8Array}} Image
  */
 
 /** @returns {Image} */
 export function imageOf(pyodide) {
   /** @type {Image["files"]} */
   const files = [];
+  const contents = [];
   const add = (path) => {
     const { mode } = pyodide.FS.stat(path);
-    if (!pyodide.FS.isDir(mode)) {
-      files.push([path, mode, pyodide.FS.readFile(path)]);
-      return;
-    }
-    files.push([path, mode, null]);
-    for (const name of pyodide.FS.readdir(path)) if (name !== "." && name !== "..") add(`${path}/${name}`);
+    const isFolder = pyodide.FS.isDir(mode);
+    if (!isFolder) contents.push(pyodide.FS.readFile(path));
+    files.push([path, mode, isFolder ? null : contents.at(-1).length]);
+    if (isFolder) for (const name of pyodide.FS.readdir(path)) if (name !== "." && name !== "..") add(`${path}/${name}`);
   };
   add(LIBRARIES);
-  const contents = shared(files.map(([, , content]) => content ?? new Uint8Array(0)));
-  const [memory] = shared([pyodide.makeMemorySnapshot()]);
-  return { memory, files: files.map(([path, mode, content], at) => [path, mode, content && contents[at]]) };
+  return { files, contents: shared(contents), memory: shared([pyodide.makeMemorySnapshot()]) };
 }
 
 /** Starts Python from an image. */
-export async function startFrom(image, loadPyodide) {
-  const memory = image.memory.slice(); // browsers decode no text in shared memory
-  const pyodide = await loadPyodide({ _loadSnapshot: memory });
+export async function startFrom({ files, contents, memory }, loadPyodide) {
+  const pyodide = await loadPyodide({ _loadSnapshot: memory.slice() }); // browsers decode no text in shared memory
   delete pyodide._api.config._loadSnapshot; // it would keep the copy
-  for (const [path, mode, content] of image.files) {
-    if (content) pyodide.FS.writeFile(path, content, { canOwn: true, mode });
-    else pyodide.FS.mkdirTree(path);
+  let at = 0;
+  for (const [path, mode, size] of files) {
+    if (size === null) pyodide.FS.mkdirTree(path);
+    else pyodide.FS.writeFile(path, contents.subarray(at, (at += size)), { canOwn: true, mode });
   }
   return pyodide;
 }
 
-/** Copies arrays of bytes into one piece of shared memory; returns views of it. */
+/** Returns an image as bytes that are not shared, so that they can be kept. */
+export function packed({ files, contents, memory }) {
+  return new Blob([JSON.stringify({ files, memoryBytes: memory.length }), "\n", memory.slice(), contents.slice()]);
+}
+
+/** Returns the image in these bytes. @param {Uint8Array} bytes @returns {Image} */
+export function unpacked(bytes) {
+  const end = bytes.indexOf(NEW_LINE);
+  const { files, memoryBytes } = JSON.parse(new TextDecoder().decode(bytes.subarray(0, end)));
+  const both = shared([bytes.subarray(end + 1)]);
+  return { files, memory: both.subarray(0, memoryBytes), contents: both.subarray(memoryBytes) };
+}
+
+/** Copies arrays of bytes into shared memory. */
 function shared(arrays) {
   const bytes = new Uint8Array(new SharedArrayBuffer(arrays.reduce((size, array) => size + array.length, 0)));
   let at = 0;
-  return arrays.map((array) => {
+  for (const array of arrays) {
     bytes.set(array, at);
     at += array.length;
-    return bytes.subarray(at - array.length, at);
-  });
+  }
+  return bytes;
 }

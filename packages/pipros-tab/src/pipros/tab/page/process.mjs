@@ -40,6 +40,12 @@ class Rings {
   }
 }
 
+async function makeImage(startPython) {
+  const prepared = await startPython({ _makeSnapshot: true });
+  prepared.runPython("from pipros.tab import program; program.prepare()");
+  return imageOf(prepared);
+}
+
 /**
  * Starts Python, waits for a program, runs it, and posts its exit code. Or makes the image from which other workers start.
  * @param {any} data from the hub
@@ -47,18 +53,21 @@ class Rings {
  * @param {(message: unknown) => void} post
  * @param {(options: object) => Promise<any>} loadPyodide starts Pyodide
  * @param {(options: object) => Promise<any>} startPython starts Pyodide with pipros
+ * @param {() => Promise<any>} openImages returns where images are kept, or null
  */
-export async function runProcess(data, program, post, loadPyodide, startPython) {
+export async function runProcess(data, program, post, loadPyodide, startPython, openImages) {
   const write = (text) => post({ output: text });
   const decoder = new TextDecoder();
   const output = { write: (bytes) => (write(decoder.decode(bytes, { stream: true })), bytes.length) };
   let code = 1;
   try {
     if (data.makesImage) {
-      const prepared = await startPython({ _makeSnapshot: true });
-      prepared.runPython("from pipros.tab import program; program.prepare()");
-      post({ image: imageOf(prepared) });
-      return;
+      const images = await openImages().catch(() => null); // a browser may forbid to keep anything
+      const kept = await images?.read();
+      const image = kept ?? (await makeImage(startPython));
+      post({ image });
+      if (!kept) await images?.write(image);
+      return post({ exit: 0 });
     }
     const pyodide = await startFrom(data.image, loadPyodide);
     pyodide.setStdout(output);

@@ -36,12 +36,7 @@ export class Ring {
     return Atomics.exchange(this.state, FLAG, 0) === 1;
   }
 
-  /**
-   * Appends a packet, and wakes a reader that waits. Returns false if there is no room.
-   * @param {number} kind
-   * @param {number} end
-   * @param {Uint8Array} content
-   */
+  /** Appends a packet, and wakes a reader that waits. Returns false if there is no room. @param {Uint8Array} content */
   write(kind, end, content) {
     const size = HEAD_BYTES + content.length;
     if (this.used + size > RING_BYTES) return false;
@@ -72,10 +67,7 @@ export class Ring {
     Atomics.notify(this.state, WRITTEN);
   }
 
-  /**
-   * Moves all packets into a buffer; returns the number of bytes.
-   * @param {Uint8Array} buffer of at least RING_BYTES
-   */
+  /** Moves all packets into a buffer of at least RING_BYTES; returns the number of bytes. @param {Uint8Array} buffer */
   read(buffer) {
     const size = this.used;
     if (size === 0) return 0;

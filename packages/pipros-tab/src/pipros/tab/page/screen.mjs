@@ -14,10 +14,7 @@ export class Output {
   #rest = "";
   #style = "";
 
-  /**
-   * @param {string} text
-   * @returns {Piece[]}
-   */
+  /** @param {string} text @returns {Piece[]} */
   read(text) {
     const whole = this.#rest + text;
     this.#rest = UNFINISHED.exec(whole)?.[0] ?? (whole.endsWith("\r") ? "\r" : "");
@@ -52,11 +49,7 @@ function styled(style, numbers) {
   return classes.join(" ");
 }
 
-/**
- * Completes the last word of a line as far as all words agree.
- * @param {string} line
- * @param {string[]} words
- */
+/** Completes the last word of a line as far as all words agree. @param {string} line @param {string[]} words */
 export function completed(line, words) {
   if (words.length === 0) return line;
   let common = words[0];

@@ -39,23 +39,11 @@ export function zipOf(files) {
   for (const [path, [mode, content]] of files) {
     const isFolder = Boolean(mode & IS_FOLDER);
     const name = new TextEncoder().encode(isFolder ? `${path}/` : path);
-    const about = [
-      [6, 2, UTF8],
-      [14, 4, checksum(content)],
-      [18, 4, content.length],
-      [22, 4, content.length],
-      [26, 2, name.length],
-    ];
+    const about = [[6, 2, UTF8], [14, 4, checksum(content)], [18, 4, content.length], [22, 4, content.length], [26, 2, name.length]];
     const local = record(30, [[0, 4, LOCAL], [4, 2, 20], ...about]);
     const unixMode = mode & TYPES ? mode : mode | IS_FILE;
-    const central = record(46, [
-      [0, 4, CENTRAL],
-      [4, 2, UNIX],
-      [6, 2, 20],
-      ...about.map(([place, bytes, value]) => [place + 2, bytes, value]),
-      [38, 4, unixMode * 0x10000],
-      [42, 4, at],
-    ]);
+    const moved = about.map(([place, bytes, value]) => [place + 2, bytes, value]);
+    const central = record(46, [[0, 4, CENTRAL], [4, 2, UNIX], [6, 2, 20], ...moved, [38, 4, unixMode * 0x10000], [42, 4, at]]);
     parts.push(local, name, content);
     heads.push(central, name);
     at += local.length + name.length + content.length;
