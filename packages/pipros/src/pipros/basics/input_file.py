@@ -25,9 +25,13 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
         limit_bytes = process_limits().file_bytes
     descriptor = os.open(path, READ)
     with open(descriptor, "rb") as file:
-        if not S_ISREG(os.fstat(descriptor).st_mode):
+        status = os.fstat(descriptor)
+        if not S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
-        content = file.read(limit_bytes + 1)
+        # Memory for the limit is allocated only if needed: Wine touches each of its pages.
+        content = file.read(min(status.st_size, limit_bytes) + 1)
+        if len(content) > status.st_size:  # the file grows, or has no size, as in /proc
+            content += file.read(limit_bytes + 1 - len(content))
     if len(content) > limit_bytes:
         raise OSError(errno.EFBIG, f"it is larger than {limit_bytes} bytes", os.fspath(path))
     return content

@@ -169,7 +169,7 @@ def read_package(folder: str, newest_trusted_ns: int = 0) -> CrawledPackage | No
             if not S_ISREG(status.st_mode):
                 return None
             changed_ns = status.st_mtime_ns
-            content = file.read(_NAME_WITHIN_BYTES)
+            content = file.read(min(status.st_size, _NAME_WITHIN_BYTES))
     except OSError:
         return None
     content = _without_comments(content)
