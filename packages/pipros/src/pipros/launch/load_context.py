@@ -14,6 +14,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
+from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
 from pipros.launch.budget import LaunchBudget
 from pipros.launch.substitute import FindResource, anonymous_name
@@ -23,6 +24,8 @@ from pipros.workspace.program_start import program_environment, starter_of
 
 if TYPE_CHECKING:
     import subprocess
+
+_CHUNK_BYTES = 65_536
 
 
 class CommandFailed(PiprosError, ValueError):
@@ -105,6 +108,8 @@ def _run_command(command_line: str) -> str:
     if not command:
         raise CommandFailed("the command is empty")
     environment = program_environment(os.environ)  # run `$(find xacro)/xacro` with pipros's Python
+    if ON_WINDOWS:
+        environment.setdefault("PYTHONIOENCODING", "utf-8")  # pipes have the code page
     try:
         starter = starter_of(Path(command[0]), environment) if os.sep in command[0] else ()
         with subprocess.Popen([*starter, *command], stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
@@ -124,14 +129,15 @@ def _run_command(command_line: str) -> str:
 
 def _read_output(process: subprocess.Popen[bytes], command: list[str]) -> bytes:
     """Return a command's output. Kill the command if it prints too much or Ctrl-C interrupts the read."""
-    limit_bytes = process_limits().file_bytes
+    limit_bytes, printed = process_limits().file_bytes, bytearray()
     if process.stdout is None:
         return b""
     try:
-        printed = process.stdout.read(limit_bytes + 1)
-        if len(printed) > limit_bytes:
-            raise CommandFailed(f"command [{command}] printed more than {limit_bytes} bytes")
+        while chunk := process.stdout.read(_CHUNK_BYTES):
+            printed += chunk
+            if len(printed) > limit_bytes:
+                raise CommandFailed(f"command [{command}] printed more than {limit_bytes} bytes")
     except BaseException:
         process.kill()
         raise
-    return printed
+    return bytes(printed)

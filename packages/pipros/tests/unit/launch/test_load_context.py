@@ -1,0 +1,18 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipros.launch.load_context import LoadContext
+
+PYTHON = f'"{Path(sys.executable).as_posix()}"'
+
+
+def test_a_command_in_python_prints_any_text_on_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.launch.load_context.ON_WINDOWS", True)
+    monkeypatch.delenv("PYTHONIOENCODING", raising=False)
+    for name, value in (("LC_ALL", "C"), ("PYTHONCOERCECLOCALE", "0"), ("PYTHONUTF8", "0")):
+        monkeypatch.setenv(name, value)  # on Linux, a pipe has a poor encoding only with these
+    assert LoadContext.of_process().run_command(f'{PYTHON} -c "print(chr(0x4e2d))"').strip() == "中"
