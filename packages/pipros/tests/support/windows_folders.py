@@ -2,12 +2,15 @@
 
 `script/windows folders` runs all folders; `script/windows folders net bag`, these. A test that takes longer
 than `LIMIT_S` hangs: it ends its process, and the tests that are left run in another one. The outcomes of all
-tests, with what pytest prints about failures, are in the folder `outcomes` of the environment.
+tests, with what pytest prints about failures, are in the folder `outcomes` of the environment. After `LIMIT`
+seconds, an hour by default, a folder is cut off, and its row says so.
 """
 
 from __future__ import annotations
 
+import os
 import re
+import time
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -34,8 +37,9 @@ def unfinished(lines: Sequence[str], known: set[str]) -> str | None:
     return begun[-1] if begun and begun[-1] not in known else None
 
 
-def run(folder: Path) -> tuple[list[Outcome], list[str], list[str]]:
-    """Return the outcomes of a folder's tests, tests that hung, and files that cannot be collected."""
+def run(folder: Path) -> tuple[list[Outcome], list[str], list[str], bool]:
+    """Return a folder's outcomes, tests that hung, files that cannot be collected, and whether it was cut off."""
+    end = time.monotonic() + float(os.environ.get("LIMIT") or 3600)
     file = windows.DRIVE / "temp" / "outcomes"
     file.unlink(missing_ok=True)
     hung: list[str] = []
@@ -54,12 +58,13 @@ def run(folder: Path) -> tuple[list[Outcome], list[str], list[str]]:
         ]
         options += [rf"--but-passed={windows.windows_path(file)}"] if file.exists() else []
         command = [*windows.PYTEST, *options, folder.relative_to(REPOSITORY).as_posix()]
-        _, lines = windows.run(command, windows.TREE, 3600, shows=False)
+        code, lines = windows.run(command, windows.TREE, end - time.monotonic(), shows=False)
         done = read_outcomes(file)
         uncollected = sorted({line.split()[1] for line in lines if re.match(r"ERROR packages/[^:]+$", line)})
         stopped_at = unfinished(lines, {outcome.test for outcome in done})
-        if stopped_at is None or stopped_at in hung:
-            return list({outcome.test: outcome for outcome in done}.values()), hung, uncollected
+        if stopped_at is None or stopped_at in hung or code == 124:
+            unique = {outcome.test: outcome for outcome in done}
+            return list(unique.values()), hung, uncollected, code == 124
         hung.append(stopped_at)
 
 
@@ -69,11 +74,11 @@ def main(names: Sequence[str]) -> int:
     print("| folder | passed | skipped | failed | hung | files not collected |\n| --- |" + " ---: |" * 5)
     total: Counter[str] = Counter()
     for folder in folders(names):
-        outcomes, hung, uncollected = run(folder)
+        outcomes, hung, uncollected, is_cut_off = run(folder)
         counts = Counter(outcome.result for outcome in outcomes)
         counts |= Counter(hung=len(hung), uncollected=len(uncollected))
         total += counts
-        _print_row(folder.name, counts)
+        _print_row(f"{folder.name}{', cut off' if is_cut_off else ''}", counts)
         texts = [f"{outcome.result}\n{outcome.output}" for outcome in outcomes if outcome.result == "failed"]
         texts += [f"hung: {test}" for test in hung] + [f"not collected: {name}" for name in uncollected]
         (kept / f"{folder.name}.txt").write_text("\n\n".join(texts), encoding="utf-8")
