@@ -18,6 +18,9 @@ from tests.support.processes import Process
 from tests.support.ros import RosSystem
 
 
+ADDRESS = r"http\S+#token=\S+"
+
+
 class Page:
     """A running `rqt_graph`.
 
@@ -47,9 +50,19 @@ class Page:
         page._open(process)
         return page
 
+    @classmethod
+    def at(cls, url: str) -> Page:
+        """Return the page with an address that a program printed."""
+        page = cls.__new__(cls)
+        page._use(url)
+        return page
+
     def _open(self, process: Process) -> None:
         self.process = process
-        self.url = process.wait_for(r"http\S+#token=\S+", 60.0)[0]
+        self._use(process.wait_for(ADDRESS, 60.0)[0])
+
+    def _use(self, url: str) -> None:
+        self.url = url
         parts = urlsplit(self.url)
         self.host = parts.netloc
         proof, _, self.place = parts.fragment.partition("/")

@@ -52,6 +52,7 @@ def start(ros: RosSystem, workspace: None) -> Iterator[StartOnWindows]:
         "ROS_IP": "127.0.0.1",
         "ROS_PACKAGE_PATH": r"C:\ws\src",
         "CMAKE_PREFIX_PATH": r"C:\ws\devel",
+        "PIPROS_LIMITS": "login_s=60",
     }
     started: list[WindowsProgram] = []
 

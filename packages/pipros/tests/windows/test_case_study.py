@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 
 import pytest
@@ -11,7 +12,7 @@ from playwright.sync_api import expect
 from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.support import windows
 from tests.support.environments import EXAMPLES
-from tests.support.page import Page
+from tests.support.page import ADDRESS, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 from tests.support.windows import DRIVE, WindowsProgram
@@ -25,6 +26,12 @@ def ends_with_nothing_left(program: WindowsProgram, seconds: float = 30) -> int:
     code = program.wait(seconds)
     wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
     return code
+
+
+def address_in(program: WindowsProgram) -> str:
+    """Return the address that a program prints, once it serves a page."""
+    found: list[str] = wait_until(lambda: re.findall(ADDRESS, program.output), 60, "the address of a page")
+    return found[0]
 
 
 def test_rostest_passes_and_leaves_no_node(start: StartOnWindows) -> None:
@@ -77,11 +84,13 @@ def test_windows_linux_and_genuine_ros_are_one_system(
         assert topic in side.run("rostopic", "list").stdout
     heard_there = start("rostopic", "echo", "/from_linux")
     wait_until(lambda: {"data: 6", "data: 7"} <= set(heard_there.lines), 90, "pipros and genuine rospy")
-    tab = open_tab(Page(ros), "graph")
-    for node in ("talker_node", "windows_listener", "linux_talker", "linux_listener"):
-        expect(tab.locator(f'[data-key="node:/{node}"]')).to_be_visible()
-    tab.locator('[data-key="topic:/battery_topic"]').click()
-    expect(tab.locator("aside .message")).to_contain_text('battery: "%25"')
+    served_there = start("rqt_graph", "--no-browser")
+    for page in (Page(ros), Page.at(address_in(served_there))):
+        tab = open_tab(page, "graph")
+        for node in ("talker_node", "windows_listener", "linux_talker", "linux_listener"):
+            expect(tab.locator(f'[data-key="node:/{node}"]')).to_be_visible()
+        tab.locator('[data-key="topic:/battery_topic"]').click()
+        expect(tab.locator("aside .message")).to_contain_text('battery: "%25"')
     keep_screenshots(tab, "graph-windows")
 
 
