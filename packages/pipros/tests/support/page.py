@@ -17,7 +17,6 @@ from websockets.sync.client import ClientConnection, connect
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 
-
 ADDRESS = r"http\S+#token=\S+"
 
 

@@ -107,9 +107,8 @@ def _run_command(command_line: str) -> str:
     command = split_words(command_line)
     if not command:
         raise CommandFailed("the command is empty")
-    environment = program_environment(os.environ)  # run `$(find xacro)/xacro` with pipros's Python
-    if ON_WINDOWS:
-        environment.setdefault("PYTHONIOENCODING", "utf-8")  # pipes have the code page
+    encoding = {"PYTHONIOENCODING": "utf-8"} if ON_WINDOWS else {}  # instead of the code page
+    environment = program_environment({**encoding, **os.environ})  # run xacro with pipros's Python
     try:
         starter = starter_of(Path(command[0]), environment) if os.sep in command[0] else ()
         with subprocess.Popen([*starter, *command], stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603

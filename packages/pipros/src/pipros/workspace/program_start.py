@@ -32,9 +32,12 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
     """Return the environment for a program in a package.
 
     `python3` and `python` run the given interpreter. `ROS_DISTRO`, `ROS_VERSION` and `ROS_PYTHON_VERSION`
-    default to the values that Noetic's setup files set.
+    default to the values that Noetic's setup files set. On Windows, Python's output to a pipe has escapes for
+    characters that the code page lacks.
     """
     environment = {**DISTRIBUTION, **variables}
+    if ON_WINDOWS:
+        environment.setdefault("PYTHONIOENCODING", ":backslashreplace")
     folder = os.path.dirname(os.path.abspath(executable))
     search_path = environment.get("PATH", os.defpath)
     found = shutil.which("python3", path=search_path) or shutil.which("python", path=search_path)

@@ -227,7 +227,7 @@ def test_compiled_code_without_cmake_names_package_target_and_what_to_install(wo
     result = workspace.build()
     assert "fine" in result.built
     (error,) = result.errors
-    assert f"{folder}/CMakeLists.txt:3: the package [cpp] compiles [talker]" in error
+    assert f"{folder / 'CMakeLists.txt'}:3: the package [cpp] compiles [talker]" in error
     assert "Install CMake" in error
 
 

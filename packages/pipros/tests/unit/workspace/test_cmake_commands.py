@@ -46,7 +46,7 @@ def test_a_loop_repeats_while_its_condition_holds(workspace: Workspace) -> None:
 def test_an_infinite_loop_is_stopped(workspace: Workspace) -> None:
     folder = workspace.add("p", "while(TRUE)\nendwhile()")
     (error,) = workspace.build().errors
-    assert f"{folder}/CMakeLists.txt:3 (while)" in error
+    assert f"{folder / 'CMakeLists.txt'}:3 (while)" in error
     assert "iterations" in error
 
 
@@ -97,7 +97,7 @@ def test_a_command_that_fails_is_named_with_its_line(workspace: Workspace) -> No
     workspace.add("fine")
     result = workspace.build()
     (error,) = result.errors
-    assert f"CMake Error at {folder}/CMakeLists.txt:3:\n  the command [" in error
+    assert f"CMake Error at {folder / 'CMakeLists.txt'}:3:\n  the command [" in error
     assert "-E false] of [bad] failed with exit code 1" in error
     assert "fine" in result.built
 
@@ -140,7 +140,7 @@ def test_commands_that_only_cmake_can_run_are_refused_without_it(
     folder = workspace.add("p", line)
     (error,) = workspace.build().errors
     number = 3 + line.count("\n")
-    assert f"{folder}/CMakeLists.txt:{number}: the package [p] needs {what}" in error
+    assert f"{folder / 'CMakeLists.txt'}:{number}: the package [p] needs {what}" in error
     assert "only CMake itself" in error
     assert "Install CMake" in error
 
@@ -198,7 +198,7 @@ def test_a_cfg_file_that_fails_or_is_not_there_fails_its_package(workspace: Work
     assert "ZeroDivisionError" in error
     (folder / "cfg" / "P.cfg").unlink()
     (error,) = workspace.build().errors
-    assert f"{folder}/cfg/P.cfg does not exist; {folder}/CMakeLists.txt names it" in error
+    assert f"{folder}/cfg/P.cfg does not exist; {folder / 'CMakeLists.txt'} names it" in error
 
 
 def test_a_package_may_have_cmake_code_for_others(workspace: Workspace) -> None:

@@ -195,7 +195,7 @@ def test_run_dependencies_must_be_in_the_manifest(
     errors = workspace.build().errors
     assert is_good is (errors == [])
     if errors:
-        assert f"{folder}/CMakeLists.txt:3" in errors[0]
+        assert f"{folder / 'CMakeLists.txt'}:3" in errors[0]
         assert "Add <exec_depend>rospy</exec_depend>" in errors[0]
 
 

@@ -182,7 +182,7 @@ def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
 
     assert built == ["cpp"]
     (error,) = result.errors
-    assert f"{folder}/CMakeLists.txt:5: the package [cfg] " in error
+    assert f"{folder / 'CMakeLists.txt'}:5: the package [cfg] " in error
     assert "and has `.cfg` files, but" in error
     assert "genuine dynamic_reconfigure is not installed" in error
     assert result.skipped == {"cpp_user": "cfg"}

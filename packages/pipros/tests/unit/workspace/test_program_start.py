@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -59,6 +61,17 @@ def test_windows_runs_python_scripts_with_the_own_interpreter(
     monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
     script = program(tmp_path / name, content)
     assert command_of(script) == [*[sys.executable] * is_python, str(script)]
+
+
+def test_on_windows_a_program_can_print_any_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
+    monkeypatch.delenv("PYTHONIOENCODING", raising=False)
+    poor = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}  # as Windows's pipes
+    environment = program_environment({**os.environ, **poor})
+    printed = subprocess.run(
+        [sys.executable, "-c", "print(chr(0x4e2d))"], env=environment, capture_output=True, check=True
+    )
+    assert printed.stdout.strip() == b"\\u4e2d"
 
 
 @pytest.mark.needs("first lines")

@@ -81,7 +81,7 @@ def test_interfaces(folder: Path, text: str, interfaces: list[str]) -> None:
 def test_tests(folder: Path, text: str, tests: list[tuple[str, str, tuple[str, ...]]]) -> None:
     found = read(folder, FIND + text).tests
     assert [(test.kind, test.written, test.arguments) for test in found] == tests
-    assert all(test.place == f"{folder}/CMakeLists.txt:2" for test in found)
+    assert all(test.place == f"{folder / 'CMakeLists.txt'}:2" for test in found)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_tests(folder: Path, text: str, tests: list[tuple[str, str, tuple[str, .
 )
 def test_installations(folder: Path, text: str, sources: list[str]) -> None:
     found = read(folder, text).installations
-    assert [item.source.removeprefix(f"{folder}/") for item in found] == sources
+    assert [item.source.removeprefix(f"{folder.as_posix()}/") for item in found] == sources
     assert all(item.is_python == text.startswith("catkin_install") for item in found)
 
 
@@ -163,7 +163,7 @@ def test_mistakes_have_their_line(folder: Path, text: str, complaint: str, line:
     with pytest.raises(CMakeError) as error:
         read(folder, text)
     assert complaint in str(error.value)
-    assert f"{folder}/CMakeLists.txt:{line} " in str(error.value)
+    assert f"{folder / 'CMakeLists.txt'}:{line} " in str(error.value)
 
 
 def test_packages_give_their_extras_to_those_that_find_them(folder: Path, tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_messages_are_sorted_by_their_modes(folder: Path) -> None:
         'message(DEPRECATION "x")',
     )
     assert project.status_lines == ["-- ab", "plain"]
-    assert project.warnings == [f"{folder}/CMakeLists.txt:3: w", f"{folder}/CMakeLists.txt:5: x"]
+    assert project.warnings == [f"{folder / 'CMakeLists.txt'}:3: w", f"{folder / 'CMakeLists.txt'}:5: x"]
 
 
 def test_output_before_an_error_is_kept(folder: Path) -> None:

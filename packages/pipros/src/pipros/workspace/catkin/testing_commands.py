@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 
+from pipros.basics.windows import with_slashes
 from pipros.cmake.language import Command
 from pipros.cmake.scope import Scope
 from pipros.cmake.words import sections
@@ -65,7 +66,7 @@ def _add(
     target: str = "",
 ) -> None:
     # Keep a folder's trailing slash.
-    written = path.removeprefix(context.project.folder + os.sep)
+    written = with_slashes(path).removeprefix(f"{with_slashes(context.project.folder)}/")
     test = TestEntry(kind, path, arguments, written, target, context.place(command))
     context.project.tests.append(test)
 
