@@ -38,7 +38,7 @@ def unfinished(lines: Sequence[str], known: set[str]) -> str | None:
 
 
 def run(folder: Path) -> tuple[list[Outcome], list[str], list[str], bool]:
-    """Return a folder's outcomes, tests that hung, files that cannot be collected, and whether it was cut off."""
+    """Return outcomes, tests that hung, files that cannot be collected, and whether it was cut off."""
     end = time.monotonic() + float(os.environ.get("LIMIT") or 3600)
     file = windows.DRIVE / "temp" / "outcomes"
     file.unlink(missing_ok=True)
