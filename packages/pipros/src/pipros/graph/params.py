@@ -10,6 +10,7 @@ from pipros.basics.names import InvalidKey, canonicalize, leaves_below
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import is_below
 from pipros.net.master_client import MasterClient
+from pipros.wire.xmlrpc import encode_call
 
 
 class ParameterNotSet(GraphError):
@@ -66,14 +67,17 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
     Return the names and values that were set.
 
     Raises:
-        GraphError: the server cannot store a name or value.
+        GraphError: the server cannot store a name or value. If XML-RPC has no form for it, none is set.
     """
     written = list(leaves(name, value))
     for leaf, part in written:
         try:
-            master.set_param(leaf, part)
+            encode_call("setParam", (leaf, part))
         except (TypeError, OverflowError, ValueError) as error:
             raise GraphError(f"cannot set parameter [{leaf}] to [{part}]: {error}") from None
+    for leaf, part in written:
+        try:
+            master.set_param(leaf, part)
         except Refused as error:
             raise GraphError(f"cannot set parameter [{leaf}]: {error.text}") from None
     return written

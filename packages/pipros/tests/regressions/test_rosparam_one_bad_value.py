@@ -1,0 +1,30 @@
+"""rosparam: a file with one number beyond 32 bits, or an empty value, was loaded up to this line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipros.master.master import Master
+from tests.support.processes import Processes
+
+
+@pytest.mark.parametrize(
+    ("bad", "reason"),
+    [
+        ("99999999999", "int exceeds XML-RPC limits"),
+        ("[1, [2, null]]", "cannot marshal None"),
+    ],
+)
+def test_a_file_with_a_value_that_cannot_be_sent_changes_nothing(
+    bad: str, reason: str, processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    file = tmp_path / "params.yaml"
+    file.write_text(f"first: 1\nwheels: {{left: 2}}\nbad: {bad}\nlast: 3\n")
+    environment = {"ROS_MASTER_URI": master.uri}
+    loaded = processes.run("rosparam", "load", file, "/robot", environment=environment)
+    assert loaded.returncode == 1
+    assert "cannot set parameter [/robot/bad] to" in loaded.output
+    assert reason in loaded.output
+    assert processes.run("rosparam", "list", environment=environment).output.strip() == ""
