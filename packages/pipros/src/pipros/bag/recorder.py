@@ -139,8 +139,9 @@ class Recorder:
         return is_complete
 
     def _subscribe_to_named(self) -> None:
-        for topic in () if self._options.is_regex else self._options.topics:
-            self._subscribe(self._node.resolve(topic))
+        named = () if self._options.is_regex else self._options.topics
+        for topic in dict.fromkeys(map(self._node.resolve, named)):
+            self._subscribe(topic)
 
     def _run_snapshots(self) -> None:
         from pipros.msg import load_message_class, load_service_class

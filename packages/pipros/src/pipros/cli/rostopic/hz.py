@@ -47,7 +47,8 @@ def measure_rate(argv: Sequence[str]) -> int:
 
     with GraphClient("rostopic") as graph:
         try:
-            topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
+            names = list(dict.fromkeys(map(graph.resolve, names)))
+            topics = [wait_for_topic(graph.master, name).topic for name in names]
         except KeyboardInterrupt:
             return 1  # as in Noetic, fail if there is no topic to subscribe to
     # The report for several topics is a table, which is updated in place on a terminal.
