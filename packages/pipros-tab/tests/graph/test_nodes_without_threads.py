@@ -136,3 +136,37 @@ def test_rosrun_replaces_itself_by_a_program_of_a_package(tab: TabHub) -> None:
     assert "5" in output_of(client).splitlines()[-1]
     server.interrupt()
     assert server.wait() == 0, server.output
+
+
+def test_goals_of_actions_are_executed(tab: TabHub) -> None:
+    tab.start(
+        "counter",
+        """
+import actionlib, rospy
+from actionlib_tutorials.msg import FibonacciAction, FibonacciResult
+
+def execute(goal):
+    rospy.sleep(0.1)
+    server.set_succeeded(FibonacciResult(sequence=[goal.order]))
+
+rospy.init_node("counter")
+server = actionlib.SimpleActionServer("count", FibonacciAction, execute, False)
+server.start()
+rospy.spin()
+""",
+    )
+    client = tab.start(
+        "asker",
+        """
+import actionlib, rospy
+from actionlib_tutorials.msg import FibonacciAction, FibonacciGoal
+
+rospy.init_node("asker")
+client = actionlib.SimpleActionClient("count", FibonacciAction)
+client.wait_for_server()
+client.send_goal(FibonacciGoal(order=7))
+client.wait_for_result()
+print(client.get_result().sequence)
+""",
+    )
+    assert output_of(client) == "(7,)\n"

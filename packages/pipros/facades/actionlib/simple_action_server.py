@@ -12,6 +12,7 @@ from actionlib_msgs.msg import GoalStatus
 import rospy
 from actionlib.action_server import ActionServer
 from actionlib.server_goal_handle import ServerGoalHandle
+from pipros.basics import one_thread
 from pipros.basics.lazy_names import star_names as _star_names
 
 _star_names(__name__, "threading")
@@ -61,7 +62,9 @@ class SimpleActionServer:
         self.lock = self.action_server.lock
         self.execute_condition = Condition(self.lock)
         self.execute_thread: Thread | None = None
-        if execute_cb:
+        if execute_cb and one_thread.turns is not None:
+            one_thread.turns.repeat(self._execute_in_turn)
+        elif execute_cb:
             self.execute_thread = Thread(target=self.executeLoop, name=f"goals of {name}", daemon=True)
             self.execute_thread.start()
             # As in Noetic, a program keeps serving until shutdown, even without `rospy.spin()`.
@@ -196,6 +199,16 @@ class SimpleActionServer:
                     continue
                 goal = self.accept_new_goal()
             self._execute(goal)
+
+    def _execute_in_turn(self) -> float | None:
+        """Execute a pending goal, where there are no threads; see `one_thread.Turns.repeat`."""
+        with self.lock:
+            if self.need_to_terminate or rospy.is_shutdown():
+                return None
+            goal = self.accept_new_goal() if self.new_goal else None
+        if goal is not None:
+            self._execute(goal)
+        return _SLICE_S
 
     def _keep_process(self) -> None:
         """Keep the interpreter alive while the server is running, and briefly after shutdown.

@@ -105,6 +105,7 @@ class Worker:
         install(self._network, turns.wait_for_network)
         one_thread.turns = turns
         time.sleep = turns.sleep  # callbacks run while a program sleeps
+        threading.Condition.wait = lambda *args, **more: turns.wait_for_condition(*args, **more)  # type: ignore[method-assign]
         signal.set_wakeup_fd = lambda *_args, **_options: -1  # a tab's sockets have no descriptors
         os.execve = os.execvpe = _replace  # type: ignore[assignment]
 
@@ -155,9 +156,9 @@ def prepare() -> None:
     """Prepare Python for any program. Further workers start with a copy of this worker's memory."""
     asyncio._set_running_loop(None)  # Pyodide's own loop does not run while Python does
     share = Path(pipros.__file__).parent / "share"
-    for pattern in ("*/scripts/*", "*/nodes/*", "*/*/*.py"):  # Pyodide's archives lose these modes
-        for script in share.glob(pattern):
-            script.chmod(0o755)
+    for file in share.glob("*/**/*"):
+        if file.is_file() and file.read_bytes().startswith(b"#!"):
+            file.chmod(0o755)  # Pyodide's archives lose the modes
     sys.executable = _PYTHON
     if not hasattr(time, "thread_time"):
         time.thread_time = time.process_time  # the only thread of the process

@@ -13,6 +13,7 @@ import asyncio
 import heapq
 import itertools
 import math
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -49,6 +50,20 @@ class WorkerTurns:
         self._network.receive(0.0)
         self._take_turn()
         self.wait(lambda: False, float(seconds))
+
+    def wait_for_condition(self, condition: Any, timeout: float | None = None) -> bool:
+        """Take turns until a condition, or its event, is notified. Replaces `threading.Condition.wait`."""
+        waiter = threading.Lock()
+        waiter.acquire()
+        condition._waiters.append(waiter)
+        held = condition._release_save()
+        try:
+            is_notified = self.wait(lambda: waiter.acquire(blocking=False), timeout)
+            if not is_notified:
+                condition._waiters.remove(waiter)
+            return is_notified
+        finally:
+            condition._acquire_restore(held)
 
     def wait_for_network(self, is_over: Callable[[], bool], timeout_s: float | None) -> bool:
         """Like `wait`, but run only event loops, no jobs. For code that may hold a lock."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 
 import pytest
@@ -139,3 +140,14 @@ def test_publishing_takes_a_turn(turns: WorkerTurns) -> None:
     turns.later(done.append, "callback")
     turns.publishing(done.append)("message")
     assert done == ["message", "callback"]
+
+
+def test_jobs_run_while_an_event_is_awaited(turns: WorkerTurns, monkeypatch: pytest.MonkeyPatch) -> None:
+    def wait(condition: threading.Condition, timeout: float | None = None) -> bool:
+        return turns.wait_for_condition(condition, timeout)
+
+    monkeypatch.setattr(threading.Condition, "wait", wait)
+    event = threading.Event()
+    assert not event.wait(0.01)
+    turns.later(event.set)
+    assert event.wait(5.0)
