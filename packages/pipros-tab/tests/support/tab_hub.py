@@ -159,7 +159,16 @@ class SocketPort:
         return False
 
 
-class TabProcess:
+class Cable:
+    """The hub's end of a socket to a worker, whose end is `there`."""
+
+    def __init__(self) -> None:
+        self.sock, self.there = socket.socketpair()
+        self.port = SocketPort(self.sock)
+        self.member = Member(self.port.send)
+
+
+class TabProcess(Cable):
     """A program of the tab.
 
     Attributes:
@@ -167,8 +176,9 @@ class TabProcess:
     """
 
     def __init__(self, program: Mapping[str, Any], parent: TabProcess | None = None) -> None:
+        super().__init__()
         self.parent = parent
-        self.sock, there = socket.socketpair()
+        there = self.there
         module = "tests.support.tab_process"
         command = [sys.executable, "-u", "-m", module, str(there.fileno()), json.dumps(program)]
         self._process = subprocess.Popen(
@@ -182,8 +192,6 @@ class TabProcess:
         )
         self.pid = self._process.pid
         there.close()
-        self.port = SocketPort(self.sock)
-        self.member = Member(self.port.send)
         self.output = ""
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -234,7 +242,8 @@ class TabHub:
         self._switch = Switch()
         self._switch.handle_process = self._handle_process
         self._started: list[TabProcess] = []
-        self._connected: dict[socket.socket, TabProcess] = {}
+        self._cables: list[Cable] = []
+        self._connected: dict[socket.socket, Cable] = {}
         self._is_over = False
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -246,6 +255,13 @@ class TabHub:
     def run(self, *command: str) -> TabProcess:
         """Start a command, such as `rostopic list`."""
         return self._start(command, {})
+
+    def connect(self) -> socket.socket:
+        """Return the end of a new socket for a worker that others start; see `tests.support.tab_process`."""
+        cable = Cable()
+        self._cables.append(cable)
+        self._connected[cable.sock] = cable
+        return cable.there
 
     def _start(self, command: Sequence[str], files: Mapping[str, str]) -> TabProcess:
         environment = {
@@ -280,23 +296,25 @@ class TabHub:
         self._thread.join()
         for each in self._started:
             each.close()
+        for cable in self._cables:
+            cable.sock.close()
 
     def _run(self) -> None:
         while not self._is_over:
             ready, _, _ = select.select(list(self._connected), [], [], 0.02)
             for sock in ready:
-                process = self._connected[sock]
+                cable = self._connected[sock]
                 try:
-                    packets = list(split(process.port.take()))
+                    packets = list(split(cable.port.take()))
                 except OSError:
                     del self._connected[sock]
-                    self._switch.remove(process.member)
-                    if process.parent is not None:
-                        code = NUMBER.pack(process.wait() & 255)
-                        process.parent.member.deliver(Kind.ENDED, process.pid, code)
+                    self._switch.remove(cable.member)
+                    if isinstance(cable, TabProcess) and cable.parent is not None:
+                        code = NUMBER.pack(cable.wait() & 255)
+                        cable.parent.member.deliver(Kind.ENDED, cable.pid, code)
                     continue
                 for packet in packets:
-                    self._switch.handle(process.member, *packet)
+                    self._switch.handle(cable.member, *packet)
 
 
 def _packed(kind: int, end: int, content: bytes) -> bytes:

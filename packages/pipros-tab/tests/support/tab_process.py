@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import socket
 import sys
 
-from pipros.tab.program import run_with
+from pipros.tab.program import INTERRUPTED, run_with
 from tests.support.tab_hub import SocketPort
 
 if __name__ == "__main__":
     port = SocketPort(socket.socket(fileno=int(sys.argv[1])))
-    os._exit(run_with(port, json.loads(sys.argv[2])))
+    code = run_with(port, json.loads(sys.argv[2]))
+    if code == INTERRUPTED:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
+    os._exit(code)

@@ -20,7 +20,7 @@ def wait_for(condition):
     for _ in range(3000):
         if condition():
             return
-        threading.Event().wait(0.01)
+        rospy.sleep(0.01)  # without threads, callbacks run meanwhile
     raise SystemExit("what was waited for did not happen")
 
 rospy.init_node("node")
@@ -170,14 +170,13 @@ def test_it_prints_the_lines_of_noetic(
     processes: Processes,
     tmp_path: Path,
     master: Master,
+    client: MasterClient,
     code: str,
     parameters: dict[str, object],
     expected: list[str],
 ) -> None:
-    client = MasterClient(master.uri, "/test")
     for name, value in parameters.items():
         client.set_param(name, value)
-    client.close()
     script = tmp_path / "node.py"
     script.write_text(HEAD + code + 'rospy.signal_shutdown("done")\n')
     node = processes.run(sys.executable, str(script), environment={"ROS_MASTER_URI": master.uri})

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -57,13 +56,6 @@ rospy.init_node('node')
 rospy.on_shutdown(lambda: print('hook', rospy.is_shutdown(), flush=True))
 print('ready', flush=True)
 """
-
-
-@pytest.fixture
-def client(master: Master) -> Iterator[MasterClient]:
-    client = MasterClient(master.uri, "/test")
-    yield client
-    client.close()
 
 
 def start(processes: Processes, tmp_path: Path, uri: str, code: str) -> Process:

@@ -10,6 +10,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.net.local_stream import PROTOCOL, SWITCH
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from tests.support.nodes import MakeNode
 
@@ -18,6 +19,13 @@ from tests.support.nodes import MakeNode
 def master() -> Iterator[Master]:
     with Master(port=0) as running:
         yield running
+
+
+@pytest.fixture
+def client(master: Master) -> Iterator[MasterClient]:
+    client = MasterClient(master.uri, "/test")
+    yield client
+    client.close()
 
 
 @pytest.fixture(params=[PROTOCOL, "TCPROS"])
