@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How many drafts of `pipros port` run with genuine rclpy: at once, and after their TODOs are done.
 
-    script/bench port_drafts [--distro kilted] [--seconds 6]
+    script/bench port_drafts [--distro kilted] [--seconds 12]
 
 The nodes are those of tests/unit/ros2/port_nodes.txt and of rospy_tutorials. They run beside a node that
 publishes and serves what they need. A draft runs if it prints no error in these seconds, ends after Ctrl-C if
@@ -146,7 +146,7 @@ def problems(python, seconds, drafts):
 def main():
     parser = argparse.ArgumentParser(description="Counts drafts that run with rclpy.")
     parser.add_argument("--distro", default="jazzy")
-    parser.add_argument("--seconds", type=float, default=6.0)
+    parser.add_argument("--seconds", type=float, default=12.0)
     options = parser.parse_args()
     python = environment_with_messages(options.distro)
     with tempfile.TemporaryDirectory() as name, tempfile.NamedTemporaryFile() as output:
