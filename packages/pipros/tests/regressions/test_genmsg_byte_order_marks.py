@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.support.processes import Processes
+from tests.support.ros import RosSystem
 
 CMAKE = """cmake_minimum_required(VERSION 3.0.2)
 project(robot_pkg)
@@ -24,16 +24,15 @@ FILES = {
 }
 
 
-def test_definitions_and_cmake_files_may_begin_with_a_mark(processes: Processes, tmp_path: Path) -> None:
+def test_definitions_and_cmake_files_may_begin_with_a_mark(ros: RosSystem, tmp_path: Path) -> None:
     package = tmp_path / "src" / "robot_pkg"
     for name, text in FILES.items():
         (package / name).parent.mkdir(parents=True, exist_ok=True)
         (package / name).write_bytes(text.replace("\n", "\r\n").encode("utf-8-sig"))
-    made = processes.run("catkin_make", "-C", tmp_path)
+    made = ros.pipros.run("catkin_make", "-C", str(tmp_path))
     assert made.returncode == 0, made.output
-    path = {"ROS_PACKAGE_PATH": str(tmp_path / "src")}
     shown = [
-        processes.run(*command.split(), environment=path).output.split()
+        ros.pipros.run(*command.split(), ROS_PACKAGE_PATH=str(tmp_path / "src")).output.split()
         for command in (
             "rosmsg show robot_pkg/Pose",
             "rosmsg show robot_pkg/GoGoal",

@@ -14,7 +14,7 @@ from pipros.bag.recorder import Recorder, RecordOptions
 from pipros.master.master import Master
 from tests.support.bags import rows_of
 from tests.support.nodes import MakeNode, wait_until_connected
-from tests.support.processes import Processes
+from tests.support.ros import RosSystem
 
 
 def test_each_message_is_recorded_once(make_node: MakeNode, tmp_path: Path) -> None:
@@ -34,11 +34,9 @@ def test_each_message_is_recorded_once(make_node: MakeNode, tmp_path: Path) -> N
     assert said.count("Subscribing to /number") == 1
 
 
-def test_the_rate_is_that_of_the_topic(make_node: MakeNode, processes: Processes, master: Master) -> None:
+def test_the_rate_is_that_of_the_topic(make_node: MakeNode, ros: RosSystem, master: Master) -> None:
     publisher = make_node("talker").advertise("/number", Int32)
-    measuring = processes.start(
-        "rostopic", "hz", "/number", "number", environment={"ROS_MASTER_URI": master.uri}
-    )
+    measuring = ros.pipros.start("rostopic", "hz", "/number", "number", ROS_MASTER_URI=master.uri)
     wait_until_connected(publisher)
     assert publisher.connection_count == 1
     measuring.press_ctrl_c()

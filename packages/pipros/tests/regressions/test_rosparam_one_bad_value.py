@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipros.master.master import Master
-from tests.support.processes import Processes
+from tests.support.ros import RosSystem
 
 
 @pytest.mark.parametrize(
@@ -18,13 +18,12 @@ from tests.support.processes import Processes
     ],
 )
 def test_a_file_with_a_value_that_cannot_be_sent_changes_nothing(
-    bad: str, reason: str, processes: Processes, tmp_path: Path, master: Master
+    bad: str, reason: str, ros: RosSystem, tmp_path: Path, master: Master
 ) -> None:
     file = tmp_path / "params.yaml"
     file.write_text(f"first: 1\nwheels: {{left: 2}}\nbad: {bad}\nlast: 3\n")
-    environment = {"ROS_MASTER_URI": master.uri}
-    loaded = processes.run("rosparam", "load", file, "/robot", environment=environment)
+    loaded = ros.pipros.run("rosparam", "load", str(file), "/robot", ROS_MASTER_URI=master.uri)
     assert loaded.returncode == 1
     assert "cannot set parameter [/robot/bad] to" in loaded.output
     assert reason in loaded.output
-    assert processes.run("rosparam", "list", environment=environment).output.strip() == ""
+    assert ros.pipros.run("rosparam", "list", ROS_MASTER_URI=master.uri).output.strip() == ""
