@@ -20,7 +20,7 @@ def install(folder: Path, name: str, modules: dict[str, str]) -> None:
     for module, text in modules.items():
         path = folder / module
         path.parent.mkdir(exist_ok=True)
-        path.write_text(text)
+        path.write_bytes(text.encode())
         digest = base64.urlsafe_b64encode(hashlib.sha256(text.encode()).digest()).rstrip(b"=").decode()
         rows.append(f"{module},sha256={digest},{len(text)}")
     records = folder / f"{name.replace('-', '_')}-1.0.dist-info"

@@ -43,10 +43,10 @@ class BagFolder:
             for name in files:
                 path = Path(folder, name)
                 try:
-                    known = self.find(str(path.relative_to(self.path))).stat()
+                    known = self.find(path.relative_to(self.path).as_posix()).stat()
                 except (BagError, OSError):
                     continue
-                found.append((known.st_mtime, str(path.relative_to(self.path)), known.st_size))
+                found.append((known.st_mtime, path.relative_to(self.path).as_posix(), known.st_size))
         return [(name, size) for _, name, size in sorted(found, reverse=True)[:MAX_FILES]]
 
     def find(self, name: object) -> Path:
