@@ -21,7 +21,7 @@ from tests.support.outcomes import Outcome, read_outcomes
 
 LIMIT_S = 40
 _BEGUN = re.compile(
-    r"(packages/\S+?\.py::.*?) ?(?:(?:PASSED|FAILED|ERROR|SKIPPED|XFAIL)\b.*|\++ Timeout \++)?$"
+    r"(packages/\S+?\.py::.*?) ?(?:(?:PASSED|FAILED|ERROR|SKIPPED|XFAIL)\b.*|\++ Timeout \++|wine: .*)?$"
 )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from pathlib import Path
 
 import pytest
 
@@ -15,9 +16,17 @@ from tests.support.page_checks import PAGES
 
 PAGE = SRC / "pipros" / "web" / "page"
 VENDOR = PAGE / "vendor"
+
+
+def text_of(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
+
+
 CHECKSUMS = dict(
     re.findall(
-        r"^\| `(.+)` \| `([0-9a-f]{64})` \|$", (REPOSITORY / "THIRD_PARTY.md").read_text(), re.MULTILINE
+        r"^\| `(.+)` \| `([0-9a-f]{64})` \|$",
+        text_of(REPOSITORY / "THIRD_PARTY.md"),
+        re.MULTILINE,
     )
 )
 OWN = [file for file in files_below(SRC, "*.js") if "vendor" not in file.parts]
@@ -41,35 +50,35 @@ def test_the_checks_cover_all_pages() -> None:
 
 
 def test_the_import_map_is_the_one_that_the_policy_allows() -> None:
-    text = re.findall(r'<script type="importmap">(.*?)</script>', (PAGE / "index.html").read_text())[0]
+    text = re.findall(r'<script type="importmap">(.*?)</script>', text_of(PAGE / "index.html"))[0]
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     assert f"'sha256-{digest}'" == IMPORT_MAP_HASH
 
 
 def test_other_tabs_do_not_load_the_library_of_the_scene() -> None:
-    importing = [file for file in OWN if re.search(r'from "three|import\("three', file.read_text())]
+    importing = [file for file in OWN if re.search(r'from "three|import\("three', text_of(file))]
     assert {file.parent.name for file in importing} <= {"scene", "displays"}
-    tabs = [file for file in OWN if re.search(r'from "[./]*scene/(?!colours\.js)', file.read_text())]
+    tabs = [file for file in OWN if re.search(r'from "[./]*scene/(?!colours\.js)', text_of(file))]
     assert [file.name for file in tabs] == ["scene.js"]
 
 
 @pytest.mark.parametrize("file", OWN, ids=lambda file: file.name)
 def test_text_from_the_system_is_never_markup(file: object) -> None:
-    text = (PAGE / str(file)).read_text()
+    text = (PAGE / str(file)).read_text(encoding="utf-8")
     forbidden = r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function"
     assert not re.search(forbidden, text)
 
 
 def test_every_tab_has_a_file() -> None:
-    app = (PAGE / "app.js").read_text()
+    app = text_of(PAGE / "app.js")
     tabs = re.findall(r'^  \["(\w+)", "[\w ]+", "\w+"\],$', app, re.MULTILINE)
-    sections = (PAGE / "sections.js").read_text()
+    sections = text_of(PAGE / "sections.js")
     parts = re.findall(r'\["(\w+)", "\w+"\]', sections)
     assert {file.stem for file in (PAGE / "tabs").iterdir()} == {*tabs, *parts}
 
 
 def test_the_table_of_numbers_is_that_of_the_library() -> None:
-    assert page_primitives.FILE.read_text() == page_primitives.module(), (
+    assert page_primitives.FILE.read_text(encoding="utf-8") == page_primitives.module(), (
         "python -m tests.support.page_primitives"
     )
 
@@ -81,7 +90,7 @@ def test_no_other_table_repeats_the_primitive_types() -> None:
         for pattern in ("*.py", "*.js")
         for file in files_below(folder, pattern)
     ]
-    tables = {file.name for file in files if re.search(r'^\s*"?uint16"?: ', file.read_text(), re.MULTILINE)}
+    tables = {file.name for file in files if re.search(r'^\s*"?uint16"?: ', text_of(file), re.MULTILINE)}
     assert tables == {
         "spec.py",
         "primitives.js",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from typing import Any
 
@@ -104,4 +105,5 @@ def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: f
         assert after.work.parts >= len(MESSAGE) / SMALL_PART_BYTES
         assert before.rests_s == after.rests_s == []
 
-    asyncio.run(run())
+    with contextlib.closing(asyncio.SelectorEventLoop()) as loop:  # as pipros, also on Windows
+        loop.run_until_complete(run())
