@@ -13,6 +13,7 @@ from typing import IO, Any, ClassVar, Final
 from pipros.tab.files import SharedFiles
 from pipros.tab.network import Network
 from pipros.tab.packets import NUMBER, Kind
+from pipros.tab.sockets import NO_KEYS
 from pipros.tab.turns import WorkerTurns
 
 ONLY_PYTHON: Final = "a browser tab runs only Python programs and pipros's commands"
@@ -132,7 +133,7 @@ def _no_program(*_: object, **__: object) -> None:
 
 
 def _no_keys(_: object = "") -> str:
-    raise OSError("the programs of a browser tab read no keys: use arguments, parameters or topics")
+    raise OSError(NO_KEYS)
 
 
 def install(network: Network, turns: WorkerTurns, files: SharedFiles, threads: Any) -> None:

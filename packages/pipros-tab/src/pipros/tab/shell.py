@@ -223,6 +223,39 @@ def _clear(_: Sequence[str]) -> int:
     return 0
 
 
+def _place(text: str, command: str) -> str:
+    """Return the path of `PACKAGE` or `PACKAGE/PATH`, or, after a message, an empty text if there is none."""
+    from pipros.workspace.index import PackageIndex
+
+    name, _, rest = text.partition("/")
+    package = PackageIndex.from_environment().get(name)
+    if package is None:
+        print(f"{command}: No such package/stack '{text}'", file=sys.stderr)
+        return ""
+    return os.path.join(package.path, rest)
+
+
+def _roscd(arguments: Sequence[str]) -> int:
+    place = _place(arguments[0] if arguments else "", "roscd")
+    return _cd([place]) if place else 1
+
+
+def _rosls(arguments: Sequence[str]) -> int:
+    place = _place(arguments[0] if arguments else "", "rosls")
+    return _ls([*arguments[1:], place]) if place else 1
+
+
+def _roscp(arguments: Sequence[str]) -> int:
+    if len(arguments) != 3:
+        print("usage: roscp package filename target", file=sys.stderr)
+        return 1
+    place = _place(arguments[0], "roscp")
+    for path in sorted(Path(place).rglob(arguments[1])) if place else ():
+        return _cp([str(path), arguments[2]])
+    print("That file does not exist in that package.", file=sys.stderr)
+    return 1
+
+
 def _source(arguments: Sequence[str], run: Run) -> int:
     """Set the variables of a built workspace, or of pipros itself, as for /opt/ros/noetic; or run lines."""
     from pipros.workspace.environment import environment_changes
@@ -254,5 +287,8 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "mv": _mv,
     "pwd": _pwd,
     "rm": _rm,
+    "roscd": _roscd,
+    "roscp": _roscp,
+    "rosls": _rosls,
     "touch": _touch,
 }

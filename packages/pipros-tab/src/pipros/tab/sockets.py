@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import itertools
 import os
 import select
@@ -14,6 +15,7 @@ from typing import Any, ClassVar, Final
 
 from pipros.tab.network import Network, Stream
 
+NO_KEYS: Final = "the programs of a browser tab read no keys: use arguments, parameters or topics"
 HERE: Final = "127.0.0.1"
 """The address of the tab. All names of this machine resolve to it."""
 
@@ -22,6 +24,19 @@ Data = bytes | bytearray | memoryview
 _FIRST_DESCRIPTOR: Final = 1_000_000
 _OPTIONS: Final = {"SO_REUSEADDR": 2, "SO_ERROR": 4, "SO_KEEPALIVE": 9, "TCP_NODELAY": 1}
 """Options of sockets that Pyodide's `socket` may lack, and that `TabSocket` ignores, except SO_ERROR."""
+
+
+class _StreamFile(io.RawIOBase):
+    """The received bytes of a socket as a file."""
+
+    def __init__(self, sock: TabSocket) -> None:
+        self._sock = sock
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        return self._sock.recv_into(buffer)
 
 
 class TabSocket:
@@ -155,6 +170,10 @@ class TabSocket:
         """Receive at most `count` bytes; return `b""` at the end of the stream."""
         buffer = bytearray(count)
         return bytes(memoryview(buffer)[: self.recv_into(buffer, 0, flags)])
+
+    def makefile(self, _mode: str = "rb", *_: object) -> io.BufferedReader:
+        """Return a file with the received bytes, as HTTP clients use it."""
+        return io.BufferedReader(_StreamFile(self))
 
     # -- state --------------------------------------------------------------------
 
@@ -303,7 +322,13 @@ class TabPoll:
 def wait_for_any(
     reading: Sequence[TabSocket], writing: Sequence[TabSocket], _failing: object, timeout: float | None = None
 ) -> tuple[list[TabSocket], list[TabSocket], list[TabSocket]]:
-    """Do the same as `select.select`."""
+    """Do the same as `select.select`.
+
+    Raises:
+        OSError: one is no socket, such as the keyboard.
+    """
+    if any(isinstance(each, int) for each in (*reading, *writing)):
+        raise OSError(NO_KEYS)
 
     def ready() -> tuple[list[TabSocket], list[TabSocket], list[TabSocket]]:
         return (

@@ -98,6 +98,15 @@ def test_programs_run_in_the_background_and_write_to_files(home: Path) -> None:
     assert (home / "topics").read_text() == ""
 
 
+def test_packages_are_entered_listed_and_copied_from(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert typed("roscp rospy_tutorials AddTwoInts.srv a.srv", "rosls rospy_tutorials/srv") == [0, 0]
+    assert capsys.readouterr().out.startswith("AddTwoInts.srv  ")
+    assert typed("roscd rospy_tutorials/srv", "cat AddTwoInts.srv") == [0, 0]
+    assert capsys.readouterr().out == (home / "a.srv").read_text()
+    assert typed("roscd nothing", "rosls nothing", "roscp rospy_tutorials nothing a") == [1, 1, 1]
+    assert "roscd: No such package/stack 'nothing'\n" in capsys.readouterr().err
+
+
 def test_files_are_copied_and_moved(home: Path) -> None:
     assert typed("mkdir a", "touch a/b", "cp a/b c", "cp -r a d", "mv c d") == [0] * 5
     assert sorted(str(path.relative_to(home)) for path in home.rglob("*")) == ["a", "a/b", "d", "d/b", "d/c"]

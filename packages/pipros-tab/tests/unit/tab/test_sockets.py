@@ -213,6 +213,20 @@ def test_select_reports_what_is_ready(network: Network, pair: Pair) -> None:
     assert wait_for_any([first], [], [], 1) == ([first], [], [])
 
 
+def test_select_of_a_key_is_refused() -> None:
+    with pytest.raises(OSError, match="read no keys"):
+        wait_for_any([0], [], [])  # type: ignore[list-item] # as programs that read keys do
+
+
+def test_http_clients_read_a_file_of_the_socket(pair: Pair) -> None:
+    first, second = pair
+    first.sendall(b"status\nbody")
+    first.close()
+    with second.makefile("rb") as file:
+        assert file.readline() == b"status\n"
+        assert file.read() == b"body"
+
+
 def test_installing_replaces_pythons_sockets(monkeypatch: pytest.MonkeyPatch, network: Network) -> None:
     for module, name in (
         *((socket, name) for name in ("socket", "SocketType", "socketpair", "getaddrinfo")),
