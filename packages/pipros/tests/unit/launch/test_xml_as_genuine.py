@@ -107,7 +107,7 @@ def load_case(case: str, folder: Path) -> Launch:
         given, case = case[1:].split(" ", 1)
         arguments = dict(pair.split(":=") for pair in given.split(","))
     path = folder / "case.launch"
-    path.write_text(case[1:] if case.startswith("#") else f"<launch>{case}</launch>")
+    path.write_text(case[1:] if case.startswith("#") else f"<launch>{case}</launch>", encoding="utf-8")
 
     def find(package: str, path: str) -> str:
         raise NotFound(f"package [{package}] not found")
