@@ -325,7 +325,7 @@ def wait_for_any(
     """Do the same as `select.select`.
 
     Raises:
-        OSError: one is no socket, such as the keyboard.
+        OSError: one of them is not a socket, such as the keyboard.
     """
     if any(isinstance(each, int) for each in (*reading, *writing)):
         raise OSError(NO_KEYS)
