@@ -32,7 +32,7 @@ from table import free_port
 from websockets.asyncio.client import connect
 
 SCRIPTS = os.path.dirname(sys.executable)
-REPOSITORY = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
+REPOSITORY = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
 SOURCES = os.path.join(REPOSITORY, "build", "src")
 SOURCE_PATH = os.pathsep.join(
     [SOURCES, *(os.path.join(REPOSITORY, "build", part) for part in ("facades", "internals"))]

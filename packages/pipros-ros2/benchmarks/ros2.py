@@ -23,7 +23,7 @@ import sys
 import tempfile
 import time
 
-ROOT = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
+ROOT = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
 sys.path.insert(0, ROOT)
 PEERS = os.path.join(ROOT, "build", "tests", "support", "dds")
 ROUTER = "tcp/127.0.0.1:7447"

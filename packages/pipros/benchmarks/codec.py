@@ -20,7 +20,7 @@ import timeit
 from table import Row, markdown, write_json
 
 PYTHON = "/usr/bin/python3"
-REPOSITORY = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
+REPOSITORY = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
 SOURCES = os.path.join(REPOSITORY, "build", "src")
 SOURCE_PATH = os.pathsep.join(
     [SOURCES, *(os.path.join(REPOSITORY, "build", part) for part in ("facades", "internals"))]

@@ -41,6 +41,15 @@ def test_the_libraries_are_measured_side_by_side(processes: Processes) -> None:
         assert re.search(rf"(?m)^\| {what}.*{columns}", ended.output), ended.output
 
 
+def test_message_codecs_are_measured_side_by_side(processes: Processes) -> None:
+    words = ("--rounds", "1", "--only", "String")
+
+    ended = processes.run(VENV_BIN / "python", BENCHMARKS / "codec.py", *words, timeout_s=120)
+
+    assert ended.returncode == 0, ended.output
+    assert re.search(r"(?m)^\| serialize String 16 B: us( \| [\d.]+){2} \| ", ended.output), ended.output
+
+
 def test_a_chart_shows_cost_over_scale_side_by_side(processes: Processes, tmp_path: Path) -> None:
     benchmark, chart = BENCHMARKS / "scale.py", tmp_path / "scale.svg"
     words = ("--quick", "--rounds", "1", "--seconds", "0.1", "--only", "size,topics", "--svg", chart)
