@@ -325,3 +325,16 @@ def test_package_names_with_slashes_are_refused(tmp_path: Path, capsys: pytest.C
     assert main(["--write", str(tmp_path / "out"), str(package)]) == 1
     assert "'../../demo' cannot be the name of a package" in capsys.readouterr().err
     assert not (tmp_path / "demo").exists()
+
+
+@pytest.mark.parametrize("manifest", [b"<package", b"\xff\xfe", MANIFEST.replace("demo", "a b").encode()])
+def test_a_bad_manifest_leaves_out_only_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], manifest: bytes
+) -> None:
+    (tmp_path / "package.xml").write_bytes(manifest)
+    (tmp_path / "talker.py").write_text("import rospy\nrospy.init_node('talker')\n")
+
+    assert main([str(tmp_path), "--write", str(tmp_path / "out")]) == 1
+
+    assert capsys.readouterr().err.startswith("package.xml: left out: ")
+    assert "import rclpy" in (tmp_path / "out" / "talker.py").read_text()

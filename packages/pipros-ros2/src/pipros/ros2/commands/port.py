@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
 from pipros.cli.runner import CommandError, option_parser, run
 
@@ -30,8 +31,13 @@ def _port(argv: list[str]) -> int:
         parser.error("give one file, package or package folder")
     source = _source(words[0])
     target = None if options.write is None else Path(options.write)
-    launches = _launches(source)
-    left_out = len(launches.left_out) if launches else 0
+    launches, left_out = None, 0
+    try:
+        launches = _launches(source)
+        left_out = len(launches.left_out) if launches else 0
+    except PiprosError as error:  # the nodes are drafted without it
+        print(f"package.xml: left out: {listed(str(error))}", file=sys.stderr)
+        left_out = 1
     scripts = []
     for file in _files(source):
         name = str(file.relative_to(source)) if source.is_dir() else file.name
@@ -40,7 +46,7 @@ def _port(argv: list[str]) -> int:
         left_out += failed
         scripts += [name] if is_node and not name.startswith("test") else []
     if launches:
-        _port_package(source, launches, scripts, target)
+        left_out += _port_package(source, launches, scripts, target)
     return 1 if left_out else 0
 
 
@@ -54,20 +60,27 @@ def _launches(source: Path) -> LaunchDrafts | None:
     try:
         return LaunchDrafts(source, read_manifest(source).name)
     except OSError as error:
-        raise CommandError(f"cannot read {listed(str(source))}: {error.strerror}") from None
+        raise CommandError(f"cannot read it: {error.strerror}") from None
 
 
-def _port_package(source: Path, launches: LaunchDrafts, scripts: Sequence[str], target: Path | None) -> None:
-    """List the changes of a package's other files, and write their drafts."""
+def _port_package(source: Path, launches: LaunchDrafts, scripts: Sequence[str], target: Path | None) -> int:
+    """List the changes of a package's other files, and write their drafts.
+
+    Return 1 if package.xml cannot be drafted, otherwise 0.
+    """
     from pipros.ros2.port.package import package_files
 
-    files = dict(launches.files)
+    files, failed = dict(launches.files), 0
     if target is not None and (target / "package.xml").exists():
         print(f"package.xml: left out: {listed(str(target))} has its own")
     else:
-        files.update(package_files(source, scripts, list(launches.files)))
-    for name, error in launches.left_out.items():
-        print(f"{listed(name)}: left out: {listed(error)}", file=sys.stderr)
+        try:
+            files.update(package_files(source, scripts, list(launches.files)))
+        except PiprosError as error:
+            print(f"package.xml: left out: {listed(str(error))}", file=sys.stderr)
+            failed = 1
+    for name, reason in launches.left_out.items():
+        print(f"{listed(name)}: left out: {listed(reason)}", file=sys.stderr)
     for name, text in files.items():
         todos = [
             line.partition("TODO: ")[2].removesuffix(" -->") for line in text.splitlines() if "TODO: " in line
@@ -77,6 +90,7 @@ def _port_package(source: Path, launches: LaunchDrafts, scripts: Sequence[str], 
         print(f"{listed(name)}: draft, {len(todos)} TODO")
         if target is not None:
             _write(target / name, text, 0o644)
+    return failed
 
 
 def _source(word: str) -> Path:

@@ -74,7 +74,7 @@ def package_files(package: Path, scripts: Sequence[str], launches: Sequence[str]
     manifest = read_manifest(package)
     name = manifest.name
     if not re.fullmatch(r"[A-Za-z][\w-]*", name):
-        raise InvalidName(f"package.xml: {name!r} cannot be the name of a package")
+        raise InvalidName(f"{name!r} cannot be the name of a package")
     known = {"src", "include", "msg", "srv", "action", "test", *(Path(each).parts[0] for each in scripts)}
     known |= {Path(each).parts[0] for each in launches}
     folders = sorted(each.name for each in package.iterdir() if each.is_dir() and each.name not in known)
