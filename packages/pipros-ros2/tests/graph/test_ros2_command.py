@@ -64,6 +64,18 @@ def test_invalid_options_are_one_line(ros: RosSystem, words: list[str], text: st
     assert result.output.strip() == text
 
 
+def test_programs_in_the_background_of_a_script_end_on_ctrl_c(ros: RosSystem) -> None:
+    ignoring = "trap '' INT; exec pipros ros2"
+    with free_domain() as domain:
+        words = f"--domain {domain} /words std_msgs/msg/String"
+        pub = ros.pipros.start("sh", "-c", f"{ignoring} pub -r 10 {words} '{{data: hello}}'")
+        echo = ros.pipros.start("sh", "-c", f"{ignoring} echo {words}")
+        echo.wait_for("data: hello")
+        for process in (echo, pub):
+            process.send_signal(signal.SIGINT)
+            assert process.wait() == 0, process.output
+
+
 def test_parameters_of_a_node_are_written_for_ros2(ros: RosSystem) -> None:
     ros.serve_master()
     ros.pipros.run("rosparam", "set", "/camera", "{rate: 30, gains: [1, 2.5], table: [[1], [2]]}")

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.interrupts import accept_ctrl_c
 from pipros.basics.printable import listed
 from pipros.cli.runner import CommandError, add_flag, option_parser
 from pipros.ros2.commands.bags import add_reading_options, definition_folders
@@ -132,11 +133,12 @@ def parsed(parser: OptionParser, argv: Sequence[str], *, least: int = 0, most: i
 
 @contextmanager
 def domain_view(options: Any) -> Iterator[DomainView]:
-    """Connect to the domain of a command line."""
+    """Connect to the domain of a command line. As with rostopic, an ignored SIGINT counts."""
     from pipros.ros2.commands.gateway import discovery_of, distribution_of
     from pipros.ros2.distribution import Distribution
     from pipros.ros2.look import DomainView
 
+    accept_ctrl_c()
     discovery = discovery_of(options.domain)
     view = DomainView(
         discovery, distribution_of(options.distro) or Distribution.JAZZY, definition_folders(options.msgs)
