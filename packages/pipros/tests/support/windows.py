@@ -14,6 +14,7 @@ import csv
 import hashlib
 import os
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -103,14 +104,24 @@ class WindowsProgram:
             start_new_session=True,
         )
         os.close(console)
+        self._is_closing = False
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def _read(self) -> None:
+        # Not until the pipe ends: a file that an ended `wineserver` was passing on may stay open for ever.
         assert self._process.stdout
-        for line in self._process.stdout:
-            if not _NOISE.match(line):
-                self.lines.append(line.decode(errors="replace").rstrip("\r\n"))
+        rest = b""
+        while not self._is_closing:
+            if not select.select([self._process.stdout], [], [], 0.1)[0]:
+                continue
+            data = os.read(self._process.stdout.fileno(), 65536)
+            *lines, rest = (rest + data).split(b"\n") if data else (rest, b"")
+            self.lines += [
+                line.decode(errors="replace").rstrip("\r") for line in lines if not _NOISE.match(line)
+            ]
+            if not data:
+                return
 
     @property
     def output(self) -> str:
@@ -133,7 +144,8 @@ class WindowsProgram:
     def close(self) -> None:
         """Close the console and the pipe, after `end_all`."""
         self._process.wait(10)
-        self._reader.join(10)
+        self._is_closing = True
+        self._reader.join()
         os.close(self._keyboard)
         if self._process.stdout:
             self._process.stdout.close()
@@ -158,18 +170,24 @@ def windows_path(path: Path) -> str:
 def end_all() -> None:
     """End every program in this environment, with its children."""
     subprocess.run(["wineserver", "-k"], env=environment(), check=False, capture_output=True, timeout=30)
+    for _, process in _processes():  # a program that was just starting may wait for the ended server
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
 
 
 def running() -> dict[str, int]:
     """Return the command lines and process ids of all programs that Wine itself did not start."""
-    found = {}
+    return {command: process for command, process in _processes() if command.startswith("C:\\Python311")}
+
+
+def _processes() -> Iterator[tuple[str, int]]:
+    """Return the command lines and process ids of all processes in this environment."""
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             variables = (process / "environ").read_bytes().split(b"\0")
-            words = (process / "cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
-            if f"WINEPREFIX={PREFIX}".encode() in variables and words[0].startswith("C:\\Python311"):
-                found[" ".join(words)] = int(process.name)
-    return found
+            words = (process / "cmdline").read_bytes().decode(errors="replace").rstrip("\0")
+            if f"WINEPREFIX={PREFIX}".encode() in variables and int(process.name) != os.getpid():
+                yield words.replace("\0", " "), int(process.name)
 
 
 @contextlib.contextmanager
