@@ -16,25 +16,20 @@ of one processor. Nothing else should be running.
 """
 
 import argparse
-import contextlib
 import importlib.util
 import json
-import os
 import random
 import re
 import selectors
 import socket
 import statistics
 import struct
-import subprocess
-import sys
-import tempfile
 import time
 
 import psutil
-from table import Row, as_text, free_port, heed_interrupts, line, write_json
+from programs import Programs, end
+from table import Row, as_text, free_port, heed_interrupts, line, wait_for_port, write_json
 
-SCRIPTS = os.path.dirname(sys.executable)
 SUBPROTOCOL = "foxglove.sdk.v1"
 
 CAMERA = """
@@ -77,61 +72,20 @@ with Node("sdk", anonymous=True) as node:
 """
 
 
-class System:
-    """A master, and programs that end with the block."""
-
-    def __init__(self):
-        self._stack = contextlib.ExitStack()
-        folder = self._stack.enter_context(tempfile.TemporaryDirectory())
-        port = free_port()
-        self.environment = {
-            **os.environ,
-            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
-            "ROS_HOME": folder,
-            "ROS_HOSTNAME": "127.0.0.1",
-        }
-        self.start(os.path.join(SCRIPTS, "rosmaster"), "--core", "-p", str(port))
-        wait_for_port(port)
-
-    def start(self, *argv):
-        process = subprocess.Popen(argv, env=self.environment, stdout=subprocess.DEVNULL)
-        self._stack.callback(end, process)
-        return process
-
-    def run(self, code, *arguments):
-        return self.start(sys.executable, "-W", "ignore", "-c", code, *arguments)
-
-    def serve(self):
-        """Start `pipros foxglove`. Return its process and port."""
-        port = free_port()
-        process = self.start(os.path.join(SCRIPTS, "pipros"), "foxglove", "--port", str(port))
-        wait_for_port(port)
-        return process, port
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        self._stack.close()
+def serve_foxglove(system):
+    """Start `pipros foxglove`. Return its process and port."""
+    port = free_port()
+    process = system.start("pipros", "foxglove", "--port", str(port))
+    wait_for_port(port)
+    return process, port
 
 
-def end(process):
-    process.terminate()
-    try:
-        process.wait(10)
-    except subprocess.TimeoutExpired:
-        process.kill()
-
-
-def wait_for_port(port):
-    end_s = time.monotonic() + 30
-    while True:
-        try:
-            return socket.create_connection(("127.0.0.1", port)).close()
-        except OSError:
-            if time.monotonic() > end_s:
-                raise
-            time.sleep(0.05)
+def serve_rosbridge(system):
+    """Start a rosbridge server. Return its process and port."""
+    port = free_port()
+    process = system.start("rosrun", "rosbridge_server", "rosbridge_websocket", f"_port:={port}")
+    wait_for_port(port)
+    return process, port
 
 
 class Client:
@@ -255,9 +209,9 @@ def images(options):
     """Measure the images per second of each server, in turn. Print and return the results."""
     values = {"pipros": [], "genuine": []}
     for _ in range(options.rounds):
-        with System() as system:
+        with Programs() as system:
             system.run(CAMERA)
-            process, port = system.serve()
+            process, port = serve_foxglove(system)
             values["pipros"].append(images_a_second(port, options.seconds))
             end(process)
             if importlib.util.find_spec("foxglove"):
@@ -274,11 +228,11 @@ def images(options):
     return [Row(row.label, {"pipros": values["pipros"]}, more_is_better=True)]
 
 
-def many_clients(count, seconds, *, is_one_stuck, serve=System.serve, client_class=Client):
+def many_clients(count, seconds, *, is_one_stuck, serve=serve_foxglove, client_class=Client):
     """Return the messages/s of the slowest of `count` clients, the median and 99th percentile of the ages of
     messages in ms, and the server's processor usage in percent.
     """
-    with System() as system, selectors.DefaultSelector() as selector:
+    with Programs() as system, selectors.DefaultSelector() as selector:
         system.run(IMU)
         process, port = serve(system)
         clients = [client_class(port, "/imu") for _ in range(count)]
@@ -322,15 +276,6 @@ def clients(options, name="Foxglove", **server):
         rows.append(Row(label + ", processor %", {"pipros": [found[-1]]}))
     print()
     return rows
-
-
-def serve_rosbridge(system):
-    """Start a rosbridge server. Return its process and port."""
-    port = free_port()
-    program = os.path.join(SCRIPTS, "rosrun")
-    process = system.start(program, "rosbridge_server", "rosbridge_websocket", f"_port:={port}")
-    wait_for_port(port)
-    return process, port
 
 
 def rosbridge(options):

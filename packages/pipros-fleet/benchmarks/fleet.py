@@ -23,6 +23,7 @@ import sys
 import tempfile
 import time
 
+import psutil
 from fleet_workers import DEADLINE_S, TOPICS
 from table import free_port
 
@@ -72,12 +73,8 @@ class Program:
 
     def usage(self):
         """Return the processor time in seconds and the resident size in MB."""
-        with open(f"/proc/{self.process.pid}/stat") as file:
-            fields = file.read().rpartition(")")[2].split()
-        with open(f"/proc/{self.process.pid}/status") as file:
-            memory = next(line for line in file if line.startswith("VmRSS"))
-        ticks = os.sysconf("SC_CLK_TCK")
-        return (int(fields[11]) + int(fields[12])) / ticks, int(memory.split()[1]) / 1024
+        process = psutil.Process(self.process.pid)
+        return sum(process.cpu_times()[:2]), process.memory_info().rss / (1 << 20)
 
 
 def worker(stack, name, *arguments, **more):
@@ -96,12 +93,8 @@ class System:
         from pipros.master.master import Master
 
         self.router = f"tcp/127.0.0.1:{free_port()}"
-        self.router_program = pipros(stack, "fleet", "router", self.router, wait="router at")
+        pipros(stack, "fleet", "router", self.router, wait="router at")
         self.masters = [stack.enter_context(Master(port=0)).uri for _ in "ab"]
-        accepts = os.path.join(os.environ.get("TMPDIR", "/tmp"), f"bench-fleet-{os.getpid()}.yaml")  # noqa: S108
-        with open(accepts, "w") as file:
-            file.write("accept: {topics: [/**]}\n")
-        stack.callback(os.unlink, accepts)
         self.agents = [
             pipros(
                 stack, "fleet", "join", name, "--router", self.router, wait="joined", ROS_MASTER_URI=master

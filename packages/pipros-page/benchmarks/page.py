@@ -17,26 +17,14 @@ import argparse
 import asyncio
 import contextlib
 import json
-import os
-import re
-import shutil
 import subprocess
-import sys
-import tempfile
 import threading
 import time
 from urllib.parse import urlsplit
 
 import psutil
-from table import free_port
+from programs import Programs
 from websockets.asyncio.client import connect
-
-SCRIPTS = os.path.dirname(sys.executable)
-REPOSITORY = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
-SOURCES = os.path.join(REPOSITORY, "build", "src")
-SOURCE_PATH = os.pathsep.join(
-    [SOURCES, *(os.path.join(REPOSITORY, "build", part) for part in ("facades", "internals"))]
-)
 
 PUBLISHER = """
 import sys, time
@@ -71,7 +59,6 @@ VIEWS = (
 
 
 PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//number~console))"
-# Records the samples of curves that the browser receives.
 
 
 def main():
@@ -86,54 +73,32 @@ def main():
         print(heap([float(minutes) for minutes in options.heap.split(",")]), flush=True)
     titles = f"{'publisher':>9} {'its CPU':>8} {'images each':>12} {'server CPU':>11} {'server memory':>14}"
     print(f"{'':28} {titles}")
-    with tempfile.TemporaryDirectory() as home:
-        rows = [("no page", None, False), ("a page, no browser", 0, False)]
-        rows += [(f"{options.browsers} browsers", options.browsers, False)]
-        rows += [(f"{options.browsers} browsers, one stuck", options.browsers, True)]
-        for name, browsers, is_stuck in rows:
-            print(row(name, home, browsers, is_stuck, seconds), flush=True)
+    rows = [("no page", None, False), ("a page, no browser", 0, False)]
+    rows += [(f"{options.browsers} browsers", options.browsers, False)]
+    rows += [(f"{options.browsers} browsers, one stuck", options.browsers, True)]
+    for name, browsers, is_stuck in rows:
+        print(row(name, browsers, is_stuck, seconds), flush=True)
 
 
 @contextlib.contextmanager
 def four_panels_page():
     """Yield a page with four panels in a browser."""
-    from playwright.sync_api import sync_playwright
+    from tests.browser.chromium import running_chromium
 
-    with tempfile.TemporaryDirectory() as home:
-        port = free_port()
-        environment = {
-            **os.environ,
-            "ROS_HOME": home,
-            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
-            "PYTHONPATH": SOURCE_PATH,
-        }
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-        started = []
+    with Programs() as programs, running_chromium() as browser:
+        drain(publishing(programs).stdout)
+        _, url = programs.page("rqt_graph")
+        page = browser.new_page(viewport={"width": 1600, "height": 900}, bypass_csp=True)
+        page.goto(f"{url.rpartition('/')[0]}/{PANELS}")
+        page.locator(".picture canvas:visible").wait_for()
+        yield page
 
-        def start(*argv, **more):
-            started.append(subprocess.Popen(argv, env=environment, text=True, **{**pipes, **more}))
-            return started[-1]
 
-        try:
-            start(os.path.join(SCRIPTS, "rosmaster"), "-p", str(port))
-            publisher = start(sys.executable, "-c", PUBLISHER)
-            publisher.stdout.readline()
-            drain(publisher.stdout)
-            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser", stderr=subprocess.PIPE)
-            url = re.search(r"http\S+", server.stderr.readline())[0]
-            with sync_playwright() as playwright:
-                browser = playwright.chromium.launch(
-                    executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-                )
-                page = browser.new_page(viewport={"width": 1600, "height": 900}, bypass_csp=True)
-                page.goto(f"{url.rpartition('/')[0]}/{PANELS}")
-                page.locator(".picture canvas:visible").wait_for()
-                yield page
-                browser.close()
-        finally:
-            for process in reversed(started):
-                process.terminate()
-                process.wait()
+def publishing(programs):
+    """Start the publisher, and wait until it publishes."""
+    publisher = programs.run(PUBLISHER, stdout=subprocess.PIPE)
+    publisher.stdout.readline()
+    return publisher
 
 
 def drain(stream):
@@ -165,33 +130,15 @@ def heap(moments):
     return f"heap with four panels: {sizes} ({100 * (found[-1] / found[0] - 1):+.0f} %)"
 
 
-def row(name, home, browsers, is_stuck, seconds):
-    port = free_port()
-    environment = {
-        **os.environ,
-        "ROS_HOME": home,
-        "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
-        "PYTHONPATH": SOURCE_PATH,
-    }
-    environment.pop("ROS_IP", None)
-    started = []
-
-    def start(*argv, read="stdout"):
-        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, read: subprocess.PIPE}
-        process = subprocess.Popen(argv, env=environment, text=True, **pipes)
-        started.append(process)
-        return process
-
-    try:
-        start(os.path.join(SCRIPTS, "rosmaster"), "-p", str(port))
-        publisher = start(sys.executable, "-c", PUBLISHER)
-        publisher.stdout.readline()
+def row(name, browsers, is_stuck, seconds):
+    with Programs() as programs:
+        publisher = publishing(programs)
         received, cpu, memory = 0, 0.0, 0
         own = psutil.Process(publisher.pid)
         own.cpu_percent()
         if browsers is not None:
-            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser", read="stderr")
-            url = re.search(r"http\S+", server.stderr.readline())[0]
+            server, url = programs.page("rqt_graph")
+            drain(server.stderr)
             process = psutil.Process(server.pid)
             received, cpu, memory = asyncio.run(look(url, process, browsers, is_stuck, seconds))
         else:
@@ -202,10 +149,6 @@ def row(name, home, browsers, is_stuck, seconds):
         images = f"{received / browsers / seconds:.1f}/s" if browsers else ""
         use = f"{cpu:10.0f}% {memory / 1e6:11.1f} MB" if browsers is not None else ""
         return f"{name:28} {sum(rates) / len(rates):6.0f} Hz {own_cpu:7.0f}% {images:>12} {use}"
-    finally:
-        for process in reversed(started):
-            process.terminate()
-            process.wait()
 
 
 async def look(url, process, browsers, is_stuck, seconds):
@@ -232,8 +175,6 @@ async def look(url, process, browsers, is_stuck, seconds):
 
 async def browse(url, counts, index):
     async with connected(url) as socket:
-        for number, (view, args) in enumerate(VIEWS):
-            await socket.send(json.dumps({"id": number, "view": view, "args": args}))
         async for message in socket:
             if isinstance(message, bytes):
                 counts[index] += 1
@@ -241,14 +182,13 @@ async def browse(url, counts, index):
 
 async def get_stuck(url):
     async with connected(url) as socket:
-        for number, (view, args) in enumerate(VIEWS):
-            await socket.send(json.dumps({"id": number, "view": view, "args": args}))
         socket.transport.pause_reading()
         await asyncio.Event().wait()
 
 
 @contextlib.asynccontextmanager
 async def connected(url):
+    """Connect as a browser that shows the views."""
     parts = urlsplit(url)
     token = parts.fragment.partition("/")[0].removeprefix("token=")
     async with connect(
@@ -259,6 +199,8 @@ async def connected(url):
         compression=None,
     ) as socket:
         await socket.send(json.dumps({"token": token}))
+        for number, (view, args) in enumerate(VIEWS):
+            await socket.send(json.dumps({"id": number, "view": view, "args": args}))
         yield socket
 
 

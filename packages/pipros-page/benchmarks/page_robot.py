@@ -22,19 +22,16 @@ not count.
 """
 
 import argparse
-import contextlib
 import os
-import subprocess
 import sys
-import tempfile
 import time
 
 import psutil
-from playwright.sync_api import sync_playwright
+from programs import QUIET, Programs
 
-SCRIPTS = os.path.dirname(sys.executable)
+from tests.browser.chromium import running_chromium
+
 PROGRAMS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page_robot_programs.py")
-PORT = 13973
 POINTS = 1_000_000
 FILE = """\
 Visualization Manager:
@@ -154,66 +151,42 @@ BARE = """async ([count, projection, world, width, height]) => {
 }"""
 
 
-class System:
+class System(Programs):
     """The robot, and servers of scenes."""
 
-    def __init__(self, stack):
-        self._stack = stack
-        self.folder = stack.enter_context(tempfile.TemporaryDirectory())
-        self._environment = {
-            **os.environ,
-            "ROS_MASTER_URI": f"http://localhost:{PORT}",
-            "ROS_HOME": self.folder,
-        }
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        self._quiet = quiet
-        self.start(os.path.join(SCRIPTS, "roscore"), "-p", str(PORT), **quiet)
-        time.sleep(2)
+    def __init__(self):
+        super().__init__("roscore")
         for role in ("robot", "cameras", "logger", "others"):
             self.role(role)
         for package, name in (("turtlesim", "turtlesim_node"), ("actionlib_tutorials", "fibonacci_server")):
-            more = {"PIPROS_BROWSER": "off"}
-            self.start(os.path.join(SCRIPTS, "rosrun"), package, name, variables=more, **quiet)
+            self.start("rosrun", package, name, variables={"PIPROS_BROWSER": "off"}, **QUIET)
         time.sleep(3)
 
-    def start(self, *argv, variables=None, **more):
-        process = subprocess.Popen(argv, env={**self._environment, **(variables or {})}, **more)
-        self._stack.callback(process.wait)
-        self._stack.callback(process.terminate)
-        return process
-
     def role(self, name):
-        return self.start(sys.executable, PROGRAMS, name, **self._quiet)
+        return self.start(sys.executable, PROGRAMS, name, **QUIET)
 
     def serve(self, displays):
         """Start a server with a scene. Return its process and its address."""
         file = os.path.join(self.folder, "scene.rviz")
         with open(file, "w") as out:
             out.write(FILE.format(displays=displays))
-        program = os.path.join(SCRIPTS, "rviz")
-        server = self.start(program, "--no-browser", "-d", file, stderr=subprocess.PIPE, text=True)
-        return server, server.stderr.readline().split(": ", 1)[1].strip()
+        return self.page("rviz", "-d", file)
 
 
-class Browser:
-    """Chromium with one page, and its figures."""
+def opened(browser, address):
+    tab = browser.new_page(viewport={"width": 1440, "height": 900})
+    tab.set_default_timeout(180_000)
+    tab.on("pageerror", lambda error: print(error, flush=True))
+    tab.goto(address, wait_until="commit")
+    return tab
 
-    def __init__(self, playwright):
-        program = "/usr/bin/chromium" if os.path.exists("/usr/bin/chromium") else None
-        self.browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
 
-    def open(self, address):
-        tab = self.browser.new_page(viewport={"width": 1440, "height": 900})
-        tab.set_default_timeout(180_000)
-        tab.on("pageerror", lambda error: print(error, flush=True))
-        tab.goto(address, wait_until="commit")
-        return tab
-
-    def scene(self, address, name):
-        tab = self.open(address)
-        tab.wait_for_function(IS_DRAWN, arg=name)
-        tab.evaluate(BEGIN, name)
-        return tab
+def drawn_scene(browser, address, name):
+    """Open a scene, and count its pictures once it shows the display with this name."""
+    tab = opened(browser, address)
+    tab.wait_for_function(IS_DRAWN, arg=name)
+    tab.evaluate(BEGIN, name)
+    return tab
 
 
 def script_s(session):
@@ -260,32 +233,19 @@ def measure(tab, state, server, seconds, label):
 
 
 def rows(system, browser, seconds, only):
-    heads = (
-        "pictures/s",
-        "ms",
-        "messages/s",
-        "script ms",
-        "handling",
-        "MB each",
-        "MB/s",
-        "heap",
-        "server",
-        "cpu",
-    )
-    widths = (11, 8, 12, 12, 10, 9, 8, 8, 8, 7)
-    heading = "".join(head.rjust(width) for head, width in zip(heads, widths, strict=True))
-    print(f"{'':28}{heading}")
+    heads = " pictures/s      ms  messages/s   script ms  handling  MB each    MB/s    heap  server    cpu"
+    print(f"{'':28}{heads}")
     for label, displays, name, role in ROWS:
         if only not in label and not only.startswith(label):
             continue
         sender = system.role(role) if role else None
         server, address = system.serve(displays)
-        tab = browser.scene(address, name)
+        tab = drawn_scene(browser, address, name)
         measure(tab, (STATE, name), server, seconds, label)
         if role == "cloud":
             camera = tab.evaluate(CAMERA)
             tab.close()
-            tab = browser.open(f"{address.rpartition('/')[0]}/topics")
+            tab = opened(browser, f"{address.rpartition('/')[0]}/topics")
             tab.evaluate(BARE, [POINTS, *camera])
             measure(tab, ("() => window.drawn",), server, seconds, "the same, three.js alone")
         tab.close()
@@ -299,7 +259,7 @@ def soak(system, browser, minutes):
     for role in ("markers", "cloud"):
         system.role(role)
     server, address = system.serve(f"{MARKERS}, {CLOUD}")
-    tab = browser.scene(address, "Cloud")
+    tab = drawn_scene(browser, address, "Cloud")
     tab.wait_for_function(IS_DRAWN, arg="Markers")
     session = tab.context.new_cdp_session(tab)
     process, history = psutil.Process(server.pid), []
@@ -332,13 +292,10 @@ def main():
     parser.add_argument("--only", default="", metavar="TEXT", help="only rows whose label contains TEXT")
     parser.add_argument("--minutes", type=int, default=0, help="show markers and cloud for so long instead")
     options = parser.parse_args()
-    with contextlib.ExitStack() as stack:
-        system = System(stack)
-        browser = Browser(stack.enter_context(sync_playwright()))
+    with System() as system, running_chromium() as browser:
         if options.minutes:
             return 0 if soak(system, browser, options.minutes) else 1
         rows(system, browser, options.seconds, options.only)
-        browser.browser.close()
     return 0
 
 

@@ -10,24 +10,19 @@ Needs Chromium and Playwright.
 """
 
 import argparse
-import contextlib
-import os
 import struct
-import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
 import psutil
 from playwright.sync_api import TimeoutError as NeverShown
-from playwright.sync_api import sync_playwright
+from programs import QUIET, Programs
 
 from pipros.bag import BagWriter
 from pipros.msg import load_message_class
+from tests.browser.chromium import running_chromium
 
-SCRIPTS = os.path.dirname(sys.executable)
-PORT = 13972
 SECONDS = 12
 HALF = SECONDS // 2
 POINTS = 20_000
@@ -113,31 +108,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--minutes", type=float, default=60.0)
     minutes = parser.parse_args().minutes
-    with contextlib.ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{PORT}", "ROS_HOME": str(folder)}
-
-        def start(name, *argv, **more):
-            process = subprocess.Popen([os.path.join(SCRIPTS, name), *argv], env=environment, **more)
-            stack.callback(process.wait)
-            stack.callback(process.terminate)
-            return process
-
+    with Programs("roscore") as programs:
+        folder = Path(programs.folder)
         make_bag(folder / "loop.bag")
         (folder / "scene.rviz").write_text(FILE)
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        start("roscore", "-p", str(PORT), **quiet)
         time.sleep(3)
-        start("rosparam", "set", "/use_sim_time", "true").wait()
-        start("rosbag", "play", "-q", "-l", "--clock", str(folder / "loop.bag"), **quiet)
-        server = start(
-            "rviz", "--no-browser", "-d", str(folder / "scene.rviz"), stderr=subprocess.PIPE, text=True
-        )
-        address = server.stderr.readline().split(": ", 1)[1].strip()
-        browser = stack.enter_context(sync_playwright()).chromium.launch(
-            executable_path="/usr/bin/chromium" if os.path.exists("/usr/bin/chromium") else None,
-            args=["--no-sandbox"],
-        )
+        programs.start("rosparam", "set", "/use_sim_time", "true").wait()
+        programs.start("rosbag", "play", "-q", "-l", "--clock", str(folder / "loop.bag"), **QUIET)
+        server, address = programs.page("rviz", "-d", str(folder / "scene.rviz"))
+        browser = programs.enter_context(running_chromium())
         tab = browser.new_page(viewport={"width": 1000, "height": 700})
         tab.on("pageerror", lambda error: print(error, flush=True))
         tab.on("requestfailed", lambda request: print(request.url, request.failure, flush=True))
@@ -148,7 +127,6 @@ def main():
             print(tab.evaluate("document.body.innerText"))
             return 1
         good = watch(tab, psutil.Process(server.pid), time.monotonic() + 60 * minutes)
-        browser.close()
     return 0 if good else 1
 
 

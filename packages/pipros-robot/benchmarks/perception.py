@@ -28,6 +28,7 @@ import xmlrpc.client
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
@@ -44,7 +45,6 @@ COMMANDS = {
     "pipros": [str(Path(sys.executable).parent / "rosrun"), "nodelet", "nodelet"],
     "genuine": ["/usr/lib/nodelet/nodelet"],
 }
-TICKS = os.sysconf("SC_CLK_TCK")
 WARM_UP_S = 1.5
 DRAIN_S = 1.0
 RELAY = """
@@ -61,14 +61,13 @@ class Relay:
 
 def cpu_s(pid):
     """Return the processor time that a process has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS
+    return sum(psutil.Process(pid).cpu_times()[:2])
 
 
 def machine_s():
     """Return the processor time that all processes of the machine have used."""
-    user, nice, system, _, _, *others = map(int, Path("/proc/stat").read_text().split("\n")[0].split()[1:9])
-    return (user + nice + system + sum(others)) / TICKS
+    times = psutil.cpu_times()
+    return sum(times[:8]) - times.idle - times.iowait
 
 
 class Bench:

@@ -1,23 +1,19 @@
 #!/usr/bin/env python3
 """Time to write, open and read bags: pipros and genuine rosbag, in one run.
 
-    script/bench bags [--rounds 3] [--only none,index] [--dir FOLDER]
+    script/bench bags [--rounds 3] [--only none,index]
 
-Each implementation runs in its own Python, on the same disk. They alternate, round by round, and the best
-round of each counts, so that other load affects both alike.
+Each implementation runs in its own Python, on the disk of TMPDIR. They alternate, round by round, and the
+best round of each counts, so that other load affects both alike.
 """
 
-import argparse
-import json
+import functools
 import os
-import subprocess
-import sys
 import tempfile
 import time
 
-from table import Row, markdown, write_json
+from worlds import compare, one_process, say
 
-PYTHON = "/usr/bin/python3"
 PARTS = ("none", "bz2", "lz4", "images", "index")
 
 
@@ -59,7 +55,7 @@ def count_messages(path):
         return min(1, bag.get_message_count())
 
 
-def measure(part, folder):
+def figures_of(part, folder):
     """Return one part's figures by name."""
     from sensor_msgs.msg import Image, Imu
     from std_msgs.msg import String
@@ -73,9 +69,7 @@ def measure(part, folder):
         for suffix, data in (("", os.urandom(921600)), (", lz4", bytes(range(256)) * 3600)):
             image = Image(height=480, width=640, encoding="rgb8", step=1920, data=data)
             compression = suffix.removeprefix(", ") or "none"
-            path = os.path.join(
-                folder, f"{part} {compression}.bag"
-            )  # emptying the other bag would take its time
+            path = os.path.join(folder, f"{compression}.bag")  # emptying the other bag would take its time
             figures["write Image 0.9 MB" + suffix] = timed(write(path, ["/camera"], image, 100, compression))
             figures["read Image 0.9 MB" + suffix] = timed(read(path))
         return figures
@@ -95,39 +89,15 @@ def measure(part, folder):
     }
 
 
-def run(python, part, folder):
-    """Return one implementation's figures for one part, measured in a separate process."""
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    if python == PYTHON:
-        environment["PATH"] = "/usr/bin:/bin"
-    argv = [python, os.path.abspath(__file__), "--worker", part, "--dir", folder]
-    return json.loads(subprocess.run(argv, env=environment, check=True, stdout=subprocess.PIPE).stdout)
+def worker_bag(part):
+    with tempfile.TemporaryDirectory() as folder:
+        say(**{f"bag: {name}: us": value for name, value in figures_of(part, folder).items()})
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--only", default=",".join(PARTS))
-    parser.add_argument("--dir")
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.worker:
-        print(json.dumps(measure(options.worker, options.dir)))
-        return
-    rows = []
-    with tempfile.TemporaryDirectory(dir=options.dir) as folder:
-        for part in options.only.split(","):
-            taken = {}
-            for _ in range(options.rounds):
-                for side, python in (("genuine", PYTHON), ("pipros", sys.executable)):
-                    for name, value in run(python, part, folder).items():
-                        taken.setdefault(name, {}).setdefault(side, []).append(value)
-            rows += [Row(f"bag: {name}: us", values, best=True) for name, values in taken.items()]
-    print(markdown(rows))
-    if options.json:
-        write_json(options.json, rows)
+def measure(part, world, _seconds):
+    return one_process(world, __file__, "bag", part)
 
 
 if __name__ == "__main__":
-    main()
+    workloads = {part: functools.partial(measure, part) for part in PARTS}
+    compare(__doc__, workloads, globals(), best=True)

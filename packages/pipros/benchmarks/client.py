@@ -21,7 +21,17 @@ import time
 import xmlrpc.client
 
 from table import Row, markdown, write_json
-from worlds import answer, finish, init, message, open_worlds, option_parser, ran_as_worker, say
+from worlds import (
+    answer,
+    finish,
+    init,
+    message,
+    one_process,
+    open_worlds,
+    option_parser,
+    ran_as_worker,
+    say,
+)
 
 # ---- workers: in their own processes, with the public rospy API only
 
@@ -262,17 +272,11 @@ def control(world, _seconds, megabytes, peers):
 
 
 def many(world, _seconds, what):
-    process = world.work("many")
-    value = answer(process)[what]
-    finish(process)
-    return value
+    return one_process(world, __file__, "many")[what]
 
 
 def start(world, _seconds, what):
-    process = world.work("start")
-    value = answer(process)[what]
-    finish(process)
-    return value * 1e3
+    return one_process(world, __file__, "start")[what] * 1e3
 
 
 def imports(world, _seconds):
@@ -295,10 +299,7 @@ def leave(world, _seconds):
 
 
 def memory(world, _seconds):
-    talker = world.work("talker")
-    value = answer(talker)["mb"]
-    finish(talker)
-    return value
+    return one_process(world, __file__, "talker")["mb"]
 
 
 MORE, LESS = True, False

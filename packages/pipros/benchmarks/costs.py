@@ -21,32 +21,19 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy
 import psutil
+from programs import QUIET, Programs
 
 from pipros.basics.env import Environment
-from pipros.launch.roscore import Core
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.this_machine import ThisMachineCaller
 from pipros.node import Node, Publisher
-from pipros.workspace.index import SHARED_PACKAGES
-
-DEFINITIONS = {
-    "strings": lambda count: "\n".join(f"string f{number}" for number in range(count)),
-    "numbers": lambda count: "\n".join(f"float64 f{number}" for number in range(count)),
-    "string arrays": lambda count: "\n".join(f"string[] f{number}" for number in range(count)),
-    "times": lambda count: "\n".join(f"time f{number}" for number in range(count)),
-    "messages": lambda count: (
-        "\n".join(f"a/B f{number}" for number in range(count // 12))
-        + f"\n{'=' * 80}\nMSG: a/B\n"
-        + "\n".join(f"string f{number}" for number in range(9))
-    ),
-}
 
 
 def processor_s(command: list[str], **variables: str) -> float:
@@ -99,7 +86,7 @@ def measure_numpy() -> None:
 
 
 def steered(
-    process: subprocess.Popen[bytes],
+    process: subprocess.Popen[str],
     publishers: Sequence[Publisher],
     command: Any,
     received: Sequence[object],
@@ -121,27 +108,24 @@ def steered(
     return used / passed, (len(received) - count) / passed
 
 
+@contextmanager
+def simulated(last_service: str, *program: str) -> Iterator[tuple[subprocess.Popen[str], Node]]:
+    """Run a simulator with its own master, and yield it with a node, once its last service is registered."""
+    with Programs() as programs:
+        process = programs.start("rosrun", *program, **QUIET)
+        environment = Environment(master_uri=programs.environment["ROS_MASTER_URI"])
+        with Node("benchmark", environment=environment) as node:
+            while last_service not in dict(node.master.get_system_state()[2]):
+                time.sleep(0.05)
+            yield process, node
+
+
 def measure_turtlesim(seconds: float = 5.0) -> None:
     twist = load_message_class("geometry_msgs/Twist")
     spawn = load_service_class("turtlesim/Spawn")
     got: list[object] = []
-    with ExitStack() as stack:
-        core = stack.enter_context(Core(port=0))
-        local = Environment(master_uri=core.uri)
-        program = SHARED_PACKAGES / "turtlesim" / "scripts" / "turtlesim_node"
-        process = subprocess.Popen(
-            [sys.executable, program, f"__master:={core.uri}"],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        stack.callback(process.wait)
-        stack.callback(process.terminate)
-        node = stack.enter_context(Node("benchmark", environment=local))
-        client = node.client("/spawn", spawn)
-        # the node's last service to be registered
-        while "/kill" not in dict(node.master.get_system_state()[2]):
-            time.sleep(0.05)
-        client.call(spawn._request_class(x=2.0, y=2.0, name="turtle2"), 10)
+    with simulated("/kill", "turtlesim", "turtlesim_node") as (process, node):
+        node.client("/spawn", spawn).call(spawn._request_class(x=2.0, y=2.0, name="turtle2"), 10)
         for turtle in ("turtle1", "turtle2"):
             for topic in ("Pose pose", "Color color_sensor"):
                 kind, name = topic.split()
@@ -157,24 +141,8 @@ def measure_turtlesim(seconds: float = 5.0) -> None:
 def measure_robots(seconds: float = 10.0) -> None:
     twist = load_message_class("geometry_msgs/Twist")
     scans: list[object] = []
-    with ExitStack() as stack:
-        core = stack.enter_context(Core(port=0))
-        process = subprocess.Popen(
-            [
-                sys.executable,
-                SHARED_PACKAGES / "pipros_sim" / "scripts" / "sim",
-                f"__master:={core.uri}",
-                "_robots:=10",
-                "_headless:=true",
-            ],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        stack.callback(process.wait)
-        stack.callback(process.terminate)
-        node = stack.enter_context(Node("benchmark", environment=Environment(master_uri=core.uri)))
-        while "/reset_positions" not in dict(node.master.get_system_state()[2]):  # its last service
-            time.sleep(0.05)
+    program = ("pipros_sim", "sim", "_robots:=10", "_headless:=true")
+    with simulated("/reset_positions", *program) as (process, node):
         node.subscribe("/tf", load_message_class("tf2_msgs/TFMessage"), lambda _: None)
         publishers = []
         for index in range(10):

@@ -14,7 +14,7 @@ import statistics
 import subprocess
 import time
 
-from worlds import answer, compare, finish, init, say
+from worlds import answer, compare, finish, init, one_process, say
 
 FRAMES = 50
 RATE_HZ = 100
@@ -199,11 +199,8 @@ def worker_action_client(alone):
 # ---- the driver
 
 
-def one_process(world, role, what, *arguments):
-    process = world.start(__file__, role, *arguments)
-    value = answer(process)
-    finish(process)
-    return {figure: value[name] for figure, name in what.items()}
+def named(figures, what):
+    return {label: figures[name] for label, name in what.items()}
 
 
 TF = {
@@ -221,7 +218,7 @@ FILTER = {
 
 
 def tf(world, _seconds):
-    return one_process(world, "tf", TF)
+    return named(one_process(world, __file__, "tf"), TF)
 
 
 def listener(world, seconds):
@@ -229,24 +226,24 @@ def listener(world, seconds):
     answer(sender)
     try:
         label = f"tf listener, {FRAMES} frames at {RATE_HZ} Hz: % of a processor"
-        return one_process(world, "listener", {label: "percent"}, seconds)
+        return {label: one_process(world, __file__, "listener", seconds)["percent"]}
     finally:
         finish(sender)
 
 
 def synchronizers(world, _seconds):
-    return one_process(world, "filter", FILTER)
+    return named(one_process(world, __file__, "filter"), FILTER)
 
 
 def action(world, _seconds):
-    figures = one_process(world, "action_client", {"send_goal_and_wait, one process: ms": "mean"}, True)
+    one = one_process(world, __file__, "action_client", True)["mean"]
     server = world.start(__file__, "action_server")
     answer(server)
     try:
-        more = one_process(world, "action_client", {"send_goal_and_wait, two processes: ms": "mean"}, False)
+        two = one_process(world, __file__, "action_client", False)["mean"]
     finally:
         finish(server)
-    return {**figures, **more}
+    return {"send_goal_and_wait, one process: ms": one, "send_goal_and_wait, two processes: ms": two}
 
 
 def imports(world, _seconds):

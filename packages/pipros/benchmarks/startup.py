@@ -18,7 +18,6 @@ import random
 import shutil
 import signal
 import socket
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -29,7 +28,8 @@ from pathlib import Path
 from typing import IO, cast
 from xmlrpc.client import ServerProxy
 
-from table import Row, heed_interrupts, write_json
+from table import Row, heed_interrupts, markdown, write_json
+from worlds import taken_in_turn
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
@@ -126,18 +126,9 @@ class World:
 
     @contextmanager
     def master(self) -> Iterator[None]:
-        core = subprocess.Popen(  # noqa: S603
-            ["roscore", "-p", str(self.port)],  # noqa: S607
-            env=self.environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        try:
+        with self.running("roscore", "-p", str(self.port)):
             self._wait_for_rosout()
             yield
-        finally:
-            end(core)
 
     def _wait_for_rosout(self) -> None:
         deadline = time.monotonic() + READY_WITHIN_S
@@ -157,12 +148,12 @@ def commands(world: World) -> dict[str, float]:
         world.run("rosparam", "set", "/rate", "10")
         world.run("rosparam", "set", "/robot", "{name: r1, wheels: [1.5, 2.5], base: {width: 0.4}}")
         return {
-            "rostopic list": world.run("rostopic", "list"),
-            "rosnode list": world.run("rosnode", "list"),
-            "rosparam get, a number": world.run("rosparam", "get", "/rate"),
-            "rosparam get, a string of two lines": world.run("rosparam", "get", "/rosversion"),
-            "rosparam get, a dictionary": world.run("rosparam", "get", "/robot"),
-            "rosmsg show sensor_msgs/JointState": world.run("rosmsg", "show", "sensor_msgs/JointState"),
+            "rostopic list: s": world.run("rostopic", "list"),
+            "rosnode list: s": world.run("rosnode", "list"),
+            "rosparam get, a number: s": world.run("rosparam", "get", "/rate"),
+            "rosparam get, a string of two lines: s": world.run("rosparam", "get", "/rosversion"),
+            "rosparam get, a dictionary: s": world.run("rosparam", "get", "/robot"),
+            "rosmsg show sensor_msgs/JointState: s": world.run("rosmsg", "show", "sensor_msgs/JointState"),
         }
 
 
@@ -171,7 +162,7 @@ def echo(world: World) -> dict[str, float]:
     with world.master(), world.running("rostopic", "pub", "-l", "/latched", *HELLO):
         # when this command ends, the publisher is available
         world.run("rostopic", "echo", "-n", "1", "/latched")
-        return {"rostopic echo -n 1, latched": world.run("rostopic", "echo", "-n", "1", "/latched")}
+        return {"rostopic echo -n 1, latched: s": world.run("rostopic", "echo", "-n", "1", "/latched")}
 
 
 def completion(world: World) -> dict[str, float]:
@@ -184,22 +175,22 @@ def completion(world: World) -> dict[str, float]:
     else:
         command = ("pipros-complete", "2", "rostopic", "echo", "/")
     with world.master():
-        return {"rostopic echo /<TAB>": world.run(*command)}
+        return {"rostopic echo /<TAB>: s": world.run(*command)}
 
 
 def imports(world: World) -> dict[str, float]:
-    return {"import rospy": world.run("python3", "-c", "import rospy")}
+    return {"import rospy: s": world.run("python3", "-c", "import rospy")}
 
 
 def core(world: World) -> dict[str, float]:
     up, down = world.run_until("started core service", "roscore", "-p", str(world.port))
-    return {"roscore, start": up, "roscore, exit after Ctrl-C": down}
+    return {"roscore, start: s": up, "roscore, exit after Ctrl-C: s": down}
 
 
 def node(world: World) -> dict[str, float]:
     with world.master():
         up, down = world.run_until("%25", "rosrun", "composiv_tryouts", "composiv_talker.py")
-    return {"rosrun talker, first line": up, "rosrun talker, exit after Ctrl-C": down}
+    return {"rosrun talker, first line: s": up, "rosrun talker, exit after Ctrl-C: s": down}
 
 
 def launch(world: World) -> dict[str, float]:
@@ -217,14 +208,14 @@ def launch(world: World) -> dict[str, float]:
     path = world.environment["ROS_PACKAGE_PATH"].replace(str(EXAMPLE), str(copied.parent))
     up_at_100_hz, _ = world.run_until("Battery level of vehicle", *argv, ROS_PACKAGE_PATH=path)
     return {
-        "roslaunch, first message received": up,
-        "roslaunch, first message received, 100 Hz": up_at_100_hz,
-        "roslaunch, exit after Ctrl-C": down,
+        "roslaunch, first message received: s": up,
+        "roslaunch, first message received, 100 Hz: s": up_at_100_hz,
+        "roslaunch, exit after Ctrl-C: s": down,
     }
 
 
 def test(world: World) -> dict[str, float]:
-    return {"rostest": world.run("rostest", "composiv_tryouts", "composiv_tryout.launch")}
+    return {"rostest: s": world.run("rostest", "composiv_tryouts", "composiv_tryout.launch")}
 
 
 def build(world: World) -> dict[str, float]:
@@ -233,7 +224,7 @@ def build(world: World) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(EXAMPLE / "composiv_tryouts", Path(folder, "src", "composiv_tryouts"))
         argv = ("catkin_make", "-C", folder)
-        return {"catkin_make": world.run(*argv), "catkin_make without changes": world.run(*argv)}
+        return {"catkin_make: s": world.run(*argv), "catkin_make without changes: s": world.run(*argv)}
 
 
 SCENES: dict[str, Callable[[World], dict[str, float]]] = {
@@ -244,7 +235,7 @@ SCENES: dict[str, Callable[[World], dict[str, float]]] = {
     "roscore": core,
     "rosrun": node,
     "roslaunch": launch,
-    "rostest": test,
+    "rostest: s": test,
     "build": build,
 }
 
@@ -295,31 +286,19 @@ def main() -> None:
     parser.add_argument("--json", help="also write the rows to this file")
     arguments = parser.parse_args()
     heed_interrupts()
+    rows: list[Row] = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         worlds = [World("pipros", f"{arguments.python.absolute().parent}:/usr/bin:/bin", folder / "pipros")]
         with generated_messages(folder / "generated") as generated:
             if generated:
-                path = f"{EXAMPLE}:/usr/share"
-                more = {"PYTHONPATH": str(generated), "ROS_PACKAGE_PATH": path}
+                more = {"PYTHONPATH": str(generated), "ROS_PACKAGE_PATH": f"{EXAMPLE}:/usr/share"}
                 worlds.append(World("genuine", "/usr/bin:/bin", folder / "genuine", **more))
-            measured: dict[str, dict[str, list[float]]] = {}
-            for _ in range(arguments.rounds):
-                for scene in arguments.only.split(","):
-                    for world in worlds:
-                        for what, seconds in SCENES[scene](world).items():
-                            measured.setdefault(what, {}).setdefault(world.name, []).append(seconds)
+            for scene in arguments.only.split(","):
+                rows += taken_in_turn(SCENES[scene], worlds, arguments.rounds)
     if arguments.json:
-        write_json(arguments.json, [Row(f"{what}: s", values) for what, values in measured.items()])
-    print(installation(arguments.python))
-    print(f"{'seconds, median of ' + str(arguments.rounds):36}{'pipros':>9}{'genuine':>9}{'ratio':>9}")
-    for what, by_world in measured.items():
-        ours = statistics.median(by_world["pipros"])
-        line = f"{what:36}{ours:9.3f}"
-        if "genuine" in by_world:
-            theirs = statistics.median(by_world["genuine"])
-            line += f"{theirs:9.3f}{theirs / ours:8.1f}x"
-        print(line)
+        write_json(arguments.json, rows)
+    print(f"{installation(arguments.python)}\n\n{markdown(rows)}")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import signal
 import socket
 import statistics
 import sys
+import time
 
 #: Variables that make the allocator keep freed memory. Large messages then cause fewer page faults.
 TUNED = {"MALLOC_TOP_PAD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(64 << 20)}
@@ -137,3 +138,15 @@ def free_port():
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
         return found.getsockname()[1]
+
+
+def wait_for_port(port):
+    """Wait until a program listens on a TCP port of loopback, for at most 60 s."""
+    end_s = time.monotonic() + 60
+    while True:
+        try:
+            return socket.create_connection(("127.0.0.1", port)).close()
+        except OSError:
+            if time.monotonic() > end_s:
+                raise
+            time.sleep(0.002)

@@ -8,13 +8,12 @@ import contextlib
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
 
-from table import TUNED, Load, Row, heed_interrupts, markdown, write_json
+from table import TUNED, Load, Row, free_port, heed_interrupts, markdown, wait_for_port, write_json
 
 GENUINE_PYTHON = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -62,26 +61,24 @@ def say(**values):
 class World:
     """One implementation: its Python, its master, and the processes started in it."""
 
-    def __init__(self, name, python, variables=None):
+    def __init__(self, name, python, variables=None, master=("rosmaster", "--core")):
         self.name, self.python = name, python
         self.home = tempfile.TemporaryDirectory()
         self.errors = open(os.path.join(self.home.name, "errors"), "w+")  # noqa: SIM115  # closed with us
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
+        self.port = free_port()
         self.environment = {
             "HOME": self.home.name,
             "ROS_HOME": self.home.name,
             "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
             "ROS_IP": "127.0.0.1",
             "PATH": os.path.dirname(python) + ":/usr/bin:/bin",
+            "TMPDIR": tempfile.gettempdir(),
             **(variables or {}),
         }
-        self.master = self.spawn([self.find("rosmaster"), "--core", "-p", str(self.port)])
-        while True:
-            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), 1):
-                break
-            time.sleep(0.02)
+        began = time.perf_counter()
+        self.master = self.spawn([self.find(master[0]), *master[1:], "-p", str(self.port)])
+        wait_for_port(self.port)
+        self.ready_s = time.perf_counter() - began
 
     def find(self, command):
         return os.path.join(os.path.dirname(self.python), command)
@@ -110,10 +107,15 @@ class World:
         return True
 
     def close(self):
+        """Return the seconds from Ctrl-C to the end of the master."""
+        began = time.perf_counter()
         self.master.send_signal(signal.SIGINT)
+        self.master.wait()
+        passed = time.perf_counter() - began
         self.master.communicate()
         self.errors.close()
         self.home.cleanup()
+        return passed
 
 
 class CppWorld(World):
@@ -172,6 +174,14 @@ def answer(process):
     raise SystemExit(f"{process.args} ended without a result, with exit code {process.wait()}")
 
 
+def one_process(world, script, role, *arguments):
+    """Return the answer of a worker, after its end."""
+    process = world.start(script, role, *arguments)
+    value = answer(process)
+    finish(process)
+    return value
+
+
 def finish(process):
     with contextlib.suppress(BrokenPipeError):
         process.stdin.close()
@@ -204,13 +214,26 @@ def ran_as_worker(options, functions):
     return False
 
 
-def compare(description, workloads, functions, seconds):
+def taken_in_turn(measure, worlds, rounds, *arguments, best=False):
+    """Return the rows of a workload that is measured in each world, round by round.
+
+    `measure(world, *arguments)` returns figures by label; of those whose label ends in "/s", more is better.
+    """
+    taken = {}
+    for _ in range(rounds):
+        for world in worlds:
+            for label, value in measure(world, *arguments).items():
+                taken.setdefault(label, {}).setdefault(world.name, []).append(value)
+    return [Row(label, values, label.endswith("/s"), best=best) for label, values in taken.items()]
+
+
+def compare(description, workloads, functions, seconds=2.0, best=False):
     """Run a benchmark whose workloads return several figures each.
 
     Args:
-        workloads: functions by name, called with a world and a duration. They return figures by label; of
-            those whose label ends in "/s", more is better.
+        workloads: functions by name, called with a world and a duration. They return figures by label.
         functions: the benchmark's globals, with its workers.
+        best: whether the best round counts instead of the median.
     """
     options = option_parser(description, workloads, seconds).parse_args()
     if ran_as_worker(options, functions):
@@ -218,12 +241,7 @@ def compare(description, workloads, functions, seconds):
     rows = []
     with open_worlds(tuned=False) as worlds:
         for name in options.only.split(",") if options.only else workloads:
-            taken = {}
-            for _ in range(options.rounds):
-                for world in worlds:
-                    for label, value in workloads[name](world, options.seconds).items():
-                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
-            rows += [Row(label, values, label.endswith("/s")) for label, values in taken.items()]
+            rows += taken_in_turn(workloads[name], worlds, options.rounds, options.seconds, best=best)
     print(markdown(rows))
     if options.json:
         write_json(options.json, rows)
