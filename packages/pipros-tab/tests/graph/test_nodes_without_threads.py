@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 import pytest
 
@@ -98,6 +99,72 @@ def test_an_interrupt_ends_a_program_that_computes_only_the_second_time(tab: Tab
     assert output_of(tab.run("rosnode", "list")) == "/busy\n/rosout\n"
     busy.interrupt()
     assert busy.wait() != 0
+
+
+WAITS: Final = {
+    "sleep": "rospy.sleep(1000)",
+    "time": "time.sleep(1000)",
+    "event": "threading.Event().wait()",
+    "loop": "while True: rospy.sleep(1000)",
+    "rate": "while not rospy.is_shutdown(): rospy.Rate(0.01).sleep()",
+    "message": "rospy.wait_for_message('/silent', String)",
+    "service": "rospy.wait_for_service('/nobody')",
+    "call": "rospy.ServiceProxy('~slow', Empty)()",
+}
+"""What a callback waits for."""
+
+
+WAITING: Final = """
+import threading, time
+import rospy
+from std_msgs.msg import String
+from std_srvs.srv import Empty
+
+def wait(message):
+    print("waits", flush=True)
+    WAIT
+
+rospy.init_node("NAME")
+rospy.on_shutdown(lambda: print("the hook ran"))
+rospy.Service("~slow", Empty, lambda _: time.sleep(1000))
+rospy.Subscriber("~own", String, wait)
+publisher = rospy.Publisher("~own", String, queue_size=1, latch=True)
+publisher.publish("once")
+rospy.spin()
+print("over")
+"""
+
+
+@pytest.mark.parametrize("name", WAITS)
+def test_ctrl_c_ends_a_node_whose_callback_waits(tab: TabHub, name: str) -> None:
+    node = tab.start(name, WAITING.replace("WAIT", WAITS[name]).replace("NAME", name))
+    wait_for_output(node, "waits")
+    node.interrupt()
+    assert output_of(node).endswith("the hook ran\nover\n")
+
+
+def test_a_callback_that_begins_while_its_node_ends_delays_it_little(tab: TabHub) -> None:
+    source = """
+import rospy
+from std_msgs.msg import String
+
+def wait(message):
+    print("waits", flush=True)
+    rospy.sleep(1000)
+
+def hook():
+    publisher.publish("late")
+    rospy.sleep(1)
+    print("the hook ran")
+
+rospy.init_node("late")
+rospy.on_shutdown(hook)
+rospy.Subscriber("~own", String, wait)
+publisher = rospy.Publisher("~own", String, queue_size=1)
+while publisher.get_num_connections() == 0:
+    rospy.sleep(0.1)
+"""
+    assert output_of(tab.start("late", source)) == "waits\nthe hook ran\n"
 
 
 def test_an_error_in_a_program_is_shown_with_its_line(tab: TabHub) -> None:

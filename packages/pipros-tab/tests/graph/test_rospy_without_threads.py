@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from types import FunctionType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any, Final
 
 import pytest
@@ -20,14 +20,12 @@ from tests.support.tab_hub import TabHub
 
 THREADS: Final = "starts a thread"
 CHILDREN: Final = "forks"
-NESTED: Final = "the end of the node runs inside of the callback that it waits for; Stop ends it"
 LEFT_OUT: Final = {
     "test_a_forked_child_ends_by_signals_and_takes_nothing_with_it": CHILDREN,
     "test_a_forked_child_may_start_its_own_node": CHILDREN,
     "test_a_node_logs_the_reason_of_a_requested_shutdown": "the test, which is outside, calls the node",
     "test_a_node_starts_without_openssl": "Pyodide has no OpenSSL; the hub of this test has",
     "test_a_node_waits_for_its_master_and_continues_when_it_starts": "the test is the master",
-    "test_a_running_call_may_end_after_a_signal": NESTED,
     "test_a_second_ctrl_c_ends_a_node_whose_hook_hangs": "the second raises KeyboardInterrupt",
     "test_a_signal_is_handled_while_another_library_owns_the_wakeup_descriptor": "runs asyncio",
     "test_a_signal_to_a_child_at_its_start_does_not_end_the_node": CHILDREN,
@@ -37,9 +35,6 @@ LEFT_OUT: Final = {
     "test_simulated_time_follows_clock": THREADS,
 }
 """Why a test does not run without threads."""
-
-LEFT_OUT_BODIES: Final = {test_rospy_process.CALLBACK_SLEEPS: NESTED, test_rospy_process.CALL_HANGS: NESTED}
-"""Why a test does not run with this parameter."""
 
 URI: Final = "http://127.0.0.1:11311/"
 CALL: Final = """
@@ -115,29 +110,13 @@ def client(processes: Processes, tmp_path: Path) -> Client:
     return Client(processes, script)
 
 
-def is_left_out(parameters: object) -> bool:
-    return isinstance(parameters, tuple) and parameters[0] in LEFT_OUT_BODIES
-
-
-def without_bodies(test: Any) -> Any:
-    """Return a copy of a test, without the parameters that are left out."""
-    copied = FunctionType(test.__code__, test.__globals__, test.__name__, test.__defaults__)
-    copied.pytestmark = [  # type: ignore[attr-defined]
-        pytest.mark.parametrize(
-            mark.args[0], [each for each in mark.args[1] if not is_left_out(each)], **mark.kwargs
-        ).mark
-        for mark in getattr(test, "pytestmark", [])
-    ]
-    return copied
-
-
 TESTS = {
     name: test
     for module in (test_rospy_again, test_rospy_facade, test_rospy_process)
     for name, test in vars(module).items()
     if name.startswith("test_")
 }
-globals().update({name: without_bodies(test) for name, test in TESTS.items() if name not in LEFT_OUT})
+globals().update({name: test for name, test in TESTS.items() if name not in LEFT_OUT})
 
 
 def test_only_existing_tests_are_left_out() -> None:

@@ -4,7 +4,8 @@ Theory of operation. A turn handles received packets, runs each event loop until
 and then calls jobs: links that can be read, and what would be a thread elsewhere. A job may wait. Its wait
 takes further turns, inside of the wait that called the job, so a callback can call a service, and serve a
 call meanwhile. Jobs therefore end in the opposite order, at most `DEEPEST` inside of each other. Links skip
-their turn while a callback of their topic runs.
+their turn while a callback of their topic runs. While a node ends, jobs that still wait after `END_S`
+end with SystemExit, as threads end with their process.
 """
 
 from __future__ import annotations
@@ -17,15 +18,20 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, SupportsIndex
+from typing import TYPE_CHECKING, Any, Final, SupportsIndex, TypeVar
 
 from pipros.tab.network import LONGEST_WAIT_S, Network
 
 if TYPE_CHECKING:
     from pipros.tab.sockets import TabSocket
 
+_Result = TypeVar("_Result")
+
 DEEPEST: Final = 20
 """Maximum number of jobs that run inside of each other. Pyodide's stack has room for more."""
+
+END_S: Final = 0.2
+"""How long jobs may go on waiting when a node ends."""
 
 
 class WorkerTurns:
@@ -39,7 +45,10 @@ class WorkerTurns:
         self._pending: set[TabSocket] = set()  # links that have more to do, although nothing has arrived
         self._repeated: list[tuple[float, int, Callable[[], float | None]]] = []  # a heap, by time
         self._numbers = itertools.count()
-        self._depth = 0
+        self._depth = 0  # number of jobs that run inside of each other
+        self._last: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._ending_depth = math.inf  # jobs that are deeper than this end
+        self._end_s = 0.0
 
     def wait(self, is_over: Callable[[], bool], timeout_s: float | None) -> bool:
         """Take turns until `is_over` returns True; return False if the timeout expires first."""
@@ -87,6 +96,20 @@ class WorkerTurns:
         """Call `job` in a later turn."""
         self._jobs.append((job, args))
 
+    def at_last(self, job: Callable[..., object], *args: Any) -> None:
+        """Call `job` in the outermost wait. Jobs that still wait after `END_S` are ended before."""
+        self._last.append((job, args))
+        self._end_s = time.monotonic() + (END_S if self._depth else 0.0)
+
+    def while_ending(self, job: Callable[[], object]) -> None:
+        """Call `job`. Jobs that are called inside of it and still wait after `END_S` are ended."""
+        before, self._ending_depth = self._ending_depth, self._depth
+        self._end_s = time.monotonic() + END_S
+        try:
+            job()
+        finally:
+            self._ending_depth = before
+
     def drive(self, loop: asyncio.AbstractEventLoop) -> None:
         """Run an event loop in all turns until it is closed."""
         self._loops.append(loop)
@@ -113,11 +136,22 @@ class WorkerTurns:
     def _take_turn(self) -> bool:
         """Run what is due. Return whether anything was."""
         has_run = self._run_loops()
-        if self._depth >= DEEPEST:
-            return has_run
+        if time.monotonic() >= self._end_s:
+            if self._last and not self._depth:
+                job, args = self._last.popleft()
+                self._run(job, *args)
+                has_run = True
+            elif self._depth > (0 if self._last else self._ending_depth):
+                raise SystemExit  # ends the job that waits here
+        return (self._depth < DEEPEST and self._run_jobs()) or has_run
+
+    def _run(self, job: Callable[..., _Result], *args: Any) -> _Result | None:
+        """Run a job. SystemExit ends only the job, as it ends only the thread elsewhere."""
         self._depth += 1
         try:
-            return self._run_jobs() or has_run
+            return job(*args)
+        except SystemExit:
+            return None
         finally:
             self._depth -= 1
 
@@ -127,19 +161,19 @@ class WorkerTurns:
             if not self._jobs:  # a job that waited has run the others
                 break
             job, args = self._jobs.popleft()
-            job(*args)
+            self._run(job, *args)
             has_run = True
         for sock, link in list(self._links.items()):
             if sock.fileno() < 0:
                 self._links.pop(sock, None)
                 self._pending.discard(sock)
             elif sock in self._pending or sock.is_readable:
-                has_more = link()
+                has_more = self._run(link)
                 (self._pending.discard if has_more is False else self._pending.add)(sock)
                 has_run = has_run or has_more is not None
         while self._repeated and self._repeated[0][0] <= time.monotonic():
             _, number, repeated = heapq.heappop(self._repeated)
-            pause_s = repeated()
+            pause_s = self._run(repeated)
             if pause_s is not None:
                 heapq.heappush(self._repeated, (time.monotonic() + pause_s, number, repeated))
             has_run = True
@@ -167,6 +201,8 @@ class WorkerTurns:
         timers = [_next_timer_s(loop) - loop.time() for loop in self._loops if not loop.is_closed()]
         if self._repeated:
             timers.append(self._repeated[0][0] - time.monotonic())
+        if self._last:
+            timers.append(self._end_s - time.monotonic())
         return min(timers, default=math.inf)
 
 

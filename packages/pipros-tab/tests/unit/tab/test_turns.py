@@ -10,7 +10,7 @@ import pytest
 
 from pipros.tab.network import Network
 from pipros.tab.sockets import TabSelector, TabSocket, socketpair
-from pipros.tab.turns import DEEPEST, WorkerTurns
+from pipros.tab.turns import DEEPEST, END_S, WorkerTurns
 from tests.support.tab_hub import MemoryPort, Switch
 
 
@@ -76,6 +76,64 @@ def test_jobs_are_nested_to_a_limited_depth(turns: WorkerTurns) -> None:
     turns.later(nest)
     turns.wait(lambda: len(depths) >= DEEPEST, 5.0)
     assert len(depths) == DEEPEST
+
+
+def test_the_last_job_runs_where_no_job_waits_after_a_moment(turns: WorkerTurns) -> None:
+    done: list[object] = []
+
+    def end() -> None:
+        turns.sleep(0.001)  # it may wait itself
+        done.append("the last")
+
+    def loop_that_catches_errors() -> None:
+        turns.at_last(end)
+        while True:
+            try:
+                turns.wait(never, None)
+            except Exception as error:
+                done.append(error)
+
+    def nested() -> None:
+        turns.later(loop_that_catches_errors)
+        turns.wait(lambda: "the last" in done, 30.0)
+        done.append("not reached")
+
+    turns.later(nested)
+    assert turns.wait(lambda: bool(done), 5.0)
+    assert done == ["the last"]
+
+
+def test_jobs_that_end_by_themselves_are_not_ended(
+    turns: WorkerTurns, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.tab.turns.END_S", 3.0)
+    done: list[str] = []
+
+    def job() -> None:
+        turns.at_last(done.append, "the last")
+        turns.sleep(0.01)
+        done.append("job")
+
+    turns.later(job)
+    assert turns.wait(lambda: len(done) == 2, 30.0)
+    assert done == ["job", "the last"]
+
+
+def test_jobs_that_are_called_while_a_node_ends_end_too(turns: WorkerTurns) -> None:
+    done: list[str] = []
+
+    def end() -> None:
+        turns.later(turns.sleep, 30.0)
+        turns.later(done.append, "another")
+        turns.sleep(2 * END_S)
+        done.append("end")
+
+    turns.later(turns.while_ending, end)
+    turns.later(turns.sleep, 2 * END_S)
+    assert turns.wait(lambda: len(done) == 2, 5.0)
+    assert done == ["another", "end"]
+    turns.later(lambda: (turns.sleep(2 * END_S), done.append("after")))
+    assert turns.wait(lambda: len(done) == 3, 5.0)
 
 
 def test_an_event_loop_runs_where_the_thread_waits(turns: WorkerTurns) -> None:

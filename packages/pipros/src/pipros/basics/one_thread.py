@@ -24,6 +24,12 @@ if TYPE_CHECKING:
         def later(self, job: Callable[..., object], *args: Any) -> None:
             """Call `job` in a later turn. The job may wait: other jobs then run inside of its wait."""
 
+        def at_last(self, job: Callable[..., object], *args: Any) -> None:
+            """Call `job` in the outermost wait. Jobs that wait end, if need be with SystemExit."""
+
+        def while_ending(self, job: Callable[[], object]) -> None:
+            """Call `job`. Jobs that wait inside of it soon end with SystemExit."""
+
         def drive(self, loop: asyncio.AbstractEventLoop) -> None:
             """Run an event loop's callbacks and timers in all turns until the loop is closed."""
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
 from typing import Any
 
-from pipros.basics import names
+from pipros.basics import names, one_thread
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.node.clock import Clock
 from pipros.node.identity import Identity
@@ -90,6 +90,10 @@ class HostedNode(Node):
 
     def _end_with_host(self) -> None:
         self.shutdown("its host ends")
+
+    def end_soon(self, end: Callable[[str], object], reason: str) -> None:
+        """Call `end` in another thread. Without threads, the callbacks of other nodes go on waiting."""
+        one_thread.start_thread(end, reason, name=f"end {self.name}")
 
     def shutdown(self, reason: str = "") -> None:
         """Run the hooks, and release all handles. Blocks until done; may be called repeatedly."""

@@ -61,6 +61,9 @@ _LOAD_LINKS_S = 0.01
 neither it nor the first link waits.
 """
 
+_ANNOUNCED = -1
+"""Stands for the thread that ends the node, while callbacks return that wait. No thread has this number."""
+
 
 def _load_links() -> None:
     with suppress(OSError):  # without descriptors now, the first link tries again
@@ -315,7 +318,19 @@ class Node:
 
     def shutdown_async(self, reason: str) -> None:
         """Shut the node down in another thread, for callers that must not block."""
-        one_thread.start_thread(self._on_shutdown_request, reason, name=f"end {self.name}")
+        self.end_soon(self._on_shutdown_request, reason)
+
+    def end_soon(self, end: Callable[[str], object], reason: str) -> None:
+        """Call `end`, which shuts the node down, in another thread.
+
+        Without threads, the waits of callbacks end first.
+        """
+        if one_thread.turns is None:
+            one_thread.start_thread(end, reason, name=f"end {self.name}")
+            return
+        self._ending_thread = self._ending_thread or _ANNOUNCED
+        self.clock.interrupt()
+        one_thread.turns.at_last(end, reason)
 
     def _end_by_request(self, reason: str) -> None:
         if reason.endswith(names.REPLACED):
@@ -332,12 +347,19 @@ class Node:
         called repeatedly; a second caller waits for the first.
         """
         with self._lock:
-            is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
+            is_first = self._ending_thread in (None, _ANNOUNCED)
+            self._ending_thread = get_ident() if is_first else self._ending_thread
         if not is_first:
             if self._ending_thread != get_ident():  # a hook that calls this method runs inside the shutdown
                 self._ended.wait()
             return
         self.log.debug("signal_shutdown [%s]", reason)
+        if one_thread.turns is None:
+            self._shut_down()
+        else:
+            one_thread.turns.while_ending(self._shut_down)
+
+    def _shut_down(self) -> None:
         running = self._running
         if running is not None:
             running.endpoints.restrict_publishing_to(get_ident())

@@ -77,6 +77,7 @@ class Signals:
             int, float
         ] = {}  # signals that the interpreter has not reported yet, with their times
         self._sockets: tuple[socket.socket, socket.socket]
+        self._node: Node
 
     @property
     def have_come(self) -> bool:
@@ -108,6 +109,7 @@ class Signals:
 
         The node's event loop reads the signals.
         """
+        self._node = node
         node.add_reader(self._sockets[0], self._read)
         if self._insist:
             node.on_shutdown(self._insist_on_end)
@@ -207,7 +209,7 @@ class Signals:
         self._ending_since = time.monotonic()
         if one_thread.turns is not None:
             self._ending = threading.current_thread()
-            one_thread.turns.later(self._run_end, reason)
+            self._node.end_soon(self._run_end, reason)
             return
         self._ending = threading.Thread(
             target=self._run_end, args=(reason,), name="end of the node", daemon=True
@@ -215,6 +217,8 @@ class Signals:
         self._ending.start()
 
     def _run_end(self, reason: str) -> None:
+        if self._ending is None:  # without threads: another node has taken the place of this one
+            return
         self._end(reason)
         self._has_ended = True
         while self._insist and not self._is_uninstalled.wait(_INSIST_AFTER_S):
