@@ -1,8 +1,14 @@
-"""Serves the page's folder with the headers that browsers require for shared memory, as in a classroom."""
+"""Serves the page's folder with the headers that browsers require for shared memory, as in a classroom.
+
+Each connection has a thread. If there are too many connections, a new one replaces the one whose last request
+is oldest, so that a computer that opens many, or reads slowly, does not shut out the others.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import socket
 import sys
 import threading
 from http import HTTPStatus
@@ -11,10 +17,20 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
+from pipros.net.address import plain_address
+from pipros.net.connection_table import ConnectionTable, LinkEntry
+from pipros.net.refusals import Refusals
+from pipros.net.sockets import connections_that_fit
 from pipros.server.tls import ServerFailed, tls_context
 
 SILENT_S: Final = 30.0
 """A connection without a request for so long is closed."""
+
+REQUEST_BYTES: Final = 65_536
+"""A connection with a larger request is closed."""
+_SHARE: Final = 1 / 4
+"""Share of the process's file descriptors that connections may use; each of them may also read a file."""
+_BACKLOG: Final = 128
 
 _HEADERS: Final = {
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -25,7 +41,23 @@ _HEADERS: Final = {
 }
 
 
+class _Lines:
+    """The lines of one request, of at most `REQUEST_BYTES`."""
+
+    def __init__(self, file: Any) -> None:
+        self._file, self._left = file, REQUEST_BYTES
+        self.close = file.close
+
+    def readline(self, size: int) -> bytes:
+        line: bytes = self._file.readline(size)
+        self._left -= len(line)
+        if self._left < 0:
+            raise ConnectionAbortedError("the request is too large")
+        return line
+
+
 class _Files(SimpleHTTPRequestHandler):
+    server: _Server
     protocol_version = "HTTP/1.1"
     timeout = SILENT_S
     extensions_map = {  # noqa: RUF012 # as in the base class
@@ -34,6 +66,18 @@ class _Files(SimpleHTTPRequestHandler):
         ".mjs": "text/javascript",
         ".wasm": "application/wasm",
     }
+
+    def setup(self) -> None:
+        super().setup()
+        self._input = self.rfile
+
+    def handle_one_request(self) -> None:
+        self.rfile: Any = _Lines(self._input)
+        super().handle_one_request()
+
+    def send_head(self) -> Any:
+        self.server.mark_used(self.request)
+        return super().send_head()
 
     def end_headers(self) -> None:
         for name, value in _HEADERS.items():
@@ -49,6 +93,33 @@ class _Files(SimpleHTTPRequestHandler):
 
 
 class _Server(ThreadingHTTPServer):
+    request_queue_size = _BACKLOG
+
+    def __init__(self, address: tuple[str, int], handler: Any) -> None:
+        limit = connections_that_fit(_SHARE)
+        self._table = ConnectionTable(
+            limit=limit, limit_per_peer=limit // 2, refusals=Refusals(), spares_loopback=True
+        )
+        self._entries: dict[Any, LinkEntry] = {}
+        super().__init__(address, handler)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        def end() -> None:
+            with contextlib.suppress(OSError):
+                socket.socket.shutdown(request, socket.SHUT_RDWR)  # its thread closes it
+
+        entry = self._entries[request] = LinkEntry(plain_address(str(client_address[0])), end)
+        self._table.add(entry)
+        super().process_request(request, client_address)
+
+    def mark_used(self, request: Any) -> None:
+        """Make a connection the last candidate for closing."""
+        self._table.mark_used(self._entries[request])
+
+    def shutdown_request(self, request: Any) -> None:
+        self._table.remove(self._entries.pop(request))
+        super().shutdown_request(request)
+
     def handle_error(self, *_: object) -> None:
         """Print nothing: browsers close connections at any time."""
 
