@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import tracemalloc
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from types import SimpleNamespace
@@ -195,3 +196,15 @@ def test_the_program_offers_its_map(ros: RosSystem) -> None:
     assert 100 in answer.data
     process.press_ctrl_c()
     assert process.wait() == 0
+
+
+def test_scans_with_thousands_of_beams_take_little_memory(make: Any) -> None:
+    node, _ = make(map_size=800, map_resolution=0.025)
+    many = scan()
+    many.ranges, many.range_max, many.angle_increment = [8.0] * 30_000, 9.0, 6.0 / 30_000
+    tracemalloc.start()
+    node.give("/scan", many)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(node.sent[POSES]) == 1
+    assert peak < 400_000_000

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import tracemalloc
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -50,13 +51,13 @@ def make(ros: RosSystem) -> Iterator[Callable[..., UnlinkedNode]]:
         node.shutdown()
 
 
-def square(x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> Any:
+def square(x: float = 0.0, y: float = 0.0, yaw: float = 0.0, step: float = 0.05) -> Any:
     """Return the scan in a room of 4 m by 3 m, from a pose relative to its middle."""
-    angles = -3.0 + 0.05 * np.arange(121) + yaw
+    angles = -3.0 + step * np.arange(round(6.0 / step) + 1) + yaw
     with np.errstate(divide="ignore"):
         wide = (np.copysign(2.0, np.cos(angles)) - x) / np.cos(angles)
         high = (np.copysign(1.5, np.sin(angles)) - y) / np.sin(angles)
-    made = message("sensor_msgs/LaserScan", BASE, angle_min=-3.0, angle_max=3.0, angle_increment=0.05,
+    made = message("sensor_msgs/LaserScan", BASE, angle_min=-3.0, angle_max=3.0, angle_increment=step,
                    range_min=0.1, range_max=9.0)  # fmt: skip
     made.ranges = np.minimum(np.abs(wide), np.abs(high)).tolist()
     return made
@@ -201,3 +202,14 @@ def test_the_program_publishes_poses(ros: RosSystem) -> None:
     assert found.messages[-1].x == pytest.approx(0.0, abs=1e-6)
     process.press_ctrl_c()
     assert process.wait() == 0
+
+
+def test_scans_with_thousands_of_beams_take_little_memory(make: Any) -> None:
+    node = make()
+    tracemalloc.start()
+    for x in (0.0, 0.2):
+        node.give("/scan", square(x, step=0.001))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert pose_of(node) == pytest.approx((0.2, 0.0, 0.0), abs=0.02)
+    assert peak < 400_000_000

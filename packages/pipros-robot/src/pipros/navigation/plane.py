@@ -29,6 +29,15 @@ MOST: Final = 1e9
 """Maximum coordinate in metres; messages with larger ones are dropped."""
 
 
+MOST_BEAMS: Final = 8192
+"""Maximum number of beams of a scan that is mapped; the time and memory for a scan grow with the number."""
+
+
+def thinned(points: NDArray[Any], most: int = MOST_BEAMS) -> NDArray[Any]:
+    """Return every n-th point, so that there are at most `most`."""
+    return points[:: max(1, -(-len(points) // most))]
+
+
 def is_measured(pose: Pose) -> bool:
     """Return whether a pose has finite coordinates and a quaternion that determines an orientation."""
     return all(abs(each) <= MOST for each in pose) and math.hypot(*pose[3:]) >= 1e-3

@@ -173,7 +173,7 @@ class HectorNode:
             beams = beams[
                 (scan.ranges[beams] > settings.laser_min_dist) & (scan.ranges[beams] < scan.range_max)
             ]
-            points = projected(scan, beams).astype(float)
+            points = projected(scan, plane.thinned(beams)).astype(float)
             points = points[(np.abs(points) <= MOST).all(axis=1)]
         points = points @ np.reshape(rotation_matrix(mounting), (3, 3)).T
         z = points[:, 2]

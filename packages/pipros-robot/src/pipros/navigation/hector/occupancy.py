@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipros.navigation.costmap.grid import line_cells
+from pipros.navigation.costmap.obstacle_layer import RAYS_AT_ONCE
 from pipros.navigation.plane import Triple
 
 Array = NDArray[np.float64]
@@ -55,10 +56,13 @@ class OccupancyGrid:
         first = math.floor(start.real), math.floor(start.imag)
         if not (len(columns) and all(0 <= each < size for each in first)):
             return
-        passed = self._inside(*line_cells(*first, columns, rows))
         ended = self._inside(columns, rows)
-        flat = self.odds.reshape(-1)
-        flat[np.setdiff1d(passed, ended)] += np.float32(self._free)
+        flat, passed = self.odds.reshape(-1), np.zeros(size * size, bool)
+        for at in range(0, len(columns), RAYS_AT_ONCE):
+            part = slice(at, at + RAYS_AT_ONCE)
+            passed[self._inside(*line_cells(*first, columns[part], rows[part]))] = True
+        passed[ended] = False
+        flat[passed] += np.float32(self._free)
         flat[ended] = np.minimum(flat[ended] + np.float32(self._occupied), np.float32(_MOST))
 
     def _inside(self, columns: Any, rows: Any) -> NDArray[np.int64]:

@@ -29,6 +29,8 @@ from pipros.perception.laser.projection import projected, valid_beams
 from pipros.perception.laser.scan import Scan
 
 _LEAST_POINTS: Final = 10
+_MOST_POINTS: Final = 2048
+"""Maximum number of points that are matched; each is compared with each point of the previous scan."""
 _LONGEST_S: Final = 1.0
 """Maximum time for which a velocity predicts the motion."""
 _FORMS: Final = {
@@ -156,6 +158,7 @@ class LaserMatcherNode:
         """Match points in the sensor's frame, shape (n, 3), and publish the pose."""
         frame, stamp_ns = header.frame_id.lstrip("/"), in_ns(header.stamp)
         points = points[np.isfinite(points).all(axis=1) & (np.abs(points) < MOST).all(axis=1)]
+        points = plane.thinned(points, _MOST_POINTS)
         if len(points) < _LEAST_POINTS:
             self._log.warning("a scan is dropped: it has %d valid points", len(points))
             return

@@ -125,8 +125,10 @@ class GmappingNode:
         if abs(abs(up) - 1.0) > _FLAT:
             self._log.warning("the laser must be horizontal; the z component of its z axis is %.3f", up)
             return None
-        if not (message.ranges and math.isfinite(message.angle_min + message.angle_max)):
-            self._log.warning("a scan is ignored: it must have ranges and finite angles")
+        is_usual = 0 < len(message.ranges) <= plane.MOST_BEAMS
+        if not (is_usual and math.isfinite(message.angle_min + message.angle_max)):
+            text = "a scan is ignored: it must have finite angles and 1 to %d ranges, got %d"
+            self._log.warning(text, plane.MOST_BEAMS, len(message.ranges))
             return None
         centre = (message.angle_min + message.angle_max) / 2.0
         is_reversed = (message.angle_min > message.angle_max) == (up > 0.0)
