@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import time
 from pathlib import Path
 
 import pytest
@@ -87,3 +89,20 @@ def test_the_catalog_reads_messages_services_and_actions(tmp_path: Path) -> None
     (tmp_path / "demo" / "msg" / "Other.idl").write_text("module demo { };")
     with pytest.raises(DefinitionError, match="the file does not define demo/msg/Other"):
         catalog.message("demo/msg/Other")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('\\"' * 20_000, "a string does not end"),
+        ("/* " * 20_000, None),
+        ("\n" * 20_000, None),
+        ("module a { " * 2_000, "modules are nested too deeply"),
+        ("struct A { " + "sequence<" * 2_000, "arrays of arrays have no counterpart"),
+    ],
+)
+def test_repeated_beginnings_are_read_in_linear_time(text: str, reason: str | None) -> None:
+    before = time.process_time()
+    with pytest.raises(DefinitionError, match=reason) if reason else contextlib.nullcontext():
+        parse_idl(text, "Bad.idl")
+    assert time.process_time() - before < 0.5

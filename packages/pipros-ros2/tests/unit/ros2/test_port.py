@@ -132,6 +132,12 @@ def test_each_draft_is_python_and_knows_no_rospy_outside_of_todos(name: str) -> 
         assert "rospy" not in {each.id for each in ast.walk(tree) if isinstance(each, ast.Name)}
 
 
+@pytest.mark.parametrize("expression", ["-" * 100_000 + "1", "+".join("1" * 900), "a" + ".b" * 3000])
+def test_an_expression_that_is_nested_too_deeply_is_refused(expression: str) -> None:
+    with pytest.raises(NotPortable, match="node: nested too deeply"):
+        draft_of(f"import rospy\nx = {expression}\n", installed_definitions(), "node")
+
+
 def test_a_file_without_rospy_is_unchanged_and_python_2_is_refused() -> None:
     assert _draft("print('é')\n") == Draft((), "print('é')\n")
     with pytest.raises(NotPortable, match=r"<node>:1: not Python 3"):

@@ -133,7 +133,7 @@ def _port_file(file: Path, name: str, target: Path | None, values: Mapping[str, 
     try:
         text = read_text(str(file), process_limits().definition_bytes)
         draft = draft_of(text, installed_definitions(), name, values)
-    except (OSError, UnicodeDecodeError, NotPortable, RecursionError) as error:
+    except (OSError, UnicodeDecodeError, NotPortable) as error:
         print(f"{listed(name)}: left out: {listed(str(error))}", file=sys.stderr)
         return 1, False
     for change in draft.changes:

@@ -14,12 +14,16 @@ from pipros.msg.language.spec import DefinitionError
 from pipros.ros2.interfaces.spec import Form, Ros2Constant, Ros2Field, Ros2Message, Ros2Type
 
 _TOKEN = re.compile(
-    r'(?P<string>"(?:[^"\\]|\\.)*")|(?P<word>[A-Za-z_]\w*(?:::[A-Za-z_]\w*)*)'
+    r'(?P<string>"(?:[^"\\]|\\.)*(?:"|(?P<open>)))|(?P<word>[A-Za-z_]\w*(?:::[A-Za-z_]\w*)*)'
     r"|(?P<number>[-+]?\.?\d[\w.]*(?:(?<=[eE])[-+]\d+)?)|(?P<sign>[^\s])",
     re.ASCII,
 )
-_LEFT_OUT = re.compile(r"//[^\n]*|/\*.*?\*/|^\s*#[^\n]*", re.DOTALL | re.MULTILINE)
-_KEEP_STRINGS = re.compile(rf'"(?:[^"\\]|\\.)*"|{_LEFT_OUT.pattern}', re.DOTALL | re.MULTILINE)
+# Each alternative also matches what does not end, so that reading takes linear time.
+_KEEP_STRINGS = re.compile(
+    r'"(?:[^"\\]|\\.)*"?|//[^\n]*|/\*(?:.*?\*/|.*)|^[^\S\n]*#[^\n]*', re.DOTALL | re.MULTILINE
+)
+_DEPTH_LIMIT = 100
+"""Maximum number of modules within each other."""
 _TYPES = {
     **{name: name for sign in ("", "u") for name in (f"{sign}int{bits}" for bits in (8, 16, 32, 64))},
     "boolean": "bool",
@@ -35,6 +39,7 @@ _TYPES = {
 }
 _SPELLED = {"TRUE": "true", "FALSE": "false"}
 _LENGTH_LIMIT = 1 << 26
+_NESTED = "arrays of arrays have no counterpart in ROS 1"
 
 
 def parse_idl(text: str, file: str) -> dict[str, Ros2Message]:
@@ -51,9 +56,13 @@ def parse_idl(text: str, file: str) -> dict[str, Ros2Message]:
 class _Reader:
     def __init__(self, text: str, file: str) -> None:
         kept = _KEEP_STRINGS.sub(lambda match: match[0] if match[0].startswith('"') else " ", text)
-        self._tokens = [match[0] for match in _TOKEN.finditer(kept)]
         self._at = 0
         self._file = file
+        self._tokens = []
+        for match in _TOKEN.finditer(kept):
+            if match["open"] is not None:
+                raise self._error("a string does not end")
+            self._tokens.append(match[0])
         self._scope: list[str] = []
         self._aliases: dict[str, Ros2Type] = {}
         self._constants: dict[str, list[Ros2Constant]] = {}
@@ -84,6 +93,8 @@ class _Reader:
 
     def _module(self) -> None:
         self._scope.append(self._name())
+        if len(self._scope) > _DEPTH_LIMIT:
+            raise self._error("modules are nested too deeply")
         self._expect("{")
         self._definitions("}")
         self._scope.pop()
@@ -131,6 +142,8 @@ class _Reader:
     def _type(self, word: str) -> Ros2Type:
         if word == "sequence":
             self._expect("<")
+            if self._peek() == "sequence":
+                raise self._error(_NESTED)
             kind = self._type(self._next())
             form, length = self._single(kind, Form.SEQUENCE), 0
             if (after := self._next()) == ",":
@@ -157,7 +170,7 @@ class _Reader:
 
     def _single(self, kind: Ros2Type, form: Form) -> Form:
         if kind.form is not Form.SINGLE:
-            raise self._error("arrays of arrays have no counterpart in ROS 1")
+            raise self._error(_NESTED)
         return form
 
     def _annotation(self) -> str:

@@ -40,14 +40,20 @@ def draft_of(
         values: those that launch files give to parameters, which become the defaults.
 
     Raises:
-        NotPortable: the file is not valid Python 3.
+        NotPortable: the file is not valid Python 3, or is nested too deeply.
     """
     try:
-        tree = ast.parse(source)
+        return _Porter(source, _parsed(source, file), definitions, values or {}).draft()
+    except (RecursionError, MemoryError):  # the latter is that of CPython's parser
+        raise NotPortable(f"{file}: nested too deeply") from None
+
+
+def _parsed(source: str, file: str) -> ast.Module:
+    try:
+        return ast.parse(source)
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None) or 0
         raise NotPortable(f"{file}:{line}: not Python 3: {getattr(error, 'msg', error)}") from None
-    return _Porter(source, tree, definitions, values or {}).draft()
 
 
 class _Porter(PortedCalls):
