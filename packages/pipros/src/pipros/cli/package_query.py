@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
@@ -43,7 +43,7 @@ def split_arguments(
     return words, options, ""
 
 
-TOO_MANY_WORDS = (
+_TOO_MANY_WORDS = (
     "failed to parse command-line options: "
     "too many positional options have been specified on the command line"
 )
@@ -159,3 +159,34 @@ class PackageQuery:
             and not is_installed_share(str(folder))  # installed packages are not crawled
         ]
         return crawl_times(folders, int(length), only_empty="--zombie-only" in self.options)
+
+
+def answer(
+    tool: str,
+    commands: Mapping[str, Callable[[PackageQuery], Sequence[str]]],
+    words: Sequence[str],
+    options: Mapping[str, str],
+    query_of: Callable[[str, Sequence[str]], PackageQuery],
+) -> int:
+    """Print the lines that a command returns, and return the exit code.
+
+    Args:
+        commands: functions by the names of the commands.
+        words, options: results from `split_arguments`; the first word is the command.
+        query_of: called with the command, without its aliases, and its words; may raise `QueryFailed`.
+    """
+    command, *words = words
+    if command.startswith("deps"):
+        command = command.replace("deps", "depends")
+    ask = commands.get(command)
+    if ask is None:
+        return complain(tool, f"command {command} not implemented", options)
+    if len(words) > 1:
+        return complain(tool, _TOO_MANY_WORDS, options)
+    try:
+        lines = ask(query_of(command, words))
+    except (PiprosError, OSError) as error:
+        return complain(tool, str(error), options)
+    for line in lines:
+        print(line)
+    return 0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
-from pipros.basics.errors import PiprosError
 from pipros.cli.entry_point import command
-from pipros.cli.package_query import TOO_MANY_WORDS, PackageQuery, QueryFailed, complain, split_arguments
+from pipros.cli.package_query import PackageQuery, QueryFailed, answer, complain, split_arguments
 
 HELP = """\
 USAGE: rospack <command> [options] [package]
@@ -61,25 +61,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not words:
         complain("rospack", "no command given.  Try 'rospack help'", options)
         return 0
-    command = words.pop(0)
-    if command in ("help", "-h", "--help"):
+    if words[0] in ("help", "-h", "--help"):
         print(HELP)
         return 0
-    if command.startswith("deps"):
-        command = command.replace("deps", "depends")
-    answer = _COMMANDS.get(command)
-    if answer is None:
-        return complain("rospack", f"command {command} not implemented", options)
-    if len(words) > 1:
-        return complain("rospack", TOO_MANY_WORDS, options)
-    try:
-        unknown = _UNKNOWN.get(command, "package '{}' not found")
-        lines = answer(PackageQuery(words, options, unknown=unknown))
-    except (PiprosError, OSError) as error:
-        return complain("rospack", str(error), options)
-    for line in lines:
-        print(line)
-    return 0
+
+    def query_of(command: str, words: Sequence[str]) -> PackageQuery:
+        return PackageQuery(words, options, unknown=_UNKNOWN.get(command, "package '{}' not found"))
+
+    return answer("rospack", _COMMANDS, words, options, query_of)
 
 
 def _find(query: PackageQuery) -> list[str]:
@@ -91,14 +80,6 @@ def _find(query: PackageQuery) -> list[str]:
     return describe_candidates(query.index, name)
 
 
-def _list(query: PackageQuery) -> list[str]:
-    return [f"{package.name} {package.path}" for package in query.index]
-
-
-def _list_names(query: PackageQuery) -> list[str]:
-    return [package.name for package in query.index]
-
-
 def _list_duplicates(query: PackageQuery) -> list[str]:
     duplicates = query.index.duplicates()
     return [
@@ -106,22 +87,6 @@ def _list_duplicates(query: PackageQuery) -> list[str]:
         for name, folders in duplicates.items()
         for line in (name, *(f"- {folder}" for folder in folders))
     ]
-
-
-def _depends(query: PackageQuery) -> list[str]:
-    return query.graph.all(query.name)
-
-
-def _depends1(query: PackageQuery) -> list[str]:
-    return query.graph.direct(query.name)
-
-
-def _depends_on(query: PackageQuery) -> list[str]:
-    return query.graph.dependents(query.name)
-
-
-def _depends_on1(query: PackageQuery) -> list[str]:
-    return query.graph.dependents(query.name, only_direct=True)
 
 
 def _depends_manifests(query: PackageQuery) -> list[str]:
@@ -159,12 +124,8 @@ def _export(query: PackageQuery) -> list[str]:
     return [" ".join(values)]
 
 
-def _rosdep(query: PackageQuery) -> list[str]:
-    return [f"name: {key}" for key in query.graph.rosdeps(query.name)]
-
-
-def _rosdep0(query: PackageQuery) -> list[str]:
-    return [f"name: {key}" for key in query.graph.rosdeps(query.name, only_direct=True)]
+def _rosdep(query: PackageQuery, *, only_direct: bool = False) -> list[str]:
+    return [f"name: {key}" for key in query.graph.rosdeps(query.name, only_direct=only_direct)]
 
 
 def _nothing(query: PackageQuery) -> list[str]:
@@ -188,32 +149,26 @@ def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]
     return ask
 
 
-def _langs(_query: PackageQuery) -> list[str]:
-    return ["genpy"]
-
-
 _COMMANDS: Mapping[str, Callable[[PackageQuery], list[str]]] = {
     "find": _find,
-    "list": _list,
-    "list-names": _list_names,
+    "list": lambda query: [f"{package.name} {package.path}" for package in query.index],
+    "list-names": lambda query: [package.name for package in query.index],
     "list-duplicates": _list_duplicates,
-    "depends": _depends,
-    "depends1": _depends1,
-    "depends-on": _depends_on,
-    "depends-on1": _depends_on1,
+    "depends": lambda query: query.graph.all(query.name),
+    "depends1": lambda query: query.graph.direct(query.name),
+    "depends-on": lambda query: query.graph.dependents(query.name),
+    "depends-on1": lambda query: query.graph.dependents(query.name, only_direct=True),
     "depends-indent": PackageQuery.indented_dependencies,
     "depends-manifests": _depends_manifests,
     "depends-msgsrv": _depends_msgsrv,
     "depends-why": PackageQuery.dependency_chains,
     "plugins": _plugins,
     "export": _export,
-    "rosdep": _rosdep,
-    "rosdeps": _rosdep,
-    "rosdep0": _rosdep0,
-    "rosdeps0": _rosdep0,
+    **dict.fromkeys(("rosdep", "rosdeps"), _rosdep),
+    **dict.fromkeys(("rosdep0", "rosdeps0"), partial(_rosdep, only_direct=True)),
     "vcs": _nothing,
     "vcs0": _nothing,
-    "langs": _langs,
+    "langs": lambda _query: ["genpy"],
     "cflags-only-I": _flags("cflags-only-I", "-I"),
     "cflags-only-other": _flags("cflags-only-other"),
     "libs-only-L": _flags("libs-only-L", "-L"),

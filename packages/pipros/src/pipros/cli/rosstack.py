@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from pipros.basics.errors import PiprosError
 from pipros.cli.entry_point import command
-from pipros.cli.package_query import TOO_MANY_WORDS, PackageQuery, QueryFailed, complain, split_arguments
+from pipros.cli.package_query import PackageQuery, QueryFailed, answer, complain, split_arguments
 from pipros.packages.crawl import STACKS
 
 HELP = """\
@@ -55,33 +54,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         else:
             complain("rosstack", "no command given.  Try 'rosstack help'", options)
         return 0
-    command = words.pop(0)
-    if command == "help":
+    if words[0] == "help":
         print(HELP)
         return 0
-    if command.startswith("deps"):
-        command = command.replace("deps", "depends")
-    answer = _COMMANDS.get(command)
-    if answer is None:
-        return complain("rosstack", f"command {command} not implemented", options)
-    if len(words) > 1:
-        return complain("rosstack", TOO_MANY_WORDS, options)
-    query = PackageQuery(
-        words,
-        options,
-        noun="package" if command.startswith("contains") else "stack",
-        unknown=_UNKNOWN.get(command, "stack '{}' not found"),
-        kinds=STACKS,
-    )
-    if words and command in ("list", "list-names", "profile"):
-        return complain("rosstack", "invalid option(s) given", options)
-    try:
-        lines = answer(query)
-    except (PiprosError, OSError) as error:
-        return complain("rosstack", str(error), options)
-    for line in lines:
-        print(line)
-    return 0
+
+    def query_of(command: str, words: Sequence[str]) -> PackageQuery:
+        if words and command in ("list", "list-names", "profile"):
+            raise QueryFailed("invalid option(s) given")
+        return PackageQuery(
+            words,
+            options,
+            noun="package" if command.startswith("contains") else "stack",
+            unknown=_UNKNOWN.get(command, "stack '{}' not found"),
+            kinds=STACKS,
+        )
+
+    return answer("rosstack", _COMMANDS, words, options, query_of)
 
 
 def _folder(query: PackageQuery) -> list[str]:

@@ -72,14 +72,6 @@ def _find(elements: Elements, rest: list[str], scope: Scope) -> None:
     scope.values[output] = str(elements.index(wanted) if wanted in elements else -1)
 
 
-def _append(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
-    return elements + rest
-
-
-def _prepend(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
-    return rest + elements
-
-
 def _insert(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
     place = _number(_first(rest))
     if not elements and place not in (0, -1):
@@ -99,21 +91,9 @@ def _pop(elements: Elements, rest: list[str], scope: Scope, place: int) -> Eleme
     return elements
 
 
-def _remove_item(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
-    return [element for element in elements if element not in rest]
-
-
 def _remove_at(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
     places = {_place(word, len(elements)) for word in rest}
     return [element for place, element in enumerate(elements) if place not in places]
-
-
-def _remove_duplicates(elements: Elements, _rest: list[str], _scope: Scope) -> Elements:
-    return list(dict.fromkeys(elements))
-
-
-def _reverse(elements: Elements, _rest: list[str], _scope: Scope) -> Elements:
-    return elements[::-1]
 
 
 def _filter(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
@@ -228,15 +208,15 @@ _OPERATIONS: Mapping[str, _Operation] = {
     "JOIN": _join,
     "SUBLIST": _sublist,
     "FIND": _find,
-    "APPEND": _append,
-    "PREPEND": _prepend,
+    "APPEND": lambda elements, rest, _scope: elements + rest,
+    "PREPEND": lambda elements, rest, _scope: rest + elements,
     "INSERT": _insert,
     "POP_BACK": lambda elements, rest, scope: _pop(elements, rest, scope, -1),
     "POP_FRONT": lambda elements, rest, scope: _pop(elements, rest, scope, 0),
-    "REMOVE_ITEM": _remove_item,
+    "REMOVE_ITEM": lambda elements, rest, _scope: [each for each in elements if each not in rest],
     "REMOVE_AT": _remove_at,
-    "REMOVE_DUPLICATES": _remove_duplicates,
-    "REVERSE": _reverse,
+    "REMOVE_DUPLICATES": lambda elements, _rest, _scope: list(dict.fromkeys(elements)),
+    "REVERSE": lambda elements, _rest, _scope: elements[::-1],
     "FILTER": _filter,
     "SORT": _sort,
     "TRANSFORM": _transform,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from typing import IO, Final
 
 from pipros.bag.connection import Connection, StoredMessage
@@ -64,14 +65,13 @@ def export(
         _bag(reader, topics, range_ns, file, budget)
         return
     lines: list[str] = []
-    left_out = LeftOut(lines.append)
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        entries = _Entries(reader, range_ns, archive, budget, LeftOut(lines.append))
         for topic in sorted(topics):
-            name = _entry_name(topic)
             if form == "csv":
-                _table(reader, topic, range_ns, archive, name, budget, left_out)
+                entries.add_table(topic)
             elif any(each.type in IMAGE_TYPES for each in reader.connections_of(topic)):
-                _images(reader, topic, range_ns, archive, name, budget, left_out)
+                entries.add_images(topic)
         if lines:
             archive.writestr("left_out.txt", "".join(f"{line}\n" for line in lines))
 
@@ -116,48 +116,42 @@ def _latched_before(
             yield newest
 
 
-def _table(
-    reader: BagReader,
-    topic: str,
-    range_ns: tuple[int, int],
-    archive: zipfile.ZipFile,
-    name: str,
-    budget: _SizeBudget,
-    left_out: LeftOut,
-) -> None:
-    rows, is_first = MessageRows(), True
-    with archive.open(f"{name}.csv", "w", force_zip64=True) as table:
-        for message in reader.stored_messages(reader.connections_of(topic), *range_ns):
+@dataclass(frozen=True, slots=True)
+class _Entries:
+    """Writes topics to the entries of a ZIP archive."""
+
+    reader: BagReader
+    range_ns: tuple[int, int]
+    archive: zipfile.ZipFile
+    budget: _SizeBudget
+    left_out: LeftOut
+
+    def add_table(self, topic: str) -> None:
+        rows, is_first = MessageRows(), True
+        with self.archive.open(f"{_entry_name(topic)}.csv", "w", force_zip64=True) as table:
+            for message in self.reader.stored_messages(self.reader.connections_of(topic), *self.range_ns):
+                try:
+                    decoded = self.reader.decode(message)
+                except (BagError, MessageException) as error:
+                    self.left_out.message(topic, f"{received_at(message.time_ns)}: {error}")
+                    continue
+                part = Part(decoded, message.connection.type)
+                if is_first:
+                    table.write(rows.heading(part).encode() + b"\n")
+                    is_first = False
+                row = rows.row(part, message.time_ns).encode() + b"\n"
+                self.budget.take(len(row))
+                table.write(row)
+
+    def add_images(self, topic: str) -> None:
+        name = _entry_name(topic)
+        images = [each for each in self.reader.connections_of(topic) if each.type in IMAGE_TYPES]
+        for number, message in enumerate(self.reader.stored_messages(images, *self.range_ns)):
+            self.budget.take(len(message.data))
             try:
-                decoded = reader.decode(message)
+                suffix, content = image_file(self.reader.decode(message))
             except (BagError, MessageException) as error:
-                left_out.message(topic, f"{received_at(message.time_ns)}: {error}")
+                self.left_out.message(topic, f"{received_at(message.time_ns)}: {error}")
                 continue
-            part = Part(decoded, message.connection.type)
-            if is_first:
-                table.write(rows.heading(part).encode() + b"\n")
-                is_first = False
-            row = rows.row(part, message.time_ns).encode() + b"\n"
-            budget.take(len(row))
-            table.write(row)
-
-
-def _images(
-    reader: BagReader,
-    topic: str,
-    range_ns: tuple[int, int],
-    archive: zipfile.ZipFile,
-    name: str,
-    budget: _SizeBudget,
-    left_out: LeftOut,
-) -> None:
-    images = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
-    for number, message in enumerate(reader.stored_messages(images, *range_ns)):
-        budget.take(len(message.data))
-        try:
-            suffix, content = image_file(reader.decode(message))
-        except (BagError, MessageException) as error:
-            left_out.message(topic, f"{received_at(message.time_ns)}: {error}")
-            continue
-        seconds, nanoseconds = divmod(message.time_ns, NS_PER_S)
-        archive.writestr(f"{name}/{number:06d}_{seconds}.{nanoseconds:09d}{suffix}", content)
+            seconds, nanoseconds = divmod(message.time_ns, NS_PER_S)
+            self.archive.writestr(f"{name}/{number:06d}_{seconds}.{nanoseconds:09d}{suffix}", content)
