@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import signal
@@ -17,6 +18,7 @@ from tests.support import (
     browser,
     dds_peers,
     lacks,
+    long_tests,
     npm,
     outcomes,
     pyright,
@@ -51,9 +53,11 @@ _GENUINE_ROS2 = ("test_gateway_with_genuine_ros2.py", "test_one_environment.py")
 def pytest_addoption(parser: pytest.Parser) -> None:
     outcomes.add_options(parser)
     quick.add_options(parser)
+    long_tests.add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    gc.disable()  # until all tests are collected: nothing is freed before that, and each worker does it
     outcomes.configure(config)
     lacks.configure(config)
     # SIGINT is ignored in a script's background jobs, and programs started by tests would inherit that.
@@ -97,6 +101,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     outcomes.leave_out(config, items)
+    long_tests.leave_out(config, items)
+    gc.enable()
+    gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)

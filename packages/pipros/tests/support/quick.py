@@ -3,7 +3,7 @@
 pytest's option `--quick` leaves out other files of a folder, some of which need what an installation lacks.
 `python -m tests.support.quick` prints the folders and files to pass to pytest. With files that
 `script/test --outcomes-to=FILE` wrote, it chooses again, and writes the files to tests/quick.txt.
-`python -m tests.support.quick gate` runs them all, and fails if that takes more than `PROCESSOR_S`.
+`python -m tests.support.quick gate FILE…` fails if running them all takes more than `PROCESSOR_S`.
 """
 
 from __future__ import annotations
@@ -116,24 +116,28 @@ def _quickest(folder: Sequence[str], files: dict[str, list[Outcome]], share: flo
         wanted -= len(files[file])
 
 
-def _gate() -> int:
+def gate(outcomes: Iterable[Outcome]) -> int:
+    """Print the processor time of collecting and running the listed tests. Return 1 if it is too long."""
     import resource  # Windows lacks it, and imports this module
 
-    code = subprocess.call([REPOSITORY / "script" / "test", "--quick"])
+    collect = [sys.executable, "-m", "pytest", "-q", "--quick", "--collect-only", "-p", "no:cacheprovider"]
+    code = subprocess.call([*collect, *listed()], cwd=REPOSITORY, stdout=subprocess.DEVNULL)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    taken = used.ru_utime + used.ru_stime
-    print(f"script/test --quick: {taken:.0f} s of processor time; at most {PROCESSOR_S} are allowed")
-    return code or int(taken > PROCESSOR_S)
+    ran = [outcome for outcome in outcomes if outcome.test.partition("::")[0] in listed()]
+    taken = 2 * (used.ru_utime + used.ru_stime) + sum(outcome.processor_s for outcome in ran)  # two workers
+    print(f"script/test --quick: {len(ran)} tests, {taken:.0f} s of processor time, of at most {PROCESSOR_S}")
+    return code or int(taken > PROCESSOR_S or len(ran) < _COUNT)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["gate"]:
-        sys.exit(_gate())
-    if len(sys.argv) > 1:
-        outcomes = [outcome for file in sys.argv[1:] for outcome in read_outcomes(Path(file))]
+    is_gate = sys.argv[1:2] == ["gate"]
+    found = [outcome for file in sys.argv[1 + is_gate :] for outcome in read_outcomes(Path(file))]
+    if is_gate:
+        sys.exit(gate(found))
+    if found:
         head = (
             "# Chosen by `python -m tests.support.quick FILE…`: see packages/pipros/tests/support/quick.py.\n"
         )
-        LIST.write_text(head + "".join(f"{file}\n" for file in choose(outcomes)), encoding="utf-8")
+        LIST.write_text(head + "".join(f"{file}\n" for file in choose(found)), encoding="utf-8")
     else:
         print(" ".join(to_run(changed())))
