@@ -307,20 +307,22 @@ class BridgeClient:
         if self.outbox.is_overrun:
             self.end("This client has too many unread responses.", CloseCode.TRY_AGAIN_LATER)
             return
-        connection = self._connection
-        left = TURN_BYTES
-        if not (self._is_writing or self.outbox.has_answers):
+        self._write_frames()
+        if not (self._sent.is_set() or self._is_writing or self.outbox.has_answers):
             self._sent.set()
+
+    def _write_frames(self) -> None:
+        connection, frames = self._connection, self._frames
+        left = TURN_BYTES
         while connection.is_writable:
-            if not self._frames:
-                self._frames.extend(self.outbox.pop() or ())
-                if not self._frames:
+            if not frames:
+                popped = self.outbox.pop()
+                if popped is None:
                     return
-            frame = self._frames.popleft()
+                frames.extend(popped)
+            frame = frames.popleft()
             connection.write(frame)
             left -= frame.size + FRAME_OVERHEAD_BYTES
-            if not (self._is_writing or self.outbox.has_answers):
-                self._sent.set()
             if left < 0:
                 self._loop.call_soon(self._flush)
                 return

@@ -27,9 +27,9 @@ _STEP_BYTES: Final = 256 * 1024
 """Larger queues take room from the budget in steps of this size."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)  # not frozen, because there is one for each message and client
 class WebSocketFrame:
-    """One WebSocket frame. May be shared by several outboxes.
+    """One WebSocket frame. May be shared by several outboxes, so it must not be changed.
 
     Attributes:
         parts: the data. A large body is a separate part, so that it is not copied for each client.
@@ -44,7 +44,7 @@ class WebSocketFrame:
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "size", sum(map(len, self.parts)))
+        self.size = sum(map(len, self.parts))
 
 
 def text_frame(text: str) -> WebSocketFrame:
@@ -61,7 +61,7 @@ class ClientTraffic:
     lost: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class _Waiting:
     number: int  # position in the sequence of all messages and responses
     frames: Sequence[WebSocketFrame]
@@ -144,11 +144,13 @@ class ClientOutbox:
                 return
             while found.queue_length and len(found.numbers) >= found.queue_length:
                 self._drop(found.numbers[0])
-            self._drop_until_fitting(size)
+            if self._bytes + size > min(self._granted_bytes, self._limit_bytes):
+                self._drop_until_fitting(size)
             was_empty = self._is_empty()
-            found.numbers.append(self._next)
-            self._messages[self._next] = _Waiting(self._next, frames, size, found)
-            self._next += 1
+            number = self._next
+            found.numbers.append(number)
+            self._messages[number] = _Waiting(number, frames, size, found)
+            self._next = number + 1
             self._bytes += size
         if was_empty:
             self._wake()
@@ -192,20 +194,23 @@ class ClientOutbox:
     def pop(self) -> Sequence[WebSocketFrame] | None:
         """Remove the oldest message or response and return its frames. Return None if the outbox is empty."""
         with self._lock:
-            first = next(iter(self._messages), self._next)
-            if self._answers and self._answers[0].number < first:
-                taken = self._answers.popleft()
+            answers = self._answers
+            if answers and answers[0].number < next(iter(self._messages), self._next):
+                taken = answers.popleft()
             elif self._messages:
                 _, taken = self._messages.popitem(last=False)
             else:
                 return None
             self._bytes -= taken.size
-            self._give_back_unused()
-            if taken.subscription is not None:
-                taken.subscription.numbers.popleft()
-                for traffic in (self.total, taken.subscription.traffic):
+            if self._granted_bytes > UNCOUNTED_BYTES:
+                self._give_back_unused()
+            subscription = taken.subscription
+            if subscription is not None:
+                subscription.numbers.popleft()
+                size = taken.size - self._frame_bytes * len(taken.frames)
+                for traffic in (self.total, subscription.traffic):
                     traffic.messages += 1
-                    traffic.bytes += sum(frame.size for frame in taken.frames)
+                    traffic.bytes += size
             return taken.frames
 
     def close(self) -> None:
@@ -235,7 +240,8 @@ class ClientOutbox:
             return {key: replace(found.traffic) for key, found in self._subscriptions.items()}
 
     def _cost(self, frames: Sequence[WebSocketFrame]) -> int:
-        return sum(frame.size for frame in frames) + self._frame_bytes * len(frames)
+        data = frames[0].size if len(frames) == 1 else sum(frame.size for frame in frames)
+        return data + self._frame_bytes * len(frames)
 
     def _is_empty(self) -> bool:
         return not self._messages and not self._answers
