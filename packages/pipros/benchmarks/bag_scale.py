@@ -225,7 +225,8 @@ def page(folder):
     try:
         host, token = re.search(r"http://(\S+)/#token=([^/\s]+)", server.stderr.readline()).groups()
         with connect(f"ws://{host}/live", origin=f"http://{host}", proxy=None) as browser:
-            ask(browser, 0, {"token": token})
+            browser.send(json.dumps({"token": token}))
+            browser.recv(timeout=60)
             took, bag = until(browser, 1, {"view": "bag", "args": {"name": "sparse.bag"}}, "bag")
             print(f"page, 10 GB opened {'':34} {took:8.2f} s", flush=True)
             for part in (0.9, 0.1, 0.5, 0.99, 0.3):
@@ -238,11 +239,6 @@ def page(folder):
         server.send_signal(signal.SIGINT)
         server.wait()
         (folder / "sparse.bag").unlink()
-
-
-def ask(browser, number, request):
-    browser.send(json.dumps({"id": number, **request} if number else request))
-    return json.loads(browser.recv(timeout=60))
 
 
 def until(browser, number, request, key):
