@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import os
 import sys
@@ -9,6 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from pipros.basics.printable import printable_lines
 from pipros.basics.replaced_file import replaced_file
 from pipros.data.extras import library
 
@@ -34,7 +37,22 @@ def write_arrow(tables: Iterable[object], path: str | os.PathLike[str], kind: st
 def print_csv(tables: Iterable[object]) -> list[str]:
     """Print `pyarrow` tables or batches as CSV. Return the names of the columns that CSV cannot store."""
     sys.stdout.flush()
-    return _write(tables, sys.stdout.buffer, "csv")
+    return _write(tables, _Terminal() if sys.stdout.isatty() else sys.stdout.buffer, "csv")
+
+
+class _Terminal(io.RawIOBase):
+    """Writes texts to a terminal, with escapes for control characters."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._decoder = codecs.getincrementaldecoder("utf-8")("replace")
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int:
+        sys.stdout.write(printable_lines(self._decoder.decode(bytes(data))))
+        return len(data)
 
 
 def _write(tables: Iterable[Any], file: Any, kind: str) -> list[str]:
