@@ -246,14 +246,17 @@ class Bags:
         return kept, decode(plan, kept.data, np.cumsum(kept.sizes), datetimes=datetimes)
 
     def _plan(self, topic: str) -> MessagePlan:
-        found: dict[tuple[str, str], tuple[str, Any]] = {}
+        found: dict[str, tuple[str, str, Any]] = {}  # types that were renamed keep their md5sum
         for bag, each in self.connections_of(topic):
-            if (each.type, each.md5sum) not in found:
-                found[each.type, each.md5sum] = (bag.name, bag.class_of(each)._full_text)
+            if each.md5sum not in found:
+                found[each.md5sum] = (each.type, bag.name, bag.class_of(each)._full_text)
         if len(found) > 1:
-            kinds = ", ".join(f"{listed(kind)} ({md5}) in {bag}" for (kind, md5), (bag, _) in found.items())
-            raise BagError(f"all messages on {listed(topic)} must have the same type, got {kinds}")
-        ((kind, _), (_, text)) = next(iter(found.items()))
+            kinds = ", ".join(f"{listed(kind)} ({md5}) in {bag}" for md5, (kind, bag, _) in found.items())
+            raise BagError(
+                f"all messages on {listed(topic)} must have the same type, got {kinds}; "
+                "rosbag filter selects those of one type by m._md5sum"
+            )
+        kind, _, text = next(iter(found.values()))
         return plan_of(kind, text)
 
     def _parts(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
 import signal
@@ -17,7 +18,11 @@ import pyarrow.parquet
 import pytest
 from sensor_msgs.msg import CompressedImage, JointState, LaserScan
 from std_msgs.msg import Header, Int32, String
+from tf.msg import tfMessage
+from tf2_msgs.msg import TFMessage
 
+import rosbag as rosbag_module
+import rospy
 from pipros.basics.rooms import verbs
 from pipros.cli.complete.options import options, words_after
 from pipros.cli.rosbag import main as rosbag
@@ -282,3 +287,34 @@ def test_queries_print_no_warnings_of_libraries(capfd: pytest.CaptureFixture[str
 
     assert rosbag(["query", "odd.bag", "FROM scan"]) == 0
     assert capfd.readouterr().err == ""
+
+
+def test_a_topic_is_found_without_the_slash_at_its_beginning() -> None:
+    assert rosbag(["table", "run.bag", "n", "arm/*", "-o", "out.parquet"]) == 0
+    assert "arm/joints.position" in pyarrow.parquet.read_schema("out.parquet").names
+
+
+def test_a_type_that_was_renamed_stays_one_type(capsys: pytest.CaptureFixture[str]) -> None:
+    with rosbag_module.Bag("tf.bag", "w") as bag:
+        bag.write("/tf", tfMessage(), rospy.Time(1))
+        bag.write("/tf", TFMessage(), rospy.Time(2))
+        bag.write("/n", Int32(), rospy.Time(1))
+        bag.write("/n", String(), rospy.Time(2))
+    assert rosbag(["table", "tf.bag", "/tf", "-o", "out.parquet"]) == 0
+    assert pyarrow.parquet.read_table("out.parquet").num_rows == 2
+    error = failure(capsys, "table", "tf.bag", "/n", "-o", "out.parquet")
+    assert "rosbag filter selects those of one type by m._md5sum" in error
+    assert rosbag(["filter", "tf.bag", "n.bag", f"m._md5sum == '{Int32._md5sum}'"]) == 0
+    assert rosbag(["table", "n.bag", "/n", "-o", "out.parquet"]) == 0
+
+
+def test_a_query_sends_no_control_characters_to_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    Path("words.bag").write_bytes(bag_bytes([("/words", String("é\x1b[2J\r\nb"), 1, 0)]))
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stdout", terminal)
+    assert rosbag(["query", "-q", "words.bag", "SELECT data FROM words"]) == 0
+    assert terminal.getvalue() == '"data"\n"é\\x1b[2J\\r\nb"\n'

@@ -80,7 +80,6 @@ def test_the_file_is_what_the_mcap_library_expects(bag: Path) -> None:
 def test_many_are_converted_at_once_and_none_is_overwritten(
     bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("out").mkdir()
     Path("two.bag").write_bytes(bag.read_bytes())
 
     assert main(["convert", "--output-dir=out", "run.bag", "two.bag"]) == 0

@@ -55,9 +55,12 @@ def table(argv: Sequence[str]) -> int:
     output, left_out = Path(options.output), warned()
 
     def is_requested(topic: str) -> bool:
-        return any(fnmatchcase(topic, each) for each in patterns)
+        return any(fnmatchcase(topic, each) or fnmatchcase(topic, f"/{each}") for each in patterns)
 
     with one_line_errors(), opened_bags(names, options, left_out, is_requested) as bags:
+        patterns = [
+            f"/{each}" if bags.topics(f"/{each}") and not bags.topics(each) else each for each in patterns
+        ]
         check_topics(bags, patterns)
         kind = format_of(output)
         rows = row_options(options)

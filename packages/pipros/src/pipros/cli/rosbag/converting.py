@@ -47,6 +47,7 @@ def convert(argv: Sequence[str]) -> int:
         others = None
     if options.output_dir:
         folder = Path(options.output_dir)
+        folder.mkdir(parents=True, exist_ok=True)
         target_name = _target_name if others is None else others.target_name
         pairs = [(Path(name), folder / target_name(Path(name))) for name in names]
     elif len(names) == 2:
