@@ -126,11 +126,10 @@ function download(hub) {
 
 async function openZip(hub, file) {
   try {
-    const files = await filesOf(new Uint8Array(await file.arrayBuffer()));
-    for (const [name, [mode, content]] of files) {
-      if (!name.split("/").includes("..")) hub.writeFile(`${HOME}/${name}`, content, mode);
-    }
-    say(`opened ${file.name}: ${files.size} files and folders`);
+    const { files, leftOut } = await filesOf(new Uint8Array(await file.arrayBuffer()));
+    for (const [name, [mode, content]] of files) hub.writeFile(`${HOME}/${name}`, content, mode);
+    const lost = leftOut.length ? `; ${leftOut.length} are left out, such as ${leftOut[0]}` : "";
+    say(`opened ${file.name}: ${files.size} files and folders${lost}`);
   } catch (error) {
     say(error.message);
   }

@@ -8,6 +8,8 @@ const UNIX = 0x0314;
 const IS_FOLDER = 0o040000;
 const IS_FILE = 0o100000;
 const TYPES = 0o170000;
+const MOST_BYTES = 256 * 2 ** 20;
+const ODD_NAME = /^\/|\/\/|(^|\/)\.{1,2}(\/|$)|[\x00-\x1f\x7f\\]|^$/; // outside of the folder, or not the name of a file
 
 const TABLE = Uint32Array.from({ length: 256 }, (_, index) => {
   let value = index;
@@ -54,33 +56,55 @@ export function zipOf(files) {
 }
 
 /**
+ * Reads what can be read. An entry that is compressed by another method, is damaged or has an odd name is left out alone.
  * @param {Uint8Array} bytes
- * @returns {Promise<Map<string, [number, Uint8Array]>>}
- * @throws {Error} if it is not a zip archive, or is compressed by another method
+ * @param {number} most bytes of all files together
+ * @returns {Promise<{files: Map<string, [number, Uint8Array]>, leftOut: string[]}>}
+ * @throws {Error} if it is not a zip archive, or too large
  */
-export async function filesOf(bytes) {
+export async function filesOf(bytes, most = MOST_BYTES) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   let end = bytes.length - 22;
   while (end >= 0 && view.getUint32(end, true) !== END) end--;
   if (end < 0) throw new Error("this file is not a zip archive");
   const files = new Map();
+  const leftOut = [];
   let at = view.getUint32(end + 16, true);
-  for (let count = view.getUint16(end + 10, true); count > 0; count--) {
+  for (let count = view.getUint16(end + 10, true); count > 0 && at + 46 <= bytes.length; count--) {
     const nameBytes = view.getUint16(at + 28, true);
     const path = new TextDecoder().decode(bytes.subarray(at + 46, at + 46 + nameBytes));
-    const local = view.getUint32(at + 42, true);
-    const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
-    const packed = bytes.slice(start, start + view.getUint32(at + 20, true));
     const mode = view.getUint16(at + 40, true) || (path.endsWith("/") ? IS_FOLDER | 0o755 : 0o644);
-    files.set(path.replace(/\/$/, ""), [mode, await unpacked(packed, view.getUint16(at + 10, true), path)]);
+    try {
+      if (ODD_NAME.test(path)) throw new Error("its name is refused");
+      const local = view.getUint32(at + 42, true);
+      const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
+      const packed = bytes.subarray(start, start + view.getUint32(at + 20, true));
+      const content = await unpacked(packed, view.getUint16(at + 10, true), most);
+      most -= content.length;
+      files.set(path.replace(/\/$/, ""), [mode, content]);
+    } catch (error) {
+      if (error instanceof TooLarge) throw error;
+      leftOut.push(`${path}: ${error.message}`);
+    }
     at += 46 + nameBytes + view.getUint16(at + 30, true) + view.getUint16(at + 32, true);
   }
-  return files;
+  return { files, leftOut };
 }
 
-async function unpacked(packed, method, path) {
-  if (method === 0) return packed;
-  if (method !== 8) throw new Error(`${path} is compressed by the unknown method ${method}`);
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+class TooLarge extends Error {}
+
+async function unpacked(packed, method, most) {
+  if (method !== 0 && method !== 8) throw new Error(`it is compressed by the unknown method ${method}`);
+  const stream = new Blob([packed]).stream();
+  const reader = (method ? stream.pipeThrough(new DecompressionStream("deflate-raw")) : stream).getReader();
+  const parts = [];
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    most -= part.value.length;
+    if (most < 0) {
+      await reader.cancel();
+      throw new TooLarge("the files of this archive are too large for a tab");
+    }
+    parts.push(part.value);
+  }
+  return new Uint8Array(await new Blob(parts).arrayBuffer());
 }
