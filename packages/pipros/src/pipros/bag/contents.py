@@ -18,18 +18,18 @@ class BagContents:
     """The contents of a bag without its messages. Not thread-safe.
 
     Args:
-        source: the bag's file.
+        source: the bag's file, for random access.
         layout: its connections and chunks.
     """
 
     def __init__(self, source: Source, layout: BagLayout) -> None:
-        self._source = source
+        self.source = source
         self.layout = layout
         self._chunk_headers: dict[int, ChunkHeader] = {}
 
     @property
     def name(self) -> str:
-        return self._source.name
+        return self.source.name
 
     @property
     def format_name(self) -> str:
@@ -37,14 +37,9 @@ class BagContents:
         return f"{self.layout.version.major}.{self.layout.version.minor}"
 
     @property
-    def source(self) -> Source:
-        """The file, for random access."""
-        return self._source
-
-    @property
     def size(self) -> int:
         """The size of the file in bytes."""
-        return self._source.size
+        return self.source.size
 
     @property
     def damage(self) -> list[str]:
@@ -91,7 +86,7 @@ class BagContents:
         """Timestamps (ns) of the first and last message. Raises `NoMessages` if the bag is empty."""
         filled = [chunk for chunk in self.layout.chunks if chunk.counts]
         if not filled:
-            raise NoMessages(f"{self._source.name} has no messages")
+            raise NoMessages(f"{self.source.name} has no messages")
         return min(chunk.start_ns for chunk in filled), max(chunk.end_ns for chunk in filled)
 
     def chunk_header(self, number: int) -> ChunkHeader:
@@ -103,7 +98,7 @@ class BagContents:
         header = self._chunk_headers.get(number)
         if header is None:
             position = self.layout.chunks[number].position
-            header = self._chunk_headers[number] = read_chunk_header(self._source, self.layout, position)
+            header = self._chunk_headers[number] = read_chunk_header(self.source, self.layout, position)
         return header
 
     def chunk_index(self, number: int) -> Mapping[int, bytes]:
@@ -112,8 +107,8 @@ class BagContents:
         Raise `BagFormatError` if the entries are damaged.
         """
         chunks = self.layout.chunks
-        end = chunks[number + 1].position if number + 1 < len(chunks) else self._source.size
-        return read_chunk_index(self._source, self.layout, chunks[number], self.chunk_header(number), end)
+        end = chunks[number + 1].position if number + 1 < len(chunks) else self.source.size
+        return read_chunk_index(self.source, self.layout, chunks[number], self.chunk_header(number), end)
 
     def times(self, connections: Iterable[Connection]) -> list[Stamp]:
         """Return the timestamps of all messages in the connections, in time order."""

@@ -120,12 +120,12 @@ class McapReader(BagReader):
         self._owned = self._owned or path
         try:
             try:
-                with translated(self._source.name):
-                    summary = read_summary(self._source)
+                with translated(self.source.name):
+                    summary = read_summary(self.source)
             except BagFormatError as error:
                 raise NotIndexed(f"{error}. {REPAIR}") from error
             if summary is None or summary.statistics is None:
-                raise NotIndexed(f"{self._source.name} has no summary with statistics. {REPAIR}")
+                raise NotIndexed(f"{self.source.name} has no summary with statistics. {REPAIR}")
             self._summary = summary
             for channel in self._summary.channels.values():
                 schema = self._summary.schemas.get(channel.schema_id)
@@ -135,7 +135,7 @@ class McapReader(BagReader):
                     self.skipped.setdefault(channel.topic, str(error))
             if self.skipped and not self.layout.connections:
                 topic, reason = next(iter(self.skipped.items()))
-                raise BagError(f"{self._source.name}: no topic can be read; [{listed(topic)}]: {reason}")
+                raise BagError(f"{self.source.name}: no topic can be read; [{listed(topic)}]: {reason}")
         except BaseException:
             self.close()
             raise
@@ -171,7 +171,7 @@ class McapReader(BagReader):
     def range_ns(self) -> tuple[int, int]:
         statistics = self._summary.statistics
         if not statistics.message_count:
-            raise NoMessages(f"{self._source.name} has no messages")
+            raise NoMessages(f"{self.source.name} has no messages")
         return statistics.message_start_time, statistics.message_end_time
 
     def times_ns(self) -> dict[int, list[int]]:
@@ -192,11 +192,11 @@ class McapReader(BagReader):
         if not wanted:
             return
         first, last = start_ns or 0, AFTER_ALL if end_ns is None else end_ns
-        with translated(self._source.name):
+        with translated(self.source.name):
             for channel, time_ns, data, chunk, offset in McapMessages(
-                self._source, self._summary.chunk_indexes, self._limits, wanted, first, last, as_views
+                self.source, self._summary.chunk_indexes, self._limits, wanted, first, last, as_views
             ):
-                checked_time(time_ns, self._source.name)
+                checked_time(time_ns, self.source.name)
                 yield wanted[channel], time_ns, data, chunk, offset
 
 

@@ -33,6 +33,7 @@ class NodeProcess:
 
     Attributes:
         name: the process's name in messages, such as `talker-2`.
+        popen: the process itself, for inspection by scripts. Only `NodeProcess` may wait for it.
         pid: the process id, which is also the id of the process group.
     """
 
@@ -69,8 +70,8 @@ class NodeProcess:
         self._on_exit = on_exit
         self._exited = threading.Event()
         self._prefixed = None if colour is None else PrefixedOutput(name, colour)
-        self._popen = _start(command, (stdout_log, stderr_log), self._prefixed, is_again=restarts)
-        self.pid = self._popen.pid
+        self.popen = _start(command, (stdout_log, stderr_log), self._prefixed, is_again=restarts)
+        self.pid = self.popen.pid
         self._job: Job | None = None
         if ON_WINDOWS:
             from pipros.basics.windows_job import Job
@@ -85,14 +86,9 @@ class NodeProcess:
             one_thread.turns.repeat(self._look)
 
     @property
-    def popen(self) -> subprocess.Popen[bytes]:
-        """The process itself, for inspection by scripts. Only `NodeProcess` may wait for it."""
-        return self._popen
-
-    @property
     def exit_code(self) -> int | None:
         """The exit code, negative if a signal killed the process; None while it is running."""
-        return self._popen.returncode if self._exited.is_set() else None
+        return self.popen.returncode if self._exited.is_set() else None
 
     @property
     def recent_output(self) -> bytes:
@@ -112,9 +108,9 @@ class NodeProcess:
             return
         with suppress(OSError):
             if ON_WINDOWS and number is SIGINT:
-                interrupt(self._popen)
+                interrupt(self.popen)
             elif ON_WINDOWS:
-                (self._popen.terminate if self._job is None else self._job.end)()
+                (self.popen.terminate if self._job is None else self._job.end)()
             else:
                 signal_group(self.pid, number)
 
@@ -130,13 +126,13 @@ class NodeProcess:
 
     def _look(self) -> float | None:
         """Without a thread: handle the exit, or return when to look again."""
-        if self._popen.poll() is None:
+        if self.popen.poll() is None:
             return _LOOK_EVERY_S
         self._wait()
         return None
 
     def _wait(self) -> None:
-        self._popen.wait()
+        self.popen.wait()
         if self._prefixed is not None:
             self._prefixed.finish()
         self._exited.set()

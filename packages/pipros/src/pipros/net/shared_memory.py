@@ -61,6 +61,9 @@ class TopicMemory:
     """The shared memory of one topic. Thread-safe.
 
     Its lock is the last one that a thread acquires: no other lock is acquired while it is held.
+
+    Attributes:
+        limit_bytes: the most memory that the topic may use.
     """
 
     def __init__(
@@ -75,7 +78,7 @@ class TopicMemory:
         self._keep_s = keep_s
         self._topic = topic
         self._loop = loop
-        self._limit_bytes = limits.shared_topic_bytes
+        self.limit_bytes = limits.shared_topic_bytes
         self._budget = budget
         self._log = log
         self._lock = threading.Lock()
@@ -118,10 +121,6 @@ class TopicMemory:
         """The number of slots that are held by subscribers or a running `publish`."""
         with self._lock:
             return self._table.held_slots
-
-    @property
-    def limit_bytes(self) -> int:
-        return self._limit_bytes
 
     # -- messages -----------------------------------------------------------------
 
@@ -282,9 +281,9 @@ class TopicMemory:
         if time.monotonic() < self._retry_s:
             return None
         slot_bytes = -(-int(size * _HEADROOM) // _PAGE_BYTES) * _PAGE_BYTES
-        slots = min(SLOTS, (self._limit_bytes - self.used_bytes) // slot_bytes)
+        slots = min(SLOTS, (self.limit_bytes - self.used_bytes) // slot_bytes)
         if slots < FEWEST_SLOTS:
-            limit = limit_text("shared_topic_bytes", self._limit_bytes)
+            limit = limit_text("shared_topic_bytes", self.limit_bytes)
             self._refuse(f"{FEWEST_SLOTS} messages of {size} bytes do not fit; {limit}")
             return None
         if not self._budget.take(slot_bytes * FEWEST_SLOTS):

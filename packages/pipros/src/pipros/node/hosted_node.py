@@ -104,12 +104,7 @@ class HostedNode(Node):
                 self._ended.wait()
             return
         self.log.debug("%s ends: %s", self.name, reason)
-        self.calls.interrupt_present(self._timings.call_grace_s)
-        for hook in list(self._shutdown_hooks):
-            try:
-                hook()
-            except Exception:
-                self.log.exception("a shutdown hook of %s failed", self.name)
+        self._run_hooks()
         self.calls.interrupt(self._timings.call_grace_s)
         self.host.remove_shutdown_hook(self._end_with_host)
         # The subscribers end first, so that no callback publishes on a topic that has ended.

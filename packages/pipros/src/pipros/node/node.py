@@ -364,13 +364,7 @@ class Node:
         if running is not None:
             running.endpoints.restrict_publishing_to(get_ident())
         self.clock.interrupt(exempt=get_ident())
-        # A hook may call services, or wait for a thread that calls one.
-        self.calls.interrupt_present(self._timings.call_grace_s)
-        for hook in list(self._shutdown_hooks):
-            try:
-                hook()
-            except Exception:
-                self.log.exception("a shutdown hook of %s failed", self.name)
+        self._run_hooks()
         try:
             if running is not None:
                 self.calls.interrupt(
@@ -384,6 +378,15 @@ class Node:
         finally:
             self.clock.interrupt()
             self._ended.set()
+
+    def _run_hooks(self) -> None:
+        # A hook may call services, or wait for a thread that calls one.
+        self.calls.interrupt_present(self._timings.call_grace_s)
+        for hook in list(self._shutdown_hooks):
+            try:
+                hook()
+            except Exception:
+                self.log.exception("a shutdown hook of %s failed", self.name)
 
     def __enter__(self) -> Node:
         self.start()

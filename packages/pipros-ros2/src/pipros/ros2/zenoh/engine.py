@@ -74,6 +74,9 @@ class ZenohEngine:
         timeout_s: timeout for connecting to a router.
         limits: defaults to the process-wide limits.
 
+    Attributes:
+        session, library: for the endpoints; see `ZenohConnection`.
+
     Raises:
         MissingExtra: eclipse-zenoh or xxhash is not installed.
         EngineError: no router answers.
@@ -88,7 +91,7 @@ class ZenohEngine:
         timeout_s: float = 5.0,
         limits: Limits | None = None,
     ) -> None:
-        self._zenoh, self._xxhash = zenoh_libraries()
+        self.library, self._xxhash = zenoh_libraries()
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
         self._numbers = itertools.count(1)
@@ -99,16 +102,16 @@ class ZenohEngine:
         self._is_closed = False
         self._threads: list[threading.Thread] = []
         try:
-            self._session = self._zenoh.open(_config(self._zenoh, routers, timeout_s, limits))
-        except self._zenoh.ZError as error:
+            self.session = self.library.open(_config(self.library, routers, timeout_s, limits))
+        except self.library.ZError as error:
             reason = str(error).partition(" at /")[0]  # omit the location in the library's source
             raise EngineError(f"no Zenoh router answers at {', '.join(routers)}: {reason}") from error
         namespace, _, name = node.rpartition("/")
-        self._zid = str(self._session.zid())
+        self._zid = str(self.session.zid())
         self.node = NodeIdentity(domain, self._zid, namespace, name)
-        self._tokens = self._session.liveliness()
+        self._tokens = self.session.liveliness()
         self._node_token = self._tokens.declare_token(node_token(self.node))
-        changes = self._zenoh.handlers.FifoChannel(_GRAPH_CHANGES)
+        changes = self.library.handlers.FifoChannel(_GRAPH_CHANGES)
         self._graph = self._tokens.declare_subscriber(graph_key(domain), changes, history=True)
         self.start("graph", self._watch_graph)
         # A thread that is waiting in the library when Python exits aborts the process.
@@ -159,24 +162,14 @@ class ZenohEngine:
             self._changed.notify_all()
         atexit.unregister(self.close)
         try:
-            self._session.close()
-        except self._zenoh.ZError as error:  # raised after 10 s
+            self.session.close()
+        except self.library.ZError as error:  # raised after 10 s
             _LOG.warning("the Zenoh session was not closed in time: %s", error)
         with self._lock:
             threads = self._threads
         for thread in threads:
             if thread is not threading.current_thread():
                 thread.join(_CLOSE_S)
-
-    # For the endpoints: see `ZenohConnection`.
-
-    @property
-    def session(self) -> Any:
-        return self._session
-
-    @property
-    def library(self) -> Any:
-        return self._zenoh
 
     def start(self, name: str, run: Callable[[], None]) -> None:
         thread = threading.Thread(target=run, name=f"zenoh {name}", daemon=True)
@@ -211,9 +204,9 @@ class ZenohEngine:
         return sum((each.kind, each.name, each.type) == (kind, name, type_name) for each in self.endpoints())
 
     def _watch_graph(self) -> None:
-        for change in received(self._zenoh, self._graph.handler):
+        for change in received(self.library, self._graph.handler):
             token = str(change.key_expr)
-            is_new = change.kind == self._zenoh.SampleKind.PUT
+            is_new = change.kind == self.library.SampleKind.PUT
             parsed = parse_token(token)
             if parsed is None or parsed[0] == self._zid:
                 continue
