@@ -317,7 +317,7 @@ class BridgeClient:
         while connection.is_writable:
             if not frames:
                 popped = self.outbox.pop()
-                if popped is None:
+                if not popped:
                     return
                 frames.extend(popped)
             frame = frames.popleft()
