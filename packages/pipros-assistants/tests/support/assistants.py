@@ -8,7 +8,7 @@ import json
 import threading
 from collections.abc import Awaitable, Callable
 from contextlib import AbstractAsyncContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -99,7 +99,7 @@ class LocalAssistant:
         self, master_uri: str, bags: Path | None = None, policy: Path | None = None, **limits: Any
     ) -> None:
         """Create the server. `limits` replace those of the room."""
-        robot = RobotAccess(replace(Environment.from_os(), master_uri=master_uri))
+        robot = RobotAccess(Environment.from_os()._replace(master_uri=master_uri))
         if limits:
             robot = RobotAccess(robot.environment, robot.limits._replace(**limits))
         self.acts: ApprovedActs | None = None

@@ -7,7 +7,6 @@ import os
 import socket
 import sys
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from pipros.basics.env import Environment
@@ -120,7 +119,7 @@ def get_bind_address(address: str | None = None) -> str:
     The default is the same as for pipros nodes: loopback if master and node are local.
     """
     environment = Environment.from_os()
-    return _address.bind_host(replace(environment, hostname=address or get_address_override()))
+    return _address.bind_host(environment._replace(hostname=address or get_address_override()))
 
 
 def use_ipv6() -> bool:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from subprocess import PIPE as PIPE
 from typing import TYPE_CHECKING
@@ -78,7 +77,7 @@ def get_pkg_dir(
     environment = Environment.from_os()
     if ros_package_path is not None:
         folders = tuple(Path(folder) for folder in ros_package_path.split(os.pathsep) if folder)
-        environment = replace(environment, package_path=folders)
+        environment = environment._replace(package_path=folders)
     found = PackageIndex.from_environment(environment).get(package)
     if found is not None:
         return str(found.path)

@@ -92,7 +92,7 @@ class NavigationWorld:
         self.robot = self.simulation.robots[settings.name]
         self._centres = _wall_centres(world)
         self._resolution = world.resolution
-        self._environment = replace(Environment.from_os(), master_uri=master_uri)
+        self._environment = Environment.from_os()._replace(master_uri=master_uri)
         self._changed = threading.Condition()
         self._wanted: Callable[[], bool] | None = None
         self._deadline_s, self._closest_m = 0.0, math.inf

@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from typing import Final
 
 from pipros.basics.env import Environment
@@ -34,7 +33,7 @@ def simulated_robot(environment: Environment) -> Iterator[Environment]:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    found = replace(environment, master_uri=f"http://localhost:{port}")
+    found = environment._replace(master_uri=f"http://localhost:{port}")
     code = "import sys; from pipros.cli.roslaunch import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-I", "-c", code, "-p", str(port), *WORDS]
     process = LimitedProcess(command, LIMIT_S, found.applied_to(os.environ))

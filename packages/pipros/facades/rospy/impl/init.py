@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from pipros.basics.env import Environment
 from pipros.basics.lazy_names import star_names as _star_names
@@ -43,8 +42,7 @@ def start_node(
     if session.node is not None:
         raise ROSException(f"this process already has a node: [{session.node.name}]")
     environment = Environment.from_os(environ)
-    environment = replace(
-        environment,
+    environment = environment._replace(
         namespace=namespace(resolved_name),
         master_uri=master_uri or environment.master_uri,
     )

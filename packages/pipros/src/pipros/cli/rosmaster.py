@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from optparse import SUPPRESS_HELP, OptionParser, Values
 from pathlib import Path
 
@@ -56,8 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _print_statistics(parsed.special.get("__master") or environment.master_uri)
     if not options.core:
         print(_DEPRECATED)
-    environment = replace(
-        environment,
+    environment = environment._replace(
         hostname=parsed.special.get("__hostname") or environment.hostname,
         ip=parsed.special.get("__ip") or environment.ip,
     )

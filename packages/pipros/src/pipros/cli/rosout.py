@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 
 from pipros.basics import names
 from pipros.basics.env import Environment
@@ -23,7 +22,7 @@ def _repeat(arguments: Sequence[str]) -> int:
     environment = Environment.from_os()
     special = names.parse_arguments(arguments).special
     master_uri = special.get("__master", environment.master_uri)
-    environment = replace(environment, master_uri=master_uri, namespace="/")
+    environment = environment._replace(master_uri=master_uri, namespace="/")
     rosout = RosoutAggregator(environment, environment.log_dir.expanduser() / "rosout.log")
     rosout.open_log()
     try:

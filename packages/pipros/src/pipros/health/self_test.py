@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.env import Environment
@@ -40,7 +40,7 @@ def run_self_test(duration_s: float = 1.0, environment: Environment | None = Non
     from pipros.node import Node
 
     text: Any = load_message_class("std_msgs/String")
-    local = replace(environment or Environment.from_os(), hostname=None, ip="127.0.0.1", namespace="/")
+    local = (environment or Environment.from_os())._replace(hostname=None, ip="127.0.0.1", namespace="/")
     heard: list[float] = []
     first = threading.Event()
 
@@ -49,7 +49,7 @@ def run_self_test(duration_s: float = 1.0, environment: Environment | None = Non
         first.set()
 
     with Core(port=0, environment=local) as core:
-        local = replace(local, master_uri=core.uri)
+        local = local._replace(master_uri=core.uri)
         with Node("listener", environment=local) as listener, Node("talker", environment=local) as talker:
             start = time.monotonic()
             listener.subscribe(TOPIC, text, hear)

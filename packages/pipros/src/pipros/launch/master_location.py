@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-from dataclasses import replace
 
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.errors import ProtocolError, Refused, Unreachable
@@ -36,11 +35,11 @@ def master_environment(
         elif bind is not None:
             host = bind
         else:
-            host = address.advertised_host(replace(environment, master_uri=_uri_here(environment, port)))
-        return replace(environment, master_uri=address.uri(host, port))
+            host = address.advertised_host(environment._replace(master_uri=_uri_here(environment, port)))
+        return environment._replace(master_uri=address.uri(host, port))
     if port is not None:
         host, _ = split_master_uri(environment.master_uri)
-        return replace(environment, master_uri=f"http://{address.host_and_port(host, port)}")
+        return environment._replace(master_uri=f"http://{address.host_and_port(host, port)}")
     return environment
 
 

@@ -120,7 +120,7 @@ class Core:
         """Start the `/rosout` node. It is ready when this method returns."""
         from pipros.node.rosout import RosoutAggregator
 
-        environment = replace(self._environment, master_uri=self.uri, namespace="/")
+        environment = self._environment._replace(master_uri=self.uri, namespace="/")
         log_file = None if self._log_folder is None else self._log_folder / "rosout.log"
         rosout = RosoutAggregator(environment, log_file)
         rosout.start()

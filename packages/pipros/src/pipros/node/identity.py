@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from pipros.basics import names
@@ -58,13 +57,13 @@ class Identity(NamedTuple):
             raise InvalidName(f"[{name}] is not a node name: it must not consist of slashes only")
         namespace = names.namespace(full_name)
         if "__hostname" in special or "__ip" in special:
-            environment = replace(environment, hostname=special.get("__hostname"), ip=special.get("__ip"))
+            environment = environment._replace(hostname=special.get("__hostname"), ip=special.get("__ip"))
         return cls(
             full_name,
             namespace,
             arguments,
             names.resolve_remappings(arguments.remappings, full_name),
-            replace(environment, master_uri=special.get("__master", environment.master_uri)),
+            environment._replace(master_uri=special.get("__master", environment.master_uri)),
         )
 
     @classmethod

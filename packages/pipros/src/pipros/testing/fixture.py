@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment
 from pipros.basics.errors import PiprosError, Refused, Unreachable
@@ -87,7 +86,7 @@ class LaunchFixture:
             self._join(self.master_uri)
         else:
             # The new master is on this computer, even if ROS_MASTER_URI refers to another one.
-            local = replace(self._environment, master_uri=DEFAULT_MASTER_URI)
+            local = self._environment._replace(master_uri=DEFAULT_MASTER_URI)
             self._core = Core(port=self._port, run_id=self.run_id, rosout=False, environment=local)
             self._core.start()
             self.master_uri = self._core.uri

@@ -116,12 +116,11 @@ def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
 @pytest.fixture
 def ros_node(ros_master: Core) -> Iterator[Node]:
     """A node `/pytest` on the test's master, in this process. It is shut down after the test."""
-    from dataclasses import replace
 
     from pipros.basics.env import Environment
     from pipros.node import Node
 
-    environment = replace(Environment.from_os(), master_uri=ros_master.uri)
+    environment = Environment.from_os()._replace(master_uri=ros_master.uri)
     with Node("pytest", environment=environment) as node:
         yield node
 

@@ -47,7 +47,7 @@ def test_a_known_home_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.needs("file owners")
 def test_without_a_home_a_private_folder_is_used(homeless: Path) -> None:
     assert Environment.from_os({}).log_dir == stand_in(homeless) / ".ros" / "log"
-    assert Environment().ros_home == stand_in(homeless) / ".ros"
+    assert Environment.from_os({}).ros_home == stand_in(homeless) / ".ros"
     assert Environment.from_os({"ROS_HOME": "~/mine"}).ros_home == stand_in(homeless) / "mine"
     assert stand_in(homeless).stat().st_mode & 0o777 == 0o700
 

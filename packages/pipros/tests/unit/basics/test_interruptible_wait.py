@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import threading
@@ -64,6 +65,7 @@ def interrupted_at(byte_code: int, event: OnceEvent) -> bool:
 
     before = sys.gettrace()
     sys._getframe().f_trace_opcodes = True  # Python 3.12 looks for such a frame when tracing begins
+    gc.disable()  # an interrupt in a finalizer would be reported instead of raised
     sys.settrace(trace)
     try:
         event.wait(1e-3)
@@ -71,6 +73,7 @@ def interrupted_at(byte_code: int, event: OnceEvent) -> bool:
         return True
     finally:
         sys.settrace(before)
+        gc.enable()
     return False
 
 
