@@ -1,2 +1,3 @@
 declare module "three";
 declare module "three/addons/*";
+declare module "@codemirror/*";

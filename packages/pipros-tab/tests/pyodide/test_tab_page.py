@@ -75,6 +75,7 @@ MARK_IMAGE = """async () => {
   return true;
 }"""
 """Adds an empty file to the kept image; returns whether there is one."""
+COLOURS = "(spans) => spans.map((span) => getComputedStyle(span).color)"
 BUSY = "import rospy\nrospy.init_node('busy')\nprint('computing', flush=True)\nwhile True:\n    pass\n"
 
 
@@ -278,7 +279,7 @@ def run_tests(typed: Any, launch: Any) -> None:
     assert without_escapes(PASSED_ROSTEST) in green
 
 
-def test_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:
+def test_the_editor_helps_and_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:
     page = classroom
     assert page.evaluate("crossOriginIsolated")
     begin(page, "gcc --version; python3")
@@ -286,6 +287,15 @@ def test_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:
     shows(page, "python3: a browser tab has no interactive Python; write a file, and run it")
     begin(page, "ls | wc")
     shows(page, "bash: | is not available in a browser tab")
+    page.once("dialog", lambda dialog: dialog.accept("edited.py"))
+    page.get_by_role("button", name="New file").click()
+    editor = page.get_by_role("textbox", name="Text of the file")
+    editor.press_sequentially("if True:\nprint('indented')")
+    assert editor.bounding_box()["x"] < 60  # type: ignore[index]
+    assert len(set(editor.locator("span").evaluate_all(COLOURS))) > 1
+    editor.press("Control+s")
+    begin(page, "python3 edited.py")
+    shows(page, "indented")
     write(page, "threads.py", "import threading\nthreading.Thread(target=print).start()\n")
     begin(page, "python3 threads.py")
     shows(page, "a browser tab has no threads: use rospy.Timer, or a loop with rospy.sleep")

@@ -1,5 +1,11 @@
 // The page: terminals, the files of the home folder, and an editor.
 
+import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
+import { python } from "@codemirror/lang-python";
+import { xml } from "@codemirror/lang-xml";
+import { bracketMatching, defaultHighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
+import { EditorState } from "@codemirror/state";
+import { EditorView, drawSelection, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { Hub } from "./hub.mjs";
 import { Pictures } from "./pictures.js";
 import { keepFiles } from "./store.js";
@@ -47,11 +53,9 @@ class Editor {
 
   constructor(hub) {
     this.hub = hub;
+    this.view = new EditorView({ parent: $("editor") });
     $("save").onclick = () => this.save();
     $("close").onclick = () => this.close();
-    $("editor-text").addEventListener("change", () => this.save());
-    $("editor-text").addEventListener("keydown", (event) => this.#key(event));
-    document.addEventListener("selectionchange", () => ($("editor-place").textContent = `line ${this.#before().split("\n").length}`));
   }
 
   open(path) {
@@ -59,14 +63,19 @@ class Editor {
     this.path = path;
     $("editor").hidden = false;
     $("editor-name").textContent = path.replace(`${HOME}/`, "");
-    $("editor-text").value = this.#kept();
-    $("editor-text").focus();
+    const doc = new TextDecoder().decode(this.hub.files.get(path)?.[1]);
+    this.view.setState(EditorState.create({ doc, extensions: this.#extensions(path) }));
+    this.saved = this.view.state.doc;
+    this.view.focus();
   }
 
   save() {
-    if (this.path === null || this.#kept() === $("editor-text").value) return;
-    this.hub.writeFile(this.path, new TextEncoder().encode($("editor-text").value));
+    const { doc } = this.view.state;
+    if (this.path === null || doc.eq(this.saved)) return true;
+    this.saved = doc;
+    this.hub.writeFile(this.path, new TextEncoder().encode(doc.toString()));
     say(`saved ${$("editor-name").textContent}`);
+    return true;
   }
 
   close() {
@@ -75,29 +84,17 @@ class Editor {
     $("editor").hidden = true;
   }
 
-  #kept() {
-    return new TextDecoder().decode(this.hub.files.get(this.path)?.[1]);
+  #extensions(path) {
+    const language = path.endsWith(".py") ? [python()] : /\.(xml|launch|test|urdf)$/.test(path) ? [xml()] : [];
+    return [
+      ...[lineNumbers(), history(), drawSelection(), highlightActiveLine(), bracketMatching(), indentOnInput(), indentUnit.of("    ")],
+      syntaxHighlighting(defaultHighlightStyle),
+      keymap.of([{ key: "Mod-s", run: () => this.save() }, ...defaultKeymap, ...historyKeymap, indentWithTab]),
+      EditorView.contentAttributes.of({ "aria-label": "Text of the file" }),
+      EditorView.domEventHandlers({ blur: () => void this.save() }),
+      ...language,
+    ];
   }
-
-  #before() {
-    const { value, selectionStart } = $("editor-text");
-    return value.slice(0, selectionStart);
-  }
-
-  #key(event) {
-    const insert = (text) => document.execCommand("insertText", false, text); // undo takes it back
-    if (event.key === "s" && (event.ctrlKey || event.metaKey)) this.save();
-    else if (event.key === "Tab" && !event.shiftKey) insert("    ");
-    else if (event.key === "Enter") insert(`\n${indentAfter(this.#before())}`);
-    else return;
-    event.preventDefault();
-  }
-}
-
-/** Returns the indentation of the line after this text: that of its last line, and more after a colon. */
-function indentAfter(text) {
-  const line = text.slice(text.lastIndexOf("\n") + 1);
-  return line.slice(0, line.search(/\S|$/)) + (line.trimEnd().endsWith(":") ? "    " : "");
 }
 
 function listFiles(hub, editor) {
