@@ -139,9 +139,11 @@ class _StageReader:
             raise InvalidSettings(f"{file}: {kind} must be followed by '('")
         base = self._definitions.get(kind)
         start = Model(kind) if base is None else Model(base.kind, dict(base.values), list(base.parts))
-        self._count(1 + len(start.parts), file)
+        self._count(1 + sum(part.count for part in start.parts), file)
         start.values["folder"] = start.values.get("folder", os.path.dirname(file))
-        return self._body(tokens, start, file, depth + 1)
+        made = self._body(tokens, start, file, depth + 1)
+        made.count = 1 + sum(part.count for part in made.parts)
+        return made
 
     def _count(self, count: int, file: str) -> None:
         self._models += count

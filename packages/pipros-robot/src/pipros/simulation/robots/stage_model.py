@@ -19,11 +19,13 @@ class Model:
         kind: name of the built-in kind from which the model is derived, such as `position`.
         values: properties by name.
         parts: the models that it contains.
+        count: number of models: itself, and all that it contains directly or indirectly.
     """
 
     kind: str
     values: dict[str, Value] = field(default_factory=dict)
     parts: list[Model] = field(default_factory=list)
+    count: int = 1
 
 
 def numbers(model: Model, key: str, default: list[float]) -> list[float]:

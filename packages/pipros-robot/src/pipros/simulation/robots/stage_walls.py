@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, islice
 from typing import Final
 
 import numpy as np
@@ -29,6 +30,9 @@ MARGIN_M: Final = 2.0
 MAX_CELLS: Final = 25_000_000
 MAX_PIXELS: Final = 50_000
 """Maximum number of dark pixels in a bitmap that is not the first."""
+MAX_OUTLINES: Final = 200_000
+MAX_WORK: Final = 10_000_000_000
+"""Maximum number of cells times corners, which all outlines together cover; takes about ten seconds."""
 
 Points = NDArray[np.float64]
 _BOX: Final = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
@@ -43,16 +47,21 @@ def world_of(models: Sequence[Model], robots: Iterable[Pose]) -> World:
     """
     plan = next((model for model in models if "bitmap" in model.values and _is_wall(model)), None)
     others = [model for model in models if model is not plan and _is_wall(model)]
-    shapes = [shape for model in others for shape in _shapes(model, Pose())]
+    parts = [part for part in plan.parts if _is_wall(part)] if plan is not None else []
+    found = (shape for model in others for shape in _shapes(model, Pose()))
+    of_plan = (shape for part in parts for shape in _shapes(part, pose_of(plan))) if plan is not None else ()
+    shapes = list(islice(chain(found, of_plan), MAX_OUTLINES + 1))
+    if len(shapes) > MAX_OUTLINES:
+        raise InvalidSettings(f"the blocks and dark pixels of models must be at most {MAX_OUTLINES}")
     if plan is not None:
         walls, resolution, left, bottom = _plan(plan)
-        shapes += [shape for part in plan.parts for shape in _shapes(part, pose_of(plan)) if _is_wall(part)]
     elif shapes:
         walls, resolution, left, bottom = _free_space(shapes, robots)
     else:
         raise InvalidSettings("a world needs walls: a model with a bitmap or blocks")
+    work = 0
     for shape in shapes:
-        _fill(walls, (shape - (left, bottom)) / resolution)
+        work += _fill(walls, (shape - (left, bottom)) / resolution, MAX_WORK - work)
     return World.from_cells(walls, resolution, (left, bottom))
 
 
@@ -145,8 +154,10 @@ def _points(block: Model) -> Points:
     return np.array(points)
 
 
-def _fill(walls: NDArray[np.bool_], outline: Points) -> None:
+def _fill(walls: NDArray[np.bool_], outline: Points, most: int) -> int:
     """Set the cells whose centres are inside an outline, and those that its edges touch.
+
+    Return the number of cells around it times its corners. Raise InvalidSettings if it exceeds `most`.
 
     Args:
         outline: corners in cells from the lower left corner of the grid.
@@ -157,7 +168,10 @@ def _fill(walls: NDArray[np.bool_], outline: Points) -> None:
     first = np.maximum(np.floor(outline.min(axis=0)), 0).astype(int)
     last = np.minimum(np.floor(outline.max(axis=0)) + 1, (columns, rows)).astype(int)
     if (last <= first).any():
-        return
+        return 0
+    work: int = math.prod((last - first).tolist()) * len(outline)
+    if work > most:
+        raise InvalidSettings("the blocks of models have too many corners, or are too large")
     following = np.roll(outline, -1, axis=0)
     x = np.arange(first[0], last[0])[None, :] + 0.5
     y = np.arange(first[1], last[1])[:, None] + 0.5
@@ -171,3 +185,4 @@ def _fill(walls: NDArray[np.bool_], outline: Points) -> None:
         column, row = np.floor(np.linspace(start, end, steps)).astype(int).T
         on_grid = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
         walls[row[on_grid], column[on_grid]] = True
+    return work

@@ -66,6 +66,11 @@ def test_a_bitmap_is_scaled_and_centred(tmp_path: Path) -> None:
     assert laser.increment == pytest.approx(math.radians(1))
 
 
+SPIKES = (
+    f"block ( points 1000 {' '.join(f'point[{n}] [{n * 7 % 1000} {n * 31 % 1000}]' for n in range(1000))} )"
+)
+
+
 @pytest.mark.parametrize(
     ("turn", "expected"),
     [
@@ -118,6 +123,12 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
         ('include "my.world"', "nested at most 20 deep"),
         ('include "my.world" ' * 3, "nested at most 20 deep"),
         ("a ( ) " * 10_001, "must have at most 10000 models"),
+        (
+            "define a0 model ( ) "
+            + "".join(f"define a{n + 1} model ( a{n} ( ) a{n} ( ) ) " for n in range(30)),
+            "must have at most 10000 models",
+        ),
+        (f"model ( size [200 200 1] {SPIKES} ) position ( )", "have too many corners, or are too large"),
         ('include "missing.inc"', r"cannot read the world .*missing\.inc"),
     ],
 )
