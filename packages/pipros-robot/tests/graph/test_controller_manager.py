@@ -204,3 +204,12 @@ def test_a_topic_starts_and_stops_controllers(ros: RosSystem, node: Node) -> Non
         assert ros.pipros.run(*words, ROS_NAMESPACE="/bot").returncode == 0
         assert states(node) == {"joints": expected}
     assert ros.pipros.run(*words[:3], "start", "nothing", ROS_NAMESPACE="/bot").returncode == 1
+
+
+def test_odd_names_and_rates_are_refused_in_one_line(ros: RosSystem, node: Node) -> None:
+    sim = start_sim(ros)
+    node.params.set("/bot/joints/publish_rate", 1e-320)
+    assert load(node, "joints") == [True]
+    assert load(node, "\x1b]0;OWNED\x07\nforged") == [False]
+    sim.wait_for(r"controller \[/bot/\\x1b\]0;OWNED\\x07\\nforged\]: this is not a name")
+    assert "\x1b]0" not in sim.output

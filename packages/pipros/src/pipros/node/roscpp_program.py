@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from pipros.basics.errors import Unreachable
+from pipros.basics.printable import listed
 from pipros.node.log import ros_logger
 from pipros.node.log_outputs import open_console_and_file, open_rosout
 from pipros.node.logger_services import serve_loggers
@@ -44,6 +45,8 @@ def roscpp_program(
         log=ros_logger("ros.roscpp"),
     )
     open_console_and_file(node, everything, None, is_roscpp=True)
+    for handler in everything.handlers:
+        handler.addFilter(_escaped)
 
     def report(_: Unreachable) -> None:
         place = node.environment.master_uri.removeprefix("http://").rstrip("/")
@@ -57,3 +60,12 @@ def roscpp_program(
             node.use_simulated_time()
         serve_loggers(node)
         yield node, ros_logger(f"ros.{package}")
+
+
+def _escaped(record: logging.LogRecord) -> bool:
+    """Escape control characters in a record's arguments: names and texts of peers."""
+    if isinstance(record.args, tuple):
+        record.args = tuple(
+            listed(each) if isinstance(each, (str, Exception)) else each for each in record.args
+        )
+    return True

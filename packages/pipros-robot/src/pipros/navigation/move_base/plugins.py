@@ -91,7 +91,7 @@ def local_planner(node: Node, log: logging.Logger, costmap: Costmap, name: str, 
         rows += [f"  taken over: {old} -> {new}" for old, new in taken.items()]
         rows += [f"  not taken over: {', '.join(sorted(left)) or 'none'}"]
     rows.append(f"  at most {forwards:g} m/s forwards, {backwards:g} m/s backwards, {turn:g} rad/s")
-    log.info("%s", "\n".join(rows))
+    log.info("\n".join(rows))
     if not is_limited:
         text = "no limit is set below %s: %g m/s and %g rad/s are assumed; set max_vel_x and max_vel_theta"
         log.warning(text, kind.namespace, forwards, turn)
