@@ -22,6 +22,7 @@ from pipros.simulation.robots.robot_endpoints import Headers, odometry_message
 from pipros.simulation.robots.settings import number
 from pipros.simulation.robots.simulation import STEP_S, Simulation
 
+_LEAST_RATE: Final = 1e-6
 _STATES: Final = ("position", "velocity", "effort")
 
 
@@ -228,7 +229,7 @@ def mapping(value: object) -> Mapping[str, Any]:
 def _steps(rate: object) -> int:
     """Return the number of steps between two messages. `rate` is in Hz; 0 and less mean every step."""
     value = number(rate, "publish_rate")
-    return max(1, round(1 / (value * STEP_S))) if value > 0 else 1
+    return max(1, round(1 / (max(value, _LEAST_RATE) * STEP_S))) if value > 0 else 1
 
 
 def _diagonal(value: object, what: str) -> list[float]:
