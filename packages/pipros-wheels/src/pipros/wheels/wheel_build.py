@@ -87,7 +87,7 @@ def source_packages(folders: Sequence[Path]) -> SourceSpace:
         WheelRefused: there is no package.
     """
     sources = [_source_of(folder) for folder in folders]
-    space = read_source_space(sources[0], os.environ, *sources[1:], is_lenient=True)
+    space = read_source_space(sources[0], os.environ, *sources[1:])
     if not space.packages and not space.errors:
         raise WheelRefused(f"there is no package.xml in {', '.join(map(str, folders))}, or below")
     users: dict[str, list[SourcePackage]] = {}

@@ -96,8 +96,7 @@ def build(
         projects: packages in the workspace that earlier calls to this function built, by name.
 
     Raises:
-        WorkspaceError: none of the packages in `options.only` exists, two packages have the same name, or
-            packages depend on each other in a cycle.
+        WorkspaceError: none of the packages in `options.only` exists.
         OSError: a space cannot be written.
     """
     return _Build(layout, options, say, os.environ if variables is None else variables, projects or {}).run()
@@ -126,6 +125,7 @@ class _Build:
     def run(self) -> BuildResult:
         space = read_source_space(self._layout.source, self._variables)
         self._result.errors += space.errors
+        self._failed.update({name: name for name in space.left_out})
         packages = self._wanted(space.packages)
         self._announce(packages)
         by_name = {package.name: package for package in space.packages}
@@ -214,7 +214,7 @@ class _Build:
         if missing:
             text = f'Packages "{", ".join(sorted(missing))}" not found in the workspace'
             if missing == self._options.only:
-                raise WorkspaceError(text)
+                raise WorkspaceError("\n".join([text, *self._result.errors]))
             self._say(f"-- WARNING: {text}")
         names = set(self._options.only) or None
         if names is not None and not self._options.is_alone:

@@ -72,7 +72,6 @@ def build_isolated(
         chosen: the packages to build.
 
     Raises:
-        WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
         MissingTools: a package needs CMake, but a tool is not installed; see `genuine_catkin.find_tools`.
         OSError: a space cannot be written.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -81,35 +81,25 @@ class SourceSpace:
 
     Attributes:
         packages: the packages in build order.
-        errors: invalid and unreadable manifests, each with file, line and reason.
+        errors: invalid and unreadable manifests, each with file, line and reason; names that several packages
+            have, and cycles of dependencies.
+        left_out: names of packages that are left out because of a name or a cycle.
     """
 
     packages: list[SourcePackage] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
+    left_out: set[str] = field(default_factory=set)
 
 
-def read_source_space(
-    source: Path, variables: Mapping[str, str], *more: Path, is_lenient: bool = False
-) -> SourceSpace:
-    """Return all packages below source folders. Packages with invalid manifests are only listed as errors.
+def read_source_space(source: Path, variables: Mapping[str, str], *more: Path) -> SourceSpace:
+    """Return all packages below source folders, and an error for each package that cannot be built.
 
     Args:
         variables: the environment, for conditions in manifests.
         more: further source folders.
-        is_lenient: whether packages that cause a `WorkspaceError` are only listed as errors, too.
-
-    Raises:
-        WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
     """
     space = SourceSpace()
     found: dict[str, SourcePackage] = {}
-    twice: set[str] = set()
-
-    def refuse(reason: str) -> None:
-        if not is_lenient:
-            raise WorkspaceError(reason)
-        space.errors.append(reason)
-
     crawled = [package for folder in (source, *more) for package in crawl(str(folder), space.errors).packages]
     for folder in dict.fromkeys(Path(package.path) for package in crawled if package.kind != DRY):
         manifest = _read_manifest(folder, variables, space.errors)
@@ -117,14 +107,14 @@ def read_source_space(
             continue
         name = str(manifest.name)
         if name in found:
-            refuse(
-                f"Multiple packages found with the same name '{name}':\n- {found[name].folder}\n- {folder}\n"
+            space.errors.append(
+                f"Multiple packages found with the same name '{name}': {found[name].folder} and {folder}. "
                 "Rename one, or put a file named CATKIN_IGNORE into its folder"
             )
-            twice.add(name)
+            space.left_out.add(name)
             continue
         found[name] = SourcePackage(name, folder, manifest)
-    space.packages = _in_order({name: found[name] for name in found if name not in twice}, refuse)
+    _put_in_order({name: found[name] for name in found if name not in space.left_out}, space)
     return space
 
 
@@ -167,20 +157,21 @@ class _Evaluated:
         """Do nothing, because the conditions are already evaluated."""
 
 
-def _in_order(packages: Mapping[str, SourcePackage], refuse: Callable[[str], None]) -> list[SourcePackage]:
-    """Return the packages in build order, without those in a cycle and those that need one of these."""
+def _put_in_order(packages: Mapping[str, SourcePackage], space: SourceSpace) -> None:
+    """Add the packages to `space` in build order, without those in a cycle and those that need one of these."""
     ordered = topological_order_packages({str(p.folder): _Evaluated(p.manifest) for p in packages.values()})
-    result = []
     for path, manifest in ordered:
         if path is not None:
-            result.append(packages[manifest.name])
+            space.packages.append(packages[manifest.name])
             continue
-        refuse(f"Circular dependency in the workspace: the packages {manifest} depend on each other")
-        for name in sorted(
-            packages.keys() - {package.name for package in result} - set(manifest.split(", "))
-        ):
-            refuse(f"{name}: it is left out, because it needs a package in this cycle")
-    return result
+        cycle = set(manifest.split(", "))
+        space.errors.append(
+            f"Circular dependency in the workspace: the packages {manifest} depend on each other"
+        )
+        blocked = packages.keys() - {package.name for package in space.packages}
+        for name in sorted(blocked - cycle):
+            space.errors.append(f"{name}: it is left out, because it needs a package in this cycle")
+        space.left_out |= blocked
 
 
 def closure(packages: Sequence[SourcePackage], wanted: set[str]) -> set[str]:

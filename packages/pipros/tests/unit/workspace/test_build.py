@@ -206,19 +206,34 @@ def test_the_previous_build_stays_usable_when_a_build_fails(workspace: Workspace
     assert (workspace.layout.devel / "lib/python3/dist-packages/talkers/__init__.py").is_file()
 
 
-def test_two_packages_of_one_name_are_refused(workspace: Workspace) -> None:
+def test_two_packages_of_one_name_skip_only_their_dependents(workspace: Workspace) -> None:
     first = workspace.add("one")
     second = workspace.add("two")
     (second / "package.xml").write_text((first / "package.xml").read_text())
-    with pytest.raises(WorkspaceError, match="Multiple packages found with the same name 'one'"):
-        workspace.build()
+    workspace.add("user", depends="one")
+    workspace.add("other")
+    result = workspace.build()
+    assert result.built == ["other"]
+    assert result.skipped == {"user": "one"}
+    assert "Multiple packages found with the same name 'one'" in "".join(result.errors)
 
 
-def test_packages_that_need_each_other_are_refused(workspace: Workspace) -> None:
+def test_packages_that_need_each_other_skip_only_their_dependents(workspace: Workspace) -> None:
     workspace.add("a", depends="b")
     workspace.add("b", depends="a")
-    with pytest.raises(WorkspaceError, match="Circular dependency"):
-        workspace.build()
+    workspace.add("c", depends="a")
+    workspace.add("other")
+    result = workspace.build()
+    assert result.built == ["other"]
+    assert "the packages a, b depend on each other" in result.errors[0]
+    assert result.errors[1] == "c: it is left out, because it needs a package in this cycle"
+
+
+def test_a_wanted_package_that_is_left_out_raises_with_the_reason(workspace: Workspace) -> None:
+    workspace.add("a", depends="b")
+    workspace.add("b", depends="a")
+    with pytest.raises(WorkspaceError, match="not found in the workspace\n.*the packages a, b depend"):
+        workspace.build(only=frozenset({"a"}))
 
 
 def test_compiled_code_without_cmake_names_package_target_and_what_to_install(workspace: Workspace) -> None:
