@@ -18,6 +18,7 @@ from pipros.workspace.executables import (
     find_executables,
     list_executables,
     package_of_programs,
+    why_not_built,
 )
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, environment_of, why_not_startable
@@ -79,7 +80,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             return NO_SUCH_COMMAND
         programs = list_executables(package)
         _report_missing_program(package, name, found, programs)
-        _print_advice(package_name, programs)
+        if reason := why_not_built(package, name):
+            print(f"[rosrun] {reason}", file=sys.stderr)
+        else:
+            _print_advice(package_name, programs)
         return NOT_FOUND
     environment = environment_of(program, os.environ)
     try:
@@ -169,7 +173,7 @@ def _print_search(found: Executables, name: str) -> None:
         print(f"[rosrun] Assuming {found.relay} is a devel-space relay for {found.runnable[1]}")
 
 
-def _print_advice(package: str, programs: Sequence[str] = ()) -> bool:
+def _print_advice(package: str, programs: Sequence[str] | None = None) -> bool:
     """Print how to get a well-known package; return False if there is no advice.
 
     Write to stderr, so that stdout equals Noetic's.

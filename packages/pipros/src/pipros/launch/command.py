@@ -20,7 +20,13 @@ from pipros.launch.nodelet_choice import why_not_loadable
 from pipros.launch.ros2_node import ARGUMENT, ros2_arguments, why_no_rclpy
 from pipros.packages.well_known import why_not_here
 from pipros.workspace.client_library import is_here, is_ros2_script, relayed_script, without_libraries
-from pipros.workspace.executables import Executables, find_executables, list_executables, package_of_programs
+from pipros.workspace.executables import (
+    Executables,
+    find_executables,
+    list_executables,
+    package_of_programs,
+    why_not_built,
+)
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, environment_of, program_environment
 from pipros.workspace.script_interpreter import interpreter_of
@@ -175,7 +181,8 @@ class CommandMaker:
             known = f"package [{node.package}] not found. {reason}"
             raise CannotLaunch(known if reason else str(error), node) from None
         found = self._find(package, node.type)
-        if not found.runnable and (reason := _why_not_here(node, package)):
+        reason = "" if found.runnable else why_not_built(package, node.type) or _why_not_here(node, package)
+        if reason:
             raise CannotLaunch(
                 f"Cannot locate node of type [{node.type}] in package [{node.package}]. {reason}", node
             )
@@ -224,5 +231,5 @@ def _why_not_here(node: LaunchNode, package: Package | None = None) -> str | Non
 
     `package` is None if the package was not found.
     """
-    programs = list_executables(package) if package else ()
+    programs = list_executables(package) if package else None
     return why_not_here(node.package, programs)

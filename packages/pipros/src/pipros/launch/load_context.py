@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from pipros.basics.errors import PiprosError
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
@@ -18,6 +18,7 @@ from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
 from pipros.launch.budget import LaunchBudget
 from pipros.launch.substitute import FindResource, anonymous_name
+from pipros.packages.well_known import why_not_here
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.overlays import built_workspaces
 from pipros.workspace.program_start import program_environment, starter_of
@@ -86,6 +87,8 @@ def find_resource(index: PackageIndex, package: str, path: str) -> str:
     Raises:
         NotFound: the package is unknown.
     """
+    if package not in index and (reason := why_not_here(package)):
+        raise NotFound(f"package [{package}] not found. {reason}")
     folder = index.find(package).path
     if not path:
         return str(folder)

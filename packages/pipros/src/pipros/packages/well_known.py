@@ -76,15 +76,15 @@ def why_no_command(name: str) -> str | None:
     return why_not_here(_PACKAGE_OF_COMMAND.get(name, ""))
 
 
-def why_not_here(package: str, programs: Iterable[str] = ()) -> str | None:
+def why_not_here(package: str, programs: Iterable[str] | None = None) -> str | None:
     """Return why pipros lacks a program and how to install it, or None if the package is unknown.
 
     Args:
-        programs: the package's programs that were found on this machine. If any of them is not a `.cfg`
-            file, nothing is missing, and the result is None.
+        programs: the package's programs that were found on this machine; None if the package itself was not
+            found. If any of them is not a `.cfg` file, nothing is missing, and the result is None.
     """
-    is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
-    if package in _PYTHON and not is_here:
+    is_here = any(not name.endswith(".cfg") for name in programs or ())  # `.cfg` files are also executable
+    if package in _PYTHON and programs is None:
         where = f"git clone {_SOURCES[package]}" if package in _SOURCES else "git clone them"
         return (
             f"{package} does not come with pipros, but needs no compiler: its sources on ROS_PACKAGE_PATH "

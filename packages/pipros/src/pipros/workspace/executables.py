@@ -9,11 +9,13 @@ code is not compiled, the program is looked up in pipros's or Debian's package o
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from pipros.basics.errors import NotFound
+from pipros.basics.input_file import read_file
 from pipros.basics.windows import ON_WINDOWS
 from pipros.packages import installed_packages, system_packages
 from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
@@ -103,6 +105,25 @@ def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | No
     folders = [*_build_folders(package, workspaces), package.path, SHARED_PACKAGES / package.name]
     installed = map(os.path.basename, system_packages.programs(package.name))
     return sorted({*_programs(folders), *installed})
+
+
+def why_not_built(package: Package, name: str) -> str | None:
+    """Return where `CMakeLists.txt` compiles a missing program, and what to do; None if it does not."""
+    file = package.path / "CMakeLists.txt"
+    try:
+        text = read_file(file).decode("utf-8", "replace").replace("${PROJECT_NAME}", package.name)
+    except OSError:
+        return None
+    found = re.search(
+        rf"^[ \t]*add_executable\s*\(\s*{re.escape(name)}\s", text, re.MULTILINE | re.IGNORECASE
+    )
+    if found is None:
+        return None
+    line = text.count("\n", 0, found.start()) + 1
+    return (
+        f"{file}:{line}: {name} is compiled from C++, and is not built. Run catkin_make in the workspace, "
+        "which needs CMake, a compiler and genuine catkin for it, and source its setup file."
+    )
 
 
 def shipped_programs(package: str) -> list[str]:

@@ -158,7 +158,7 @@ class _Evaluated:
 
 
 def _put_in_order(packages: Mapping[str, SourcePackage], space: SourceSpace) -> None:
-    """Add the packages to `space` in build order, without those in a cycle and those that need one of these."""
+    """Add the packages to `space` in build order, without cycles and packages that need one of a cycle."""
     ordered = topological_order_packages({str(p.folder): _Evaluated(p.manifest) for p in packages.values()})
     for path, manifest in ordered:
         if path is not None:

@@ -100,6 +100,14 @@ def test_an_unknown_program_ends_with_3(scripts: Path, capsys: pytest.CaptureFix
     assert captured.err == "[rosrun] Did you mean talker.py?\n"
 
 
+def test_a_program_that_must_be_compiled_says_so(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (scripts.parent / "CMakeLists.txt").write_text(
+        "project(talkers)\n\n  add_executable( talker talker.cpp)\n"
+    )
+    assert rosrun.main(["talkers", "talker"]) == 3
+    assert f"{scripts.parent / 'CMakeLists.txt'}:3: talker is compiled from C++" in capsys.readouterr().err
+
+
 @pytest.mark.needs("executable files")
 def test_a_script_that_is_not_executable_is_named(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
     plain = script(scripts / "talker.py", 0o644)

@@ -104,6 +104,21 @@ def test_nodes_that_cannot_be_launched_are_explained(
         maker.make(node, "http://m:1")
 
 
+def test_a_program_that_must_be_compiled_names_the_line_that_compiles_it(
+    maker: CommandMaker, talker: Path
+) -> None:
+    package = talker.parents[1]
+    (package / "package.xml").write_text("<package><name>turtlebot3_slam</name></package>")
+    (package / "CMakeLists.txt").write_text(
+        "project(turtlebot3_slam)\nadd_executable(${PROJECT_NAME}_imu src/imu.cpp)\n"
+    )
+    with pytest.raises(
+        CannotLaunch, match=r"CMakeLists\.txt:2: turtlebot3_slam_imu is compiled from C"
+    ) as refused:
+        maker.make(LaunchNode("turtlebot3_slam", "turtlebot3_slam_imu", "n"), "http://m:1")
+    assert "git clone" not in str(refused.value)
+
+
 def test_a_well_known_package_with_programs_here_is_not_called_compiled(
     maker: CommandMaker, talker: Path
 ) -> None:

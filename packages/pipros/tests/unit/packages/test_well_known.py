@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from pipros.basics.errors import NotFound
 from pipros.cli.rosmsg import main as rosmsg
 from pipros.cli.rosrun import main
 from pipros.launch.find_launch_files import find_in_package
+from pipros.launch.load_context import find_resource
 from pipros.launch.model import LaunchError
 from pipros.packages.well_known import why_no_command, why_no_nodelet, why_not_here
 from pipros.workspace.index import PackageIndex
@@ -133,6 +135,7 @@ def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
         "ROS_PACKAGE_PATH are enough. git clone them into the src folder of a workspace."
     )
     assert why_not_here("smach", ["viewer"]) is None
+    assert why_not_here("turtlebot3_slam", []) is None  # the sources are here already
     assert why_not_here("my_package") is None
 
 
@@ -149,6 +152,8 @@ def test_all_tools_give_the_same_advice(
     with pytest.raises(LaunchError) as launch:
         find_in_package(package, "any.launch", PackageIndex.from_environment())
     assert advice in str(launch.value)
+    with pytest.raises(NotFound, match=re.escape(advice)):
+        find_resource(PackageIndex.from_environment(), package, "launch/any.launch")
     assert rosmsg(["show", f"{package}/Type"]) == 1
     assert advice in capsys.readouterr().err
 

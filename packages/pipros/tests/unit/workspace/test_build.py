@@ -232,7 +232,7 @@ def test_packages_that_need_each_other_skip_only_their_dependents(workspace: Wor
 def test_a_wanted_package_that_is_left_out_raises_with_the_reason(workspace: Workspace) -> None:
     workspace.add("a", depends="b")
     workspace.add("b", depends="a")
-    with pytest.raises(WorkspaceError, match="not found in the workspace\n.*the packages a, b depend"):
+    with pytest.raises(WorkspaceError, match=r"not found in the workspace\n.*the packages a, b depend"):
         workspace.build(only=frozenset({"a"}))
 
 
