@@ -128,7 +128,10 @@ def build(
     source, binary = folder / "src", folder / "build"
     binary.mkdir(parents=True, exist_ok=True)
     variables = native_environment(tools, variables)
-    underlays = variables["CMAKE_PREFIX_PATH"]
+    # If this workspace is sourced, catkin would read all of its manifests, and stop at a bad one.
+    own = (str(layout.devel), str(layout.install))
+    prefixes = variables["CMAKE_PREFIX_PATH"].split(os.pathsep)
+    underlays = os.pathsep.join(prefix for prefix in prefixes if prefix not in own)
     command = [
         tools.cmake,
         str(source),
@@ -143,7 +146,7 @@ def build(
     rest = list(packages)
     while rest:
         wanted = {name for package in rest for name in components.get(package.name, ())}
-        provided = _link_sources(tools, rest, layout, folder, underlays, say, wanted)
+        provided = _link_sources(tools, rest, folder, underlays, say, wanted)
         variables["CMAKE_PREFIX_PATH"] = os.pathsep.join([underlays, str(provided)])
         _announce(command, binary, say)
         rejected = configure(command, binary, variables, {package.name: package.folder for package in rest})
@@ -175,7 +178,6 @@ def build(
 def _link_sources(
     tools: NativeTools,
     packages: Sequence[SourcePackage],
-    layout: WorkspaceFolders,
     folder: Path,
     underlays: str,
     say: Callable[[str], object],
@@ -190,8 +192,7 @@ def _link_sources(
     shutil.rmtree(provided, ignore_errors=True)
     source.mkdir(parents=True)
     (source / "CMakeLists.txt").symlink_to(tools.toplevel)
-    prefixes = map(Path, underlays.split(os.pathsep))
-    others = [prefix for prefix in prefixes if prefix not in (layout.devel, layout.install)]
+    others = [Path(prefix) for prefix in underlays.split(os.pathsep)]
     for package in shipped_packages(packages, others, components):
         if has_cmake(package):
             say(

@@ -124,6 +124,30 @@ def test_a_tool_that_fails_is_named(tmp_path: Path) -> None:
         genuine_catkin.build(tools, arm(tmp_path / "src"), layout, BuildOptions(), lambda _line: None, {}, {})
 
 
+@pytest.mark.needs("first lines")
+def test_the_workspace_itself_is_not_an_underlay_of_its_compiled_packages(tmp_path: Path) -> None:
+    layout = WorkspaceFolders(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
+    cmake = tmp_path / "cmake"
+    cmake.write_text(f"#!/bin/sh\necho $CMAKE_PREFIX_PATH >'{tmp_path}/prefixes'\nexit 3\n")
+    cmake.chmod(0o755)
+    sourced = {"CMAKE_PREFIX_PATH": f"{layout.devel}:{layout.install}:{tmp_path}/other"}
+
+    with pytest.raises(NativeBuildFailed):
+        genuine_catkin.build(
+            NativeTools(str(cmake), tmp_path / "opt"),
+            arm(layout.source),
+            layout,
+            BuildOptions(),
+            lambda _line: None,
+            sourced,
+            {},
+        )
+
+    first, *rest = (tmp_path / "prefixes").read_text().strip().split(":")
+    assert first == f"{tmp_path}/other"
+    assert not {str(layout.devel), str(layout.install)} & set(rest)
+
+
 def test_a_package_below_the_prefix_path_is_found_by_packages_without_compiled_code(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path)
     workspace.add("p", "find_package(catkin REQUIRED COMPONENTS of_a_prefix)\ncatkin_package()")
