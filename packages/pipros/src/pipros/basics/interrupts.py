@@ -23,6 +23,8 @@ from functools import wraps
 from types import FrameType
 from typing import Any, ParamSpec
 
+from pipros.basics.windows import call_when_console_closes
+
 _Arguments = ParamSpec("_Arguments")
 
 ENDING_SIGNALS: tuple[signal.Signals, ...] = (signal.SIGINT, signal.SIGTERM)
@@ -45,6 +47,7 @@ def install() -> None:
         if sys.platform == "win32" and threading.current_thread() is threading.main_thread():
             if signal.getsignal(signal.SIGBREAK) is signal.SIG_DFL:
                 signal.signal(signal.SIGBREAK, signal.default_int_handler)
+            call_when_console_closes(interrupt_main_thread)
 
 
 def accept_ctrl_c() -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.windows import with_slashes
+from pipros.basics.windows import remove_file, with_slashes
 from pipros.cmake import regex
 
 if TYPE_CHECKING:
@@ -198,8 +198,8 @@ def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) ->
         say(f"-- Up-to-date: {target}")
         return
     say(f"-- Installing: {target}")
+    remove_file(target)
     if source.is_symlink():
-        target.unlink(missing_ok=True)
         shutil.copy2(source, target, follow_symlinks=False)
         return
     shutil.copy2(source, target)

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
-from pipros.basics.windows import replace_file, with_slashes
+from pipros.basics.windows import relative_path, remove_file, replace_file, with_slashes
 from pipros.cmake import regex
 from pipros.cmake.configure import configured
 from pipros.cmake.copying import CannotCopy, copy, read_copies
@@ -61,14 +61,14 @@ def _glob(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
         elif word not in ("CONFIGURE_DEPENDS", "FOLLOW_SYMLINKS"):
             pattern = scope.in_source(word)
             found.update((_matching_below if is_recursive else _matching)(pattern, with_folders=with_folders))
-    paths = sorted(os.path.relpath(path, relative_to) if relative_to else path for path in found)
+    paths = sorted(relative_path(path, relative_to) if relative_to else path for path in found)
     scope.values[output] = with_slashes(";".join(paths))
 
 
 def _matching(pattern: str, *, with_folders: bool) -> list[str]:
     """Return the paths that match an absolute pattern. As in CMake, the paths include hidden files."""
-    base, *parts = pattern.split("/")  # the base is a drive, or empty
-    found = [base]
+    drive, rest = os.path.splitdrive(pattern)  # the drive may be //server/share; elsewhere, it is empty
+    found, parts = [drive], rest.split("/")[1:]
     for part in parts:
         if _WILD.search(part):
             found = [
@@ -147,8 +147,8 @@ def remove(path: str, *, is_recursive: bool) -> None:
     if os.path.isdir(path) and not os.path.islink(path):
         if is_recursive:
             shutil.rmtree(path)
-    elif os.path.lexists(path):
-        os.unlink(path)
+    else:
+        remove_file(path)
 
 
 def _rename(words: list[str], scope: Scope) -> None:
@@ -181,8 +181,7 @@ def _copy_file(words: list[str], scope: Scope) -> None:
 
 def _link(words: list[str], scope: Scope) -> None:
     source, target = words[0], scope.in_source(words[1])
-    if os.path.lexists(target):
-        os.unlink(target)
+    remove_file(target)
     if "SYMBOLIC" in words:
         os.symlink(source, target)
     else:
@@ -203,7 +202,7 @@ def _relative_path(path: str, folder: str) -> str:
 
     As in CMake, a path that consists only of `..` components ends with a slash.
     """
-    relative = with_slashes(os.path.relpath(path, folder))
+    relative = with_slashes(relative_path(path, folder))
     if relative == ".":
         return ""
     return f"{relative}/" if relative.endswith("..") else relative

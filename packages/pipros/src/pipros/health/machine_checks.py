@@ -12,6 +12,7 @@ from pipros.health.finding import Finding, Findings, error, findings_of, warning
 from pipros.health.machine import MachineReport, PathKind
 from pipros.health.windows_checks import (
     blocked_by_firewall,
+    long_paths,
     programs_in_path,
     refused_scripts,
     wsl_network,
@@ -329,6 +330,7 @@ CHECKS: tuple[Callable[[MachineReport], Findings], ...] = (
     folders_to_write,
     refused_scripts,
     programs_in_path,
+    long_paths,
     blocked_by_firewall,
     wsl_network,
 )

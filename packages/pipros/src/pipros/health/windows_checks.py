@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from pipros.basics.env import DEFAULT_MASTER_URI, InvalidEnvironment, split_master_uri
+from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.health.finding import Findings, error, warning
 from pipros.health.machine import MachineReport
 from pipros.net.address import is_loopback
+
+_LONG = 140
+"""Paths below a workspace or ROS_HOME have up to about 120 characters more."""
 
 
 def refused_scripts(machine: MachineReport) -> Findings:
@@ -32,6 +35,21 @@ def programs_in_path(machine: MachineReport) -> Findings:
             f"Activate the environment again (.venv\\Scripts\\activate), or add the folder: set "
             f"PATH={folder};%PATH% in cmd, $env:PATH = '{folder};' + $env:PATH in PowerShell.",
             "PATH",
+        )
+
+
+def long_paths(machine: MachineReport) -> Findings:
+    """Find folders whose files would have longer paths than Windows allows."""
+    folders = (machine.workspace, Environment.from_os(machine.variables).ros_home)
+    long = next((str(each) for each in folders if each and len(str(each)) > _LONG), None)
+    if long and not machine.windows.has_long_paths:
+        yield warning(
+            "long-paths",
+            f"The path of [{long}] has {len(long)} characters, and Windows refuses paths of more than 259: "
+            'builds, logs and bags below it fail with "No such file or directory"',
+            "Use a folder near the top of a drive (set ROS_HOME=C:\\ros), or set LongPathsEnabled to 1 in "
+            "the registry's key System\\CurrentControlSet\\Control\\FileSystem.",
+            "ROS_HOME",
         )
 
 

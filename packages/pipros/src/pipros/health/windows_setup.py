@@ -24,6 +24,7 @@ _RULES = (
     r"HKEY_LOCAL_MACHINE\System\CurrentControlSet\Services\SharedAccess"
     r"\Parameters\FirewallPolicy\FirewallRules"
 )
+_FILE_SYSTEM = r"HKEY_LOCAL_MACHINE\System\CurrentControlSet\Control\FileSystem"
 _KERNEL = "/proc/sys/kernel/osrelease"
 
 
@@ -36,12 +37,14 @@ class WindowsReport:
             if it runs them, or if this is another shell.
         scripts_off_path: the folder of pipros's programs, if PATH lacks it; otherwise empty.
         blocking_rules: names of the firewall's rules that block connections to this Python.
+        has_long_paths: whether paths may have more than 259 characters.
         wsl_network: how WSL is connected, such as `nat` or `mirrored`; empty outside WSL.
     """
 
     refusing_policy: str = ""
     scripts_off_path: str = ""
     blocking_rules: tuple[str, ...] = ()
+    has_long_paths: bool = True
     wsl_network: str = ""
 
 
@@ -58,6 +61,7 @@ def gather_windows(variables: Mapping[str, str]) -> WindowsReport:
         blocking_rules=blocking_rules(
             registry_values(_RULES), getattr(sys, "_base_executable", sys.executable)
         ),
+        has_long_paths=registry_values(_FILE_SYSTEM).get("LongPathsEnabled") == "1",
     )
 
 

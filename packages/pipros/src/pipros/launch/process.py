@@ -15,7 +15,7 @@ from typing import IO, TYPE_CHECKING
 from pipros.basics import one_thread
 from pipros.basics.log_file import open_to_write
 from pipros.basics.posix import NEW_GROUP, interrupt, signal_group
-from pipros.basics.windows import ON_WINDOWS
+from pipros.basics.windows import ON_WINDOWS, check_working_folder
 from pipros.launch.command import CannotLaunch, CannotStart, NodeCommand
 from pipros.launch.guardian import SIGKILL, Guardian
 from pipros.launch.output_prefix import PrefixedOutput
@@ -161,6 +161,7 @@ def _start(
     try:
         _check_first_line(command)
         command.folder.mkdir(parents=True, exist_ok=True)
+        check_working_folder(str(command.folder))
         with ExitStack() as files:
             stdout, stderr = [
                 ours if log is None else files.enter_context(_opened(log, append=is_again)) for log in logs

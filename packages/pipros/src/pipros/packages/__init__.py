@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 
+from pipros.basics.windows import is_as_written
+
 TYPE_CHECKING = False  # Type checkers treat this as True. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
     from pipros.packages.package_folders import PackageFolders
@@ -39,7 +41,7 @@ class ImportablePackages:
             found = installed_packages.find(name)
         if found is None and name.isidentifier():
             shipped = os.path.join(SHARE, name)
-            found = shipped if os.path.isdir(shipped) else None
+            found = shipped if os.path.isdir(shipped) and is_as_written(shipped) else None
             if found is None:
                 from pipros.packages.system_packages import SYSTEM_SHARE, has_manifest
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 import os
 import sys
 
+from pipros.basics.windows import is_as_written
 from pipros.packages.system_packages import is_share_folder
 
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
@@ -87,7 +88,7 @@ def find_in(share: str, name: str) -> str | None:
     if os.path.basename(name) != name or not name.isprintable():
         return None
     folder = os.path.join(share, name)
-    if os.path.isfile(os.path.join(folder, _MANIFEST)) and not is_of_ros2(folder):
+    if os.path.isfile(os.path.join(folder, _MANIFEST)) and is_as_written(folder) and not is_of_ros2(folder):
         return folder
     return _text(os.path.join(share, EDITABLE, name)) or None
 

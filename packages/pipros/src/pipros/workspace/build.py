@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import pipros
 from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.windows import relative_path
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
@@ -256,7 +257,7 @@ class _Build:
         if not (package.folder / "CMakeLists.txt").is_file():
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
             return None
-        self._say(f"-- ==> add_subdirectory({os.path.relpath(package.folder, self._layout.source)})")
+        self._say(f"-- ==> add_subdirectory({relative_path(str(package.folder), str(self._layout.source))})")
         status_lines: list[str] = []
         try:
             project = read_project(
@@ -336,7 +337,7 @@ class _Build:
     def _settings(self, package: SourcePackage) -> dict[str, str]:
         """Return the CMake variables that depend on the workspace, and those set with `-D`."""
         build = self._layout.build
-        binary = build / os.path.relpath(package.folder, self._layout.source)
+        binary = build / relative_path(str(package.folder), str(self._layout.source))
         return {
             "CATKIN_DEVEL_PREFIX": str(self._layout.devel),
             "CATKIN_TEST_RESULTS_DIR": str(build / "test_results"),

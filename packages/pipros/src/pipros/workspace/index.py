@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
+from pipros.basics.windows import ON_WINDOWS
 from pipros.packages import SHARE
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
 from pipros.packages.installed_packages import is_installed_share, share_folders
@@ -73,6 +74,8 @@ class PackageIndex:
         missing = [str(folder) for folder in folders if not folder.exists()]
         if missing:
             verb = "does" if len(missing) == 1 else "do"
+            if ON_WINDOWS and any(":" in each[2:] for each in missing):
+                cure = "on Windows, separate its folders with a semicolon"
             return f"ROS_PACKAGE_PATH lists [{os.pathsep.join(missing)}], which {verb} not exist: {cure}"
         return "" if folders else f"ROS_PACKAGE_PATH lists no workspace: {cure}"
 

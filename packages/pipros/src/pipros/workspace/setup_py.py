@@ -18,6 +18,7 @@ from typing import Any
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
+from pipros.basics.windows import check_working_folder
 
 _TIME_LIMIT_S = 60.0
 
@@ -110,6 +111,7 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
             last lines of the error output.
     """
     try:
+        check_working_folder(folder)
         ended = subprocess.run(  # noqa: S603
             [sys.executable, "-c", _PROBE],
             cwd=folder,
@@ -119,6 +121,8 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
             timeout=limit_s,
             check=False,
         )
+    except OSError as error:
+        raise SetupPyError(f"{folder}/setup.py was not run: {error.strerror}") from None
     except subprocess.TimeoutExpired:
         raise SetupPyError(f"{folder}/setup.py did not finish within {limit_s:.0f} s") from None
     if ended.returncode != 0 or "\0" not in ended.stdout:

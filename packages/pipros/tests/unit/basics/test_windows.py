@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import ntpath
 import os
 from pathlib import Path
 
 import pytest
 
-from pipros.basics.windows import file_url, path_of_url, replace_file, with_slashes
+from pipros.basics.windows import (
+    file_url,
+    is_as_written,
+    path_of_url,
+    relative_path,
+    remove_file,
+    replace_file,
+    with_slashes,
+)
 from pipros.basics.windows_job import Job
 
 
@@ -64,6 +73,42 @@ def test_a_file_that_stays_open_is_reported_after_two_seconds(
     with pytest.raises(PermissionError, match="in use"):
         replace_file(tmp_path / "new", tmp_path / "old", slept.append)
     assert sum(slept) == pytest.approx(2)
+
+
+def test_a_read_only_file_is_replaced_and_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rename = os.replace
+
+    def refuse_read_only(source: Path, target: Path) -> None:
+        if not target.stat().st_mode & 0o200:
+            raise PermissionError(5, "Access is denied")
+        rename(source, target)
+
+    old = tmp_path / "old"
+    old.touch(0o444)
+    (tmp_path / "new").write_text("new")
+    monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", True)
+    monkeypatch.setattr(os, "replace", refuse_read_only)
+    replace_file(tmp_path / "new", old, lambda _: None)
+    assert old.read_text() == "new"
+    old.chmod(0o444)
+    remove_file(old)
+    remove_file(old)
+    assert not old.exists()
+
+
+def test_a_path_on_another_drive_stays_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "path", ntpath)
+    assert relative_path(r"C:\ws\src\a", r"C:\ws") == r"src\a"
+    assert relative_path(r"D:\a", r"C:\ws") == r"D:\a"
+
+
+def test_a_name_in_another_case_is_not_the_one_that_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "Foo.msg").touch()
+    monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", True)
+    assert is_as_written(str(tmp_path / "Foo.msg"))
+    assert not is_as_written(str(tmp_path / "foo.msg"))
 
 
 def test_a_job_of_no_process_is_refused() -> None:

@@ -71,3 +71,18 @@ def test_a_long_expression_is_a_mistake_whatever_the_recursion_limit(sign: str) 
         CMakeError, match=r"mistake.cmake:1 \(math\):\n  the expression has \d+ characters; the limit"
     ):
         script_interpreter({}).run_text(f'math(EXPR o "{sign * 8000}1")', "mistake.cmake")
+
+
+def test_paths_on_another_drive_are_absolute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(path: str, start: str) -> str:
+        raise ValueError(f"path is on mount '{path}', start on mount '{start}'")
+
+    (tmp_path / "a.txt").touch()
+    monkeypatch.setattr(os.path, "relpath", refuse)
+    interpreter = script_interpreter({})
+    for script in (
+        f"file(GLOB o RELATIVE /d {tmp_path}/*.txt)",
+        f"file(RELATIVE_PATH o /d {tmp_path}/a.txt)",
+    ):
+        interpreter.run_text(script, "case.cmake")
+        assert interpreter.scope.values["o"] == f"{tmp_path}/a.txt"

@@ -70,6 +70,7 @@ FAULTS: dict[str, MachineReport] = {
     "not-called-back": machine(not_called_back="http://10.0.0.9:80/"),
     "execution-policy": machine(windows=WindowsReport(refusing_policy="Restricted")),
     "scripts-not-in-path": machine(windows=WindowsReport(scripts_off_path=r"C:\venv\Scripts")),
+    "long-paths": machine({"ROS_HOME": "/" + "x" * 140}, windows=WindowsReport(has_long_paths=False)),
     "firewall": machine(windows=WindowsReport(blocking_rules=("python.exe",))),
     "wsl-nat": machine(windows=WindowsReport(wsl_network="nat")),
     "cannot-write": machine({"ROS_LOG_DIR": "/logs"}, paths={"/logs": PathKind.READ_ONLY}),

@@ -102,3 +102,9 @@ def test_levels_are_set_by_ros_names_and_an_unknown_one_changes_nothing() -> Non
 def test_a_log_file_is_named_after_the_node() -> None:
     assert log_file(Path("/log"), "/ns/talker", None) == Path("/log/ns_talker.log")
     assert log_file(Path("/log"), "/ns/talker", "/elsewhere/t.log") == Path("/elsewhere/t.log")
+
+
+def test_a_log_file_is_no_device_of_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.node.log.ON_WINDOWS", True)
+    assert log_file(Path("/log"), "/aux", None) == Path("/log/aux_.log")
+    assert log_file(Path("/log"), "/ns/aux", None) == Path("/log/ns_aux.log")

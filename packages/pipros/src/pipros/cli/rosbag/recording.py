@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import time
@@ -13,7 +14,9 @@ from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
 from pipros.bag.record_files import FileOptions
 from pipros.bag.recorder import Recorder, RecordOptions
 from pipros.basics.extras import install_command
+from pipros.basics.file_names import is_device
 from pipros.basics.names import parse_arguments
+from pipros.basics.windows import ON_WINDOWS
 from pipros.cli.command_node import command_node
 from pipros.cli.runner import CommandError, add_flag, option_parser
 
@@ -119,6 +122,10 @@ def _check(parser: OptionParser, options: Values, topics: Sequence[str]) -> None
         parser.error("You must specify a topic name or else use the '-a' option.")
     if options.prefix and options.name:
         parser.error("Can't set both prefix and name.")
+    if ON_WINDOWS and is_device(os.path.basename(options.name or options.prefix or "")):
+        parser.error(
+            f"{options.name or options.prefix} is the name of a device on Windows; choose another one"
+        )
     if options.split and not options.size and not options.duration:
         parser.error("Split specified without giving a maximum duration or size")
     if options.snapshot and (options.split or options.size or options.num):

@@ -6,6 +6,7 @@ import glob
 import os
 from collections.abc import Mapping
 
+from pipros.basics.windows import relative_path
 from pipros.cmake.language import Command
 from pipros.cmake.words import sections
 from pipros.workspace.catkin.context import Handler, ReadContext
@@ -45,7 +46,7 @@ def _generate_messages(context: ReadContext, command: Command, words: list[str])
 def _dynamic_reconfigure(context: ReadContext, _command: Command, words: list[str]) -> None:
     project = context.project
     files = (context.scope.in_source(word) for word in words)
-    project.config_files += [os.path.relpath(file, project.folder) for file in files]
+    project.config_files += [relative_path(file, project.folder) for file in files]
     project.has_reconfigure_options = True
     project.targets.add(f"{project.name}_gencfg")
 
