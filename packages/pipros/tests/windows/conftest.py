@@ -24,8 +24,9 @@ def environment() -> Iterator[None]:
     """Have the environment for one test at a time, also beside other processes of pytest."""
     with windows.locked():
         windows.make()
+        windows.keep_wine()
         yield
-        windows.end_all()
+        windows.end_programs()
 
 
 @pytest.fixture
@@ -39,7 +40,7 @@ def workspace(environment: None) -> None:
         try:
             assert made.wait(300) == 0, made.output
         finally:
-            windows.end_all()
+            windows.end_programs()
             made.close()
         built.write_text(windows.INSTALLED.read_text())
 
@@ -61,6 +62,6 @@ def start(ros: RosSystem, workspace: None) -> Iterator[StartOnWindows]:
         return started[-1]
 
     yield start_one
-    windows.end_all()
+    windows.end_programs()
     for program in started:
         program.close()

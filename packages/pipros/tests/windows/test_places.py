@@ -62,7 +62,7 @@ def test_source_build_and_home_may_be_on_different_drives(drives: Path) -> None:
     shutil.rmtree(DRIVE / "temp" / "built", ignore_errors=True)
     prefixes = r"-DCATKIN_DEVEL_PREFIX=E:\devel|-DCMAKE_INSTALL_PREFIX=E:\installed"
     built = output_of(rf"catkin_make|--source|D:\src|--build|C:\temp\built|{prefixes}|install")
-    assert f"there=C:/temp, launch=D:/src/composiv_tryouts/launch/composiv_tryout.launch" in built
+    assert "there=C:/temp, launch=D:/src/composiv_tryouts/launch/composiv_tryout.launch" in built
     assert (drives / "e" / "installed" / "share" / "composiv_tryouts" / "package.xml").exists()
     tested = output_of(
         r"rostest|D:\src\composiv_tryouts\launch\composiv_tryout.launch",

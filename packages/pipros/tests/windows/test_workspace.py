@@ -47,7 +47,7 @@ def lines_of(command: list[str], folder: Path) -> list[str]:
     try:
         assert program.wait(120) == 0, program.output
     finally:
-        windows.end_all()
+        windows.end_programs()
         program.close()
     return program.lines
 
