@@ -204,8 +204,8 @@ _keepers: list[WindowsProgram] = []
 
 def end_programs() -> None:
     """End every program of Windows's Python in this environment, but not Wine's own programs."""
-    while programs := running():
-        for process in programs.values():
+    while programs := [process for command, process in _processes() if f"C:\\{PYTHON.name}" in command]:
+        for process in programs:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
         time.sleep(0.02)
