@@ -129,7 +129,7 @@ class WindowsProgram:
             if not select.select([self._process.stdout], [], [], 0.1)[0]:
                 continue
             data = os.read(self._process.stdout.fileno(), 65536)
-            *lines, rest = (rest + data).split(b"\n") if data else (rest, b"")
+            *lines, rest = (rest + data).split(b"\n") if data else (rest, b"")[not rest :]
             self.lines += [
                 line.decode(errors="replace").rstrip("\r") for line in lines if not _NOISE.match(line)
             ]
