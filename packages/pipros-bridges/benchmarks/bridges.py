@@ -15,7 +15,6 @@ The tables show the messages per second of the slowest client, the age of the me
 of one processor. Nothing else should be running.
 """
 
-import argparse
 import importlib.util
 import json
 import random
@@ -28,7 +27,7 @@ import time
 
 import psutil
 from programs import Programs, end
-from table import Row, as_text, free_port, heed_interrupts, line, wait_for_port, write_json
+from table import Row, as_text, free_port, heed_interrupts, line, options_of, wait_for_port, write_json
 
 SUBPROTOCOL = "foxglove.sdk.v1"
 
@@ -338,14 +337,9 @@ BENCHMARKS = {"images": images, "clients": clients, "encodings": encodings, "ros
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--only", default=",".join(BENCHMARKS))
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=5.0)
-    parser.add_argument("--clients", type=int, default=100)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--json", metavar="FILE")
-    options = parser.parse_args()
+    options = options_of(
+        __doc__, only=",".join(BENCHMARKS), rounds=3, seconds=5.0, clients=100, quick=False, json=""
+    )
     heed_interrupts()
     if options.quick:
         options.rounds, options.seconds = 1, 2.0

@@ -14,7 +14,6 @@ named, as root): round trips of a command to a robot behind a link of 1 Mbit/s, 
 Nothing else should be running.
 """
 
-import argparse
 import contextlib
 import os
 import signal
@@ -25,7 +24,7 @@ import time
 
 import psutil
 from fleet_workers import DEADLINE_S, TOPICS
-from table import free_port
+from table import free_port, options_of
 
 WORKERS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "fleet_workers.py")
 MAX_TOPICS = 5000  # the limit fleet_topics
@@ -280,12 +279,7 @@ def slow(number, seconds):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--only", default="cost,robots,slow")
-    parser.add_argument("--seconds", type=int, default=2)
-    parser.add_argument("--robots", type=int, default=100)
-    parser.add_argument("--quick", action="store_true", help="one second, 20 robots")
-    options = parser.parse_args()
+    options = options_of(__doc__, only="cost,robots,slow", seconds=2, robots=100, quick=False)
     if options.quick:
         options.seconds, options.robots = 1, 20
     wanted = options.only.split(",")

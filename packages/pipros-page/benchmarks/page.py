@@ -13,7 +13,6 @@ the image, the topic and the log) after garbage collection, 5 and 30 minutes aft
 Chromium and Playwright. `--quick` takes 3 seconds per run. Nothing else should be running.
 """
 
-import argparse
 import asyncio
 import contextlib
 import json
@@ -24,6 +23,7 @@ from urllib.parse import urlsplit
 
 import psutil
 from programs import Programs
+from table import options_of
 from websockets.asyncio.client import connect
 
 PUBLISHER = """
@@ -62,12 +62,7 @@ PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//numb
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--browsers", type=int, default=20)
-    parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--heap", metavar="MINUTES", help="when to measure the browser's heap, such as 5,30")
-    parser.add_argument("--quick", action="store_true")
-    options = parser.parse_args()
+    options = options_of(__doc__, browsers=20, seconds=10.0, heap="", quick=False)
     seconds = 3.0 if options.quick else options.seconds
     if options.heap:
         print(heap([float(minutes) for minutes in options.heap.split(",")]), flush=True)

@@ -8,7 +8,8 @@ defaults: anti-aliased, at most 30 pictures a second. The robot is that of page_
 turtlesim and the tutorials' Fibonacci server. Each row opens a new page with a scene: tf alone, the robot,
 2,000 markers ten times a second, and 1,000,000 points ten times a second. The row "three.js alone" draws the
 points of that cloud with three.js's own Points in a page that receives the same bytes, and uploads the same
-buffers with each message. All draw as often as they can, as while the user turns the view.
+buffers with each message. All draw as often as they can, as while the user turns the view. `--only` selects
+the rows whose label contains a text.
 
 Columns: pictures per second; milliseconds of script per picture; messages per second of the last display;
 milliseconds on the page's main thread per message: of all script without drawing, which includes other
@@ -21,13 +22,13 @@ tenth and 1 MB. Minima are compared, because data is received and decoded all th
 not count.
 """
 
-import argparse
 import os
 import sys
 import time
 
 import psutil
 from programs import QUIET, Programs
+from table import options_of
 
 from tests.browser.chromium import running_chromium
 
@@ -287,11 +288,7 @@ def soak(system, browser, minutes):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--only", default="", metavar="TEXT", help="only rows whose label contains TEXT")
-    parser.add_argument("--minutes", type=int, default=0, help="show markers and cloud for so long instead")
-    options = parser.parse_args()
+    options = options_of(__doc__, seconds=10.0, only="", minutes=0)
     with System() as system, running_chromium() as browser:
         if options.minutes:
             return 0 if soak(system, browser, options.minutes) else 1

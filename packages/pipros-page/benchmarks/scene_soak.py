@@ -9,7 +9,6 @@ four minutes, in which the browser compiles code and fills its caches), or the g
 Needs Chromium and Playwright.
 """
 
-import argparse
 import struct
 import sys
 import time
@@ -18,6 +17,7 @@ from pathlib import Path
 import psutil
 from playwright.sync_api import TimeoutError as NeverShown
 from programs import QUIET, Programs
+from table import options_of
 
 from pipros.bag import BagWriter
 from pipros.msg import load_message_class
@@ -105,9 +105,7 @@ def make_bag(path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--minutes", type=float, default=60.0)
-    minutes = parser.parse_args().minutes
+    minutes = options_of(__doc__, minutes=60.0).minutes
     with Programs("roscore") as programs:
         folder = Path(programs.folder)
         make_bag(folder / "loop.bag")

@@ -7,7 +7,6 @@ The median of all repetitions, or of those that fit into five seconds, counts. O
 it: only the processor time of this process is measured, in one thread.
 """
 
-import argparse
 import itertools
 import math
 import os
@@ -44,6 +43,8 @@ from pipros.navigation.trajectory.planner import TrajectoryPlanner
 from pipros.navigation.trajectory.settings import TrajectorySettings
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
+from table import options_of
+
 from tests.support.drives import drive
 
 FOOTPRINT = [(-0.105, -0.105), (-0.105, 0.105), (0.041, 0.105), (0.041, -0.105)]
@@ -276,11 +277,7 @@ OPERATIONS = {
 
 
 def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--repetitions", type=int, default=500)
-    repetitions = parser.parse_args().repetitions
+    repetitions = options_of(__doc__, repetitions=500).repetitions
     print("| operation | time | numpy alone |")
     print("| --- | ---: | ---: |")
     for name, (operation, bare) in OPERATIONS.items():

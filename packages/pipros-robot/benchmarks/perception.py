@@ -14,7 +14,6 @@ second; there is no genuine driver to compare with.
 real time if nothing is lost; a row says little if the foreign load is high.
 """
 
-import argparse
 import contextlib
 import os
 import shutil
@@ -29,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 import psutil
+from table import options_of
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
@@ -342,12 +342,7 @@ ROWS = {"rectify": rectify, "cloud": cloud, "chain": chain, "voxels": voxels, "l
 
 
 def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--only", default=",".join(ROWS))
-    parser.add_argument("--seconds", type=float, default=10.0)
-    options = parser.parse_args()
+    options = options_of(__doc__, only=",".join(ROWS), seconds=10.0)
     bench = Bench(options.seconds)
     print(
         "| workload (images of 640 x 480 pixels) | implementation | share of a core | time per output "

@@ -10,7 +10,6 @@ TODOs. The messages that rclpy of tests.support.ros2_wheels lacks are built with
 benchmark needs a C++ compiler.
 """
 
-import argparse
 import contextlib
 import io
 import os
@@ -22,6 +21,8 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
+
+from table import options_of
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "build"))
@@ -144,10 +145,7 @@ def problems(python, seconds, drafts):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Counts drafts that run with rclpy.")
-    parser.add_argument("--distro", default="jazzy")
-    parser.add_argument("--seconds", type=float, default=12.0)
-    options = parser.parse_args()
+    options = options_of(__doc__, distro="jazzy", seconds=12.0)
     python = environment_with_messages(options.distro)
     with tempfile.TemporaryDirectory() as name, tempfile.NamedTemporaryFile() as output:
         folder = Path(name)

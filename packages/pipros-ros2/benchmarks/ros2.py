@@ -10,7 +10,6 @@ The benchmark runs in its own network, so it needs root. It also needs the peers
 tests.support.dds_peers lists their packages. Nothing else should be running.
 """
 
-import argparse
 import contextlib
 import functools
 import json
@@ -22,6 +21,8 @@ import subprocess
 import sys
 import tempfile
 import time
+
+from table import options_of
 
 ROOT = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
 sys.path.insert(0, ROOT)
@@ -276,14 +277,7 @@ def measure(arguments):
 
 
 def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--only", default="flow,gateway,trip")
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
-    arguments = parser.parse_args()
+    arguments = options_of(__doc__, rounds=3, only="flow,gateway,trip", quick=False, inside=False)
     if not arguments.inside:
         inside = [sys.executable, os.path.abspath(__file__), *sys.argv[1:], "--inside"]
         return subprocess.run(["unshare", "--net", *inside], check=False).returncode

@@ -11,7 +11,6 @@ descriptors at the end than after the first minute, if a message was lost, if a 
 datagram revealed a defect. It needs root, and the peers of tests/dds.
 """
 
-import argparse
 import os
 import random
 import re
@@ -24,6 +23,7 @@ from struct import pack, unpack_from
 
 from ros2 import CYCLONE, FAST, MESSAGE, OURS, SERVICE, Program, enter_network
 from soak import held
+from table import options_of
 
 CDR = b"\0\1\0\0"
 COUNT = 8
@@ -162,12 +162,7 @@ def soak(minutes):
 
 
 def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--minutes", type=float, default=30.0)
-    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
-    arguments = parser.parse_args()
+    arguments = options_of(__doc__, minutes=30.0, inside=False)
     if not arguments.inside:
         inside = [sys.executable, os.path.abspath(__file__), *sys.argv[1:], "--inside"]
         return subprocess.run(["unshare", "--net", *inside], check=False).returncode

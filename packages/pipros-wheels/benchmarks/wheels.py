@@ -10,7 +10,6 @@ are printed, with the ratio of the processor times to that of `pipros wheel`, an
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import shutil
@@ -20,6 +19,8 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+from table import options_of
 
 MANIFEST = """<package format="2"><name>{0}</name><version>1.0.0</version><description>d</description>
 <maintainer email="a@example.org">A</maintainer><license>MIT</license>
@@ -75,10 +76,7 @@ def compare(commands: dict[str, tuple[list[str], str]], count: int, rounds: int)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--packages", default="1,40")
-    parser.add_argument("--rounds", type=int, default=3)
-    options = parser.parse_args()
+    options = options_of(__doc__, packages="1,40", rounds=3)
     own = f"{PROGRAMS}{os.pathsep}/usr/bin{os.pathsep}/bin"
     commands = {"pipros wheel": ([str(PROGRAMS / "pipros"), "wheel", "."], own)}
     commands["catkin_make"] = ([str(PROGRAMS / "catkin_make")], own)

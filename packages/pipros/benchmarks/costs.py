@@ -13,7 +13,6 @@ these.
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import socket
@@ -29,6 +28,7 @@ from typing import Any
 import numpy
 import psutil
 from programs import QUIET, Programs
+from table import options_of
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
@@ -158,10 +158,7 @@ def measure_robots(seconds: float = 10.0) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Costs of single pipros operations.")
-    parser.add_argument("--only", default="hook,owner,numpy,turtlesim,robots", help="default: %(default)s")
-    parser.add_argument("--connections", type=int, default=3000, help="for owner; default: %(default)s")
-    options = parser.parse_args()
+    options = options_of(__doc__, only="hook,owner,numpy,turtlesim,robots", connections=3000)
     chosen = options.only.split(",")
     if "hook" in chosen:
         measure_hook()

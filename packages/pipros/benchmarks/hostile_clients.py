@@ -11,7 +11,6 @@ promises. Only the excess of the pause over the one before the attack counts, be
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
 import logging
@@ -28,6 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from table import options_of
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
@@ -177,10 +177,7 @@ def measure(attack: Attack, count: int, pid: int, port: int, waits: Waits) -> bo
 
 
 def main() -> int:
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
-    parser.add_argument("--control", action="store_true", help="the clients may change the system")
-    options = parser.parse_args()
+    options = options_of(__doc__, control=False)
     with contextlib.ExitStack() as ends:
         master = ends.enter_context(Master(port=0))
         command = [Path(sys.executable).parent / "pipros", "serve", "--port", "0"]

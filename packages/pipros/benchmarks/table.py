@@ -3,6 +3,7 @@
 Also runs in genuine ROS's Python, so it imports only the standard library.
 """
 
+import argparse
 import json
 import os
 import signal
@@ -24,6 +25,23 @@ def heed_interrupts():
     A shell makes its background jobs ignore SIGINT, and their child processes inherit this.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def options_of(description, **defaults):
+    """Return the options on the command line.
+
+    Args:
+        description: the benchmark's docstring, which explains them.
+        defaults: the options. A value has the type of its default; those that are False are switches.
+    """
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=description, formatter_class=raw)
+    for name, default in defaults.items():
+        if default is False:
+            parser.add_argument("--" + name, action="store_true")
+        else:
+            parser.add_argument("--" + name, type=type(default), default=default, help="default: %(default)s")
+    return parser.parse_args()
 
 
 class Row:
