@@ -286,7 +286,8 @@ class _ClientConnection:
         has_answer_begun = False
         try:
             self._socket.settimeout(_left(deadline))
-            self._socket.sendall(request)
+            with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+                self._socket.sendall(request)  # a server that refuses a request does not read it whole
             self._socket.settimeout(None)
             if meanwhile is not None:
                 meanwhile()
