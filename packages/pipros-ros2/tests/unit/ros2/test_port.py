@@ -49,12 +49,15 @@ CASES = [
     ("rospy.Timer(rospy.Duration(2), f)", "Duration(seconds=2).nanoseconds / 1e9, lambda: (f)(None))"),
     ("s = rospy.ServiceProxy('a', SetBool); s(True)", "s.call(SetBool.Request(data=True))"),
     ("x = f'é {rospy.get_time():{rospy.get_name()}}'", "/ 1e9):{node.get_fully_qualified_name()}}'"),
+    ("c = CameraInfo(); c.K = [1] * 9", "c.k = [float(each) for each in [1] * 9]"),
+    ("c = CameraInfo(D=[], K=k)", "CameraInfo(d=[], k=[float(each) for each in k])"),
+    ("rospy.Subscriber('a', CameraInfo, lambda m: m); c = CameraInfo(); f(c.K[0])", "f(c.k[0])"),
     ("r = SetBoolResponse(True, 'x')", "r = SetBool.Response(success=True, message='x')"),
 ]  # fmt: skip
 HEAD = """import rospy
 from std_msgs.msg import String
 from geometry_msgs.msg import Twist, Vector3
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import CameraInfo, Imu
 from std_srvs.srv import SetBool, SetBoolResponse
 rospy.init_node('n')
 """

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
+from pipros.ros2.interfaces.derive import member_name
 from pipros.ros2.port.rules import CALLS, EXCEPTIONS, LOGGING, METHODS, NODE, UNSURE
 from pipros.ros2.port.values import PortedValues
 
@@ -54,6 +55,10 @@ class PortedCalls(PortedValues):
         if node.attr == "seq" and self._is_header(node.value):
             self._todo(node, "std_msgs/Header has no seq in ROS 2")
             return None
+        new = member_name(node.attr)
+        if new != node.attr and self._kinds.field(node) is not None:
+            self._change(node, new)
+            return f"{self.text(node.value)}.{new}"
         return self._named(node) if name and self._root_is_module(node) else None
 
     def _named(self, node: ast.expr) -> str | None:

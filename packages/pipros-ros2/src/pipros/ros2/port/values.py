@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 
 from pipros.msg.language.spec import FLOATS, MessageSpec
+from pipros.ros2.interfaces.derive import member_name
 from pipros.ros2.port.source import PortedText
 
 
@@ -40,7 +41,11 @@ class PortedValues(PortedText):
         """Return the arguments of a constructor, with names, and with numbers of the right type."""
         types = {each.name: each.type for each in spec.fields}
         pairs = [*zip(types, values, strict=False), *((each.arg or "", each.value) for each in named)]
-        words = (f"{key}={self._coerced(types.get(key), value)}" for key, value in pairs if key != "seq")
+        words = (
+            f"{member_name(key)}={self._coerced(types.get(key), value)}"
+            for key, value in pairs
+            if key != "seq"
+        )
         return ", ".join(words)
 
     def _class_text(self, kind: str) -> str:
