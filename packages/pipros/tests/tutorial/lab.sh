@@ -10,7 +10,7 @@ sed -n '/^from pathlib import Path$/,/^```$/p' "$here/docs/pip.md" | sed '$d' >m
 
 python make_lab.py
 pipros wheel lab_ws -o wheels >wheel.log
-PIP_FIND_LINKS=$PWD/found pip download --quiet --dest wheels pipros
+PIP_FIND_LINKS=$PWD/found pip download --quiet --dest wheels wheels/*.whl
 pipros index wheels
 
 port=$((20000 + RANDOM % 10000))

@@ -13,7 +13,7 @@ from enum import Enum, auto
 
 from pipros.packages import SHARE
 from pipros.packages.well_known import COMPILED
-from pipros.wheels.names import distribution_name
+from pipros.wheels.names import ON_PYPI, distribution_name
 from pipros.workspace.catkin.names import CORE_PACKAGES
 from pipros.workspace.catkin.project import Project
 from pipros.workspace.layout import SourcePackage
@@ -114,6 +114,8 @@ def classify(
         return Dependency(
             name, DependencySource.ROS, distribution_name(name) + ",".join(dict.fromkeys(bounds or ()))
         )
+    if name in ON_PYPI and name not in keys:
+        return Dependency(name, DependencySource.PYPI, ON_PYPI[name][1])
     if is_shipped(name):
         return Dependency(name, DependencySource.PIPROS, "pipros")
     if name in keys:

@@ -298,6 +298,11 @@ def test_modules_that_are_on_pypi_are_required_from_there(workspace: Workspace) 
     assert required(wheel) == ["pipros", "xacro>=1.13.3"]
 
 
+def test_a_package_that_needs_xacro_requires_it_from_pypi(workspace: Workspace) -> None:
+    workspace.add("my_description", "catkin_package()", "xacro")
+    assert required(wheels(workspace)["my_description"]) == ["pipros", "xacro>=1.13.3"]
+
+
 def add(cmake: str = "catkin_package()", name: str = "arm", **files: str) -> tuple[str, str, dict[str, str]]:
     return name, cmake, files
 
