@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
+from pipros.basics.errors import Unreachable
 from pipros.libraries.nodes.frames import Frames
 from pipros.navigation.amcl import amcl_node
 from pipros.navigation.amcl.amcl_node import AmclNode
@@ -191,6 +192,28 @@ def test_amcl_goes_on(make: Any, topic: str) -> None:
         return len(places) > before and finite(places[-1]) and len(frames) > sent and finite(frames[-1])
 
     endures(node, topic, inputs[topic], has_effect)
+
+
+def test_amcl_goes_on_without_a_master(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    parameters = {**PARAMETERS["amcl"], "use_map_topic": True, "max_particles": 300, "save_pose_rate": 1e6}
+    node, work = make("amcl", parameters), Work()
+    AmclNode(node, LOG, work)  # type: ignore[arg-type]
+    saved = []
+
+    def set_parameter(name: str, value: object) -> None:
+        saved.append(name)
+        raise Unreachable("master [http://gone]", "Connection refused")
+
+    monkeypatch.setattr(node.params, "set", set_parameter)
+    node.give("/tf_static", transforms(BASE, "laser"))
+    node.give("/map", occupancy())
+    node.give("/initialpose", posed("map", 0.0))
+    for _ in range(4):
+        measured = scan()
+        node.give("/tf", transforms("odom", BASE))
+        node.give("/scan", measured)
+    assert "~initial_pose_x" in saved
+    assert len(node.sent["/tf"]) > 2
 
 
 def costmap_parameters() -> Any:

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.basics.errors import Interrupted
+from pipros.basics.errors import Interrupted, Unreachable
 from pipros.libraries.nodes.frames import Frames
 from pipros.libraries.nodes.params import read_parameters
 from pipros.libraries.nodes.program import run_node
@@ -275,8 +275,11 @@ class AmclNode:
             return
         saved = dict(zip(("pose_x", "pose_y", "pose_a"), flat(composed(correction, base)), strict=True))
         saved |= {"cov_xx": belief.xx, "cov_yy": belief.yy, "cov_aa": belief.aa}
-        for name, value in saved.items():
-            self._node.params.set(f"~initial_{name}", value)
+        try:
+            for name, value in saved.items():
+                self._node.params.set(f"~initial_{name}", value)
+        except Unreachable as error:  # the localization goes on without a master
+            self._log.warning("the pose is not saved: %s", error)
 
     def _check_scans(self) -> None:
         silent_s = time.monotonic() - self._scan_s
