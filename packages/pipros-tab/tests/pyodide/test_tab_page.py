@@ -75,6 +75,10 @@ MARK_IMAGE = """async () => {
   return true;
 }"""
 """Adds an empty file to the kept image; returns whether there is one."""
+REFUSE = """const { put } = IDBObjectStore.prototype;
+IDBObjectStore.prototype.put = function (...given) { put.apply(this, given); return this.add(...given); }
+0"""
+"""Makes each write of the database fail, as a full one does."""
 COLOURS = "(spans) => spans.map((span) => getComputedStyle(span).color)"
 BUSY = "import rospy\nrospy.init_node('busy')\nprint('computing', flush=True)\nwhile True:\n    pass\n"
 
@@ -296,6 +300,11 @@ def test_the_editor_helps_and_what_a_tab_lacks_is_one_clear_error(classroom: Pag
     editor.press("Control+s")
     begin(page, "python3 edited.py")
     shows(page, "indented")
+    page.evaluate(REFUSE)
+    write(page, "large.txt", "x" * 100_000)
+    expect(page.get_by_role("status")).to_have_text(
+        "files are not kept (ConstraintError): download them, and remove some"
+    )
     write(page, "threads.py", "import threading\nthreading.Thread(target=print).start()\n")
     begin(page, "python3 threads.py")
     shows(page, "a browser tab has no threads: use rospy.Timer, or a loop with rospy.sleep")

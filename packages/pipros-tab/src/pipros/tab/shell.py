@@ -262,7 +262,7 @@ def _source(arguments: Sequence[str], run: Run) -> int:
     from pipros.workspace.overlays import MARKER
 
     path = Path(arguments[0] if arguments else "").absolute()
-    space = path.parent if (path.parent / MARKER).is_file() else None
+    space = path.parent if path.exists() and (path.parent / MARKER).is_file() else None
     if space is None and not path.as_posix().startswith("/opt/ros/"):
         code = 0
         for line in path.read_text(encoding="utf-8").splitlines():

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.tab.shell import run_line
+from pipros.workspace.overlays import MARKER
 
 
 @pytest.fixture(autouse=True)
@@ -128,6 +129,14 @@ def test_the_lines_of_other_files_are_run(home: Path, capsys: pytest.CaptureFixt
     (home / ".bashrc").write_text("# mine\nsource /opt/ros/noetic/setup.bash\nexport A=b\n")
     assert typed("source ~/.bashrc", "echo $A") == [0, 0]
     assert capsys.readouterr().out == "b\n"
+
+
+def test_source_names_a_setup_file_that_is_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / MARKER).touch()
+    assert typed(f"source {tmp_path}/setup.bsh") == [1]
+    assert capsys.readouterr().err == f"bash: source: {tmp_path}/setup.bsh: No such file or directory\n"
 
 
 def test_source_sets_the_variables_of_ros(capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,12 +12,9 @@ function result(request) {
   });
 }
 
-/**
- * Loads the kept files into a map, and returns a function that keeps a file after it has changed.
- * @param {Map<string, [number, Uint8Array]>} files
- * @returns {Promise<(path: string) => void>}
- */
-export async function keepFiles(files) {
+/** Loads the kept files into a map. Returns a function that keeps a changed file; if it cannot, `fail` is called with the error.
+ * @param {Map<string, [number, Uint8Array]>} files @returns {Promise<(path: string) => void>} */
+export async function keepFiles(files, fail) {
   const opening = indexedDB.open(DATABASE, 1);
   opening.onupgradeneeded = () => opening.result.createObjectStore(FILES);
   const database = await result(opening);
@@ -27,7 +24,9 @@ export async function keepFiles(files) {
 
   const changed = new Set();
   const write = () => {
-    const target = database.transaction(FILES, "readwrite").objectStore(FILES);
+    const writing = database.transaction(FILES, "readwrite");
+    writing.onabort = () => fail(writing.error);
+    const target = writing.objectStore(FILES);
     for (const path of changed) {
       const state = files.get(path);
       if (state) target.put(state, path);

@@ -48,14 +48,11 @@ async function isIsolated() {
 }
 
 class Editor {
-  /** @type {string | null} */
-  path = null;
-
   constructor(hub) {
     this.hub = hub;
     this.view = new EditorView({ parent: $("editor") });
     $("save").onclick = () => this.save();
-    $("close").onclick = () => this.close();
+    $("close").onclick = () => $("editor").toggleAttribute("hidden", this.save());
   }
 
   open(path) {
@@ -71,17 +68,12 @@ class Editor {
 
   save() {
     const { doc } = this.view.state;
-    if (this.path === null || doc.eq(this.saved)) return true;
+    if (this.saved && !doc.eq(this.saved)) {
+      this.hub.writeFile(this.path, new TextEncoder().encode(doc.toString()));
+      say(`saved ${$("editor-name").textContent}`);
+    }
     this.saved = doc;
-    this.hub.writeFile(this.path, new TextEncoder().encode(doc.toString()));
-    say(`saved ${$("editor-name").textContent}`);
     return true;
-  }
-
-  close() {
-    this.save();
-    this.path = null;
-    $("editor").hidden = true;
   }
 
   #extensions(path) {
@@ -136,7 +128,7 @@ async function main() {
   if (!(await isIsolated())) return;
   const hub = new Hub(startWorker);
   const editor = new Editor(hub);
-  const keep = await keepFiles(hub.files);
+  const keep = await keepFiles(hub.files, (error) => say(`files are not kept (${error?.name}): download them, and remove some`));
   let listing = 0;
   hub.onFile = (path) => {
     keep(path);
@@ -155,8 +147,7 @@ async function main() {
     $("terminals").append(terminal.element);
     return terminal;
   };
-  const terminals = Array.from({ length: TERMINALS }, open);
-  terminals[0].input.focus();
+  Array.from({ length: TERMINALS }, open)[0].input.focus();
   $("new-terminal").onclick = () => open().input.focus();
   $("new-file").onclick = () => {
     const name = prompt("Path of the file in the home folder");

@@ -9,7 +9,7 @@ const IS_FOLDER = 0o040000;
 const IS_FILE = 0o100000;
 const TYPES = 0o170000;
 const MOST_BYTES = 256 * 2 ** 20;
-const ODD_NAME = /^\/|\/\/|(^|\/)\.{1,2}(\/|$)|[\x00-\x1f\x7f\\]|^$/; // outside of the folder, or not the name of a file
+const ODD_NAME = /^\/|\/\/|(^|\/)\.{1,2}(\/|$)|[\p{Cc}\\]|^$/u; // outside of the folder, or not the name of a file
 
 const TABLE = Uint32Array.from({ length: 256 }, (_, index) => {
   let value = index;
@@ -29,10 +29,7 @@ function record(size, fields) {
   return new Uint8Array(view.buffer);
 }
 
-/**
- * @param {Map<string, [number, Uint8Array<ArrayBuffer>]>} files mode and content, by name
- * @returns {Blob}
- */
+/** @param {Map<string, [number, Uint8Array<ArrayBuffer>]>} files mode and content, by name @returns {Blob} */
 export function zipOf(files) {
   const parts = [];
   const heads = [];
@@ -55,13 +52,9 @@ export function zipOf(files) {
   return new Blob([...parts, ...heads, end], { type: "application/zip" });
 }
 
-/**
- * Reads what can be read. An entry that is compressed by another method, is damaged or has an odd name is left out alone.
- * @param {Uint8Array} bytes
- * @param {number} most bytes of all files together
- * @returns {Promise<{files: Map<string, [number, Uint8Array]>, leftOut: string[]}>}
- * @throws {Error} if it is not a zip archive, or too large
- */
+/** Reads what can be read, at most `most` bytes. An entry that is compressed by another method, is damaged or has an odd name is left
+ * out alone. Throws an error if it is not a zip archive, or too large.
+ * @returns {Promise<{files: Map<string, [number, Uint8Array]>, leftOut: string[]}>} */
 export async function filesOf(bytes, most = MOST_BYTES) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   let end = bytes.length - 22;
