@@ -219,9 +219,11 @@ def _is_test(target: str) -> bool:
 
 
 def _in_one_line(error: str) -> str:
-    """Join an error's location and the first line of its reason, which CMake prints on two lines."""
-    first, *rest = error.splitlines()
-    return f"{first} {rest[0].strip()}" if first.endswith(":") and rest else first
+    """Join an error's location and its reason: the next line, as CMake prints it, or a traceback's last."""
+    first, *rest = map(str.strip, error.strip().splitlines())
+    if not first.endswith(":") or not rest:
+        return first
+    return f"{first} {rest[-1] if rest[0].startswith('File ') else rest[0]}"
 
 
 def _report(result: BuildResult, *, has_more_to_do: bool) -> int:

@@ -176,3 +176,15 @@ def test_the_summary_of_a_failure_has_place_and_reason(
     assert [line for line in lines if " * " in line] == [
         f"\x1b[31m * one: CMake Error at {file}:2 (message): No such robot\x1b[0m"
     ]
+
+
+def test_the_summary_of_a_traceback_has_its_last_line(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = base / "src/one"
+    (folder / "CMakeLists.txt").write_text("project(one)\ncatkin_python_setup()\ncatkin_package()\n")
+    (folder / "setup.py").write_text("from distutils.core import setup\nimport no_such_module\nsetup()\n")
+    assert catkin_make.main([]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert [line for line in lines if " * " in line] == [
+        f"\x1b[31m * one: {folder / 'setup.py'} failed: ModuleNotFoundError: "
+        "No module named 'no_such_module'\x1b[0m"
+    ]
