@@ -7,6 +7,7 @@ import os
 import re
 import sys
 import warnings
+from pathlib import Path
 
 _LIMIT_BYTES = 256 * 1024
 _SUSPICIOUS = re.compile(
@@ -30,8 +31,11 @@ Not 3.14 or later, in which `except ValueError, error:` is valid, with another m
 def python2_advice(file: str | os.PathLike[str]) -> str | None:
     """Return one line that says how to convert a Python 2 script; None for other files.
 
-    The file is parsed, not run.
+    The file is parsed, not run. If it is a script of a devel space, it stands for the script that it runs.
     """
+    from pipros.workspace.client_library import relayed_script
+
+    file = relayed_script(Path(file))
     try:
         with open(file, "rb") as script:
             text = script.read(_LIMIT_BYTES + 1)

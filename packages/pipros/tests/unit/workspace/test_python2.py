@@ -35,6 +35,14 @@ def test_python_2_is_recognised(tmp_path: Path, text: str) -> None:
     assert "expand" not in advice
 
 
+def test_a_script_of_a_devel_space_stands_for_the_one_that_it_runs(tmp_path: Path) -> None:
+    script, relay = tmp_path / "src" / "script.py", tmp_path / "devel" / "script.py"
+    for file, text in ((script, "print 'x'\n"), (relay, f"script = {str(script)!r}\n")):
+        file.parent.mkdir()
+        file.write_text(text)
+    assert f"{script}:1 is Python 2" in (python2_advice(relay) or "")
+
+
 def test_tabs_are_converted_first(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(TABS)
