@@ -236,6 +236,24 @@ def test_what_does_not_fit_is_left_out_with_a_reason(capsys: pytest.CaptureFixtu
         assert {c.topic: c.msgcount for c in reader.connections} == {"/solid": 1, "/two": 1}
 
 
+def test_messages_with_another_definition_of_their_type_are_left_out(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """They lost their further fields in silence."""
+    with Path("run.bag").open("w+b") as file:
+        bag = BagWriter(file)
+        for topic, text in (("/a", "int32 x"), ("/a", "int32 x\nint32 y"), ("/b", "int32 x\nint32 y")):
+            kind = message_classes_from_text("my_msgs/Battery", text)["my_msgs/Battery"]
+            TopicWriter(bag).write(topic, kind(x=1), 1, 0)
+        bag.finish()
+    assert rosbag(["convert", "--ros2", "jazzy", "run.bag", "new"]) == 1
+    printed = capsys.readouterr().err
+    assert "messages on /a are left out: this definition of my_msgs/msg/Battery differs" in printed
+    assert "/b is left out: this definition of my_msgs/msg/Battery differs" in printed
+    with Ros2BagReader(Path("new")) as again:
+        assert [topic for topic, *_ in again.messages()] == ["/a"]
+
+
 def test_a_bag_without_messages() -> None:
     with Path("empty.bag").open("w+b") as file:
         BagWriter(file).finish()

@@ -27,6 +27,8 @@ from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
 from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+from pipros.ros2.interfaces.derive import derived_message
+from pipros.ros2.interfaces.spec import Ros2Message
 from pipros.ros2.names import checked_name
 
 SUFFIXES = {"mcap": ".mcap", "sqlite3": ".db3"}
@@ -63,6 +65,7 @@ class Ros2BagWriter:
         self._rules = rules
         self._catalog = Catalog(distribution, installed_definitions(), folders)
         self._plans: dict[tuple[str, str], Plans] = {}
+        self._derived: dict[str, Ros2Message] = {}
         self._topics: dict[str, _BagTopic] = {}
         self._of_connection: list[tuple[_BagTopic, ConversionPlan] | None] = []
         self._first_ns: int | None = None
@@ -112,6 +115,7 @@ class Ros2BagWriter:
             specs: Mapping[str, MessageSpec] = {}
             if connection.definition.strip():
                 specs = specs_from_text(connection.type, connection.definition)
+            self._check_derived(specs)
             self._catalog.add_derived(specs)
 
             def lookup(name: str) -> MessageSpec:
@@ -120,6 +124,15 @@ class Ros2BagWriter:
             ros1 = Ros1Definitions(lookup, installed.service)
             self._plans[key] = Plans(self._catalog, ros1, self._rules)
         return self._plans[key]
+
+    def _check_derived(self, specs: Mapping[str, MessageSpec]) -> None:
+        """Raise BagError if a type that is derived from the bag would lose or get fields."""
+        for made in map(derived_message, specs.values()):
+            first = self._derived.setdefault(made.type, made)
+            if first.fields != made.fields and self._catalog.is_derived(made.type):
+                raise BagError(
+                    f"this definition of {made.type} differs from the first one; ROS 2 can have only one"
+                )
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
         """Add a message, or leave it out if its values do not fit the ROS 2 type."""
