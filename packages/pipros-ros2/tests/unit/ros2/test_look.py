@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 
 from pipros.basics.errors import InvalidName, NotFound, PiprosError
+from pipros.ros2.commands import look as look_commands
+from pipros.ros2.commands import messages as message_commands
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interface import Endpoint, EndpointKind, TopicQos
 from pipros.ros2.interfaces.cdr import decode, encode
+from pipros.ros2.interfaces.parse import parse_ros2_message
 from pipros.ros2.look import DomainView, actions, services, topic_of, topics
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.engine import RtpsEngine
@@ -115,3 +120,28 @@ def test_the_services_of_an_action_are_hidden() -> None:
         ("/fib", ("test_msgs/action/Fibonacci",))
     ]
     assert [each.is_hidden for each in services([goal])] == [True]
+
+
+def test_names_and_messages_of_peers_are_escaped_and_bad_ones_left_out(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hostile = "\x1b]0;OWNED\x07\nforged"
+    kind, payload = "std_msgs/msg/String", b"\0\1\0\0\5\0\0\0\x1b[2J\0"
+    ends = [Endpoint(b"1", EndpointKind.PUBLISHER, f"/a{hostile}", kind, hostile, node=f"/n{hostile}")]
+    view = SimpleNamespace(
+        endpoints=lambda: ends,
+        message=lambda *_: parse_ros2_message("string data", kind),
+        decode=lambda data, message: decode(data, message, lambda _: message),
+        shown=lambda values, _, **__: values,
+    )
+    for module in (look_commands, message_commands):
+        monkeypatch.setattr(module, "domain_view", lambda _: contextlib.nullcontext(view))
+    monkeypatch.setattr(message_commands, "_subscribed", lambda *_: (kind, "", [payload[:6], payload]))
+    assert look_commands.topics(["-t"]) == look_commands.topics(["-v"]) == look_commands.nodes([]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("\\x1b]0;OWNED\\x07\\nforged") == 3
+    assert message_commands.echo(["/a", "--field", "data"]) == 0
+    shown = capsys.readouterr()
+    assert shown.out == "\\x1b[2J\n---\n"
+    assert "WARNING: a message is left out: the message ends" in shown.err
+    assert "\x1b" not in printed + shown.out + shown.err

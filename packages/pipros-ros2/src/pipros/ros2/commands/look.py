@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.interrupts import accept_ctrl_c
@@ -118,7 +119,13 @@ def _looked(parser: OptionParser, argv: Sequence[str]) -> tuple[Any, list[str], 
     """Return the options, the name, if one is given, and the endpoints of the domain."""
     options, names = parsed(parser, argv, most=1)
     with domain_view(options) as view:
-        return options, names, view.endpoints()
+        return options, names, [_printable(each) for each in view.endpoints()]
+
+
+def _printable(each: Endpoint) -> Endpoint:
+    """Return an endpoint whose names, which a peer chooses, are safe for a terminal."""
+    name, node, type_hash = map(listed, (each.name, each.node, each.type_hash))
+    return replace(each, name=name, node=node, type_hash=type_hash)
 
 
 def parsed(parser: OptionParser, argv: Sequence[str], *, least: int = 0, most: int) -> tuple[Any, list[str]]:

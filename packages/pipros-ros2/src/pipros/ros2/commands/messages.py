@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.basics.printable import listed
+from pipros.basics.printable import listed, printable_lines
 from pipros.cli.runner import CommandError, add_flag
 from pipros.ros2.commands.look import domain_view, full_name, look_parser, parsed
 
@@ -31,17 +31,25 @@ def echo(argv: Sequence[str]) -> int:
     options, words = parsed(parser, argv, least=1, most=2)
     import yaml
 
+    from pipros.ros2.interfaces.cdr import BadValue
+
     with domain_view(options) as view:
         kind, announced, arriving = _subscribed(view, words)
         message = view.message(kind, announced)
         for payload in arriving:
-            values = view.decode(payload, message)
+            try:
+                values = view.decode(payload, message)
+            except BadValue as error:
+                print(f"WARNING: a message is left out: {listed(error)}", file=sys.stderr)
+                continue
             shown: Any = view.shown(values, message, no_arrays=options.no_arrays, is_whole=options.is_whole)
             for part in (options.field or "").split(".") if options.field else ():
                 if not isinstance(shown, dict) or part not in shown:
                     raise CommandError(f"{kind} has no field [{listed(options.field)}]")
                 shown = shown[part]
-            text = _yaml(yaml, shown) if isinstance(shown, (dict, list)) else f"{shown}\n"
+            text = (
+                _yaml(yaml, shown) if isinstance(shown, (dict, list)) else f"{printable_lines(str(shown))}\n"
+            )
             print(f"{text}---", flush=True)
             if options.once:
                 break
