@@ -303,7 +303,15 @@ def _download_python(downloads: Path) -> None:
 def _install_pipros() -> None:
     """Install this tree's wheel, for CPython 3.13 with Windows's pip, unless the same files are installed."""
     listed = subprocess.run(
-        ["git", "ls-files", "-z", "packages/*/src/*", "packages/*/facades/*", "script", "pyproject.toml"],
+        [
+            "git",
+            "ls-files",
+            "-z",
+            "packages/*/src/*",
+            "packages/*/facades/*",
+            "script/*.py",
+            "pyproject.toml",
+        ],
         cwd=REPOSITORY,
         check=True,
         capture_output=True,
