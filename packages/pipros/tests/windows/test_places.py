@@ -122,7 +122,7 @@ rosbag.main(["record", "-O", r"C:\temp\con.bag", "/a"])
 """
 
 
-def test_names_have_a_case_and_devices_are_no_files(workspace: None) -> None:
+def test_names_have_a_case_and_devices_are_not_files(workspace: None) -> None:
     command = f"python|-c|{_NAMES}"
     said = output_of(command, code=2, ROS_PACKAGE_PATH=r"C:\ws\src;C:\temp\a:D:\b")
     for name in ("composiv_tryouts/batterylevel", "STD_MSGS/String", "std_msgs/string", "std_msgs/NUL"):
