@@ -20,7 +20,7 @@ import builtins
 import os
 import sys
 from collections.abc import Callable, Mapping
-from types import FrameType, FunctionType, ModuleType
+from types import FrameType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 SYSTEM = os.environ.get("PIPROS_TEST_LACKS", "")
@@ -78,6 +78,7 @@ _NAMES = {
         "subprocess": "",
     },
     "windows": {
+        "ctypes": "",
         "mmap": "MAP_* MADV_* PROT_*",
         "os": (
             f"{_LINUX_OS} "
@@ -170,6 +171,9 @@ def _others(real: ModuleType) -> dict[str, Any]:
     if SYSTEM == "macos":
         # Under Linux, both names have the same meaning.
         return {"TCP_KEEPALIVE": vars(real)["TCP_KEEPIDLE"]} if real.__name__ == "socket" else {}
+    if real.__name__ == "ctypes":
+        kernel = SimpleNamespace(SetConsoleCtrlHandler=lambda *_: 0)  # refuses
+        return {"WINFUNCTYPE": real.CFUNCTYPE, "windll": SimpleNamespace(kernel32=kernel)}
     return {"os": _os_of_windows, "select": _select_of_windows, "signal": _signal_of_windows}.get(
         real.__name__, lambda _: {}
     )(real)
