@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
+from pipros.libraries.nodelets.as_node import run_alone
 from pipros.libraries.nodelets.hosting import CannotLoad, Hosting
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
@@ -192,6 +193,15 @@ def test_nodelets_with_illegal_names_are_refused_as_by_genuine(
     with pytest.raises(CannotLoad, match="is not a legal name"):
         hosting.load(name, "image_proc/debayer", remappings=remappings)
     assert hosting.names() == []
+
+
+def test_ctrl_c_while_a_nodelet_starts_ends_with_0(host: Node, monkeypatch: pytest.MonkeyPatch) -> None:
+    def load(*_: Any, **__: Any) -> None:
+        host.shutdown("Ctrl-C")
+        raise CannotLoad("a call was interrupted")
+
+    monkeypatch.setattr(Hosting, "load", load)
+    assert run_alone(host, host.log, "demo/Relay") == 0
 
 
 def test_hosted_nodes_hand_messages_over_as_objects(host: Node) -> None:

@@ -136,12 +136,13 @@ class WorkerTurns:
     def _take_turn(self) -> bool:
         """Run what is due. Return whether anything was."""
         has_run = self._run_loops()
-        if time.monotonic() >= self._end_s:
+        is_ending = self._last or self._depth > self._ending_depth
+        if is_ending and time.monotonic() >= self._end_s:
             if self._last and not self._depth:
                 job, args = self._last.popleft()
                 self._run(job, *args)
                 has_run = True
-            elif self._depth > (0 if self._last else self._ending_depth):
+            elif self._depth:
                 raise SystemExit  # ends the job that waits here
         return (self._depth < DEEPEST and self._run_jobs()) or has_run
 

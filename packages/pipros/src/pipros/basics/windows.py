@@ -127,14 +127,14 @@ def call_when_console_closes(act: Callable[[], object]) -> None:
     if sys.platform == "win32":
         import ctypes
 
-        @ctypes.WINFUNCTYPE(ctypes.c_int, ctypes.c_uint)
-        def handle(event: int) -> int:
+        def on_event(event: int) -> int:
             if event not in _CLOSING_EVENTS:
                 return 0  # Ctrl-C and Ctrl-Break, which Python handles
             act()
             time.sleep(_CLOSING_S)
             return 1
 
+        handle = ctypes.WINFUNCTYPE(ctypes.c_int, ctypes.c_uint)(on_event)
         if ctypes.windll.kernel32.SetConsoleCtrlHandler(handle, 1):
             _kept.append(handle)
 

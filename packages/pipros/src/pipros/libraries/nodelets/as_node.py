@@ -33,6 +33,8 @@ def run_alone(node: Node, log: logging.Logger, plugin: str, arguments: Sequence[
     try:
         Hosting(node).load(node.name, plugin, arguments=arguments)
     except CannotLoad as error:
+        if node.is_ending:  # Ctrl-C interrupted a call to the master
+            return 0
         log.critical("Failed to load nodelet '%s' of type '%s': %s", node.name, plugin, error)
         return FAILED
     node.wait_for_shutdown()
