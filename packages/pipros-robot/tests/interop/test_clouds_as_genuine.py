@@ -77,6 +77,7 @@ def random_cloud(both: Twins, numbers: Any, index: int) -> Any:
     points = numbers.normal(0, 1.5, (count, 3)).astype(np.float32)
     points[numbers.integers(0, count, 30)] = np.nan
     points[5, 1] = np.inf
+    points[6] = np.nan, np.inf, 1
     columns = dict(zip("xyz", points.T, strict=True))
     columns["intensity"] = numbers.uniform(0, 100, count).astype(np.float32)
     columns["ring"] = numbers.integers(0, 64, count).astype(np.uint16)

@@ -43,7 +43,7 @@ def pass_through(cloud: PointCloud2, values: Values) -> PointCloud2:
     """Return the points whose field `filter_field_name` is within the limits, or outside if negated.
 
     The other points are removed, as are points that are not finite. If `keep_organized` is true, the other
-    points are set to NaN instead.
+    points are set to NaN instead, and points whose field is NaN are left as they are, as by genuine PCL.
 
     Raises:
         InvalidCloud: the cloud is invalid, or the field is missing or not of type FLOAT32.
@@ -56,7 +56,8 @@ def pass_through(cloud: PointCloud2, values: Values) -> PointCloud2:
         return reorganized(cloud, rows, is_dense=cloud.is_dense)
     kept = np.ones(len(rows), bool) if organized else np.isfinite(positions(cloud, rows)).all(1)
     if name:
-        kept &= _within(column(cloud, rows, name), values)
+        field = column(cloud, rows, name)
+        kept &= _within(field, values) | (organized & np.isnan(field))
     return _without(cloud, rows, ~kept) if organized else with_rows(cloud, rows[kept], is_dense=True)
 
 

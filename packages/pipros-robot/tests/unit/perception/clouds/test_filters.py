@@ -61,6 +61,13 @@ def test_an_organized_cloud_keeps_its_shape() -> None:
     assert column(given, rows_of(given), "z").tolist() == [0, 2]
 
 
+def test_an_organized_cloud_keeps_points_whose_field_is_nan() -> None:
+    given = cloud((NAN, np.inf, NAN), (NAN, np.inf, 2))
+    found = filters.pass_through(given, ORGANIZED)
+    assert column(found, rows_of(found), "y")[0] == np.inf
+    assert np.isnan(column(found, rows_of(found), "y")[1])
+
+
 def test_the_faces_of_a_box_are_inside() -> None:
     given = cloud((1, 1, 1), (1.01, 0, 0), (NAN, 0, 0))
     assert points_of(filters.crop_box(given, BOX))[0] == (1, 1, 1)
