@@ -35,7 +35,7 @@ def test_a_checkout_is_named(come_from: Any, tmp_path: Path) -> None:
 
 def test_an_editable_checkout_stays_editable(come_from: Any, tmp_path: Path) -> None:
     come_from({"url": tmp_path.as_uri(), "dir_info": {"editable": True}})
-    assert install_command("lz4", "mcap") == f"pip install --editable '{tmp_path}[lz4,mcap]'"
+    assert install_command("lz4", "mcap") == f"pip install --editable '{tmp_path.as_posix()}[lz4,mcap]'"
 
 
 def test_a_repository_is_named_with_its_commit(come_from: Any) -> None:
@@ -54,5 +54,6 @@ def test_pip_of_another_environment_is_not_used(
 ) -> None:
     come_from(None)
     monkeypatch.setattr("shutil.which", lambda _: "/usr/bin/pip")
-    monkeypatch.setattr(sys, "executable", str(tmp_path / "my env" / "python"))
-    assert install_command("numpy") == f"'{tmp_path}/my env/python' -m pip install 'pipros[numpy]'"
+    python = str(tmp_path / "my env" / "python")
+    monkeypatch.setattr(sys, "executable", python)
+    assert install_command("numpy") == f"'{python}' -m pip install 'pipros[numpy]'"
