@@ -129,6 +129,7 @@ def measure_visits(browser, address):
 
 
 def measure_nodes(page, nodes):
+    seconds_until(page, "$")  # before, the page may load itself again
     for name, text in (
         ("start.py", START),
         ("echo.py", ECHO),
