@@ -100,8 +100,8 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    long_tests.leave_out(config, items)  # before others, because it counts the cases of a test
     outcomes.leave_out(config, items)
-    long_tests.leave_out(config, items)
     gc.enable()
     gc.freeze()
 

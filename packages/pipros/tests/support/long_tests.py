@@ -1,13 +1,16 @@
 """The tests that `script/long` runs, and others leave out.
 
 Most are further cases of tests that CI runs: another address, browser window, starting value or release.
-The file tests/long.txt lists them by node id, below packages/; `*` stands for any characters. pytest's option
-`--long` runs these tests only.
+The file tests/long.txt lists them by node id, below packages/; `*` stands for any characters. A number before
+a test lists its cases, except for the first and each so-many-th after it. pytest's option `--long` runs the
+listed tests only.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Iterable
 from functools import cache
 
 import pytest
@@ -30,12 +33,27 @@ def patterns() -> tuple[str, ...]:
 
 @cache
 def _pattern() -> re.Pattern[str]:
-    return re.compile("|".join(f"(?:{re.escape(line)})".replace(r"\*", ".*") for line in patterns()))
+    whole = (line for line in patterns() if not line[0].isdigit())
+    return re.compile("|".join(f"(?:{re.escape(line)})".replace(r"\*", ".*") for line in whole))
 
 
-def is_long(node_id: str) -> bool:
-    """Return whether tests/long.txt lists a test."""
-    return _pattern().fullmatch(node_id.removeprefix("packages/")) is not None
+@cache
+def _strides() -> dict[str, int]:
+    numbered = (line.split(" ", 1) for line in patterns() if line[0].isdigit())
+    return {test: int(number) for number, test in numbered}
+
+
+def find_long(node_ids: Iterable[str]) -> set[str]:
+    """Return those of all tests that tests/long.txt lists."""
+    found = set()
+    cases: Counter[str] = Counter()
+    for node_id in node_ids:
+        name = node_id.removeprefix("packages/")
+        test = name.partition("[")[0]
+        if _pattern().fullmatch(name) or cases[test] % _strides().get(test, 1):
+            found.add(node_id)
+        cases[test] += 1
+    return found
 
 
 def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -43,7 +61,8 @@ def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
     wanted = bool(config.getoption("--long"))
     if not wanted and any("::" in argument for argument in config.args):
         return
-    left_out = [item for item in items if is_long(item.nodeid) is not wanted]
+    listed = find_long(item.nodeid for item in items)
+    left_out = [item for item in items if (item.nodeid in listed) is not wanted]
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if is_long(item.nodeid) is wanted]
+        items[:] = [item for item in items if (item.nodeid in listed) is wanted]
