@@ -252,9 +252,9 @@ class TabHub:
         path = str(self._folder / f"{name}.py")
         return self._start(["python3", path, *arguments], {path: source})
 
-    def run(self, *command: str) -> TabProcess:
-        """Start a command, such as `rostopic list`."""
-        return self._start(command, {})
+    def run(self, *command: str, folder: Path | None = None) -> TabProcess:
+        """Start a command, such as `rostopic list`, in the home folder or another."""
+        return self._start(command, {}, folder)
 
     def connect(self) -> socket.socket:
         """Return the end of a new socket for a worker that others start; see `tests.support.tab_process`."""
@@ -263,14 +263,17 @@ class TabHub:
         self._connected[cable.sock] = cable
         return cable.there
 
-    def _start(self, command: Sequence[str], files: Mapping[str, str]) -> TabProcess:
+    def _start(
+        self, command: Sequence[str], files: Mapping[str, str], folder: Path | None = None
+    ) -> TabProcess:
         environment = {
             "HOME": str(self._folder),
             "ROS_HOME": str(self._folder),
             "PIPROS_LOCAL": "off",
             "ROS_MASTER_URI": "http://127.0.0.1:11311/",
         }
-        return self._begin({"argv": command, "files": files, "env": environment}, None)
+        program = {"argv": command, "files": files, "env": environment, "folder": str(folder or "")}
+        return self._begin(program, None)
 
     def _begin(self, program: Mapping[str, Any], parent: TabProcess | None) -> TabProcess:
         started = TabProcess(program, parent)

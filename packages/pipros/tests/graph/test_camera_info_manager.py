@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from pipros.master.master import Master
-from tests.support.environments import make_tool_folder, pipros_environment
 from tests.support.processes import Processes
 
 PROGRAM = """
@@ -27,10 +27,11 @@ print(manager.isCalibrated(), manager.getCameraInfo().width)
 """
 
 
-def test_the_service_sets_and_saves_a_calibration(tmp_path: Path) -> None:
-    with Master(port=0) as master:
-        environment = pipros_environment(tmp_path, master.uri, make_tool_folder(tmp_path / "tools"))
-        ran = Processes(environment | {"ROS_HOME": str(tmp_path)}, tmp_path).run("python3", "-c", PROGRAM)
+def test_the_service_sets_and_saves_a_calibration(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    environment = {"ROS_MASTER_URI": master.uri, "ROS_HOME": str(tmp_path)}
+    ran = processes.run(sys.executable, "-c", PROGRAM, environment=environment)
 
     assert ran.returncode == 0, ran.output
     assert [line for line in ran.stdout if "[INFO]" not in line] == [

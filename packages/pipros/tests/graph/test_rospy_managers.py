@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
+import sys
 
 from pipros.master.master import Master
-from tests.support.environments import make_tool_folder, pipros_environment
 from tests.support.processes import Processes
 
 PROGRAM = """
@@ -54,10 +53,8 @@ print(json.dumps(found))
 """
 
 
-def test_the_managers_list_the_topics_and_services_of_the_node(tmp_path: Path) -> None:
-    with Master(port=0) as master:
-        environment = pipros_environment(tmp_path, master.uri, make_tool_folder(tmp_path / "tools"))
-        ran = Processes(environment, tmp_path).run("python3", "-c", PROGRAM)
+def test_the_managers_list_the_topics_and_services_of_the_node(processes: Processes, master: Master) -> None:
+    ran = processes.run(sys.executable, "-c", PROGRAM, environment={"ROS_MASTER_URI": master.uri})
     assert ran.returncode == 0, ran.output
     assert json.loads(ran.stdout[-1]) == {
         "publications": [["/out", "std_msgs/String"]],
