@@ -227,6 +227,22 @@ def test_unread_replies_have_a_total_limit(make_node: MakeNode, attacker: Attack
     wait_until(lambda: len(node.connections) <= 3)  # 20 MB each, minus the bytes in socket buffers
 
 
+def test_incomplete_requests_have_a_total_limit(make_node: MakeNode, attacker: Attacker) -> None:
+    node = make_node("node", limits=Limits(frame_bytes=5_000_000))
+    node.serve("set", SetBool, answer)
+    half = struct.pack("<I", 4_000_000) + b"x" * 2_000_000
+    peers = attacker.hang(node, SERVICE, 8)
+    for peer in peers:
+        peer.sendall(half)
+    wait_until(lambda: sum(map(is_closed, peers)) >= 6)  # two fit
+
+    client = attacker.connect(node, SERVICE)
+    client.sendall(REQUEST)
+    client.settimeout(30)
+    assert client.recv(1) == b"\1"
+    assert not all(map(is_closed, peers))
+
+
 def test_a_reply_that_is_read_slowly_arrives(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node("node")
     LargeAnswers(node)

@@ -11,7 +11,9 @@ import pytest
 from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.msg import load_message_class
+from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_client import RpcClient
+from pipros.net.rpc_server import RpcServer
 from pipros.node import Node
 from pipros.node.attempts import SLOW_FACTOR
 from pipros.node.throttled_warnings import FULL, REPORT_S
@@ -131,6 +133,37 @@ def test_an_unexpected_failure_is_logged(
     monkeypatch.setattr(subscription._dialer, "_request", fail)
     tell(listener, ["http://127.0.0.1:1/"])
     wait_until(lambda: "unexpected error for a publisher of [/chat]" in lines)
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "reason"),
+    [
+        ("127.0.0.1", 70_000, "cannot reach 127.0.0.1:70000: a port must be between 1 and 65535"),
+        ("127.0.0.1", -1, "cannot reach 127.0.0.1:-1: a port must be between 1 and 65535"),
+        ("a..b", 1234, "cannot reach a..b:1234: encoding with 'idna' codec failed"),
+    ],
+)
+def test_an_impossible_address_is_reported_and_tried_again(
+    make_node: MakeNode, host: str, port: int, reason: str
+) -> None:
+    log, lines = listening_log()
+    listener, talker = make_node("listener", log=log), make_node("talker")
+    subscriber = listener.subscribe("chat", String, Inbox())
+    talker.advertise("chat", String)
+    wait_until_connected(subscriber)
+    answers: list[Any] = [["TCPROS", host, port]]
+    server = RpcServer({"requestTopic": lambda *_: [1, "", answers[-1]]})
+    loop = BackgroundLoop("publisher with an impossible address")
+    loop.start()
+    loop.run(server.start())
+    try:
+        tell(listener, [talker.uri, f"http://127.0.0.1:{server.port}/"])
+        wait_until(lambda: any(reason in line for line in lines))
+        answers.append(["TCPROS", "127.0.0.1", talker.endpoints.port])
+        wait_until(lambda: len(subscriber.subscription.links) == 2)
+    finally:
+        loop.run(server.stop())
+        loop.stop()
 
 
 @pytest.mark.parametrize(("stamp", "seq"), [(2**32 - 1, 2), (0, 2**31 + 5), (1, 2**32 - 1)])

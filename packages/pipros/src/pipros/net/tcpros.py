@@ -319,6 +319,8 @@ async def connect(
             sockets.prepare(sock, no_delay=no_delay, timings=timings)
             return sock
 
+    if not 0 < port < 65536:
+        raise Unreachable(f"{host}:{port}", "a port must be between 1 and 65535")
     return await _shake_hands(open_socket, f"{host}:{port}", fields, limits)
 
 
@@ -393,7 +395,7 @@ async def _addresses(
 
     Names are looked up in a limited number of threads. Addresses are returned unchanged.
     """
-    with contextlib.suppress(socket.gaierror):
+    with contextlib.suppress(socket.gaierror, UnicodeError):
         return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)
     return await loop.getaddrinfo(host, port, type=socket.SOCK_STREAM)
 

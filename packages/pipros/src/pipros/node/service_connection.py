@@ -58,6 +58,9 @@ _TURN_BYTES = 256 * 1024
 _FLOWING_BYTES = 4 * 1024
 """A thread keeps waiting for a client that sends or reads at least this many bytes at a time."""
 
+_HELD_STEP_BYTES = 64 * 1024
+"""An incomplete request is counted again after every step of this size. Smaller requests are not counted."""
+
 _PIECES = 8
 """Maximum number of pieces smaller than `_FLOWING_BYTES` that a thread waits for, per request."""
 
@@ -93,6 +96,7 @@ class Server(Protocol):
         connections: the table of all the node's connections.
         waiting_threads: slots for the threads that wait for a request.
         unread: the reply bytes that clients have not read.
+        incomplete: the bytes of requests whose rest has not arrived; for use in the event loop.
         request_s, frame_bytes: see `Limits`.
         is_closed: whether the server has stopped answering calls.
     """
@@ -101,6 +105,7 @@ class Server(Protocol):
     connections: ConnectionTable
     waiting_threads: Slots
     unread: HeldBytes
+    incomplete: HeldBytes
     request_s: float
     frame_bytes: int
     is_closed: bool
@@ -121,8 +126,10 @@ class ServiceConnection:
     __slots__ = (
         "_buffer",
         "_fields",
+        "_held_bytes",
         "_idle_timer",
         "_is_answered",
+        "_is_ended",
         "_is_local",
         "_moved",
         "_poller",
@@ -151,7 +158,9 @@ class ServiceConnection:
         self._request: memoryview | bytes | None = None  # the next request, if the event loop has received it
         self._unsent = memoryview(b"")
         self._is_answered = False
+        self._is_ended = False
         self._moved = 0
+        self._held_bytes = 0  # the part of an incomplete request that `Server.incomplete` counts
 
     def start(self, unsent: bytes) -> None:
         """Start serving; `unsent` is the rest of the reply header. Called from the event loop."""
@@ -171,6 +180,7 @@ class ServiceConnection:
         A call that the client has already sent over a Unix stream is still answered. May be called
         repeatedly, from any thread.
         """
+        self._is_ended = True
         if self._is_local and not self._unsent:
             with contextlib.suppress(OSError):  # the client has disconnected
                 self._sock.shutdown(socket.SHUT_RD)
@@ -179,6 +189,7 @@ class ServiceConnection:
 
     def end(self) -> None:
         """End the connection at once; its owner closes it. May be called repeatedly, from any thread."""
+        self._is_ended = True
         sockets.abort(self._sock)
 
     # -- in a worker thread -------------------------------------------------------
@@ -248,10 +259,13 @@ class ServiceConnection:
                 raise ConnectionResetError("the client has closed the connection")
             self._requests = self._buffer.received(count)
             request = next(self._requests, None)
+            if request is None:
+                self._note_incomplete()
             if count >= _FLOWING_BYTES:
                 self._note_progress(count)
             elif request is None and (pieces := pieces + 1) == _PIECES:
                 return None
+        self._note_complete()
         return request
 
     def _send(self, reply: Reply) -> bool:
@@ -322,6 +336,7 @@ class ServiceConnection:
         except (OSError, ProtocolError):
             count = 0
         if count and self._request is None:
+            self._note_incomplete()
             self._note_progress(count)
             return
         self._server.loop.asyncio.remove_reader(self._sock.fileno())
@@ -374,6 +389,18 @@ class ServiceConnection:
             self._server.connections.clear_deadline(self)
         self._expect_progress()
 
+    def _note_incomplete(self) -> None:
+        """Count an incomplete request, which may be closed if all of them together are too large."""
+        size = self._buffer.partial_bytes
+        if size - self._held_bytes >= _HELD_STEP_BYTES and not self._is_ended:
+            self._held_bytes = size
+            self._server.loop.call(self._server.incomplete.note, self, size)
+
+    def _note_complete(self) -> None:
+        if self._held_bytes:
+            self._held_bytes = 0
+            self._server.loop.call(self._server.incomplete.forget, self)
+
     def _expect_progress(self) -> None:
         self.last_used = time.monotonic()
         self._server.connections.set_deadline(self, self.last_used + self._server.request_s)
@@ -381,5 +408,6 @@ class ServiceConnection:
     def close(self) -> None:
         """Close the connection. Only its owner may call this."""
         self._sock.close()
+        self._note_complete()
         self._server.connections.remove(self)
         self._server.forget(self)

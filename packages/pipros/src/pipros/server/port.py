@@ -28,7 +28,7 @@ from functools import partial
 from typing import Any, Final
 
 from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.frames import DATA_OPCODES, CloseCode, Frame
+from websockets.frames import DATA_OPCODES, CloseCode, Frame, Opcode
 from websockets.http11 import Request, Response
 
 from pipros.basics.budget import Budget
@@ -47,6 +47,10 @@ FRAME_BYTES: Final = 300
 READ_AHEAD_BYTES: Final = 256 * 1024
 """Maximum size of the complete messages that are read before earlier messages have been handled."""
 _UNCOUNTED_BYTES: Final = 16 * 1024
+WRITE_BYTES: Final = 64 * 1024
+"""Unsent bytes after which the server waits until the client has read, before it sends more."""
+PONG_BYTES: Final = 256 * 1024
+"""Maximum size of the pongs for a client that does not read. They are sent without waiting."""
 PART_BYTES: Final = 64 * 1024
 """Size of the parts in which received data is parsed."""
 SMALL_PART_BYTES: Final = 2 * 1024
@@ -111,6 +115,7 @@ class PortConnection(ServerConnection):
         self._handled_bytes = 0  # the message that is being handled
         self._deadline: asyncio.TimerHandle | None = None
         self._messages = 0
+        self._pong_bytes = 0  # pongs since the client last kept up with reading
         self._is_reading = True
         self._is_cut = False
 
@@ -173,6 +178,12 @@ class PortConnection(ServerConnection):
                 self._waiting_bytes += self._begun_bytes
                 self._messages += 1
                 self._begun_bytes = 0
+        elif isinstance(event, Frame) and event.opcode is Opcode.PING:
+            if self.transport.get_write_buffer_size() <= WRITE_BYTES:
+                self._pong_bytes = 0
+            self._pong_bytes += len(event.data) + FRAME_BYTES
+            if self._pong_bytes > PONG_BYTES:
+                self.cut("The client sends pings but does not read the pongs.", CloseCode.POLICY_VIOLATION)
 
     async def recv(self, decode: bool | None = None) -> Any:
         """Return the next message. Until the next call, the message counts as being handled."""
@@ -331,7 +342,7 @@ class ServerPort:
                     process_request=respond,
                     max_size=max_bytes,
                     max_queue=None,  # each connection limits the bytes that it holds instead
-                    write_limit=65536,
+                    write_limit=WRITE_BYTES,
                     server_header=None,
                     compression=None,  # on loopback, compression costs more than it saves
                     logger=_SILENT,

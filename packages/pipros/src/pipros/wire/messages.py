@@ -117,6 +117,11 @@ class MessageReader:
         return self._end > self._start
 
     @property
+    def partial_bytes(self) -> int:
+        """Number of bytes that have arrived of messages that were not yielded yet."""
+        return self._end - self._start
+
+    @property
     def whole_bytes(self) -> int:
         """Size of the next message if the caller should receive it and pass it to `feed_whole`; otherwise 0.
 

@@ -1,14 +1,16 @@
-"""While data takes long to parse, its connection rests, others get small parts, and no message is lost."""
+"""Data that takes long to parse, and pings, cost only the connection that they arrive on."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import logging
+import socket
 from typing import Any
 
 import pytest
 from websockets.asyncio.client import connect
+from websockets.frames import Frame, Opcode
 
 from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
@@ -106,4 +108,46 @@ def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: f
         assert before.rests_s == after.rests_s == []
 
     with contextlib.closing(asyncio.SelectorEventLoop()) as loop:  # as pipros, also on Windows
+        loop.run_until_complete(run())
+
+
+@pytest.mark.parametrize("reads", [True, False])
+def test_a_client_that_sends_pings_must_read_the_pongs(reads: bool) -> None:
+    async def run() -> None:
+        served = asyncio.Queue[PortConnection]()
+
+        async def handle_websocket(connection: PortConnection) -> None:
+            connection.admit(Budget(1_000_000), 1_000_000)
+            connection.transport.get_extra_info("socket").setsockopt(
+                socket.SOL_SOCKET, socket.SO_SNDBUF, 4096
+            )
+            await served.put(connection)
+            await connection.wait_closed()
+
+        limits = Limits()
+        port = ServerPort(Listener(limits, limit=5, log=logging.getLogger("test")), limits)
+        number = await port.open(
+            "127.0.0.1",
+            0,
+            handle_websocket=handle_websocket,
+            respond=lambda *_: None,
+            max_bytes=1_000_000,
+        )
+        async with connect(f"ws://127.0.0.1:{number}", compression=None, ping_interval=None) as client:
+            connection = await asyncio.wait_for(served.get(), 30)
+            if not reads:
+                client.transport.pause_reading()
+            ping = Frame(Opcode.PING, b"x" * 125).serialize(mask=True)
+            for _ in range(100):
+                client.transport.write(ping * 200)
+                while client.transport.get_write_buffer_size() and connection.protocol.close_sent is None:
+                    await asyncio.sleep(0.001)
+            if reads:
+                assert connection.protocol.close_sent is None
+            else:
+                await asyncio.wait_for(connection.wait_closed(), 30)
+                assert "pings" in connection.protocol.close_sent.reason
+        await port.close()
+
+    with contextlib.closing(asyncio.SelectorEventLoop()) as loop:
         loop.run_until_complete(run())

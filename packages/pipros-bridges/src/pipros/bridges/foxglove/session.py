@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+from collections import Counter
 from collections.abc import Awaitable, Callable, Coroutine, Hashable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
@@ -57,6 +58,8 @@ OPEN_REQUESTS: Final = 100
 """Maximum number of pending service calls and asset requests of one client."""
 OPEN_ASSETS: Final = 16
 """Maximum number of pending asset requests of one client, which are answered one at a time."""
+CHANNEL_SUBSCRIPTIONS: Final = 8
+"""Maximum number of one client's subscriptions to a channel. Each of them sends the same message again."""
 PARAMETER_NAME_BYTES: Final = 200
 """Approximate memory for the name of a parameter, besides its characters."""
 SUBSCRIPTION_BYTES: Final = 1_000
@@ -125,6 +128,7 @@ class FoxgloveSession:
         self._client = client
         self._bridge = bridge
         self._taken: dict[int, tuple[Channel, Taken]] = {}
+        self._per_channel = Counter[int]()
         self._publications: dict[int, ClientPublication] = {}
         self._parameters: set[str] = set()
         self._takes_all_parameters = False
@@ -257,6 +261,11 @@ class FoxgloveSession:
             self._report(f"subscription {number} already exists", StatusLevel.WARNING)
             return
         self._check_limit(len(self._taken))
+        if self._per_channel[channel_id] >= CHANNEL_SUBSCRIPTIONS:
+            raise LimitExceeded(
+                f"channel {channel_id} already has {CHANNEL_SUBSCRIPTIONS} subscriptions of this client, "
+                "which is the limit; use one of them"
+            )
         self._client.shares.keep(SUBSCRIPTION_BYTES)
         outbox, md5sum = self._client.outbox, channel.definition.md5sum
 
@@ -280,6 +289,7 @@ class FoxgloveSession:
             self._client.shares.release(SUBSCRIPTION_BYTES)
             raise
         self._taken[number] = channel, taken
+        self._per_channel[channel_id] += 1
 
     def _unsubscribe(self, number: int) -> None:
         found = self._taken.pop(number, None)
@@ -287,6 +297,9 @@ class FoxgloveSession:
             self._report(f"subscription {number} does not exist", StatusLevel.WARNING)
             return
         found[1].close()
+        self._per_channel[found[0].id] -= 1
+        if not self._per_channel[found[0].id]:
+            del self._per_channel[found[0].id]
         self._client.outbox.forget(number)
         self._client.shares.release(SUBSCRIPTION_BYTES)
 

@@ -14,7 +14,7 @@ from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.foxglove.catalog import TopicCatalog
 from pipros.bridges.foxglove.parameter_watch import DELETED
 from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.foxglove.session import FoxgloveSession
+from pipros.bridges.foxglove.session import CHANNEL_SUBSCRIPTIONS, FoxgloveSession
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientOutbox, WebSocketFrame
 from pipros.bridges.shared_topics import TopicMessage
@@ -202,6 +202,20 @@ def test_parameters_can_be_subscribed_up_to_the_limit() -> None:
         assert await talk.say("subscribeParameterUpdates", parameterNames=["/a"]) == []
         more = await talk.say("subscribeParameterUpdates", parameterNames=["/c"])
         assert "bridge_subscriptions" in text_of(more)
+
+    run(body)
+
+
+def test_a_client_can_subscribe_to_a_channel_a_few_times_only() -> None:
+    async def body() -> None:
+        talk = Conversation()
+        rows = [{"id": number, "channelId": 1} for number in range(CHANNEL_SUBSCRIPTIONS + 1)]
+        assert "channel 1 already has 8 subscriptions" in text_of(
+            await talk.say("subscribe", subscriptions=rows)
+        )
+        assert len(talk.session.takes()) == CHANNEL_SUBSCRIPTIONS
+        await talk.say("unsubscribe", subscriptionIds=[0])
+        assert await talk.say("subscribe", subscriptions=rows[-1:]) == []
 
     run(body)
 
