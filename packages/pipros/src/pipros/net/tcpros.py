@@ -311,7 +311,8 @@ async def connect(
 
     Raises:
         Unreachable: the connection failed, or the peer did not respond within `Limits.handshake_s`.
-        ProtocolError: the peer closed the connection without a reply, or its reply is malformed.
+        ProtocolError: the port is impossible, the peer closed the connection without a reply, or its reply is
+            malformed.
     """
 
     async def open_socket() -> socket.socket:
@@ -320,7 +321,7 @@ async def connect(
             return sock
 
     if not 0 < port < 65536:
-        raise Unreachable(f"{host}:{port}", "a port must be between 1 and 65535")
+        raise ProtocolError(f"impossible address {host}:{port}: a port must be between 1 and 65535")
     return await _shake_hands(open_socket, f"{host}:{port}", fields, limits)
 
 
