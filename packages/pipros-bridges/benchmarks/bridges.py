@@ -3,31 +3,24 @@
 
     script/bench bridges [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
 
-images: a node publishes images of 1 MB as fast as it can, and one Foxglove client reads them: through
-`pipros foxglove`, and in the same run through a pipros node with the server of foxglove-sdk, if that is
-installed. Both receive the images over TCPROS as serialized messages, so they differ only in the server.
-The ratio says how many times better pipros is.
-clients: many clients (--clients 100) receive an Imu 100 times a second, without and with one more client that
-never reads.
-rosbridge: the same over rosbridge, with JSON.
+images: a node publishes images of 1 MB as fast as it can, and one client of `pipros foxglove` reads them.
+clients: the server's share of one processor while many clients (--clients 100) receive an Imu 100 times a
+second, without and with one more client that never reads. If a client receives clearly fewer, this is an
+error. rosbridge: the same over rosbridge, with JSON.
 encodings: the time to encode a message for rosbridge, which happens once however many clients receive it.
-The tables show the messages per second of the slowest client, the age of the messages, and the server's share
-of one processor. Nothing else should be running.
+Nothing else should be running.
 """
 
-import importlib.util
 import json
 import random
-import re
 import selectors
 import socket
-import statistics
 import struct
 import time
 
 import psutil
-from programs import Programs, end
-from table import Row, as_text, free_port, heed_interrupts, line, options_of, wait_for_port, write_json
+from programs import Programs
+from table import Row, free_port, heed_interrupts, markdown, options_of, wait_for_port, write_json
 
 SUBPROTOCOL = "foxglove.sdk.v1"
 
@@ -55,34 +48,15 @@ while not rospy.is_shutdown():
     values.publish(message)
     rate.sleep()
 """
-SDK = """
-import sys
-import foxglove
-from pipros.msg import load_message_class
-from pipros.node import Node
-from pipros.node.any_msg import AnyMsg
-image = load_message_class("sensor_msgs/Image")
-foxglove.start_server(port=int(sys.argv[1]), name="benchmark")
-schema = foxglove.Schema(name=image._type, encoding="ros1msg", data=image._full_text.encode())
-channel = foxglove.Channel("/image", message_encoding="ros1", schema=schema)
-with Node("sdk", anonymous=True) as node:
-    node.subscribe("/image", AnyMsg, lambda message: channel.log(message.body))
-    node.wait_for_shutdown()
-"""
+FOXGLOVE = "pipros", "foxglove", "--port", "{}"
+ROSBRIDGE = "rosrun", "rosbridge_server", "rosbridge_websocket", "_port:={}"
+LEAST_HZ = 90
 
 
-def serve_foxglove(system):
-    """Start `pipros foxglove`. Return its process and port."""
+def serve(system, command):
+    """Start a server. Return its process and port."""
     port = free_port()
-    process = system.start("pipros", "foxglove", "--port", str(port))
-    wait_for_port(port)
-    return process, port
-
-
-def serve_rosbridge(system):
-    """Start a rosbridge server. Return its process and port."""
-    port = free_port()
-    process = system.start("rosrun", "rosbridge_server", "rosbridge_websocket", f"_port:={port}")
+    process = system.start(*(word.format(port) for word in command))
     wait_for_port(port)
     return process, port
 
@@ -94,8 +68,7 @@ class Client:
     OPCODE = 2
 
     def __init__(self, port, topic):
-        self.messages = self.bytes = 0
-        self.ages = []
+        self.messages = 0
         self.sock = socket.create_connection(("127.0.0.1", port))
         self.sock.sendall(
             f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
@@ -136,7 +109,6 @@ class Client:
         count = self.sock.recv_into(self._chunk)
         if not count:
             raise ConnectionError("the server has closed the connection")
-        self.bytes += count
         if self._left >= count:
             self._left -= count
             self.messages += self._left == 0
@@ -150,12 +122,6 @@ class Client:
                 self.sock.sendall(struct.pack("!BB4x", 0x8A, 0x80 | len(payload)) + payload)
             elif opcode == self.OPCODE:
                 self.messages += 1
-                if len(payload) > 25:
-                    seconds, nanoseconds = self._stamp(payload)
-                    self.ages.append(time.time() - seconds - nanoseconds / 1e9)
-
-    def _stamp(self, payload):
-        return struct.unpack_from("<II", payload, 17)
 
     def _frames(self, partial=False):
         """Remove complete frames from the buffer, and yield them.
@@ -188,9 +154,6 @@ class RosbridgeClient(Client):
     def _subscribe(self, topic):
         self._send(json.dumps({"op": "subscribe", "topic": topic}).encode())
 
-    def _stamp(self, payload):
-        return map(int, re.search(rb'"secs":(\d+),"nsecs":(\d+)', payload).groups())
-
 
 def images_a_second(port, seconds):
     client = Client(port, "/image")
@@ -205,36 +168,20 @@ def images_a_second(port, seconds):
 
 
 def images(options):
-    """Measure the images per second of each server, in turn. Print and return the results."""
-    values = {"pipros": [], "genuine": []}
+    figures = []
     for _ in range(options.rounds):
         with Programs() as system:
             system.run(CAMERA)
-            process, port = serve_foxglove(system)
-            values["pipros"].append(images_a_second(port, options.seconds))
-            end(process)
-            if importlib.util.find_spec("foxglove"):
-                port = free_port()
-                process = system.run(SDK, str(port))
-                wait_for_port(port)
-                values["genuine"].append(images_a_second(port, options.seconds))
-    row = Row("Foxglove: images of 1 MB a second", values, more_is_better=True)
-    head = ["workload", "foxglove-sdk", "pipros", "ratio", "min..max"]
-    sdk = values["genuine"]
-    cells = [row.label, as_text(row.figure("genuine")) if sdk else "", as_text(row.figure("pipros"))]
-    cells += [f"{row.ratio():.2f} x", "{:.2f}..{:.2f}".format(*row.spread())] if sdk else ["", ""]
-    print("\n".join([line(head), line(["---", "---:", "---:", "---:", "---:"]), line(cells), ""]), flush=True)
-    return [Row(row.label, {"pipros": values["pipros"]}, more_is_better=True)]
+            figures.append(images_a_second(serve(system, FOXGLOVE)[1], options.seconds))
+    return [Row("Foxglove: images of 1 MB a second", {"pipros": figures}, more_is_better=True)]
 
 
-def many_clients(count, seconds, *, is_one_stuck, serve=serve_foxglove, client_class=Client):
-    """Return the messages/s of the slowest of `count` clients, the median and 99th percentile of the ages of
-    messages in ms, and the server's processor usage in percent.
-    """
+def processor_percent(options, command, client_class, *, is_one_stuck):
+    """Return the share of a processor that the server of many clients uses."""
     with Programs() as system, selectors.DefaultSelector() as selector:
         system.run(IMU)
-        process, port = serve(system)
-        clients = [client_class(port, "/imu") for _ in range(count)]
+        process, port = serve(system, command)
+        clients = [client_class(port, "/imu") for _ in range(options.clients)]
         stuck = [client_class(port, "/imu")] if is_one_stuck else []
         for client in clients:
             selector.register(client.sock, selectors.EVENT_READ, client)
@@ -247,39 +194,29 @@ def many_clients(count, seconds, *, is_one_stuck, serve=serve_foxglove, client_c
 
         read_for(1.0)
         for client in clients:
-            client.messages, client.ages = 0, []
+            client.messages = 0
         used, begin = psutil.Process(process.pid).cpu_times(), time.monotonic()
-        read_for(seconds)
+        read_for(options.seconds)
         passed, after = time.monotonic() - begin, psutil.Process(process.pid).cpu_times()
-        cpu = 100 * (after.user + after.system - used.user - used.system) / passed
-        rates = [client.messages / passed for client in clients]
-        ages = sorted(1000 * age for client in clients for age in client.ages)
+        least = min(client.messages for client in clients) / passed
         for client in (*clients, *stuck):
             client.sock.close()
-        return min(rates), statistics.median(ages), ages[int(0.99 * len(ages))], cpu
+    if least < LEAST_HZ:
+        raise SystemExit(f"a client received only {least:.0f} messages/s")
+    return 100 * (after.user + after.system - used.user - used.system) / passed
 
 
-def clients(options, name="Foxglove", **server):
+def clients(options, name="Foxglove", command=FOXGLOVE, client_class=Client):
     """Measure the costs of many clients of one topic, without and with one more client that never reads."""
-    heads = ["workload", "least messages/s of a client", "median age, ms", "99 %, ms", "processor, %"]
-    print(line(heads))
-    print(line(["---", *["---:"] * 4]))
-    rows = []
-    for is_one_stuck in (False, True):
-        label = (
-            f"{name}: {options.clients} clients of a 100 Hz Imu"
-            + " and one that does not read" * is_one_stuck
-        )
-        found = many_clients(options.clients, options.seconds, is_one_stuck=is_one_stuck, **server)
-        print(line([label, *map(as_text, found)]), flush=True)
-        rows.append(Row(label + ", processor %", {"pipros": [found[-1]]}))
-    print()
+    label, rows = f"{name}: {options.clients} clients of a 100 Hz Imu", []
+    for more in ("", " and one that does not read"):
+        percent = processor_percent(options, command, client_class, is_one_stuck=bool(more))
+        rows.append(Row(f"{label}{more}, processor %", {"pipros": [percent]}))
     return rows
 
 
 def rosbridge(options):
-    """Measure the costs of many rosbridge clients of one topic."""
-    return clients(options, "rosbridge JSON", serve=serve_rosbridge, client_class=RosbridgeClient)
+    return clients(options, "rosbridge JSON", ROSBRIDGE, RosbridgeClient)
 
 
 def sample_messages():
@@ -310,13 +247,10 @@ def encodings(options):
 
     encoders = {each.name.lower().replace("_", "-"): (Encoder(), each) for each in WireEncoding}
     encoders["bson"] = (Encoder(is_bson=True), WireEncoding.JSON)
-    print(line(["rosbridge: encode, us", *encoders]))
-    print(line(["---", *["---:"] * len(encoders)]))
     rows = []
     for label, message in sample_messages().items():
         header = {"type": message._type, "md5sum": message._md5sum, "message_definition": message._full_text}
         body = b"".join(message._to_buffers())
-        times = {}
         for name, (encoder, encoding) in encoders.items():
             rounds = []
             encoder.encoded(TopicMessage("/topic", body, header, 0)).frames(encoding, "/topic")  # compiles
@@ -326,10 +260,7 @@ def encodings(options):
                     encoder.encoded(TopicMessage("/topic", body, header, 0)).frames(encoding, "/topic")
                     count += 1
                 rounds.append(1e6 * passed / count)
-            times[name] = rounds
             rows.append(Row(f"rosbridge: {label} as {name}, us", {"pipros": rounds}))
-        print(line([label, *(as_text(statistics.median(rounds)) for rounds in times.values())]), flush=True)
-    print()
     return rows
 
 
@@ -344,6 +275,7 @@ def main():
     if options.quick:
         options.rounds, options.seconds = 1, 2.0
     rows = [row for name in options.only.split(",") for row in BENCHMARKS[name](options)]
+    print(markdown(rows))
     if options.json:
         write_json(options.json, rows)
 

@@ -10,7 +10,6 @@ Prints the medians of the rounds. Processor time of this process counts, so that
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import tempfile
 import time
@@ -23,6 +22,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sensor_msgs.msg import Imu, JointState, LaserScan
+from table import options_of
 from tf2_msgs.msg import TFMessage
 
 import rosbag
@@ -30,15 +30,8 @@ import rospy
 from pipros.data import open_bags
 
 TOPICS = {
-    "/imu": [
-        f"{field}.{axis}"
-        for field, axes in (
-            ("orientation", "xyzw"),
-            ("angular_velocity", "xyz"),
-            ("linear_acceleration", "xyz"),
-        )
-        for axis in axes
-    ],
+    "/imu": [f"orientation.{axis}" for axis in "xyzw"]
+    + [f"{field}.{axis}" for field in ("angular_velocity", "linear_acceleration") for axis in "xyz"],
     "/joint_states": ["name", "position", "velocity", "effort"],
     "/scan": ["angle_min", "angle_max", "range_min", "range_max", "ranges", "intensities"],
     "/tf": ["transforms"],
@@ -115,10 +108,7 @@ def measured(read: Callable[[Path, str], int], path: Path, topic: str) -> tuple[
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--count", type=int, default=20_000, help="messages on /imu (default: %(default)s)")
-    parser.add_argument("--rounds", type=int, default=5)
-    arguments = parser.parse_args()
+    arguments = options_of(__doc__, count=20_000, rounds=5)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.bag"
         write_bag(path, arguments.count)

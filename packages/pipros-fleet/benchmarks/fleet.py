@@ -1,16 +1,13 @@
 #!/usr/bin/env python3
-"""The costs of a fleet: agents, many members, and a narrow link.
+"""The costs of a fleet: agents, many members, and a slow operator.
 
-    script/bench fleet [--only cost,robots,slow,wan] [--seconds 2] [--robots 100]
-        [--quick]
+    script/bench fleet [--only cost,robots,slow] [--seconds 2] [--robots 100] [--quick]
 
 cost: memory and processor time of an agent, idle and at 1,000 messages/s. robots: members with 20 topics
 each in two processes, without masters: the time until an operator knows all directories; until an agent
 shows all topics on its master, if they are at most 5,000; until all members are back after a restart of the
 router; and until half of them, whose process is stopped, count as gone, and are back. slow: two operators
-receive 10 messages/s of 10 kB from each of up to 100 robots; one of them handles only 100/s. wan (only if
-named, as root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of delay each way and
-1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth.
+receive 10 messages/s of 10 kB from each of up to 100 robots; one of them handles only 100/s.
 Nothing else should be running.
 """
 
@@ -19,7 +16,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 
 import psutil
@@ -33,9 +29,9 @@ MAX_TOPICS = 5000  # the limit fleet_topics
 class Program:
     """A process that ends with the benchmark."""
 
-    def __init__(self, stack, *argv, wait="ready", prefix=(), **environment):
+    def __init__(self, stack, *argv, wait="ready", **environment):
         self.process = subprocess.Popen(
-            [*prefix, sys.executable, *argv],
+            [sys.executable, *argv],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -116,62 +112,6 @@ def cost(system, seconds):
             after = agent.usage()
             share = 100 * (after[0] - before[0]) / (time.monotonic() - begin)
             print(f"agent, {what}: {share:.1f} % of a core, {after[1]:.0f} MB")
-
-
-WAN_ROBOT = """
-bandwidth_kbit: 900
-share:
-  topics:
-    - {name: /images, priority: low, latest_only: true}
-    - {name: /to_operator, priority: high}
-accept: {topics: [/from_operator]}
-"""
-
-
-def wan(seconds):
-    """Measure a command's round trip between an operator here and a robot behind a narrow link."""
-    from pipros.master.master import Master
-    from tests.support.narrow_link import HERE, NarrowLink
-
-    with contextlib.ExitStack() as stack:
-        link = stack.enter_context(NarrowLink(kbit=1000, delay_s=0.05, loss=0.01))
-        here, robot = {"ROS_IP": "127.0.0.1"}, {"ROS_IP": "127.0.0.1", "prefix": link.prefix}
-        router = f"tcp/{HERE}:{free_port()}"
-        pipros(stack, "fleet", "router", router, "--without-tls", wait="router at")
-        far = worker(stack, "master", **robot).first_line.split()[1]
-        near = stack.enter_context(Master(port=0)).uri
-        file = stack.enter_context(tempfile.NamedTemporaryFile("w", suffix=".yaml"))
-        file.write(WAN_ROBOT)
-        file.flush()
-        for name, uri, more in (
-            ("robot", far, [robot, ["--file", file.name]]),
-            ("operator", near, [here, []]),
-        ):
-            where, options = more
-            pipros(
-                stack, "fleet", "join", name, "--router", router, *options,
-                wait="joined", ROS_MASTER_URI=uri, **where,
-            )  # fmt: skip
-        worker(stack, "echo", far, "/to_operator", "/from_operator", **robot)
-        images = worker(stack, "count", near, "/unused", "/robot/images", **here)
-        for what in ("alone", "with images"):
-            if what != "alone":
-                worker(stack, "flood", far, "/images", "/unused", 25_000, 10, **robot)
-                while images.ask() < 2:
-                    time.sleep(0.1)
-            before, begin = images.ask(), time.monotonic()
-            line = worker(
-                stack, "trips", near, "/robot/from_operator", "/robot/to_operator", 100, seconds,
-                wait="", **here,
-            ).line()  # fmt: skip
-            median, slow, number = map(float, line.split())
-            rate = (images.ask() - before) / (time.monotonic() - begin)
-            print(
-                f"wan, {what}: round trip of a command {median / 1000:.0f} ms, "
-                f"95th percentile {slow / 1000:.0f} ms, {number:.0f} trips; "
-                f"{rate:.1f} images/s of 25 kB; {link.lost} packets lost so far",
-                flush=True,
-            )
 
 
 def robots(number):
@@ -291,8 +231,6 @@ def main():
         robots(options.robots)
     if "slow" in wanted:
         slow(min(options.robots, 100), 5 * options.seconds)
-    if "wan" in wanted:
-        wan(5 * options.seconds)
 
 
 if __name__ == "__main__":

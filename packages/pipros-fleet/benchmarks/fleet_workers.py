@@ -2,17 +2,12 @@
 
 import contextlib
 import os
-import statistics
 import sys
 import threading
 import time
 
 DEADLINE_S = 60.0
 TOPICS = 20
-
-
-def body_of(size):
-    return b"x" * size
 
 
 class TcprosEnd:
@@ -35,21 +30,6 @@ class TcprosEnd:
         self._publisher.publish(self._class(data=body))
 
 
-def echo(place, sends, receives):
-    """Send each message back."""
-    end = None
-    ready = threading.Event()
-
-    def back(body):
-        ready.wait(DEADLINE_S)
-        end.send(body)
-
-    end = TcprosEnd(place, sends, receives, back)
-    ready.set()
-    print("ready", flush=True)
-    sys.stdin.read()
-
-
 def count(place, sends, receives):
     """Count the messages. Print the count for each line of input."""
     seen = [0]
@@ -64,37 +44,10 @@ def count(place, sends, receives):
     del end  # keeps the session open until here
 
 
-def trips(place, sends, receives, size, seconds):
-    """Print the median and the 95th percentile of the round trip times in us, and their number.
-
-    At least two messages must return.
-    """
-    arrived = threading.Semaphore(0)
-    end = TcprosEnd(place, sends, receives, lambda _: arrived.release())
-    body = body_of(size)
-    give_up = time.monotonic() + DEADLINE_S
-    while True:  # until the path exists
-        end.send(body)
-        if arrived.acquire(timeout=0.2):
-            break
-        if time.monotonic() > give_up:
-            raise SystemExit(f"{place}: no message came back")
-    while arrived.acquire(timeout=0.5):
-        pass
-    found = []
-    stop = time.monotonic() + seconds
-    while time.monotonic() < stop:
-        begin = time.perf_counter()
-        end.send(body)
-        if arrived.acquire(timeout=5):
-            found.append(time.perf_counter() - begin)
-    print(1e6 * statistics.median(found), 1e6 * statistics.quantiles(found, n=20)[-1], len(found), flush=True)
-
-
 def flood(place, sends, receives, size, rate):
     """Send, at `rate` per second or as fast as possible, until standard input ends."""
     end = TcprosEnd(place, sends, receives, lambda _: None)
-    body = body_of(size)
+    body = b"x" * size
     print("ready", flush=True)
     is_over = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.read(), is_over.set()), daemon=True).start()
@@ -105,15 +58,6 @@ def flood(place, sends, receives, size, rate):
         if rate:
             is_over.wait(max(0.0, begin + sent / rate - time.monotonic()))
     os._exit(0)
-
-
-def master():
-    """Run a master and print its address."""
-    from pipros.master.master import Master
-
-    with Master(port=0) as running:
-        print(f"ready {running.uri}", flush=True)
-        sys.stdin.read()
 
 
 def many(router, first, number):
@@ -203,16 +147,7 @@ def watch(router, pause_ms):
     os._exit(0)
 
 
-WORKERS = {
-    "echo": echo,
-    "count": count,
-    "trips": trips,
-    "flood": flood,
-    "many": many,
-    "senders": senders,
-    "watch": watch,
-    "master": master,
-}
+WORKERS = {each.__name__: each for each in (count, flood, many, senders, watch)}
 
 
 if __name__ == "__main__":

@@ -1,16 +1,13 @@
 #!/usr/bin/env python3
 """Costs of rqt_graph's page, with many browsers that show fast topics and large images.
 
-    script/bench page [--browsers 20] [--seconds 10] [--heap 5,30] [--quick]
+    script/bench page [--browsers 20] [--seconds 10] [--quick]
 
 A publisher sends a number 1,000 times and images of 1 MB 30 times a second. There are four runs: without a
 page; with a page but no browser; with browsers that show the number, its curve, the image and the graph; and
 with one more browser that has stopped reading. Each row has the publisher's rate and processor usage, the
 number of images that each browser received, and the server's processor time and memory.
-
-With `--heap 5,30`, it first measures the heap of a browser that shows four panels (the curve of the number,
-the image, the topic and the log) after garbage collection, 5 and 30 minutes after they were opened, with
-Chromium and Playwright. `--quick` takes 3 seconds per run. Nothing else should be running.
+`--quick` takes 3 seconds per run. Nothing else should be running.
 """
 
 import asyncio
@@ -58,14 +55,9 @@ VIEWS = (
 )
 
 
-PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//number~console))"
-
-
 def main():
-    options = options_of(__doc__, browsers=20, seconds=10.0, heap="", quick=False)
+    options = options_of(__doc__, browsers=20, seconds=10.0, quick=False)
     seconds = 3.0 if options.quick else options.seconds
-    if options.heap:
-        print(heap([float(minutes) for minutes in options.heap.split(",")]), flush=True)
     titles = f"{'publisher':>9} {'its CPU':>8} {'images each':>12} {'server CPU':>11} {'server memory':>14}"
     print(f"{'':28} {titles}")
     rows = [("no page", None, False), ("a page, no browser", 0, False)]
@@ -73,20 +65,6 @@ def main():
     rows += [(f"{options.browsers} browsers, one stuck", options.browsers, True)]
     for name, browsers, is_stuck in rows:
         print(row(name, browsers, is_stuck, seconds), flush=True)
-
-
-@contextlib.contextmanager
-def four_panels_page():
-    """Yield a page with four panels in a browser."""
-    from tests.browser.chromium import running_chromium
-
-    with Programs() as programs, running_chromium() as browser:
-        drain(publishing(programs).stdout)
-        _, url = programs.page("rqt_graph")
-        page = browser.new_page(viewport={"width": 1600, "height": 900}, bypass_csp=True)
-        page.goto(f"{url.rpartition('/')[0]}/{PANELS}")
-        page.locator(".picture canvas:visible").wait_for()
-        yield page
 
 
 def publishing(programs):
@@ -99,30 +77,6 @@ def publishing(programs):
 def drain(stream):
     """Read a stream in a thread, so that its program is never blocked by a full pipe."""
     threading.Thread(target=lambda: [None for _ in stream], daemon=True).start()
-
-
-def heap(moments):
-    """Measure the size of the browser's heap after so many minutes and a garbage collection. Return text.
-
-    The buffer of a curve grows by a fifth within ten seconds, before older samples are dropped. Therefore,
-    each size is the minimum over that time.
-    """
-    found = []
-    with four_panels_page() as page:
-        session = page.context.new_cdp_session(page)
-        begin = time.monotonic()
-        for minutes in moments:
-            page.wait_for_timeout(max(0.0, begin + minutes * 60 - time.monotonic()) * 1000)
-            sizes = []
-            for _ in range(12):
-                session.send("HeapProfiler.collectGarbage")
-                sizes.append(session.send("Runtime.getHeapUsage")["usedSize"] / 1e6)
-                page.wait_for_timeout(1000)
-            found.append(min(sizes))
-    sizes = ", ".join(
-        f"{size:.2f} MB after {minutes:g} min" for minutes, size in zip(moments, found, strict=True)
-    )
-    return f"heap with four panels: {sizes} ({100 * (found[-1] / found[0] - 1):+.0f} %)"
 
 
 def row(name, browsers, is_stuck, seconds):

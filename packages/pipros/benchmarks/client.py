@@ -11,6 +11,7 @@ Nothing else should be running. The load from other programs is printed; above s
 little. If genuine ROS is not installed, only pipros is measured.
 """
 
+import functools
 import gc
 import signal
 import statistics
@@ -20,7 +21,7 @@ import threading
 import time
 import xmlrpc.client
 
-from table import Row, markdown, write_json
+from table import markdown, write_json
 from worlds import (
     answer,
     finish,
@@ -31,6 +32,7 @@ from worlds import (
     option_parser,
     ran_as_worker,
     say,
+    taken_in_turn,
 )
 
 # ---- workers: in their own processes, with the public rospy API only
@@ -302,53 +304,35 @@ def memory(world, _seconds):
     return one_process(world, __file__, "talker")["mb"]
 
 
-MORE, LESS = True, False
-WORKLOADS = (
-    ("flow", "String 16 B, queue_size=1000, window 500: messages/s", flow, ("string", 1000, 500), MORE, 14.0),
-    ("flow", "Imu, queue_size=1000, window 500: messages/s", flow, ("imu", 1000, 500), MORE, 9.0),
-    ("flow", "String 16 B, queue_size=None: messages/s", flow, ("string", None, 0), MORE, 1.0),
-    ("flow", "Imu, queue_size=None: messages/s", flow, ("imu", None, 0), MORE, 1.0),
-    ("flow", "Image 1 MB, queue_size=50, window 8: messages/s", flow, ("image", 50, 8), MORE, 5.0),
-    ("flow", "Image 1 MB, queue_size=None: messages/s", flow, ("image", None, 0), MORE, 4.7),
-    ("flow", "PointCloud2 4 MB, queue_size=None: messages/s", flow, ("cloud", None, 0), MORE, 4.7),
-    ("trip", "round trip 16 B, queue_size=10: us", trip, ("string", 10), LESS, 81 / 62),
-    ("trip", "round trip 16 B, queue_size=None: us", trip, ("string", None), LESS, 1.0),
-    ("trip", "round trip 1 MB, queue_size=10: us", trip, ("image", 10), LESS, 1330 / 410),
-    ("fan", "1 to 10 processes, 16 B, queue_size=None: messages/s", flow, ("string", None, 0, 10), MORE, 1.0),
-    ("fan", "1 to 10 processes, 16 B, queue_size=1000: messages/s", flow, ("string", 1000, 0, 10), MORE, 8.0),
-    (
-        "fan",
-        "1 to 10 processes, 16 B, queue_size=None: us of the publisher's processor time per message",
-        flow,
-        ("string", None, 0, 10, True),
-        LESS,
-        1.0,
+IN_FAN = "of the publisher's processor time per message"
+# Group and label; the function that measures, and its arguments.
+WORKLOADS = {
+    ("flow", "String 16 B, queue_size=1000, window 500: messages/s"): (flow, "string", 1000, 500),
+    ("flow", "Imu, queue_size=1000, window 500: messages/s"): (flow, "imu", 1000, 500),
+    ("flow", "String 16 B, queue_size=None: messages/s"): (flow, "string", None, 0),
+    ("flow", "Imu, queue_size=None: messages/s"): (flow, "imu", None, 0),
+    ("flow", "Image 1 MB, queue_size=50, window 8: messages/s"): (flow, "image", 50, 8),
+    ("flow", "Image 1 MB, queue_size=None: messages/s"): (flow, "image", None, 0),
+    ("flow", "PointCloud2 4 MB, queue_size=None: messages/s"): (flow, "cloud", None, 0),
+    ("trip", "round trip 16 B, queue_size=10: us"): (trip, "string", 10),
+    ("trip", "round trip 16 B, queue_size=None: us"): (trip, "string", None),
+    ("trip", "round trip 1 MB, queue_size=10: us"): (trip, "image", 10),
+    ("fan", "1 to 10 processes, 16 B, queue_size=None: messages/s"): (flow, "string", None, 0, 10),
+    ("fan", "1 to 10 processes, 16 B, queue_size=1000: messages/s"): (flow, "string", 1000, 0, 10),
+    ("fan", f"1 to 10 processes, 16 B, queue_size=None: us {IN_FAN}"): (flow, "string", None, 0, 10, True),
+    ("fan", f"1 to 10 processes, 16 B, queue_size=1000: us {IN_FAN}"): (flow, "string", 1000, 0, 10, True),
+    ("service", "service call: us"): (service, False),
+    ("service", "service call, persistent: us"): (service, True),
+    ("control", "requestTopic while 3 nodes subscribe to a latched 100 MB map, longest call: ms"): (
+        control, 100, 3
     ),
-    (
-        "fan",
-        "1 to 10 processes, 16 B, queue_size=1000: us of the publisher's processor time per message",
-        flow,
-        ("string", 1000, 0, 10, True),
-        LESS,
-        1.0,
-    ),
-    ("service", "service call: us", service, (False,), LESS, 606 / 250),
-    ("service", "service call, persistent: us", service, (True,), LESS, 1.0),
-    (
-        "control",
-        "requestTopic while 3 nodes subscribe to a latched 100 MB map, longest call: ms",
-        control,
-        (100, 3),
-        LESS,
-        10.0,
-    ),
-    ("many", "200 topics published and received by one node: threads", many, ("threads",), LESS, 405 / 210),
-    ("many", "200 topics published and received by one node: MB", many, ("mb",), LESS, 1.0),
-    ("start", "init_node: ms", start, ("initialised",), LESS, 110 / 35),
-    ("start", "import rospy, whole process: ms", imports, (), LESS, 2.0),
-    ("start", "exit of a node after Ctrl-C: ms", leave, (), LESS, 4.0),
-    ("start", "resident memory of a talker: MB", memory, (), LESS, 1.0),
-)
+    ("many", "200 topics published and received by one node: threads"): (many, "threads"),
+    ("many", "200 topics published and received by one node: MB"): (many, "mb"),
+    ("start", "init_node: ms"): (start, "initialised"),
+    ("start", "import rospy, whole process: ms"): (imports,),
+    ("start", "exit of a node after Ctrl-C: ms"): (leave,),
+    ("start", "resident memory of a talker: MB"): (memory,),
+}  # fmt: skip
 
 QUICK = (
     "String 16 B, queue_size=1000, window 500: messages/s",
@@ -360,26 +344,26 @@ QUICK = (
 )
 
 
+def labelled(label, measure, *arguments):
+    return {label: measure(*arguments)}
+
+
 def main():
-    parser = option_parser(__doc__, dict.fromkeys(row[0] for row in WORKLOADS), 2.0)
+    parser = option_parser(__doc__, dict.fromkeys(group for group, _ in WORKLOADS), 2.0)
     parser.add_argument("--quick", action="store_true", help="run only a few workloads")
     options = parser.parse_args()
     if ran_as_worker(options, globals()):
         return
-    chosen = [row for row in WORKLOADS if not options.only or row[0] in options.only.split(",")]
-    if options.quick:
-        chosen = [row for row in chosen if row[1] in QUICK]
-    rows = []
+    rows, wanted = [], options.only.split(",")
     with open_worlds(roscpp=True) as worlds:
-        for _, label, measure, arguments, more_is_better, goal in chosen:
+        for (group, label), (measure, *arguments) in WORKLOADS.items():
+            if (options.only and group not in wanted) or (options.quick and label not in QUICK):
+                continue
             able = [world for world in worlds if world.has(measure, arguments)]
-            values = {world.name: [] for world in able}
-            for _ in range(options.rounds):
-                for world in able:
-                    values[world.name].append(measure(world, options.seconds, *arguments))
-            rows.append(Row(label, values, more_is_better, goal))
+            figure = functools.partial(labelled, label, measure)
+            rows += taken_in_turn(figure, able, options.rounds, options.seconds, *arguments)
             print(".", end="", flush=True)
-    print("\n" + markdown(rows, "goal", lambda row: f"{row.goal:.2g} x"))
+    print("\n" + markdown(rows))
     if options.json:
         write_json(options.json, rows)
 

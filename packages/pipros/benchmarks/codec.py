@@ -1,40 +1,20 @@
 #!/usr/bin/env python3
 """Time to write and read messages: pipros and genuine genpy, in one run.
 
-    script/bench codec [--rounds 5] [--only Image,Path]
+    script/bench codec [--rounds 3] [--only Image,Path]
 
-Both run in the Python of genuine ROS. They alternate, round by round, and the best round of each counts, so
-that other load affects both alike. "buffers" is pipros's list of buffers, which its transport sends, compared
-with `serialize(buff)`, genpy's only method. Similarly, "from bytes" is the method that the transport calls
-for a received message.
+They alternate, round by round, and the best round of each counts, so that other load affects both alike.
+"buffers" is pipros's list of buffers, which its transport sends, compared with `serialize(buff)`, genpy's
+only method. Similarly, "from bytes" is the method that the transport calls for a received message.
 """
 
-import argparse
+import functools
 import io
-import json
 import os
-import subprocess
-import sys
 import timeit
 
-from table import Row, markdown, write_json
+from worlds import compare, one_process, say
 
-PYTHON = "/usr/bin/python3"
-REPOSITORY = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
-SOURCES = os.path.join(REPOSITORY, "build", "src")
-SOURCE_PATH = os.pathsep.join(
-    [SOURCES, *(os.path.join(REPOSITORY, "build", part) for part in ("facades", "internals"))]
-)
-TARGETS = {  # the required minimum ratios to genuine genpy, for serialize, buffers and deserialize
-    "String 16 B": (1.2, None, 1.2),
-    "Imu": (1.5, None, 1.5),
-    "JointState 50": (2, None, 1.5),
-    "JointState 50 from two robots": (2, None, 1.5),
-    "Image 1 MB": (8, 100, 1),
-    "PointCloud2 4 MB": (8, 300, 1),
-    "Path 1000": (1.5, None, 2),
-    "TFMessage 50": (1.5, None, 2),
-}
 COUNTERPARTS = {  # the genpy operation that corresponds to each operation
     "serialize": "serialize",
     "buffers": "serialize",
@@ -117,8 +97,16 @@ def transforms():
     return message
 
 
-MAKERS = (string, imu, joint_state, two_joint_states, image, point_cloud, path, transforms)
-CASES = dict(zip(TARGETS, MAKERS, strict=True))
+CASES = {
+    "String 16 B": string,
+    "Imu": imu,
+    "JointState 50": joint_state,
+    "JointState 50 from two robots": two_joint_states,
+    "Image 1 MB": image,
+    "PointCloud2 4 MB": point_cloud,
+    "Path 1000": path,
+    "TFMessage 50": transforms,
+}
 
 
 def microseconds(action):
@@ -129,12 +117,9 @@ def microseconds(action):
     return min(timer.repeat(5, number)) / number * 1e6
 
 
-def measure(names):
-    return {name: measure_one(CASES[name]()) for name in names}
-
-
-def measure_one(made):
-    """Return the times for a message. Two messages are read in turn."""
+def worker_times(name):
+    """Say the times for a message. Two messages are read in turn."""
+    made = CASES[name]()
     message, other = made if isinstance(made, tuple) else (made, None)
     cls = type(message)
     data = serialized(message)
@@ -148,7 +133,7 @@ def measure_one(made):
     if hasattr(message, "_to_buffers"):
         times["buffers"] = microseconds(message._to_buffers)
         times["from bytes"] = microseconds(lambda: cls._from_bytes(data))
-    return times
+    say(**times)
 
 
 def serialized(message):
@@ -157,56 +142,13 @@ def serialized(message):
     return buff.getvalue()
 
 
-def run(is_genuine, names):
-    environment = {"PATH": "/usr/bin:/bin", "HOME": os.environ.get("HOME", "/")}
-    options = [] if is_genuine else ["-S"]  # -S excludes Debian's packages, including genpy
-    if not is_genuine:
-        environment["PYTHONPATH"] = SOURCE_PATH
-    command = [PYTHON, *options, os.path.abspath(__file__), "--measure", ",".join(names)]
-    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)  # noqa: S603
-    return json.loads(answer.stdout)
-
-
-def rows_of(rounds, names):
-    """Return a row for each case and operation, with the required ratio."""
-    taken = {True: [], False: []}
-    for _ in range(rounds):
-        for is_genuine, results in taken.items():
-            results.append(run(is_genuine, names))
-    rows = []
-    for name in names:
-        for (operation, counterpart), goal in zip(COUNTERPARTS.items(), (*TARGETS[name], None), strict=True):
-            values = {
-                "genuine": [times[name][counterpart] for times in taken[True]],
-                "pipros": [times[name][operation] for times in taken[False]],
-            }
-            rows.append(Row(f"{operation} {name}: us", values, goal=goal, best=True))
-    return rows
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--only", default="", help="parts of case names, separated by commas")
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--measure", help=argparse.SUPPRESS)
-    arguments = parser.parse_args()
-    if arguments.measure:
-        if SOURCES in sys.path:
-            import pipros.startup  # noqa: F401 # as pipros.pth does it
-        json.dump(measure(arguments.measure.split(",")), sys.stdout)
-        return
-    wanted = arguments.only.split(",")
-    names = [name for name in CASES if any(part in name for part in wanted)]
-    rows = rows_of(arguments.rounds, names)
-    print(markdown(rows, "wanted", verdict))
-    if arguments.json:
-        write_json(arguments.json, rows)
-
-
-def verdict(row):
-    return "" if row.goal is None else f"{row.goal} {'ok' if row.ratio() >= row.goal else 'MISSED'}"
+def measure(name, world, _seconds):
+    times = one_process(world, __file__, "times", name)
+    return {
+        f"{operation} {name}: us": times.get(operation, times[counterpart])
+        for operation, counterpart in COUNTERPARTS.items()
+    }
 
 
 if __name__ == "__main__":
-    main()
+    compare(__doc__, {name: functools.partial(measure, name) for name in CASES}, globals(), best=True)

@@ -1,88 +1,28 @@
 #!/usr/bin/env python3
-"""Costs of single operations: the figures in docs/SECURITY.md and docs/architecture.md.
+"""Costs of simulated robots: the figures in docs/course.md and docs/simulation.md.
 
-    script/bench costs [--only hook,owner,numpy,turtlesim,robots] [--connections 3000]
+    script/bench costs [--only turtlesim,robots]
 
-`hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the user of
-a connection in /proc/net/tcp. `numpy`: the import time and size that it would add to the default
-installation. `turtlesim`: processor time of a node with two moving turtles and a subscriber for each of their
-topics. `robots`: processor time of pipros_sim with ten robots and subscribers for their odometry, transforms
-and scans (360 rays at 10 Hz). Only pipros is measured, because genuine ROS has no counterpart to most of
-these.
+`turtlesim`: processor time of a node with two moving turtles and a subscriber for each of their topics.
+`robots`: processor time of pipros_sim with ten robots and subscribers for their odometry, transforms and
+scans (360 rays at 10 Hz). Only pipros is measured, because genuine ROS has no counterpart to pipros_sim.
 """
 
 from __future__ import annotations
 
-import os
-import resource
-import socket
-import statistics
 import subprocess
-import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
+from contextlib import contextmanager
 from typing import Any
 
-import numpy
 import psutil
 from programs import QUIET, Programs
 from table import options_of
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
-from pipros.net.this_machine import ThisMachineCaller
 from pipros.node import Node, Publisher
-
-
-def processor_s(command: list[str], **variables: str) -> float:
-    """Return the processor time that a command uses."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, env={**os.environ, **variables}, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-def measure_hook() -> None:
-    command = [sys.executable, "-c", "pass"]
-    variables = ({}, {"PIPROS_NO_IMPORT_HOOK": "1"})
-    with_hook, without = [], []
-    for _ in range(40):
-        with_hook.append(processor_s(command, **variables[0]))
-        without.append(processor_s(command, **variables[1]))
-    print(f"interpreter start with the import hook     {statistics.median(with_hook) * 1000:6.1f} ms")
-    print(f"interpreter start, PIPROS_NO_IMPORT_HOOK=1 {statistics.median(without) * 1000:6.1f} ms")
-
-
-def measure_owner(connections: int) -> None:
-    with ExitStack() as stack:
-        server = stack.enter_context(socket.create_server(("127.0.0.1", 0), backlog=1024))
-        for count in (1, connections):
-            pairs = 0
-            while pairs < count:
-                client = stack.enter_context(socket.create_connection(server.getsockname()))
-                accepted = stack.enter_context(server.accept()[0])
-                pairs += 1
-            caller = ThisMachineCaller.from_names(client.getsockname(), accepted.getsockname())
-            times = []
-            for _ in range(5):
-                start = time.perf_counter()
-                assert caller.user_id() == os.getuid()
-                times.append(time.perf_counter() - start)
-            print(
-                f"user of one of {count:5} connections            {statistics.median(times) * 1000:6.1f} ms"
-            )
-
-
-def measure_numpy() -> None:
-    code = "import time; start = time.process_time(); import numpy; print(time.process_time() - start)"
-    took = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(5)]
-    folder = Path(numpy.__file__).parent
-    folders = [folder, folder.with_name("numpy.libs")]
-    size = sum(file.stat().st_size for place in folders for file in place.rglob("*") if file.is_file())
-    print(f"import numpy                               {statistics.median(took) * 1000:6.1f} ms")
-    print(f"size of numpy                              {size / 1e6:6.1f} MB")
 
 
 def steered(
@@ -158,17 +98,7 @@ def measure_robots(seconds: float = 10.0) -> None:
 
 
 def main() -> None:
-    options = options_of(__doc__, only="hook,owner,numpy,turtlesim,robots", connections=3000)
-    chosen = options.only.split(",")
-    if "hook" in chosen:
-        measure_hook()
-    if "owner" in chosen:
-        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-        wanted = 2 * options.connections + 100
-        resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(wanted, hard)), hard))
-        measure_owner(options.connections)
-    if "numpy" in chosen:
-        measure_numpy()
+    chosen = options_of(__doc__, only="turtlesim,robots").only.split(",")
     if "turtlesim" in chosen:
         measure_turtlesim()
     if "robots" in chosen:

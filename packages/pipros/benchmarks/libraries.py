@@ -64,7 +64,7 @@ def worker_tf():
             buffer.set_transform(each, "benchmark")
         return len(sent)
 
-    figures = {"set_transform": per_operation(insert)}
+    figures = {"set_transform: us": per_operation(insert)}
     stamps = [rospy.Time.from_sec(random.Random(i).uniform(101, 109)) for i in range(1000)]  # noqa: S311
     for index in range(30):  # five arms of six moving links each
         parent = "f8" if index % 6 == 0 else f"link{index - 1}"
@@ -78,9 +78,13 @@ def worker_tf():
             question("f0", "f8", stamp)
         return len(times)
 
-    figures["latest"] = per_operation(lambda: ask(look, [rospy.Time(0)] * 1000))
-    figures["between"] = per_operation(lambda: ask(look, stamps))
-    figures["again"] = per_operation(lambda: ask(look, stamps[:1] * 1000))
+    figures["lookup_transform over 8 frames, latest: us"] = per_operation(
+        lambda: ask(look, [rospy.Time(0)] * 1000)
+    )
+    figures["lookup_transform over 8 frames, interpolated: us"] = per_operation(lambda: ask(look, stamps))
+    figures["lookup_transform over 8 frames, the same stamp again: us"] = per_operation(
+        lambda: ask(look, stamps[:1] * 1000)
+    )
 
     def all_links():
         for stamp in stamps[:50]:
@@ -88,8 +92,8 @@ def worker_tf():
                 look("f0", f"link{index}", stamp)
         return 50 * 30
 
-    figures["links"] = per_operation(all_links)
-    figures["can"] = per_operation(lambda: ask(can, stamps))
+    figures["lookup_transform of 30 links at one stamp: us per link"] = per_operation(all_links)
+    figures["can_transform over 8 frames: us"] = per_operation(lambda: ask(can, stamps))
     say(**figures)
 
 
@@ -135,12 +139,9 @@ def worker_filter():
     import rospy
 
     figures = {}
-    for kind in ("exact", "approximate"):
+    for kind, more in (("TimeSynchronizer", ()), ("ApproximateTimeSynchronizer", (0.005,))):
         inputs = [message_filters.SimpleFilter() for _ in range(3)]
-        if kind == "exact":
-            made = message_filters.TimeSynchronizer(inputs, 10)
-        else:
-            made = message_filters.ApproximateTimeSynchronizer(inputs, 10, 0.005)
+        made = getattr(message_filters, kind)(inputs, 10, *more)
         seen = []
         made.registerCallback(lambda *_: seen.append(1))  # noqa: B023
         begin = [100]
@@ -150,12 +151,12 @@ def worker_filter():
             for i in range(2000):
                 for k, one in enumerate(inputs):  # noqa: B023
                     message = Imu()
-                    late = k * 1000000 if kind == "approximate" else 0  # noqa: B023
+                    late = k * 1000000 if more else 0  # noqa: B023
                     message.header.stamp = rospy.Time(begin[0] + i // 100, i % 100 * 10000000 + late)  # noqa: B023
                     one.signalMessage(message)
             return 6000
 
-        figures[kind] = per_operation(feed)
+        figures[f"{kind}, 3 inputs: us per message"] = per_operation(feed)
         assert seen
     say(**figures)
 
@@ -199,28 +200,6 @@ def worker_action_client(alone):
 # ---- the driver
 
 
-def named(figures, what):
-    return {label: figures[name] for label, name in what.items()}
-
-
-TF = {
-    "set_transform: us": "set_transform",
-    "lookup_transform over 8 frames, latest: us": "latest",
-    "lookup_transform over 8 frames, interpolated: us": "between",
-    "lookup_transform over 8 frames, the same stamp again: us": "again",
-    "lookup_transform of 30 links at one stamp: us per link": "links",
-    "can_transform over 8 frames: us": "can",
-}
-FILTER = {
-    "TimeSynchronizer, 3 inputs: us per message": "exact",
-    "ApproximateTimeSynchronizer, 3 inputs: us per message": "approximate",
-}
-
-
-def tf(world, _seconds):
-    return named(one_process(world, __file__, "tf"), TF)
-
-
 def listener(world, seconds):
     sender = world.start(__file__, "send_frames")
     answer(sender)
@@ -229,10 +208,6 @@ def listener(world, seconds):
         return {label: one_process(world, __file__, "listener", seconds)["percent"]}
     finally:
         finish(sender)
-
-
-def synchronizers(world, _seconds):
-    return named(one_process(world, __file__, "filter"), FILTER)
 
 
 def action(world, _seconds):
@@ -258,7 +233,13 @@ def imports(world, _seconds):
     return figures
 
 
-WORKLOADS = {"tf": tf, "listener": listener, "filter": synchronizers, "action": action, "import": imports}
+def alone(role):
+    return lambda world, _seconds: one_process(world, __file__, role)
+
+
+WORKLOADS = {
+    "tf": alone("tf"), "listener": listener, "filter": alone("filter"), "action": action, "import": imports
+}  # fmt: skip
 
 
 if __name__ == "__main__":

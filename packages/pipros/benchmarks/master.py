@@ -1,45 +1,36 @@
 #!/usr/bin/env python3
 """Speed of the master: pipros and genuine rosmaster, in one run.
 
-    script/bench master [--only params,dictionary,registration,together,start_up,crowd] [--rounds 3]
+    script/bench master [--only params,dictionary,registration,together,start_up] [--rounds 3]
 
 Each master is called by its own client: the genuine master by `rosgraph.Master` in genuine ROS's Python, and
 pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of the rounds counts, so that
-other load affects both alike. `crowd` measures only pipros: a thousand nodes become publishers one after
-another. If genuine ROS is not installed, only pipros is measured.
+other load affects both alike. If genuine ROS is not installed, only pipros is measured.
 """
 
 import threading
 import time
 
-from worlds import World, answer, compare, finish, one_process, say
+from worlds import World, compare, one_process, say
 
-CROWD = 1000
 STD_STRING = "std_msgs/String"
 
 
 # ---- workers: in their own processes, in the Python of their implementation
 
 
-def genuine_client(uri, name="/bench"):
-    import rosgraph
+def client_of(kind, uri):
+    """Return a master client with the names of `rosgraph.Master`."""
+    if kind == "genuine":
+        import rosgraph
 
-    return rosgraph.Master(name, master_uri=uri)
+        return rosgraph.Master("/bench", master_uri=uri)
+    from pipros.net.master_client import MasterClient
 
-
-class PiprosClient:
-    """The master client of pipros, with the names of `rosgraph.Master`."""
-
-    def __init__(self, uri, name="/bench"):
-        from pipros.net.master_client import MasterClient
-
-        client = MasterClient(uri, name)
-        self.getParam, self.setParam, self.hasParam = client.get_param, client.set_param, client.has_param
-        self.registerPublisher, self.registerSubscriber = (
-            client.register_publisher,
-            client.register_subscriber,
-        )
-        self.getUri = client.get_uri
+    client = MasterClient(uri, "/bench")
+    client.getParam, client.setParam, client.hasParam = client.get_param, client.set_param, client.has_param
+    client.registerPublisher = client.register_publisher
+    return client
 
 
 def rate(function, count):
@@ -97,40 +88,7 @@ CALLS = {"params": params, "dictionary": dictionary, "registration": registratio
 
 
 def worker_client(kind, calls, uri):
-    client = genuine_client if kind == "genuine" else PiprosClient
-    say(**CALLS[calls](lambda: client(uri)))
-
-
-def worker_crowd_nodes():
-    """Serve the APIs of a crowd of nodes, whose URIs differ only by path."""
-    import asyncio
-
-    from pipros.basics.limits import Limits
-    from pipros.net.rpc_server import RpcServer
-
-    async def serve():
-        methods = {"publisherUpdate": lambda *_: [1, "", 0], "getPid": lambda _: [1, "", 1]}
-        server = RpcServer(methods, limits=Limits(rpc_connections=5000, rpc_connections_per_peer=5000))
-        await server.start()
-        say(port=server.port)
-        await asyncio.Event().wait()
-
-    asyncio.run(serve())
-
-
-def worker_crowd_register(uri, apis_port):
-    """Register the nodes with 10 topics each. Every topic has 100 subscribers."""
-    clients = [(PiprosClient(uri, f"/n{i}"), f"http://127.0.0.1:{apis_port}/n{i}") for i in range(CROWD)]
-    topics = CROWD * 10 // 100
-    for number, (client, api) in enumerate(clients):
-        for step in range(10):
-            client.registerSubscriber(f"/t{(number * 10 + step) % topics}", STD_STRING, api)
-    say(subscribed=True)
-    began = time.perf_counter()
-    for step in range(10):
-        for number, (client, api) in enumerate(clients):
-            client.registerPublisher(f"/t{(number + step) % topics}", STD_STRING, api)
-    say(seconds=time.perf_counter() - began)
+    say(**CALLS[calls](lambda: client_of(kind, uri)))
 
 
 # ---- the driver
@@ -160,34 +118,7 @@ def start_up(world, _seconds):
     }
 
 
-def crowd(world, _seconds):
-    """Return the times for getUri while the crowd registers its publishers, and the rate of registrations."""
-    if world.name != "pipros":
-        return {}
-    uri = world.environment["ROS_MASTER_URI"]
-    nodes = world.start(__file__, "crowd_nodes")
-    registrar = world.start(__file__, "crowd_register", uri, answer(nodes)["port"])
-    answer(registrar)
-    client, took = PiprosClient(uri), []
-    while registrar.poll() is None:
-        began = time.perf_counter()
-        client.getUri()
-        took.append(time.perf_counter() - began)
-        time.sleep(0.002)
-    passed = answer(registrar)["seconds"]
-    for process in (registrar, nodes):
-        finish(process)
-    took.sort()
-    label = f"master: getUri while {CROWD} nodes become publishers"
-    return {
-        f"{label}, p50, ms": took[len(took) // 2] * 1e3,
-        f"{label}, p99, ms": took[len(took) * 99 // 100] * 1e3,
-        f"{label}, max, ms": took[-1] * 1e3,
-        "master: registrations while they do/s": CROWD * 10 / passed,
-    }
-
-
-WORKLOADS = {**{name: called(name) for name in CALLS}, "start_up": start_up, "crowd": crowd}
+WORKLOADS = {**{name: called(name) for name in CALLS}, "start_up": start_up}
 
 
 if __name__ == "__main__":

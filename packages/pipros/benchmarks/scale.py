@@ -9,10 +9,8 @@ system, while messages are sent at a rate that both implementations reach; a los
 with an error. `--svg` draws a chart of the figures. `--quick` measures the smaller half of each scale.
 """
 
-import argparse
 import contextlib
 import dataclasses
-import json
 import math
 import os
 import signal
@@ -23,10 +21,9 @@ import time
 from collections.abc import Callable
 from xml.sax.saxutils import escape
 
-from client import answer, finish, init, open_worlds, say
-from table import Load, Row, as_text, heed_interrupts, markdown, write_json
+from table import as_text, markdown, write_json
+from worlds import answer, finish, init, open_worlds, option_parser, ran_as_worker, say, taken_in_turn
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 WORKER_S = 300  # no worker lives longer
 END_S = 20  # time to unregister and end, before a worker is terminated
 SETTLE_S = 0.3
@@ -114,8 +111,8 @@ def worker_member(number):
     say(ready=True)
 
 
-def work(role, *arguments):
-    """Run a worker, and unregister its node at the end of the input."""
+def worker_part(role, *arguments):
+    """Run another worker, and unregister its node at the end of the input."""
     signal.alarm(WORKER_S)
     globals()[f"worker_{role}"](*arguments)
     sys.stdin.read()
@@ -135,8 +132,7 @@ def workers(world):
     processes = []
 
     def start(role, *arguments):
-        words = json.dumps([role, *arguments])
-        processes.append(world.spawn([world.python, os.path.abspath(__file__), "--worker", words]))
+        processes.append(world.start(__file__, "part", role, *arguments))
         return processes[-1]
 
     try:
@@ -402,36 +398,24 @@ def text(left, top, words, kind="", anchor="start"):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default=",".join(PANELS))
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=2.0)
+    parser = option_parser(__doc__, PANELS, 2.0)
     parser.add_argument("--quick", action="store_true", help="the smaller half of each scale")
-    parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--svg", help="also draw a chart into this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.worker:
-        work(*json.loads(options.worker))
+    if ran_as_worker(options, globals()):
         return
-    heed_interrupts()
-    load, rows, figures = Load(), [], {}
+    rows, figures = [], {}
     with open_worlds(tuned=False) as worlds:
-        for scale in options.only.split(","):
+        for scale in options.only.split(",") if options.only else PANELS:
             panel, lines = PANELS[scale], {world.name: {} for world in worlds}
             for point in panel.points[: (len(panel.points) + 1) // 2 if options.quick else None]:
-                taken = {}
-                for _ in range(options.rounds):
-                    for world in worlds:
-                        for label, value in panel.measure(world, options.seconds, point).items():
-                            taken.setdefault(label, {}).setdefault(world.name, []).append(value)
-                found = [Row(label, values) for label, values in taken.items()]
+                found = taken_in_turn(panel.measure, worlds, options.rounds, options.seconds, point)
                 for world, line in lines.items():
                     line[point] = found[0].figure(world)
                 rows += found
                 print(".", end="", file=sys.stderr, flush=True)
             figures[scale] = lines
-    print(f"\nothers used {load.percent():.0f} % of the machine\n\n{markdown(rows)}")
+    print(f"\n{markdown(rows)}")
     if options.json:
         write_json(options.json, rows)
     if options.svg:

@@ -1,18 +1,14 @@
 #!/usr/bin/env python3
 """The time that users wait for commands and launches: pipros and genuine ROS, in one run.
 
-    script/bench startup [--rounds 5] [--only rostopic,roslaunch]
+    script/bench startup [--rounds 3] [--only rostopic,roslaunch]
 
 Both implementations alternate, each with its own master, and the median counts. If genuine ROS 1 is not
-installed, only pipros is measured. Other load affects the figures more than the ratio. --python measures
-pipros in another environment, for example in an ordinary installation. Development tools can add .pth files
-to an environment, which take time whenever Python starts.
+installed, only pipros is measured. Other load affects the figures more than the ratio.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import random
 import shutil
@@ -28,8 +24,9 @@ from pathlib import Path
 from typing import IO, cast
 from xmlrpc.client import ServerProxy
 
-from table import Row, heed_interrupts, markdown, write_json
-from worlds import taken_in_turn
+import psutil
+from table import Row, markdown, write_json
+from worlds import option_parser, ran_as_worker, taken_in_turn
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
@@ -47,11 +44,15 @@ def free_port() -> int:
 
 
 def end(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
-    """Send Ctrl-C as a terminal does. Genuine nodes sometimes miss it; they are eventually killed."""
+    """Send Ctrl-C as a terminal does. Genuine nodes sometimes miss it; they are eventually killed, with their
+    children, which have groups of their own and hold the output open.
+    """
     os.killpg(process.pid, signal.SIGINT)
     try:
         process.communicate(timeout=MISSED_AFTER_S)
     except subprocess.TimeoutExpired:
+        for child in psutil.Process(process.pid).children(recursive=True):
+            child.kill()
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
 
@@ -235,21 +236,9 @@ SCENES: dict[str, Callable[[World], dict[str, float]]] = {
     "roscore": core,
     "rosrun": node,
     "roslaunch": launch,
-    "rostest: s": test,
+    "rostest": test,
     "build": build,
 }
-
-
-def installation(python: Path) -> str:
-    """Return the version of pipros that an interpreter imports, and how pipros was installed."""
-    script = (
-        "import importlib.metadata as m, json; d = m.distribution('pipros');"
-        "print(json.dumps([d.version, d.read_text('direct_url.json') or '{}']))"
-    )
-    argv = [str(python), "-c", script]
-    version, origin = json.loads(subprocess.run(argv, capture_output=True, text=True, check=True).stdout)
-    is_editable = json.loads(origin).get("dir_info", {}).get("editable", False)
-    return f"pipros {version}, {'an editable' if is_editable else 'an ordinary'} install, {python}"
 
 
 @contextmanager
@@ -274,31 +263,22 @@ def generated_messages(folder: Path) -> Iterator[Path | None]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--only", default=",".join(SCENES), help="comma-separated: " + ", ".join(SCENES))
-    parser.add_argument(
-        "--python",
-        type=Path,
-        default=Path(sys.executable),
-        help="the interpreter in the same folder as the commands to measure",
-    )
-    parser.add_argument("--json", help="also write the rows to this file")
-    arguments = parser.parse_args()
-    heed_interrupts()
+    options = option_parser(__doc__ or "", SCENES, 0.0).parse_args()
+    ran_as_worker(options, {})
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        worlds = [World("pipros", f"{arguments.python.absolute().parent}:/usr/bin:/bin", folder / "pipros")]
+        own = f"{Path(sys.executable).parent}:/usr/bin:/bin"
+        worlds = [World("pipros", own, folder / "pipros")]
         with generated_messages(folder / "generated") as generated:
             if generated:
                 more = {"PYTHONPATH": str(generated), "ROS_PACKAGE_PATH": f"{EXAMPLE}:/usr/share"}
                 worlds.append(World("genuine", "/usr/bin:/bin", folder / "genuine", **more))
-            for scene in arguments.only.split(","):
-                rows += taken_in_turn(SCENES[scene], worlds, arguments.rounds)
-    if arguments.json:
-        write_json(arguments.json, rows)
-    print(f"{installation(arguments.python)}\n\n{markdown(rows)}")
+            for scene in options.only.split(",") if options.only else SCENES:
+                rows += taken_in_turn(SCENES[scene], worlds, options.rounds)
+    print(markdown(rows))
+    if options.json:
+        write_json(options.json, rows)
 
 
 if __name__ == "__main__":

@@ -51,9 +51,8 @@ class Row:
     processor time.
     """
 
-    def __init__(self, label, values, more_is_better=False, goal=None, best=False):
-        self.label, self.values, self.more_is_better = label, values, more_is_better
-        self.goal, self.best = goal, best
+    def __init__(self, label, values, more_is_better=False, best=False):
+        self.label, self.values, self.more_is_better, self.best = label, values, more_is_better, best
 
     def figure(self, world):
         """Return the representative value for all rounds."""

@@ -238,10 +238,11 @@ def compare(description, workloads, functions, seconds=2.0, best=False):
     options = option_parser(description, workloads, seconds).parse_args()
     if ran_as_worker(options, functions):
         return
-    rows = []
+    wanted, rows = options.only.split(","), []
     with open_worlds(tuned=False) as worlds:
-        for name in options.only.split(",") if options.only else workloads:
-            rows += taken_in_turn(workloads[name], worlds, options.rounds, options.seconds, best=best)
+        for name, workload in workloads.items():
+            if any(part in name for part in wanted):
+                rows += taken_in_turn(workload, worlds, options.rounds, options.seconds, best=best)
     print(markdown(rows))
     if options.json:
         write_json(options.json, rows)

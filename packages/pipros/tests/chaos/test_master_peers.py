@@ -2,7 +2,7 @@
 
 The master runs in its own process, so that the test's own work is not counted. A bystander calls the
 master during each attack; every response must arrive in time. A healthy master takes milliseconds
-(`benchmarks/master.py` has the figures), a stuck master far longer than a pause of a busy machine.
+(`docs/master.md` has the figures), a stuck master far longer than a pause of a busy machine.
 """
 
 from __future__ import annotations

@@ -77,7 +77,7 @@ def test_columns_are_the_measured_implementations(table: ModuleType) -> None:
 
 
 def test_rows_survive_a_round_trip(table: ModuleType, tmp_path: Path) -> None:
-    rows = [table.Row("one", {"pipros": [1.0]}, more_is_better=True, goal=1.5, best=True)]
+    rows = [table.Row("one", {"pipros": [1.0]}, more_is_better=True, best=True)]
 
     table.write_json(tmp_path / "rows", rows)
 
