@@ -28,7 +28,10 @@ ORDERED = frozenset((*INTEGERS, *FLOATS, *TIMES))
 PLAIN = ("string", "bool")
 _STEP = re.compile(r"([A-Za-z]\w*)((?:\[\d*\])*)")
 
-BOUNDS: Final = ("range", "one_of", "unit")
+NUMERIC: Final = ("range",)
+"""Bounds of numbers. An argument of a launch file that has one is a number."""
+
+BOUNDS: Final = (*NUMERIC, "one_of", "unit")
 """Keys that bound one value, wherever a policy has one: in fields, parameters, arguments and conditions."""
 
 _FIELD_KEYS = (*BOUNDS, "change_per_s", "start", "count")
@@ -81,7 +84,7 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False, kind
         raise spec.error("unit", f"must be one of {', '.join(filter(None, UNITS))}, got {unit_name!r}")
     unit = Unit(unit_name, UNITS[unit_name])
     if not is_number and (
-        known := [key for key in ("range", "unit", "change_per_s", "start") if key in spec.values]
+        known := [key for key in (*NUMERIC, "unit", "change_per_s", "start") if key in spec.values]
     ):
         raise spec.error(known[0], "applies to numbers only")
     if "range" in spec.values and "one_of" in spec.values:

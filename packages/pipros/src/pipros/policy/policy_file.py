@@ -20,6 +20,7 @@ from pipros.policy.decisions import PARAMETER_TYPES
 from pipros.policy.field_check import is_finite
 from pipros.policy.field_file import (
     BOUNDS,
+    NUMERIC,
     ORDERED,
     PLAIN,
     field_path,
@@ -315,4 +316,4 @@ def _argument(args: Settings, name: str) -> FieldTree:
     """Return the rule for a launch file's argument. The rule must have a range or a list of values."""
     spec = args.section(name)
     spec.only(BOUNDS)
-    return FieldTree(read_rule(spec, is_number="range" in spec.values))
+    return FieldTree(read_rule(spec, is_number=not spec.values.keys().isdisjoint(NUMERIC)))
