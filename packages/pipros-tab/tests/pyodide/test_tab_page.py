@@ -53,6 +53,7 @@ STARTED_WITHIN_MS = 240_000
 
 TAB_PAGE = REPOSITORY / "packages/pipros-tab/src/pipros/tab/page"
 PACKAGE = f"{WORKSPACE}/src/composiv_tryouts"
+IS_AT_END = "(screen) => screen.scrollTop + screen.clientHeight > screen.scrollHeight - 40"
 LINES = "(screen) => [...screen.children].map((line) => line.textContent)"
 IS_KEPT = """async () => {
   const done = (request) => new Promise((resolve) => { request.onsuccess = () => resolve(request.result); });
@@ -80,6 +81,7 @@ IDBObjectStore.prototype.put = function (...given) { put.apply(this, given); ret
 0"""
 """Makes each write of the database fail, as a full one does."""
 COLOURS = "(spans) => spans.map((span) => getComputedStyle(span).color)"
+PRINTER = "import itertools\nfor number in itertools.count():\n    print('number', number)\n"
 BUSY = "import rospy\nrospy.init_node('busy')\nprint('computing', flush=True)\nwhile True:\n    pass\n"
 
 
@@ -281,6 +283,23 @@ def run_tests(typed: Any, launch: Any) -> None:
     code, green = typed.run(ROSTEST)
     assert code == 0, green
     assert without_escapes(PASSED_ROSTEST) in green
+
+
+def test_a_program_that_prints_without_end_delays_nothing_else(classroom: Page) -> None:
+    page = classroom
+    write(page, "printer.py", PRINTER)
+    begin(page, "python3 printer.py")
+    expect(terminal(page, 0)).to_contain_text(re.compile(r"number \d{5}"), timeout=STARTED_WITHIN_MS)
+    begin(page, "echo another terminal", 1)
+    shows(page, "student@tab:~$ echo another terminalanother terminal", 1)
+    screen = terminal(page, 0).locator(".screen")
+    interrupt(page, 0)
+    begin(page, "echo the printer has ended")
+    shows(page, "KeyboardInterrupt")
+    wait_until(lambda: screen.evaluate(IS_AT_END))
+    lines = screen.evaluate(LINES)
+    printed = [int(line.split()[1]) for line in lines if line.startswith("number ")]
+    assert printed == list(range(printed[0], printed[-1] + 1))
 
 
 def test_the_editor_helps_and_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:

@@ -90,13 +90,8 @@ class Head {
   }
 }
 
-/**
- * Requests a file from the server of a program.
- * @param {Connection} connection
- * @param {number} port
- * @param {string} path
- * @returns {Promise<{status: number, headers: [string, string][], body: Uint8Array<ArrayBuffer>}>}
- */
+/** Requests a file from the server of a program. @param {Connection} connection @param {number} port @param {string} path
+ * @returns {Promise<{status: number, headers: [string, string][], body: Uint8Array<ArrayBuffer>}>} */
 export function requestFile(connection, port, path) {
   return new Promise((resolve, reject) => {
     const pieces = [];

@@ -25,7 +25,8 @@ class Process {
   /** @type {Set<Process>} */ children = new Set();
   toHub = new Ring(sharedRing());
   fromHub = new Ring(sharedRing());
-  interrupts = new Int32Array(new SharedArrayBuffer(4));
+  /** A signal's number, and how many characters of output are not shown yet. */
+  interrupts = new Int32Array(new SharedArrayBuffer(8));
   /** @type {Uint8Array[]} of the file that arrives */ pieces = [];
   /** @type {[number, number, Uint8Array][]} */ waiting = [];
   /** @type {Map<number, {process: Process, number: number}>} */ ends = new Map();
@@ -80,13 +81,8 @@ export class Hub {
     });
   }
 
-  /**
-   * Starts a program. `program` is passed to `pipros.tab.program.Worker.run`; `onOutput` gets what it prints.
-   * @param {object} program
-   * @param {(text: string) => void} onOutput
-   * @param {Process | null} parent
-   * @returns {Process}
-   */
+  /** Starts a program. `program` is passed to `pipros.tab.program.Worker.run`; `onOutput` gets what it prints.
+   * @param {any} program @param {(text: string) => void} onOutput @param {Process | null} parent @returns {Process} */
   start(program, onOutput, parent = null) {
     const process = this.#spares.shift() ?? this.#makeWorker();
     this.processes.set(process.number, process);
@@ -116,8 +112,11 @@ export class Hub {
     process.worker = this.startWorker({ ...rings, image: this.#image }, (message) => {
       if (message === "packets") this.#receive(process);
       else if (message === "room") this.#flush(process);
-      else if ("output" in message) process.onOutput(message.output);
-      else this.#remove(process, message.exit);
+      else if ("output" in message) {
+        process.onOutput(message.output);
+        Atomics.sub(process.interrupts, 1, message.output.length);
+        Atomics.notify(process.interrupts, 1);
+      } else this.#remove(process, message.exit);
     });
     if (process.program) process.worker.postMessage(process.program);
   }

@@ -1,5 +1,7 @@
 // The image of a prepared Python: its memory, and the files of its libraries. Workers start from it much sooner than from archives.
 
+import { joined } from "./packets.mjs";
+
 const LIBRARIES = "/lib/python3.14/site-packages";
 const NEW_LINE = 10;
 
@@ -49,13 +51,4 @@ export function unpacked(bytes) {
   return { files, memory: both.subarray(0, memoryBytes), contents: both.subarray(memoryBytes) };
 }
 
-/** Copies arrays of bytes into shared memory. */
-function shared(arrays) {
-  const bytes = new Uint8Array(new SharedArrayBuffer(arrays.reduce((size, array) => size + array.length, 0)));
-  let at = 0;
-  for (const array of arrays) {
-    bytes.set(array, at);
-    at += array.length;
-  }
-  return bytes;
-}
+const shared = (arrays) => joined(arrays, SharedArrayBuffer);

@@ -27,8 +27,9 @@ function packed(head, piece) {
   return joined([encoder.encode(`${JSON.stringify(head)}\n`), piece]);
 }
 
-export function joined(pieces) {
-  const whole = new Uint8Array(pieces.reduce((size, piece) => size + piece.length, 0));
+/** Copies arrays of bytes into one; `Buffer` may be SharedArrayBuffer. @returns {Uint8Array<any>} */
+export function joined(pieces, Buffer = /** @type {any} */ (ArrayBuffer)) {
+  const whole = new Uint8Array(new Buffer(pieces.reduce((size, piece) => size + piece.length, 0)));
   let at = 0;
   for (const piece of pieces) {
     whole.set(piece, at);
@@ -37,12 +38,5 @@ export function joined(pieces) {
   return whole;
 }
 
-export function numberIn(content) {
-  return new DataView(content.buffer, content.byteOffset).getUint32(0, true);
-}
-
-export function bytesOf(number) {
-  const bytes = new Uint8Array(4);
-  new DataView(bytes.buffer).setUint32(0, number, true);
-  return bytes;
-}
+export const numberIn = (content) => new DataView(content.buffer, content.byteOffset).getUint32(0, true);
+export const bytesOf = (number) => new Uint8Array(Uint32Array.of(number).buffer);

@@ -5,6 +5,7 @@ import { Ring, RING_BYTES } from "./ring.mjs";
 
 const CONTENT_BYTES = 64 * 1024;
 const ROOM_MS = 100;
+const MOST_UNSHOWN = 16 * 1024; // characters
 
 /** The rings, as `pipros.tab.program` uses them. */
 class Rings {
@@ -56,7 +57,13 @@ async function makeImage(startPython) {
  * @param {() => Promise<any>} openImages returns where images are kept, or null
  */
 export async function runProcess(data, program, post, loadPyodide, startPython, openImages) {
-  const write = (text) => post({ output: text });
+  const interrupts = new Int32Array(data.interrupts ?? new SharedArrayBuffer(8));
+  const write = (text) => {
+    Atomics.add(interrupts, 1, data.interrupts ? text.length : 0);
+    post({ output: text });
+    const unshown = () => (Atomics.load(interrupts, 0) ? 0 : Atomics.load(interrupts, 1)); // an interrupted program does not wait
+    for (let most = unshown(); most > MOST_UNSHOWN; most = unshown()) Atomics.wait(interrupts, 1, most, ROOM_MS);
+  };
   const decoder = new TextDecoder();
   const output = { write: (bytes) => (write(decoder.decode(bytes, { stream: true })), bytes.length) };
   let code = 1;
@@ -72,7 +79,7 @@ export async function runProcess(data, program, post, loadPyodide, startPython, 
     const pyodide = await startFrom(data.image, loadPyodide);
     pyodide.setStdout(output);
     pyodide.setStderr(output);
-    const rings = new Rings(data, post);
+    const rings = new Rings({ ...data, interrupts: interrupts.buffer }, post);
     pyodide.setInterruptBuffer(rings.interrupts);
     const worker = pyodide.pyimport("pipros.tab.program").start(rings);
     code = worker.run(pyodide.toPy(await program));

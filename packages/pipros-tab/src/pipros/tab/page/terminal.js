@@ -13,12 +13,10 @@ export class Terminal {
   #at = history.length;
   #startsAnew = false;
 
-  /**
-   * @param {import("./hub.mjs").Hub} hub
-   * @param {string} name
-   * @param {(path: string) => void} edit
-   * @param {(line: string) => boolean} open shows the page whose address a line contains, if any
-   */
+  #isDrawn = true; // false until the next frame
+
+  /** @param {import("./hub.mjs").Hub} hub @param {string} name @param {(path: string) => void} edit
+   * @param {(line: string) => boolean} open shows the page whose address a line contains, if any */
   constructor(hub, name, edit, open) {
     this.open = open;
     this.hub = hub;
@@ -39,7 +37,7 @@ export class Terminal {
   }
 
   show(text) {
-    const isAtEnd = this.screen.scrollTop + this.screen.clientHeight > this.screen.scrollHeight - 40;
+    if (this.#isDrawn) this.#follow();
     for (const piece of this.#output.read(text)) {
       if ("text" in piece) this.#write(piece.text, piece.style);
       else if ("line" in piece) this.#endLine();
@@ -47,7 +45,16 @@ export class Terminal {
       else if ("clear" in piece) this.#clear();
       else this.#mark(piece.mark, piece.value);
     }
-    if (isAtEnd) this.screen.scrollTop = this.screen.scrollHeight;
+  }
+
+  /** Scrolls to the end with the next frame if the end is seen now. To ask it at each piece of output would take most of the time. */
+  #follow() {
+    const isAtEnd = this.screen.scrollTop + this.screen.clientHeight > this.screen.scrollHeight - 40;
+    this.#isDrawn = false;
+    requestAnimationFrame(() => {
+      this.#isDrawn = true;
+      if (isAtEnd) this.screen.scrollTop = this.screen.scrollHeight;
+    });
   }
 
   #write(text, style) {
