@@ -302,6 +302,22 @@ def test_a_program_that_prints_without_end_delays_nothing_else(classroom: Page) 
     assert printed == list(range(printed[0], printed[-1] + 1))
 
 
+def test_two_tabs_say_that_they_share_files(classroom: Page) -> None:
+    expect(classroom.get_by_role("button", name="New file")).to_be_enabled()
+    expect(classroom.get_by_role("status")).to_be_empty()
+    with classroom.context.new_page() as second:
+        second.goto(classroom.url)
+        expect(second.get_by_role("status")).to_contain_text("Another tab has these files open.")
+
+
+def test_buttons_wait_for_the_page(chromium: Browser, folder: Path) -> None:
+    page = chromium.new_page(java_script_enabled=False)
+    page.goto((folder / "index.html").as_uri())
+    for name in ("New terminal", "New file", "Download files"):
+        expect(page.get_by_role("button", name=name)).to_be_disabled()
+    page.close()
+
+
 def test_the_editor_helps_and_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:
     page = classroom
     assert page.evaluate("crossOriginIsolated")

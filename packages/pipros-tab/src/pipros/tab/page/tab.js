@@ -155,7 +155,12 @@ async function main() {
   };
   $("download").onclick = () => download(hub);
   $("open-zip").onchange = () => openZip(hub, $("open-zip").files[0]);
+  document.querySelectorAll("header [disabled]").forEach((each) => each.removeAttribute("disabled"));
   say("");
+  void navigator.locks.request("pipros-tab", { ifAvailable: true }, (lock) => {
+    if (!lock) say("Another tab has these files open. Each tab sees the other's changes after a reload.");
+    return lock && new Promise(() => {}); // held as long as the page is open
+  });
 }
 
 void main();
