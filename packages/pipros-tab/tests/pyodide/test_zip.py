@@ -19,20 +19,25 @@ console.log(JSON.stringify(read.files ? [Object.fromEntries(texts), read.leftOut
 """
 
 
-def opened(files: dict[str, bytes], odd: str = "") -> object:
-    """Return the files and what is left out, or the error. `odd` is compressed by a method of its own."""
+METHODS = {"odd": zipfile.ZIP_LZMA, "stored": zipfile.ZIP_STORED}
+"""How files with these names are compressed."""
+
+
+def opened(files: dict[str, bytes]) -> object:
+    """Return the files and what is left out, or the error. The content `whole` is damaged if it is stored."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
         for name, content in files.items():
-            file.writestr(name, content, zipfile.ZIP_LZMA if name == odd else None)
+            file.writestr(name, content, METHODS.get(name))
+    content = archive.getvalue().replace(b"whole", b"WHOLE")
     command = ["node", "--input-type=module", "--eval", PROGRAM]
-    done = subprocess.run(command, input=archive.getvalue(), capture_output=True, check=True, timeout=60)
+    done = subprocess.run(command, input=content, capture_output=True, check=True, timeout=60)
     return json.loads(done.stdout)
 
 
 def test_an_entry_that_cannot_be_read_is_left_out_alone() -> None:
     files = {"a/first": b"1", "odd": b"2", "../out": b"3", "/root": b"4", "b\\c": b"5", "last": b"6"}
-    assert opened(files, odd="odd") == [
+    assert opened(files) == [
         {"a/first": "49", "last": "54"},
         [
             "odd: it is compressed by the unknown method 14",
@@ -41,6 +46,10 @@ def test_an_entry_that_cannot_be_read_is_left_out_alone() -> None:
             "b\\c: its name is refused",
         ],
     ]
+
+
+def test_a_damaged_entry_is_left_out() -> None:
+    assert opened({"stored": b"whole", "last": b"6"}) == [{"last": "54"}, ["stored: it is damaged"]]
 
 
 def test_an_archive_that_expands_too_much_is_refused() -> None:

@@ -73,6 +73,7 @@ export async function filesOf(bytes, most = MOST_BYTES) {
       const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
       const packed = bytes.subarray(start, start + view.getUint32(at + 20, true));
       const content = await unpacked(packed, view.getUint16(at + 10, true), most);
+      if (checksum(content) !== view.getUint32(at + 16, true)) throw new Error("it is damaged");
       most -= content.length;
       files.set(path.replace(/\/$/, ""), [mode, content]);
     } catch (error) {
