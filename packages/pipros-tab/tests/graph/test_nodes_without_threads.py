@@ -60,6 +60,9 @@ def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
         '  File "<string>", line 1, in <module>',
         "ZeroDivisionError: division by zero",
     ]
+    shown = tab.run("rosmsg", "show")
+    assert shown.wait() == 2
+    assert "rosmsg: error: you must specify" in shown.output
     missing = tab.run("rosfoo")
     assert missing.wait() == 127
     assert missing.output == "rosfoo: command not found\n"

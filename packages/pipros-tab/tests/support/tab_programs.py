@@ -100,6 +100,7 @@ import concurrent.futures
 import os
 import socket
 import subprocess
+import sys
 import threading
 import urllib.request
 
@@ -118,6 +119,8 @@ for text, call in (
     (PROGRAM + ", without pipes: rosnode list", lambda: subprocess.check_output(["rosnode", "list"])),
     (PROGRAM + ", without a shell: ls | wc", lambda: subprocess.run("ls | wc", shell=True)),
     ("the programs of a browser tab read no keys", lambda: input("name? ")),
+    ("the programs of a browser tab read no keys", lambda: list(sys.stdin)),
+    ("the programs of a browser tab read no keys", lambda: os.read(sys.stdin.fileno(), 1)),
 ):
     try:
         call()

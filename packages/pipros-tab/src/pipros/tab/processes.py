@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import _thread
 import builtins
+import io
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import IO, Any, ClassVar, Final
+from typing import IO, Any, ClassVar, Final, NoReturn
 
 from pipros.tab.files import SharedFiles
 from pipros.tab.network import Network
@@ -132,8 +134,17 @@ def _no_program(*_: object, **__: object) -> None:
     raise OSError(ONLY_PYTHON)
 
 
-def _no_keys(_: object = "") -> str:
+def _no_keys(*_: object) -> NoReturn:
     raise OSError(NO_KEYS)
+
+
+class _Keys(io.TextIOBase):
+    """The standard input: that of a terminal, so that no command waits for text from another program."""
+
+    read = readline = fileno = _no_keys
+
+    def isatty(self) -> bool:
+        return True
 
 
 def install(network: Network, turns: WorkerTurns, files: SharedFiles, threads: Any) -> None:
@@ -149,5 +160,6 @@ def install(network: Network, turns: WorkerTurns, files: SharedFiles, threads: A
     replace(threads, "start", _no_thread)
     replace(_thread, "start_new_thread", _no_thread)
     replace(builtins, "input", _no_keys)
+    replace(sys, "stdin", _Keys())
     for name in ("execv", "fork", "popen", "posix_spawn", "spawnv", "spawnve", "system"):
         replace(os, name, _no_program)
