@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import threading
 import time
 
@@ -36,6 +37,13 @@ def test_jobs_run_in_order_where_the_thread_waits(turns: WorkerTurns) -> None:
     assert done == []
     assert turns.wait(lambda: len(done) == 2, 5.0)
     assert done == [1, 2]
+
+
+def test_an_exit_in_a_job_ends_this_job_alone(turns: WorkerTurns) -> None:
+    done: list[int] = []
+    turns.later(sys.exit)
+    turns.later(done.append, 1)
+    assert turns.wait(lambda: bool(done), 5.0)
 
 
 def test_a_wait_without_work_ends_in_time(turns: WorkerTurns) -> None:
