@@ -234,8 +234,12 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
 
     wait_until(lambda: page.evaluate(IS_KEPT))
     wait_until(lambda: page.evaluate(MARK_IMAGE))
+    page.once("dialog", lambda dialog: dialog.accept("late.txt"))
+    page.get_by_role("button", name="New file").click()
+    page.get_by_role("textbox", name="Text of the file").fill("not saved yet")
     page.reload()
-    begin(page, "ls /kept; roscore")
+    begin(page, "cat late.txt; ls /kept; roscore")
+    shows(page, "not saved yet")
     shows(page, "in_the_cache")
     shows(page, "started core service [/rosout]")
     begin(page, TALKER, 1)

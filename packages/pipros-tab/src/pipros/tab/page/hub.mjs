@@ -152,12 +152,8 @@ export class Hub {
     this.#send(process, Kind.TYPED, 0, encoder.encode(JSON.stringify(typed)));
   }
 
-  /**
-   * Changes a file for all programs.
-   * @param {string} path
-   * @param {Uint8Array | null} content null removes the file
-   * @param {number} mode of a new file
-   */
+  /** Changes a file for all programs. @param {string} path @param {Uint8Array | null} content null removes the file
+   * @param {number} mode of a new file */
   writeFile(path, content, mode = 0o644) {
     const state = content === null ? null : /** @type {[number, Uint8Array]} */ ([this.files.get(path)?.[0] ?? mode, content]);
     this.#keepFile(path, state);

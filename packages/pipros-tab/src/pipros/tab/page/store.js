@@ -33,7 +33,9 @@ export async function keepFiles(files, fail) {
       else target.delete(path);
     }
     changed.clear();
+    writing.commit();
   };
+  addEventListener("pagehide", write); // the tab is closed, or loads another page
   return (path) => {
     if (NOT_KEPT.test(path)) return;
     if (changed.size === 0) setTimeout(write, DELAY_MS);

@@ -52,6 +52,7 @@ class Editor {
     this.hub = hub;
     this.view = new EditorView({ parent: $("editor") });
     $("save").onclick = () => this.save();
+    addEventListener("pagehide", () => this.save());
     $("close").onclick = () => $("editor").toggleAttribute("hidden", this.save());
   }
 
