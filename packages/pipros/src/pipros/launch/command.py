@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
 from pipros.launch.model import LaunchNode, Machine, WorkingFolder
 from pipros.launch.nodelet_choice import why_not_loadable
@@ -211,8 +212,9 @@ def _with_rclpy(
         if shutil.which(node.ros2_python) is None:
             raise CannotLaunch(f"{ARGUMENT} names [{node.ros2_python}], which cannot be run", node)
         return [node.ros2_python, *command[command.index(str(program)) :]]
-    chosen = interpreter_of(program, variables)
-    if chosen and chosen.interpreter and is_here(chosen.interpreter) and (reason := why_no_rclpy()):
+    chosen = None if ON_WINDOWS else interpreter_of(program, variables)
+    is_ours = chosen is not None and chosen.interpreter is not None and is_here(chosen.interpreter)
+    if (ON_WINDOWS or is_ours) and (reason := why_no_rclpy()):
         raise CannotLaunch(reason, node)
     return command
 

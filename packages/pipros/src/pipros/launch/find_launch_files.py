@@ -78,7 +78,7 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
 
 
 def _matches(package: Package, name: str) -> list[str]:
-    direct = os.path.join(package.path, name)
+    direct = os.path.join(package.path, name.replace("/", os.sep))
     if os.path.dirname(name):
         return [direct] if os.path.isfile(direct) else []
     matches: dict[str, str] = {}

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+from collections import ChainMap
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -61,7 +62,10 @@ class LoadContext(NamedTuple):
         def find(package: str, path: str) -> str:
             return find_resource(index, package, path)
 
-        return cls(find, os.environ, anonymous_name, _read_file, _run_command)
+        variables: Mapping[str, str] = os.environ
+        if ON_WINDOWS:  # launch files use $(env HOME), which Windows does not set
+            variables = ChainMap(os.environ, {"HOME": os.path.expanduser("~")})
+        return cls(find, variables, anonymous_name, _read_file, _run_command)
 
     def within(self, budget: LaunchBudget) -> LoadContext:
         """Return a context whose functions raise OverBudget if they read more than `budget` allows."""

@@ -17,7 +17,7 @@ from pipros.msg.importing.hook import is_beside_ros2
 
 _SCRIPT_BYTES = 256 * 1024
 _ELF = b"\x7fELF"  # compiled programs
-_RELAYED = re.compile(r"""(?m)^(?:python_)?script = (['"])(.+)\1$""")
+_RELAYED = re.compile(r"""(?m)^(?:python_)?script = (['"])(.+)\1\r?$""")
 """How pipros's catkin_make, and genuine catkin, name the script that a script in a devel space runs."""
 _GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # set by the wheels, so that Python executes itself only once
 
@@ -37,7 +37,7 @@ def is_ros2_script(program: Path) -> bool:
 def relayed_script(program: Path) -> Path:
     """Return the script in the source space that a script in a devel space runs, or else `program`."""
     relayed = _RELAYED.search(_start(program))
-    return Path(relayed[2]) if relayed else program
+    return Path(relayed[2].replace("\\\\", "\\")) if relayed else program
 
 
 def _text_of(program: Path) -> str:

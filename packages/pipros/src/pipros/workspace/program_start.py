@@ -107,6 +107,8 @@ def why_not_startable(program: Path, variables: Mapping[str, str] = os.environ) 
     Raises:
         InvalidEnvironment: `PIPROS_INTERPRETER` has an unknown value.
     """
+    if ON_WINDOWS and _is_python_script(program):  # pipros's Python starts it; see `command_of`
+        return None
     try:
         start = _start_of(program)
     except OSError as error:

@@ -14,6 +14,7 @@ from pipros.launch import ros2_node
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.model import LaunchNode
 from pipros.launch.ros2_node import ros2_arguments
+from pipros.workspace.client_library import relayed_script
 from pipros.workspace.index import PackageIndex
 
 
@@ -126,6 +127,27 @@ def test_a_script_in_a_devel_space_leads_to_its_source(
     script.write_text(f"#!/usr/bin/env python3\nscript = {str(source)!r}\n")
     node = LaunchNode("talkers", "talker.py", "n", ros2_python=sys.executable)
     assert maker.make(node, "http://m:1").argv[:2] == (sys.executable, str(source))
+
+
+def test_on_windows_the_first_line_does_not_choose_the_python(
+    maker: CommandMaker, script: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("launch.command", "workspace.program_start"):
+        monkeypatch.setattr(f"pipros.{module}.ON_WINDOWS", True)
+    monkeypatch.setattr(ros2_node, "find_spec", lambda _: None)
+    script.write_bytes(b"#!/opt/none/python3\r\nimport rclpy\r\n")
+    with pytest.raises(CannotLaunch, match="imports rclpy, which this Python lacks"):
+        maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1")
+
+
+@pytest.mark.parametrize("path", [r"C:\ws\talker.py", r"\\lab\ws\it's.py", "/ws/talker.py"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_relayed_script_may_have_a_path_and_line_ends_of_windows(
+    path: str, end: str, tmp_path: Path
+) -> None:
+    relay = tmp_path / "talker.py"
+    relay.write_bytes(f"#!/usr/bin/env python3{end}script = {path!r}{end}".encode())
+    assert relayed_script(relay) == Path(path)
 
 
 def test_a_script_with_both_libraries_has_the_arguments_of_ros1(maker: CommandMaker, script: Path) -> None:

@@ -61,6 +61,14 @@ def test_windows_runs_python_scripts_with_the_own_interpreter(
     monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
     script = program(tmp_path / name, content)
     assert command_of(script) == [*[sys.executable] * is_python, str(script)]
+    assert why_not_startable(script) is None
+
+
+def test_windows_runs_python_scripts_whose_lines_end_as_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
+    assert why_not_startable(program(tmp_path / "talker", "#!/opt/none/python3\r\nimport rospy\r\n")) is None
 
 
 def test_on_windows_a_program_can_print_any_text(monkeypatch: pytest.MonkeyPatch) -> None:
