@@ -100,10 +100,9 @@ class ImportablePackages:
     def _on_path(self, path: str) -> PackageFolders:
         if self._folders is None or path != self._path:
             from pipros.packages.package_folders import PackageFolders
-            from pipros.packages.system_packages import in_search_order
+            from pipros.packages.system_packages import listed_folders
 
-            listed = in_search_order(filter(None, path.split(os.pathsep)), (), os.path.realpath(SHARE))
-            roots = listed[:-2]  # without the folders of pipros and Debian
+            roots = listed_folders(filter(None, path.split(os.pathsep)), os.path.realpath(SHARE))
             self._path, self._folders = path, PackageFolders(roots, cache_folder("packages"))
         return self._folders
 

@@ -14,6 +14,8 @@ from __future__ import annotations
 import os
 from stat import S_ISREG
 
+from pipros.basics.windows import ON_WINDOWS
+
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -30,23 +32,30 @@ _LIBRARY_WITHIN_BYTES = 128 * 1024
 _ELF = b"\x7fELF"
 
 
-def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: str) -> list[str]:
-    """Return the folders to search for packages.
+def listed_folders(folders: Iterable[str], shipped: str) -> list[str]:
+    """Return the folders on `ROS_PACKAGE_PATH` without those that are searched later in any case.
 
-    The folders on `ROS_PACKAGE_PATH` come first, then the folders of packages that pip installed, pipros's
-    folder, and Debian's.
-
-    Args:
-        folders: the folders on `ROS_PACKAGE_PATH`. Debian's folder is ignored here, because it is always
-            searched last. If the last other folder is pipros's, which the setup files of workspaces append,
-            it is searched after `installed`.
-        installed: the share folders of installed packages.
-        shipped: the folder of the packages shipped with pipros.
+    These are Debian's folder and, if it is the last other one, pipros's, which setup files append.
     """
     first = [folder for folder in folders if not is_share_folder(folder)]
     if first and first[-1].rstrip("/") == shipped:
         del first[-1]
-    return [*first, *installed, shipped, SYSTEM_SHARE]
+    return first
+
+
+def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: str) -> list[str]:
+    """Return the folders to search for packages.
+
+    The folders on `ROS_PACKAGE_PATH` come first, then the folders of packages that pip installed, pipros's
+    folder, and Debian's, which Windows does not have.
+
+    Args:
+        folders: the folders on `ROS_PACKAGE_PATH`; see `listed_folders`.
+        installed: the share folders of installed packages.
+        shipped: the folder of the packages shipped with pipros.
+    """
+    system = [] if ON_WINDOWS else [SYSTEM_SHARE]
+    return [*listed_folders(folders, shipped), *installed, shipped, *system]
 
 
 def is_share_folder(folder: str) -> bool:
@@ -61,7 +70,7 @@ def manifest_folder(name: str) -> str:
 
 def has_manifest(name: str) -> bool:
     """Return whether Debian's package `name` has a manifest."""
-    return os.path.exists(os.path.join(manifest_folder(name), "package.xml"))
+    return not ON_WINDOWS and os.path.exists(os.path.join(manifest_folder(name), "package.xml"))
 
 
 def manifest_folders() -> Iterator[str]:

@@ -64,6 +64,10 @@ class PackageIndex:
             "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "
             "with the folder of its packages"
         )
+        if ON_WINDOWS:
+            cure = (
+                r"run devel\setup.bat of the workspace, or set ROS_PACKAGE_PATH to the folder of its packages"
+            )
         folders = [
             folder
             for folder in self.folders

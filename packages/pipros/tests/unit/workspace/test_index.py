@@ -8,6 +8,8 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
+from pipros.basics.windows import ON_WINDOWS
+from pipros.packages import ImportablePackages
 from pipros.packages import crawl as crawling
 from pipros.packages.installed_packages import share_folders
 from pipros.packages.system_packages import SYSTEM_SHARE
@@ -110,11 +112,26 @@ def test_a_folder_that_is_given_twice_is_searched_and_shown_once(tmp_path: Path)
     index = PackageIndex.from_environment(Environment(package_path=path))
 
     installed = map(Path, share_folders())
-    assert index.folders == (SHARED_PACKAGES, tmp_path, *installed, Path(SYSTEM_SHARE))
+    system = [] if ON_WINDOWS else [Path(SYSTEM_SHARE)]
+    assert index.folders == (SHARED_PACKAGES, tmp_path, *installed, *system)
     assert index.duplicates() == {}
     with pytest.raises(NotFound) as refusal:
         index.find("nope")
     assert str(refusal.value).count(str(SHARED_PACKAGES)) == 1
+
+
+def test_windows_has_no_folder_of_debian(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in ("packages.system_packages", "workspace.index"):
+        monkeypatch.setattr(f"pipros.{module}.ON_WINDOWS", True)
+    index = PackageIndex.from_environment(Environment(package_path=()))
+    assert Path(SYSTEM_SHARE) not in index.folders
+    assert index.advice == (
+        r"ROS_PACKAGE_PATH lists no workspace: run devel\setup.bat of the workspace, "
+        "or set ROS_PACKAGE_PATH to the folder of its packages"
+    )
+    place = add_package(tmp_path / "found_there")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    assert ImportablePackages().find("found_there") == str(place)
 
 
 def test_a_package_that_was_added_later_is_noticed(tmp_path: Path) -> None:
