@@ -18,7 +18,6 @@ from pipros.basics.replaced_file import replaced_file
 from pipros.cli.rosbag import main
 from pipros.cli.rosbag.progress import Progress
 from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows, values
-from tests.support.environments import VENV_BIN
 
 ROWS = some_rows()
 
@@ -327,11 +326,12 @@ def test_progress_is_shown_on_a_terminal_only(
 
 
 def test_a_closed_pipe_ends_info_silently(bag: Path) -> None:
+    call = "import sys; from pipros.cli.rosbag import main; sys.exit(main())"
     reader, writer = os.pipe()
     os.close(reader)
     try:
         ended = subprocess.run(
-            [sys.executable, "-u", VENV_BIN / "rosbag", "info", "run.bag"],
+            [sys.executable, "-u", "-c", call, "info", "run.bag"],
             stdout=writer,
             stderr=subprocess.PIPE,
             text=True,
