@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import codecs
 import contextlib
+import errno
 import gc
 import io
 import os
@@ -14,6 +15,7 @@ from functools import wraps
 from typing import Any, ParamSpec
 
 from pipros.basics import interrupts
+from pipros.basics.windows import ON_WINDOWS
 
 OUTPUT_FAILED = 120
 """The exit code of Python, and thus of Noetic's commands, if standard output cannot be written to."""
@@ -107,6 +109,8 @@ class _ReportingFile(io.FileIO):
         except BrokenPipeError:
             raise
         except OSError as error:
+            if ON_WINDOWS and error.errno == errno.EINVAL:  # a pipe that its reader has closed
+                raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
             raise OutputFailed(error.errno, error.strerror) from None
 
 

@@ -74,3 +74,17 @@ def test_characters_that_an_encoding_lacks_are_written_as_escapes(errors: str) -
     byte = {"strict": b"\\udcff", "surrogateescape": b"\xff"}[errors]
     assert (done.returncode, done.stdout) == (0, b"Stra\xdfe \\u6c34 " + byte + os.linesep.encode())
     assert done.stderr.startswith(b"Stra\xdfe \\u6c34 ")
+
+
+def test_output_to_a_closed_pipe_of_windows_ends_silently() -> None:
+    code = (
+        "import os, pipros.cli.entry_point as module\n"
+        "module.ON_WINDOWS = True\n"
+        "if hasattr(os, 'eventfd'):  # refuses one byte with the error that Windows has for a closed pipe\n"
+        "    os.dup2(os.eventfd(0), 1)\n"
+        "else:\n"
+        "    reader, writer = os.pipe(); os.close(reader); os.dup2(writer, 1)\n"
+        "raise SystemExit(module.command(lambda: print(end='x') or 0)())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")

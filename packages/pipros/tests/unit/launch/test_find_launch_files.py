@@ -51,7 +51,7 @@ def test_launch_files_that_are_not_found_are_refused_in_noetics_words(
 
 
 def test_without_folders_to_search_the_error_says_what_to_set() -> None:
-    with pytest.raises(LaunchError, match=r"launch file name\nROS_PACKAGE_PATH lists no workspace: source"):
+    with pytest.raises(LaunchError, match=r"launch file name\nROS_PACKAGE_PATH lists no workspace: "):
         resolve_files(["nope", "a.launch"], PackageIndex([SHARED_PACKAGES]))
 
 
