@@ -418,6 +418,14 @@ def test_a_failing_view_reports_the_error_and_continues(
     assert [record.getMessage().split()[0] for record in caplog.records] == ["view", "fail"]
 
 
+def test_a_missing_argument_is_named(serve: Callable[[ServedViews], Access]) -> None:
+    async def action(arguments: Mapping[str, Any]) -> Any:
+        return arguments["node"]
+
+    with browser_of(serve(ServedViews({}, {"show": action}))) as browser:
+        assert browser.act("show")["error"] == "missing argument 'node'"
+
+
 def test_a_refused_view_is_not_tried_again(serve: Callable[[ServedViews], Access]) -> None:
     async def changing(_: Mapping[str, Any]) -> AsyncIterator[Any]:
         yield 1

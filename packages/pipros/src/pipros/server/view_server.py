@@ -323,6 +323,8 @@ class _Browser:
 
     def _text_of(self, error: Exception, name: str) -> str:
         """Return the error text for the browser. Log unexpected errors, once per view or action and type."""
+        if isinstance(error, KeyError):
+            return f"missing argument {error}"[:LONGEST_ERROR]
         if isinstance(error, _EXPECTED):
             return (str(error) or type(error).__name__)[:LONGEST_ERROR]
         if (name, type(error)) not in self._logged:

@@ -19,6 +19,8 @@ from pipros.packages.crawl import DRY, MANIFEST, crawl
 from pipros.safe.xml import XmlError, parse
 
 WORKSPACE_MARKER = ".catkin_workspace"
+MANIFEST_ELEMENTS = 1000
+"""Maximum number of elements in a manifest. catkin_pkg compares each `<depend>` with all others."""
 
 
 class WorkspaceError(PiprosError):
@@ -122,7 +124,10 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     file = folder / MANIFEST
     warnings: list[str] = []
     try:
-        parse(read_file(file), str(file))  # unlike catkin_pkg, this reports the position of malformed XML
+        # unlike catkin_pkg, this reports the position of malformed XML
+        elements = len(parse(read_file(file), str(file)).children)
+        if elements > MANIFEST_ELEMENTS:
+            raise ValueError(f"a manifest must have at most {MANIFEST_ELEMENTS} elements, got {elements}")
         manifest = parse_package(str(file), warnings=warnings)
         with catch_warnings():
             simplefilter("ignore")  # catkin_pkg uses deprecated pyparsing names

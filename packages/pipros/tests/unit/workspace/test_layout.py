@@ -85,6 +85,7 @@ def test_metapackages_are_built_and_dry_packages_are_not(tmp_path: Path) -> None
         ("<package format='2'><name>x</name></package>", "package.xml:1:"),
         ("<other/>", "package.xml"),
         ("<!DOCTYPE x []><package/>", "package.xml:1:"),
+        (MANIFEST.format(name="bad", rest="<depend>x</depend>" * 997), "at most 1000 elements, got 1002"),
     ],
 )
 def test_a_broken_manifest_is_reported_with_its_place(tmp_path: Path, manifest: str, complaint: str) -> None:
