@@ -32,27 +32,20 @@ def string():
 def imu():
     from sensor_msgs.msg import Imu
 
-    message = Imu()
+    message = Imu(orientation_covariance=[0.1 * i for i in range(9)])
     message.header.frame_id = "imu_link"
-    message.orientation_covariance = [0.1 * i for i in range(9)]
     return message
 
 
 def joint_state(name="joint"):
     from sensor_msgs.msg import JointState
 
-    message = JointState()
-    message.name = [f"{name}_{i}" for i in range(50)]
-    message.position = [0.1 * i for i in range(50)]
-    message.velocity = [0.2 * i for i in range(50)]
-    message.effort = [0.3 * i for i in range(50)]
-    return message
+    numbers = {field: [step * i for i in range(50)] for field, step in STEPS.items()}
+    return JointState(name=[f"{name}_{i}" for i in range(50)], **numbers)
 
 
 def two_joint_states():
-    """Messages from two robots. pipros caches the last names that it read, but the names never repeat
-    here.
-    """
+    """Messages from two robots. pipros caches the last names that it read, but here they never repeat."""
     return joint_state(), joint_state("wrist")
 
 
@@ -75,12 +68,9 @@ def path():
     from geometry_msgs.msg import PoseStamped
     from nav_msgs.msg import Path
 
-    message = Path()
-    for i in range(1000):
-        pose = PoseStamped()
-        pose.header.frame_id = "map"
-        pose.pose.position.x = 0.1 * i
-        message.poses.append(pose)
+    message = Path(poses=[PoseStamped() for _ in range(1000)])
+    for i, each in enumerate(message.poses):
+        each.header.frame_id, each.pose.position.x = "map", 0.1 * i
     return message
 
 
@@ -88,15 +78,13 @@ def transforms():
     from geometry_msgs.msg import TransformStamped
     from tf2_msgs.msg import TFMessage
 
-    message = TFMessage()
-    for i in range(50):
-        transform = TransformStamped()
-        transform.header.frame_id = "odom"
-        transform.child_frame_id = f"link_{i}"
-        message.transforms.append(transform)
+    message = TFMessage([TransformStamped(child_frame_id=f"link_{i}") for i in range(50)])
+    for each in message.transforms:
+        each.header.frame_id = "odom"
     return message
 
 
+STEPS = {"position": 0.1, "velocity": 0.2, "effort": 0.3}
 CASES = {
     "String 16 B": string,
     "Imu": imu,
@@ -120,16 +108,13 @@ def microseconds(action):
 def worker_times(name):
     """Say the times for a message. Two messages are read in turn."""
     made = CASES[name]()
-    message, other = made if isinstance(made, tuple) else (made, None)
-    cls = type(message)
-    data = serialized(message)
+    message, other = made if isinstance(made, tuple) else (made, made)
+    cls, data, others = type(message), serialized(message), serialized(other)
     times = {"serialize": microseconds(lambda: message.serialize(io.BytesIO()))}
-    if other is None:
+    if other is message:
         times["deserialize"] = microseconds(lambda: cls().deserialize(data))
     else:
-        others = serialized(other)
-        both = microseconds(lambda: (cls().deserialize(data), cls().deserialize(others)))
-        times["deserialize"] = both / 2
+        times["deserialize"] = microseconds(lambda: (cls().deserialize(data), cls().deserialize(others))) / 2
     if hasattr(message, "_to_buffers"):
         times["buffers"] = microseconds(message._to_buffers)
         times["from bytes"] = microseconds(lambda: cls._from_bytes(data))
