@@ -53,6 +53,7 @@ VIEWS = (
     ("image", {"name": "/image"}),
     ("graph", {}),
 )
+IMAGE, IMAGE_IN_PARTS, LAST_OF_BYTES = 2, (1 << 31) + 2, 2  # see server/view_server.py
 
 
 def main():
@@ -126,7 +127,8 @@ async def browse(url, counts, index):
     async with connected(url) as socket:
         async for message in socket:
             if isinstance(message, bytes):
-                counts[index] += 1
+                number, end = int.from_bytes(message[:4], "big"), message[4]
+                counts[index] += number == IMAGE or (number == IMAGE_IN_PARTS and end == LAST_OF_BYTES)
 
 
 async def get_stuck(url):
