@@ -243,6 +243,18 @@ def test_incomplete_requests_have_a_total_limit(make_node: MakeNode, attacker: A
     assert not all(map(is_closed, peers))
 
 
+def test_malformed_requests_do_not_fill_the_log(make_node: MakeNode, attacker: Attacker) -> None:
+    log, lines = listening_log()
+    node = make_node("node", log=log)
+    node.serve("set", SetBool, answer)
+    for _ in range(40):
+        peer = attacker.connect(node, SERVICE)
+        peer.sendall(struct.pack("<I", 0))
+        wait_until(lambda: is_closed(peer))  # noqa: B023
+    wait_until(lambda: any("service [/set]: cannot read a request" in line for line in lines))
+    assert sum("cannot read" in line for line in lines) < 20
+
+
 def test_a_reply_that_is_read_slowly_arrives(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node("node")
     LargeAnswers(node)

@@ -17,6 +17,7 @@ from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import decoder, encoder, number
 from pipros.node.context import NodeContext
 from pipros.node.service_connection import Reply, ServiceConnection, Slots
+from pipros.node.throttled_warnings import ThrottledWarnings
 from pipros.wire.handshake import (
     WireType,
     accept_service_link,
@@ -83,6 +84,9 @@ class ServiceServer:
         self._workers = workers
         self._decode = decoder(service_class._request_class)
         self._encode = encoder(service_class._response_class)
+        self._malformed = ThrottledWarnings(
+            context.log, context.loop, f"service [{name}]: cannot read %d more requests; the last: %s"
+        )
         self._open: set[ServiceConnection] = set()
         self.loop = context.loop
         self.connections = context.connections
@@ -152,7 +156,7 @@ class ServiceServer:
         try:
             request = self._decode(data)
         except Exception as error:
-            self._context.log.error("service [%s]: cannot read a request: %s", self.name, error)
+            self.loop.call(self._report_malformed, str(error))
             return None
         request._connection_header = fields
         self.calls += 1
@@ -174,6 +178,10 @@ class ServiceServer:
 
     def forget(self, connection: ServiceConnection) -> None:
         self._open.discard(connection)
+
+    def _report_malformed(self, error: str) -> None:
+        if self._malformed.should_log(error):
+            self._context.log.error("service [%s]: cannot read a request: %s", self.name, error)
 
 
 def _text_of(what: str, error: BaseException) -> bytes:
