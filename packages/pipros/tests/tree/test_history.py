@@ -107,7 +107,8 @@ def without_reason(log: str) -> list[str]:
 
 def test_the_finished_core_changes_only_for_a_reason_in_the_body() -> None:
     needs(RESTS_FROM)
-    paths = ["packages/pipros/src/pipros", "facades", *(f":!src/pipros/{name}" for name in (*ALIVE, "share"))]
+    source = "packages/pipros/src/pipros"
+    paths = [source, "packages/pipros/facades", *(f":!{source}/{name}" for name in (*ALIVE, "share"))]
 
     log = git("log", "--no-merges", "--format=%x00%h %s%x01%b%x01", f"{RESTS_FROM}..", "--", *paths)
 
