@@ -70,7 +70,7 @@ LEFT_OUT: Final = {
     "test_a_publisher_announced_during_the_registration_of_a_subscriber_is_received": THREADS,
     "test_a_script_prints": "reads the output of programs that it starts",
     "test_a_second_ctrl_c_ends_a_node_whose_hook_hangs": "the second raises KeyboardInterrupt",
-    "test_a_server_that_closes_the_early_connection_is_connected_to_again": "the hub tells it a moment later",
+    "test_a_server_that_closes_the_early_connection_is_connected_to_again": "the hub passes this on later",
     "test_a_signal_is_handled_while_another_library_owns_the_wakeup_descriptor": ASYNCIO,
     "test_a_signal_to_a_child_at_its_start_does_not_end_the_node": CHILDREN,
     "test_a_slow_callback_with_queue_size_1_sees_the_newest_message": HELD,
