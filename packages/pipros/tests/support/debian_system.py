@@ -34,10 +34,11 @@ class DebianSystem(NamedTuple):
 
 
 def make_debian(folder: Path, monkeypatch: pytest.MonkeyPatch) -> DebianSystem:
-    """Create the folders, and make this process use them in place of those of the machine."""
+    """Create the folders, and make this process use them in place of those of the machine, also on Windows."""
     system = DebianSystem(folder / "usr" / "share", folder / "usr" / "lib")
     system.share.mkdir(parents=True)
     system.lib.mkdir()
+    monkeypatch.setattr("pipros.packages.system_packages.ON_WINDOWS", False)
     monkeypatch.setattr("pipros.packages.system_packages.SYSTEM_SHARE", str(system.share))
     monkeypatch.setattr("pipros.packages.system_packages.PROGRAM_FOLDER", str(system.lib))
     return system
