@@ -2,7 +2,7 @@
 
 /* eslint-disable no-control-regex -- escape sequences consist of them */
 const SEQUENCE = /\x1b\[([\d;?]*)([A-Za-z])|\x1b\]([^\x07\x1b]*)(?:\x07|\x1b\\)|\r\n|\r|\n/g;
-const UNFINISHED = /\x1b(?:\[[\d;?]*|\][^\x07]*)?$/;
+const UNFINISHED = /\x1b(?:\[[\d;?]{0,99}|\][^\x07]{0,1000000})?$/; // bounds what is kept of sequences that never end
 /* eslint-enable no-control-regex */
 
 /**

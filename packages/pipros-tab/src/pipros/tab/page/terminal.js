@@ -3,6 +3,7 @@
 import { completed, Output } from "./screen.mjs";
 
 const LINES = 3000;
+const LINE_CHARACTERS = 16384;
 const history = JSON.parse(localStorage.getItem("pipros-tab-history") ?? "[]");
 
 export class Terminal {
@@ -12,7 +13,7 @@ export class Terminal {
   #waiting = []; // lines that were typed while a program ran
   #at = history.length;
   #startsAnew = false;
-
+  #length = 0; // of the line that is being written
   #isDrawn = true; // false until the next frame
 
   /** @param {import("./hub.mjs").Hub} hub @param {string} name @param {(path: string) => void} edit
@@ -59,8 +60,10 @@ export class Terminal {
 
   #write(text, style) {
     if (this.#startsAnew) this.line.replaceChildren();
+    this.#length = text.length + (this.#startsAnew ? 0 : this.#length);
     this.#startsAnew = false;
     this.line.append(make("span", style, text));
+    if (this.#length > LINE_CHARACTERS) this.line = this.#newLine();
   }
 
   #endLine() {
@@ -75,6 +78,7 @@ export class Terminal {
 
   #newLine() {
     this.#startsAnew = false;
+    this.#length = 0;
     const line = make("div", "");
     this.entry.before(line);
     while (this.screen.childElementCount > LINES) this.screen.firstElementChild?.remove();
