@@ -34,7 +34,7 @@ class DebianSystem(NamedTuple):
 
 
 def make_debian(folder: Path, monkeypatch: pytest.MonkeyPatch) -> DebianSystem:
-    """Create the folders, and make this process use them in place of those of the machine, also on Windows."""
+    """Create the folders, and make this process use them in place of the machine's, also on Windows."""
     system = DebianSystem(folder / "usr" / "share", folder / "usr" / "lib")
     system.share.mkdir(parents=True)
     system.lib.mkdir()
