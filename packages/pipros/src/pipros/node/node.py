@@ -66,7 +66,7 @@ _ANNOUNCED = -1
 
 
 def _load_links() -> None:
-    with suppress(OSError):  # without descriptors now, the first link tries again
+    with suppress(OSError, ImportError):  # without descriptors now, the first link tries again
         import pipros.net.outgoing
         import pipros.node.subscriber
 
