@@ -21,6 +21,7 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.syntax_trees import SYNTAX_TREES
 from pipros.safe import guarded, operators
 from pipros.safe.methods import find_method
 
@@ -166,7 +167,8 @@ def _parse(text: str, limits: Limits) -> ast.expr:
             text, 0, f"the expression is longer than {limits.expression_characters} characters"
         )
     try:
-        return ast.parse(text.strip(), mode="eval").body
+        with SYNTAX_TREES:
+            return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
         column = _first_column(text, error.lineno or 1) + error.offset - 1 if error.offset else 0
         raise ExpressionError(text, column, f"{error.msg}") from None

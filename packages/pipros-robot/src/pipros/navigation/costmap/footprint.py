@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pipros.basics.syntax_trees import SYNTAX_TREES
 from pipros.libraries.nodes.params import InvalidParameter, is_number
 from pipros.navigation.costmap.grid import Points
 
@@ -32,7 +33,7 @@ def from_parameter(value: Any, name: str) -> Points:
     corners = value
     if isinstance(value, str):
         corners = None
-        with suppress(ValueError, SyntaxError, MemoryError, RecursionError):
+        with SYNTAX_TREES, suppress(ValueError, SyntaxError, MemoryError, RecursionError):
             corners = ast.literal_eval(value.strip()) if len(value) < 60 * _MOST_CORNERS else None
     if (
         not isinstance(corners, list)

@@ -12,6 +12,7 @@ import re
 import sys
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 
+from pipros.basics.syntax_trees import SYNTAX_TREES
 from pipros.msg.importing.modules import is_ros2_folder, ros1_has_public_names
 from pipros.packages import SHARE
 
@@ -74,13 +75,14 @@ class Ros1Loader(SourceFileLoader):
         """Compile a module with the names of ROS 1's messages."""
         import ast
 
-        tree = ast.parse(data)  # type: ignore[call-overload]
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                node.module = _ros1_names(node.module)
-            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-                node.value = _ros1_names(node.value)
-        return compile(tree, path, "exec", dont_inherit=True, **options)  # type: ignore[call-overload,no-any-return]
+        with SYNTAX_TREES:
+            tree = ast.parse(data)  # type: ignore[call-overload]
+            for node in ast.walk(tree):
+                if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                    node.module = _ros1_names(node.module)
+                elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                    node.value = _ros1_names(node.value)
+            return compile(tree, path, "exec", dont_inherit=True, **options)  # type: ignore[call-overload,no-any-return]
 
 
 def _ros1_names(text: str) -> str:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import gc
 import importlib
 import pickle
 import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
@@ -133,6 +136,27 @@ def test_facades_are_compiled_with_the_names_of_ros1(tmp_path: Path, monkeypatch
         assert module.HOMES == ("pipros.ros1.std_msgs.msg", "threading pipros.ros1.std_msgs.msg:Bool")
         assert module.String is load_message_class("std_msgs/String")
     assert [each.suffixes[-2] for each in (tmp_path / "__pycache__").iterdir()] == [".ros1"]
+
+
+def test_threads_import_facades_at_the_same_time() -> None:
+    """Debian's Python 3.11 shares the depth of trees between threads, which change during a collection."""
+    source = Path(ast.__file__).read_bytes()
+
+    def compile_below(frames: int) -> object:
+        return compile_below(frames - 1) if frames else Ros1Loader("a", "a.py").source_to_code(source, "a.py")
+
+    def collected(*_: object) -> None:
+        """Let another thread run."""
+
+    gc.callbacks.append(collected)
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            assert all(threads.map(compile_below, [0, 20, 40, 60] * 10))
+    finally:
+        sys.setswitchinterval(interval)
+        gc.callbacks.remove(collected)
 
 
 def test_a_class_of_ros2_is_named_with_its_file_and_the_alternatives(make_ros2: Make) -> None:
