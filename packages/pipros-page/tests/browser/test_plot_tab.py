@@ -37,6 +37,16 @@ while not rospy.is_shutdown():
     count += 1
     rate.sleep()
 """
+ONE_SAMPLE = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node("once")
+publisher = rospy.Publisher("/once", Float64, queue_size=10)
+while not publisher.get_num_connections():
+    rospy.sleep(0.05)
+publisher.publish(2.0)
+rospy.spin()
+"""
 # the fraction of the chart's columns that have a pixel in a colour
 COLUMNS = """([red, green, blue]) => {
   const canvas = document.querySelector(".chart canvas");
@@ -239,6 +249,23 @@ def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open
     expect(tab.get_by_label("Statistics", exact=True)).to_be_checked()
     tab.get_by_role("button", name="Remove the line at 2.5").click()
     expect(legend).not_to_contain_text("line 2.5")
+
+
+def test_a_part_next_to_a_single_sample_is_zoomed(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", ONE_SAMPLE)
+    ros.wait_for_publisher("/once")
+    tab = open_tab(Page(ros), "plot//once")
+    expect(tab.locator(".legend")).to_contain_text(": 2")
+    show_all_controls(tab)
+    chart = tab.locator(".u-over").bounding_box()
+    assert chart is not None
+    right, middle = chart["x"] + chart["width"], chart["y"] + chart["height"] / 2
+    tab.mouse.move(right - 25, middle)  # the sample is nearer than 40 pixels to both ends
+    tab.mouse.down()
+    tab.mouse.move(right - 5, middle, steps=4)
+    tab.mouse.up()
+    expect(tab.get_by_role("button", name="CSV of the shown part")).to_be_visible()
 
 
 def number_of(text: str) -> float:

@@ -119,8 +119,10 @@ function xyScales(settings) {
   };
 }
 
-// Returns how the cursor moves: to the nearest sample or log entry, if one is near.
+// Returns how the cursor moves: to the nearest sample or log entry, if one is near. A part is selected as it is drawn: otherwise,
+// both of its ends could be the same sample.
 const snap = ({ curves, marks }) => (own, left, top) => {
+  if (own.cursor.event?.buttons) return [left, top];
   const times = left < 0 ? [] : [sampleTimeAt(own, curves, left), markNear(own, marks(), left)?.[0] ?? null];
   const places = times.filter((time) => time !== null).map((time) => own.valToPos(time, "x"));
   places.sort((one, other) => Math.abs(one - left) - Math.abs(other - left));
