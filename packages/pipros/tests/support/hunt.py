@@ -14,7 +14,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta, timezone
@@ -29,7 +29,8 @@ AGAIN_TIMES = 10
 AGAIN_FAILURES = 2
 """Failed repetitions with which CI still passes."""
 AGAIN_LIMIT = 10
-"""Maximum number of failed tests to repeat. More failures are unlikely to come from unreliable tests."""
+"""Maximum number of files with failed tests to repeat. More are unlikely to come from unreliable tests, while
+one fixture may fail for all tests of a file."""
 QUARANTINE = TESTS / "quarantine.toml"
 QUARANTINE_LIMIT = 5
 QUARANTINE_AGE = timedelta(days=14)
@@ -109,20 +110,24 @@ def judge(
     failed = {test: outcome for test, outcome in last.items() if outcome.result == "failed"}
     if not failed:
         return False, "pytest failed without a failed test"
-    if len(failed) > AGAIN_LIMIT:
-        return False, f"{len(failed)} tests failed, more than the {AGAIN_LIMIT} that are repeated"
+    files = {test.partition("::")[0] for test in failed}
+    if len(files) > AGAIN_LIMIT:
+        return False, f"tests of {len(files)} files failed, more than the {AGAIN_LIMIT} that are repeated"
     with tempfile.TemporaryDirectory() as folder, busy_processors():
         again = Path(folder) / "outcomes"
+        repeated: list[Outcome] = []
         for _ in range(times):
-            run_tests(failed, again, ["-n", "0", "-p", "no:cacheprovider", *words])
-        repeated = read_outcomes(again)
+            failures = Counter(run.test for run in repeated if run.result != "passed")
+            if undecided := [test for test in failed if failures[test] <= AGAIN_FAILURES]:
+                run_tests(undecided, again, ["-n", "0", "-p", "no:cacheprovider", *words])
+            repeated = read_outcomes(again)
     passes = True
     lines = []
     for test, outcome in failed.items():
         results = [run.result for run in repeated if run.test == test]
         held = len(results) == times and results.count("passed") >= times - AGAIN_FAILURES
         passes &= held or test in quarantine
-        verdict = f"passed {results.count('passed')} of {times} repetitions on busy processors"
+        verdict = f"passed {results.count('passed')} of {len(results)} repetitions on busy processors"
         if test in quarantine:
             verdict += f", in quarantine: {quarantine[test].cause}"
         first = next((run for run in repeated if run.test == test and run.result == "failed"), None)

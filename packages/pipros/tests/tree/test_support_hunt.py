@@ -82,10 +82,19 @@ def test_two_failed_repetitions_are_reported_and_do_not_fail_the_run(flaky: str,
     assert "assert 1 not in (0, 1, 2)" in report
 
 
-def test_many_failures_are_not_repeated(tmp_path: Path) -> None:
-    file = written(tmp_path, *(Outcome(f"test_it.py::test_{number}", "failed", 1.0) for number in range(11)))
+def test_a_test_is_not_repeated_after_its_third_failed_repetition(flaky: str, tmp_path: Path) -> None:
+    passes, report = judge(
+        written(tmp_path, Outcome(f"{flaky}test_fails_now_and_then", "failed", 1.0)), (), {}, times=10
+    )
 
-    assert judge(file, (), {}) == (False, "11 tests failed, more than the 10 that are repeated")
+    assert not passes
+    assert "passed 0 of 3 repetitions" in report
+
+
+def test_failures_in_many_files_are_not_repeated(tmp_path: Path) -> None:
+    file = written(tmp_path, *(Outcome(f"test_{number}.py::test_it", "failed", 1.0) for number in range(11)))
+
+    assert judge(file, (), {}) == (False, "tests of 11 files failed, more than the 10 that are repeated")
 
 
 def test_a_hunt_continues_where_it_ended(flaky: str, tmp_path: Path) -> None:
