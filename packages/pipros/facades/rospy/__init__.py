@@ -8,11 +8,11 @@ from pipros.basics import interrupts as _interrupts
 
 _interrupts.install()  # before the other imports, during which Python may drop a Ctrl-C
 
-# Noetic's rospy imports these submodules, so scripts that import only `importlib` or `xml` can use them.
+# Noetic's rospy imports this submodule, so scripts that import only `importlib` can use it; `xml`: see below.
+import importlib as _importlib
 import importlib.util as _importlib_util  # noqa: F401
 import typing as _typing
-import xml.etree.ElementTree as _ElementTree  # noqa: F401
-import xml.parsers.expat as _expat  # noqa: F401
+import xml as _xml
 
 import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
 from pipros.basics.lazy_names import lazy_names as _lazy_names
@@ -111,6 +111,18 @@ if _typing.TYPE_CHECKING:  # with __getattr__, type checkers would accept any na
     from std_msgs.msg import Header as Header
 else:
     __getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})
+
+
+def _of_xml(name: str) -> object:
+    """Import what Noetic's rospy imports of `xml` when a script uses it that imports only `xml`."""
+    used = {"etree": "xml.etree.ElementTree", "parsers": "xml.parsers.expat"}.get(name)
+    if used is None:
+        raise AttributeError(f"module 'xml' has no attribute {name!r}")
+    _importlib.import_module(used)
+    return vars(_xml)[name]
+
+
+_xml.__getattr__ = _of_xml  # type: ignore[method-assign] # not imported here, which takes 2 ms
 
 _star_names(
     __name__,
