@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³])\s*(\..*)?", re.IGNORECASE)
+# Not compiled on import: every node imports this module.
+_DEVICE = r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³])\s*(\..*)?"
 
 
 def is_device(name: str) -> bool:
@@ -13,4 +14,4 @@ def is_device(name: str) -> bool:
     >>> [is_device(name) for name in ("CON", "nul.json", "com1 .bag", "console", "com10")]
     [True, True, True, False, False]
     """
-    return _DEVICE.fullmatch(name) is not None
+    return re.fullmatch(_DEVICE, name, re.IGNORECASE) is not None
