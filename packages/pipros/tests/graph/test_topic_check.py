@@ -13,7 +13,8 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.cli import doctor
 from pipros.health.gather_topic import gather_topic
-from pipros.health.topic_check import STEPS, TopicCheck, check_topic
+from pipros.health.topic_check import STEPS, check_topic
+from pipros.health.topic_facts import TopicCheck
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.msg.time import Time

@@ -31,7 +31,7 @@ from pipros.node.start_params import is_on
 from pipros.pictures.drawn import Drawn, picture_of
 
 if TYPE_CHECKING:
-    from pipros.health.topic_check import TopicCheck
+    from pipros.health.topic_facts import TopicCheck
 
 NAME: Final = "pipros_mcp"
 MASTER_S: Final = 5.0

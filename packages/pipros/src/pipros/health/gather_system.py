@@ -5,49 +5,33 @@ The system is not changed.
 
 from __future__ import annotations
 
-import socket
-import struct
 import time
 from dataclasses import replace
 from typing import Any
 
 from pipros.basics.errors import PiprosError, Refused, Unreachable
-from pipros.basics.printable import printable
 from pipros.basics.uri import split_uri
 from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
 from pipros.graph.services import header_of
 from pipros.graph.system_state import SystemState
+from pipros.health.gather_publisher import CALLER_ID, ask_publisher, failure_of
 from pipros.health.nodelet_checks import services_of_managers
 from pipros.health.room_check import RoomCheck, RoomReply, room_checks
-from pipros.health.system_report import (
-    Failure,
-    NodeReport,
-    PublisherReport,
-    ServiceReport,
-    SystemReport,
-)
+from pipros.health.system_report import Failure, NodeReport, ServiceReport, SystemReport
 from pipros.msg import load_service_class
 from pipros.msg.importing.load import installed_md5
-from pipros.net.connect import Connector
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
-from pipros.net.rpc_client import RpcClient, reason_of
+from pipros.net.rpc_client import RpcClient
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
-from pipros.wire.handshake import WireType, request_topic_link
-from pipros.wire.header import HeaderReader, encode_header
 from pipros.wire.xmlrpc import encode_call
 
-CALLER_ID = "/pipros_doctor"
 AT_ONCE = 16
 """Maximum number of nodes queried concurrently."""
 
-_STAMP_SHARE = 1 / 6
-"""Share of the timeout during which to wait for a publisher's next message, to compare its stamp."""
 
-_FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
-_CHUNK_BYTES = 16 * 1024
 _NODELETS = 1000  # maximum number of lines in a manager's reply
 _LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too imprecise
 
@@ -75,7 +59,7 @@ def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float
             if nodes[node].failure is None
         ]
         publishers = in_parallel(
-            ends, lambda end: _ask_publisher(end[0], nodes[end[1]].api, timeout_s), at_once=AT_ONCE
+            ends, lambda end: ask_publisher(end[0], nodes[end[1]].api, timeout_s), at_once=AT_ONCE
         )
         servers = {name: names[0] for name, names in asked.services.items() if names}
         clock_offset_s = _clock_offset(master_uri, timeout_s)
@@ -160,102 +144,11 @@ def _pairs(value: Any) -> dict[str, str]:
     return {str(row[0]): str(row[1]) for row in rows if isinstance(row, list) and len(row) == 2}
 
 
-def failure_of(problem: Exception) -> Failure:
-    """Convert an exception raised by a call to a peer into a value for the checks."""
-    cause: BaseException | None = problem if isinstance(problem, OSError) else problem.__context__
-    if isinstance(problem, Unreachable):
-        reason, cause = problem.reason, problem.__cause__ or problem.__context__
-    elif isinstance(problem, OSError):
-        reason = reason_of(problem)
-    else:
-        reason = printable(problem)
-    return Failure(
-        reason,
-        is_unknown_host=isinstance(cause, socket.gaierror),
-        is_refused=isinstance(cause, ConnectionRefusedError),
-    )
-
-
 def _origin(problem: Exception) -> Exception:
     """Return the operating system error that caused an exception, or the first exception in its chain."""
     while not isinstance(problem, OSError) and isinstance(problem.__context__, Exception):
         problem = problem.__context__
     return problem
-
-
-def _ask_publisher(topic: str, api: str, timeout_s: float) -> PublisherReport:
-    """Connect to a publisher as a subscriber does, without registering, and read its connection header."""
-    try:
-        with RpcClient(api, timeout_s=timeout_s) as client:
-            answer = client.call("requestTopic", CALLER_ID, topic, [["TCPROS"]])
-    except (PiprosError, ValueError) as problem:
-        return PublisherReport(failure=failure_of(problem))
-    try:
-        code, text, (_, host, port) = answer
-        host, port = str(host), int(port)
-    except (TypeError, ValueError):
-        text = answer[1] if isinstance(answer, list) and len(answer) > 1 else answer
-        return PublisherReport(failure=Failure(printable(text)))
-    if code != 1:
-        return PublisherReport(failure=Failure(printable(text)))
-    address = f"{host}:{port}"
-    try:
-        return _shake_hands(topic, host, port, timeout_s)
-    except (OSError, PiprosError) as problem:
-        return PublisherReport(address, failure_of(problem))
-
-
-def _shake_hands(topic: str, host: str, port: int, timeout_s: float) -> PublisherReport:
-    deadline = time.monotonic() + timeout_s
-    with Connector().connect(host, port, deadline) as sock:
-        sock.settimeout(timeout_s)
-        request = request_topic_link(topic, CALLER_ID, WireType("*", "*"), tcp_nodelay=True)
-        sock.sendall(encode_header(request))
-        reader = HeaderReader()
-        fields = None
-        while fields is None:
-            sock.settimeout(max(deadline - time.monotonic(), 0.001))
-            data = sock.recv(_CHUNK_BYTES)
-            if not data:
-                raise ConnectionResetError("it closed the connection without a response")
-            fields = reader.feed(data)
-        if "error" in fields:
-            return PublisherReport(f"{host}:{port}", Failure(printable(fields["error"])))
-        # a latched message may be old
-        has_stamp = fields.get("latching") != "1" and begins_with_header(fields.get("message_definition", ""))
-        stamp = _stamp_offset(sock, reader.rest, timeout_s * _STAMP_SHARE) if has_stamp else None
-    return PublisherReport(
-        f"{host}:{port}", None, printable(fields.get("type", "")), printable(fields.get("md5sum", "")), stamp
-    )
-
-
-def begins_with_header(definition: object) -> bool:
-    """Return whether the first field of a message is a std_msgs/Header."""
-    for line in str(definition).splitlines():
-        words = line.partition("#")[0].split()
-        if words and "=" not in line.partition("#")[0]:
-            return words[0] in ("Header", "std_msgs/Header", "roslib/Header")
-    return False
-
-
-def _stamp_offset(sock: socket.socket, begun: bytes, timeout_s: float) -> float | None:
-    """Return the next message's stamp minus this machine's clock, in s; None without a message or a stamp."""
-    data = begun
-    until = time.monotonic() + timeout_s
-    while len(data) < _FIRST_BYTES.size:
-        left = until - time.monotonic()
-        if left <= 0:
-            return None
-        sock.settimeout(left)
-        try:
-            more = sock.recv(_FIRST_BYTES.size - len(data))
-        except OSError:
-            return None
-        if not more:
-            return None
-        data += more
-    _, _, secs, nsecs = _FIRST_BYTES.unpack_from(data)
-    return secs + nsecs / 1e9 - time.time() if secs or nsecs else None
 
 
 def _clock_offset(uri: str, timeout_s: float) -> float | None:

@@ -16,9 +16,9 @@ from pipros.basics.printable import printable
 from pipros.graph.bus_info import drop_counts, statistics_of
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.health.examine import stable_system
-from pipros.health.gather_system import begins_with_header
+from pipros.health.gather_publisher import begins_with_header
 from pipros.health.system_report import SystemReport
-from pipros.health.topic_check import CheckedMessage, TopicFacts
+from pipros.health.topic_facts import CheckedMessage, TopicFacts
 from pipros.msg.errors import MessageException
 from pipros.net.in_parallel import in_parallel
 from pipros.net.rpc_client import RpcClient

@@ -7,16 +7,12 @@ from collections.abc import Callable, Sequence
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
+from pipros.health.clock_checks import clocks
 from pipros.health.finding import Finding, Findings, error, findings_of, warning
 from pipros.health.nodelet_checks import slow_nodelets
 from pipros.health.system_report import Failure, SystemReport
+from pipros.health.type_checks import definitions, type_mismatches, types_differ
 from pipros.net.address import is_loopback
-
-CLOCK_TOLERANCE_S = 2.0
-STAMP_TOLERANCE_S = 10.0
-"""Maximum difference between timestamp and clock. A few seconds are normal, because sensors and planners
-stamp data with the time for which it is valid."""
-_DAY_S = 86_400.0
 
 _CLOSE_NAMES = 0.75  # minimum similarity for a name to count as a misspelling of another name
 
@@ -135,7 +131,7 @@ def connections(system: SystemReport) -> Findings:
                 f"Restart [{listed(other)}]. If it happens again, check the network between their machines.",
                 *subjects,
             )
-        elif _types_differ(system, topic, publisher, subscriber) is None:
+        elif types_differ(system, topic, publisher, subscriber) is None:
             yield _not_connected(system, topic, publisher, subscriber)
 
 
@@ -174,83 +170,6 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
         f"{reach} Or their definitions of the type differ; `pipros doctor --both-ways` checks this.",
         *subjects,
     )
-
-
-def type_mismatches(system: SystemReport) -> Findings:
-    """Find topics whose publishers and subscribers have different types or definitions."""
-    for topic, publisher, subscriber in system.pairs():
-        differ = _types_differ(system, topic, publisher, subscriber)
-        if differ is not None:
-            yield error(
-                "type-mismatch",
-                f"[{listed(publisher)}] publishes [{listed(topic)}] as [{listed(differ[0])}], but "
-                f"[{listed(subscriber)}] subscribes to it as [{listed(differ[1])}]",
-                "Give both the same type, or remap one of them to its own topic.",
-                topic,
-                publisher,
-                subscriber,
-            )
-    for topic in sorted(system.state.publishers):
-        reports = {
-            node: system.publishers[topic, node]
-            for node in system.state.publishers[topic]
-            if (topic, node) in system.publishers and system.publishers[topic, node].md5sum not in ("", "*")
-        }
-        if len({report.md5sum for report in reports.values()}) > 1:
-            listing = ", ".join(
-                f"{listed(node)}: {report.type} {report.md5sum}" for node, report in reports.items()
-            )
-            yield error(
-                "publishers-differ",
-                f"The publishers of [{listed(topic)}] disagree about its type: {listing}",
-                "Build all of them against the same definition, or remap one to its own topic.",
-                topic,
-                *reports,
-            )
-
-
-def _types_differ(
-    system: SystemReport, topic: str, publisher: str, subscriber: str
-) -> tuple[str, str] | None:
-    """Return the publisher's and the subscriber's types if they are known and differ."""
-    report = system.publishers.get((topic, publisher))
-    sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
-    wanted = system.nodes[subscriber].subscriptions.get(topic, "")
-    return None if not sent or not wanted or "*" in (sent, wanted) or sent == wanted else (sent, wanted)
-
-
-def definitions(system: SystemReport) -> Findings:
-    """Find types that are not installed on this machine, or are installed with a different definition."""
-    users: dict[str, list[str]] = {}
-    for topic, type_name in system.types.items():  # the master also stores the types of ended topics
-        if topic in system.state.publishers or topic in system.state.subscribers:
-            users.setdefault(type_name, []).append(topic)
-    for type_name, md5sum in sorted(system.installed.items()):
-        topics = sorted(users.get(type_name, []))
-        if md5sum is None and topics:
-            package = type_name.partition("/")[0]
-            yield warning(
-                "unknown-type",
-                f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is not defined by any "
-                "package that is set up here",
-                f"source devel/setup.bash of the workspace that contains package [{listed(package)}], "
-                "or install it; programs that publish, subscribe or decode the type need it.",
-                type_name,
-                *topics,
-            )
-    for (topic, node), report in sorted(system.publishers.items()):
-        ours = system.installed.get(report.type)
-        if ours is not None and report.md5sum not in ("", "*", ours):
-            yield error(
-                "definition-differs",
-                f"[{listed(node)}] publishes [{listed(topic)}] with another definition of [{report.type}] "
-                f"(md5 sum {report.md5sum}) than the one on this machine ({ours}), so programs on this "
-                "machine cannot subscribe to it",
-                "Build both from the same source, restart the nodes, and source the setup file of that "
-                "workspace.",
-                topic,
-                node,
-            )
 
 
 def topics_without_publishers(system: SystemReport) -> Findings:
@@ -305,67 +224,6 @@ def services(system: SystemReport) -> Findings:
                 service,
                 report.node,
             )
-
-
-def clocks(system: SystemReport) -> Findings:
-    """Find clocks and timestamps that differ, and misconfigured simulated time."""
-    publishers = [node for node in system.state.publishers.get("/clock", ()) if system.is_alive(node)]
-    if system.is_time_simulated and not publishers:
-        yield error(
-            "no-clock",
-            "/use_sim_time is set, but no node publishes /clock, so time does not advance for nodes started "
-            "since",
-            "Start the simulator or `rosbag play --clock`, or `rosparam set /use_sim_time false` and "
-            "restart the nodes.",
-            "/clock",
-        )
-    if publishers and not system.is_time_simulated:
-        yield warning(
-            "clock-unused",
-            f"/clock is published by {', '.join(map(listed, publishers))}, but /use_sim_time is not set, so "
-            "nodes use the wall clock",
-            "Run `rosparam set /use_sim_time true` before starting the nodes.",
-            "/clock",
-        )
-    if len(publishers) > 1:
-        yield error(
-            "two-clocks",
-            f"Several nodes publish /clock, so time jumps: {', '.join(map(listed, publishers))}",
-            "Stop all but one.",
-            "/clock",
-            *publishers,
-        )
-    offset = system.clock_offset_s
-    if offset is not None and abs(offset) > CLOCK_TOLERANCE_S:
-        yield error(
-            "clock-differs",
-            f"The clock of the master's machine is {_ahead(offset)} this machine's clock",
-            "Synchronize both with NTP (chrony or systemd-timesyncd); otherwise, their timestamps cannot "
-            "be compared.",
-            system.master_uri,
-        )
-    if not system.is_time_simulated:
-        for (topic, node), report in sorted(system.publishers.items()):
-            ahead = report.stamp_offset_s
-            if ahead is not None and abs(ahead) > STAMP_TOLERANCE_S:
-                is_of_another_clock = abs(ahead) > _DAY_S
-                yield warning(
-                    "stamps-differ",
-                    f"[{listed(node)}] stamps [{listed(topic)}] {_ahead(ahead)} this machine's clock",
-                    "Stamp with rospy.Time.now(), not with the clock of a device or a simulation; if data is "
-                    "played back, use simulated time (/use_sim_time and `rosbag play --clock`)."
-                    if is_of_another_clock
-                    else "Synchronize the clocks of both machines with NTP; if data is played back, use "
-                    "simulated time (/use_sim_time and `rosbag play --clock`).",
-                    topic,
-                    node,
-                )
-
-
-def _ahead(offset_s: float) -> str:
-    size = abs(offset_s)
-    amount = f"{size:.0f} s" if size < 2 * _DAY_S else f"{size / _DAY_S:.0f} days"
-    return f"{amount} {'ahead of' if offset_s > 0 else 'behind'}"
 
 
 def _base(topic: str) -> str:

@@ -8,7 +8,8 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.health.gather_topic import gather_topic
-from pipros.health.topic_check import TopicCheck, check_topic
+from pipros.health.topic_check import check_topic
+from pipros.health.topic_facts import TopicCheck
 from pipros.server.daemon_pool import DaemonPool
 from pipros.server.view_server import RequestRefused
 from pipros.web.views.topics import topic_name
