@@ -13,7 +13,8 @@ from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.filling import Filler
-from pipros.bridges.rosbridge.publishing import MESSAGE_BYTES, SharedPublishers
+from pipros.bridges.rosbridge.publishing import SharedPublishers
+from pipros.bridges.rosbridge.shared_publisher import MESSAGE_BYTES
 from pipros.bridges.shares import ClientShares, ServerShares
 from pipros.node import Node
 from pipros.server.act_gate import ActGate

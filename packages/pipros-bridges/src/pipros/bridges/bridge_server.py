@@ -28,7 +28,8 @@ from websockets.typing import Subprotocol
 
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.bridges.admission import Admission
-from pipros.bridges.client import BridgeClient, BridgeConnection, Wakeups
+from pipros.bridges.client import BridgeClient
+from pipros.bridges.connection import BridgeConnection, Wakeups
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientTraffic
 from pipros.bridges.pace import ReadPace

@@ -10,7 +10,8 @@ from unittest.mock import AsyncMock, MagicMock
 from websockets.server import ServerProtocol
 
 from pipros.basics.limits import Limits
-from pipros.bridges.client import BridgeClient, BridgeConnection, Wakeups
+from pipros.bridges.client import BridgeClient
+from pipros.bridges.connection import BridgeConnection, Wakeups
 from pipros.bridges.outbox import WebSocketFrame
 
 

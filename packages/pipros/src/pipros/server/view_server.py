@@ -46,7 +46,8 @@ from pipros.server.access import LOOPBACK_HOSTS, Access
 from pipros.server.browser_share import set_current_browser
 from pipros.server.json_text import json_text
 from pipros.server.listener import Listener
-from pipros.server.port import READ_AHEAD_BYTES, PortConnection, ServerPort
+from pipros.server.port import ServerPort
+from pipros.server.port_connection import READ_AHEAD_BYTES, PortConnection
 from pipros.server.secret import Denied, Secret
 
 if TYPE_CHECKING:

@@ -15,14 +15,14 @@ from websockets.frames import Frame, Opcode
 from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
 from pipros.server.listener import Listener
-from pipros.server.port import (
+from pipros.server.port import ServerPort
+from pipros.server.port_connection import (
     LONG_S,
     MAX_REST_S,
     PART_BYTES,
     RESTS,
     SMALL_PART_BYTES,
     PortConnection,
-    ServerPort,
 )
 
 MESSAGE = "".join(chr(97 + number % 26) for number in range(300_000))

@@ -46,7 +46,8 @@ from pipros.bridges.rosbridge.protocol import (
     RosbridgeSettings,
     response_to,
 )
-from pipros.bridges.rosbridge.publishing import CallLater, SharedPublishers
+from pipros.bridges.rosbridge.publishing import SharedPublishers
+from pipros.bridges.rosbridge.shared_publisher import CallLater
 from pipros.bridges.rosbridge.streams import TopicStream
 from pipros.bridges.shared_topics import SharedTopics
 from pipros.bridges.shares import ClientShares, ExceedsShare, ServerShares

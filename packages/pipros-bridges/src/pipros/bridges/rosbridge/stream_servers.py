@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from pipros.basics.printable import printable
 from pipros.bridges.bridge_server import DESCRIPTORS_SHARE
-from pipros.bridges.client import Wakeups
+from pipros.bridges.connection import Wakeups
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.pace import ReadPace

@@ -12,7 +12,7 @@ from pipros.basics.errors import PiprosError
 from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.rosbridge.effects import Delivery
 from pipros.bridges.rosbridge.encoding import Encoder
-from pipros.bridges.rosbridge.publishing import CallLater
+from pipros.bridges.rosbridge.shared_publisher import CallLater
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage
 
 MESSAGE_BYTES: Final = 500

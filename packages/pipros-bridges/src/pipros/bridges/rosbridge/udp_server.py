@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
-from pipros.bridges.client import Wakeups
+from pipros.bridges.connection import Wakeups
 from pipros.bridges.pace import ReadPace
 from pipros.bridges.rosbridge.server import ServerOptions
 from pipros.bridges.rosbridge.session import RosbridgeSession
