@@ -11,7 +11,8 @@ import tempfile
 from pathlib import Path
 
 from pipros.bag.errors import BagError
-from pipros.bag.info import bag_info, info_text
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_text
 from pipros.ros2.bags.metadata import parse_metadata
 from pipros.ros2.bags.reader import Ros2BagReader
 from tests.fuzz import mutation

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from pipros.bag import compression as _compression
 from pipros.bag import info as _info
+from pipros.bag import info_text as _info_text
 from pipros.bag.errors import BagError, NoMessages
 from pipros.bag.reader import BagReader
 from rosbag.exceptions import ROSBagException, translated
@@ -27,7 +28,7 @@ class BagContents(ABC):
 
     def __str__(self) -> str:
         with translated():
-            return _info.info_text(self._info())
+            return _info_text.info_text(self._info())
 
     def get_compression_info(self) -> CompressionTuple:
         """Return the chunks' most common compression format, and their total sizes in bytes.
@@ -91,16 +92,16 @@ class BagContents(ABC):
         with translated():
             info = self._info()
         if key is None:
-            return _info.info_yaml(info)
+            return _info_text.info_yaml(info)
         try:
-            return _info.info_value(info, key)
+            return _info_text.info_value(info, key)
         except BagError as error:
             print(error, file=sys.stderr)
             return None
 
     def _repr_html_(self) -> str:
         """Return a table of the topics as HTML, for notebooks."""
-        return _info.info_html(self._info())
+        return _info_text.info_html(self._info())
 
     def _info(self) -> _info.BagInfo:
         return _info.bag_info(self._view(), self._filename, with_frequencies=not self._skip_index)

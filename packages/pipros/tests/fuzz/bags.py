@@ -12,7 +12,8 @@ import tracemalloc
 
 from pipros.bag.errors import BagError
 from pipros.bag.index import ENTRY
-from pipros.bag.info import bag_info, info_text, info_yaml
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_text, info_yaml
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex
 from pipros.basics.limits import Limits

@@ -16,7 +16,8 @@ from pathlib import Path
 
 from std_msgs.msg import Empty
 
-from pipros.bag.info import bag_info, info_text, info_yaml
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_text, info_yaml
 from pipros.bag.reader import BagReader
 from pipros.cli.rosbag import main
 from tests.fuzz import mutation

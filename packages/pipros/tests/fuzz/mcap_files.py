@@ -12,7 +12,8 @@ import tempfile
 import tracemalloc
 
 from pipros.bag.errors import BagError
-from pipros.bag.info import bag_info, info_text
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_text
 from pipros.bag.mcap_files import McapReader
 from pipros.bag.mcap_repair import recover
 from pipros.basics.limits import Limits

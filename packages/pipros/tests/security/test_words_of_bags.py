@@ -13,7 +13,8 @@ from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import Int32, String
 
 from pipros.bag import BagReader, BagWriter
-from pipros.bag.info import bag_info, info_text, info_yaml
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_text, info_yaml
 from pipros.cli import rostopic
 from pipros.cli.rosbag import main
 from tests.support.bags import bag_bytes, header_of

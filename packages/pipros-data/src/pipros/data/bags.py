@@ -14,7 +14,8 @@ import numpy as np
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError, BagFormatError, NoMessages
-from pipros.bag.info import bag_info, info_html
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_html
 from pipros.bag.merge import merged_raw
 from pipros.bag.message_groups import MessageGroup, grouped, joined_groups
 from pipros.bag.opening import is_ros1_bag, open_bag

@@ -17,7 +17,8 @@ from pipros.assistants.answer import Answer, ToolRefused
 from pipros.assistants.robot import RobotAccess
 from pipros.assistants.tools.arguments import Cursor, Name, Part
 from pipros.assistants.values import part_of, shown, steps_of
-from pipros.bag.info import bag_info, info_tree
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_tree
 from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
 from pipros.basics.files_below import file_inside, files_below

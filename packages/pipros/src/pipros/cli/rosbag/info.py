@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.bag.errors import BagError, NotIndexed
-from pipros.bag.info import bag_info, info_text, info_value, info_yaml
+from pipros.bag.info import bag_info
+from pipros.bag.info_text import info_text, info_value, info_yaml
 from pipros.cli.entry_point import OutputFailed
 from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.runner import add_flag, option_parser
