@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.genuine_catkin import is_installed
 from pipros.workspace.index import SHARED_PACKAGES
+from pipros.workspace.native_tools import is_installed
 from tests.support.debian_packages import FOUND_BY_CMAKE
 from tests.support.environments import CPP_ONLY, FACADES, TESTS, pipros_environment
 from tests.support.once import make_once, shared_folder

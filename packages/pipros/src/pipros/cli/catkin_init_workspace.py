@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.cli.entry_point import command
-from pipros.workspace.genuine_catkin import find_toplevel
+from pipros.workspace.native_tools import find_toplevel
 
 _TOPLEVEL = """\
 # Created by pipros's catkin_init_workspace, for genuine catkin, wherever it is installed.

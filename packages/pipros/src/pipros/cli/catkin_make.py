@@ -13,7 +13,7 @@ from pipros.basics.errors import PiprosError
 from pipros.cli.catkin_init_workspace import initialize
 from pipros.cli.entry_point import command
 from pipros.cli.make_args import MakeArguments, read_make_arguments
-from pipros.workspace import genuine_catkin
+from pipros.workspace import genuine_catkin, native_tools
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.cmake_runs import NativeBuildFailed
@@ -87,7 +87,7 @@ def _check_targets(
         if any(project.needs_cmake for project in result.projects.values()):
             try:
                 genuine_catkin.make(layout, target)
-            except (genuine_catkin.MissingTools, NativeBuildFailed) as error:
+            except (native_tools.MissingTools, NativeBuildFailed) as error:
                 print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
                 return 1
         else:

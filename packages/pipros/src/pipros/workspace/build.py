@@ -26,7 +26,7 @@ from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import write_stubs
 from pipros.safe.xml import XmlError
-from pipros.workspace import genuine_catkin
+from pipros.workspace import genuine_catkin, native_tools
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.cmake_shim import cmake_program
 from pipros.workspace.catkin.context import FindPackage, FoundPackage
@@ -145,7 +145,7 @@ class _Build:
             folder = find_package(name)
             if folder is not None:
                 return FoundPackage(_version_of(folder))
-            return FoundPackage() if genuine_catkin.is_installed(name, self._variables) else None
+            return FoundPackage() if native_tools.is_installed(name, self._variables) else None
 
         definitions = Definitions(DefinitionFiles(find_package))
         natives = []
@@ -177,7 +177,7 @@ class _Build:
         self._check_reconfigure_options(natives)
         natives = [package for package in natives if not self._is_broken(package)]
         native_names = {package.name for package in natives}
-        if natives and genuine_catkin.has_tools(self._variables):
+        if natives and native_tools.has_tools(self._variables):
             native_names = closure(packages, native_names)
         for package in packages:
             if package.name not in self._result.projects or self._is_blocked(package):
@@ -297,7 +297,7 @@ class _Build:
     def _note_compiled_tests(self, project: Project) -> None:
         """Record that genuine catkin must build compiled tests, if tests will be run and it is installed."""
         compiled = [test for test in project.tests if test.target]
-        if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
+        if compiled and self._options.tests and native_tools.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")
             what = f"compiles the test [{compiled[0].target}]"
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
@@ -321,9 +321,9 @@ class _Build:
         users = [native for native in natives if self._result.projects[native.name].has_reconfigure_options]
         if not users or "dynamic_reconfigure" in self._result.projects:
             return
-        with suppress(genuine_catkin.MissingTools):  # missing tools are reported by the build itself
-            tools = genuine_catkin.find_tools(self._variables)
-            if genuine_catkin.has_package(tools, "dynamic_reconfigure", self._variables):
+        with suppress(native_tools.MissingTools):  # missing tools are reported by the build itself
+            tools = native_tools.find_tools(self._variables)
+            if native_tools.has_package(tools, "dynamic_reconfigure", self._variables):
                 return
             for package in users:
                 target = self._result.projects[package.name].needs_cmake[0]
@@ -431,7 +431,7 @@ class _Build:
         failed: dict[str, str] = {}
         is_said = True
         try:
-            tools = genuine_catkin.find_tools(self._variables)
+            tools = native_tools.find_tools(self._variables)
             components = {
                 package.name: [name for name, _ in self._result.projects[package.name].components]
                 for package in chosen
@@ -439,7 +439,7 @@ class _Build:
             failed = genuine_catkin.build(
                 tools, chosen, self._layout, self._options, self._say, self._variables, components
             )
-        except genuine_catkin.MissingTools as error:
+        except native_tools.MissingTools as error:
             is_said = False  # the reason is long, and is printed with the errors
             for package in natives:
                 reasons = self._result.projects[package.name].needs_cmake

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.workspace import genuine_catkin
+from pipros.workspace import genuine_catkin, native_tools
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.project import Project
@@ -72,7 +72,7 @@ def build_isolated(
         chosen: the packages to build.
 
     Raises:
-        MissingTools: a package needs CMake, but a tool is not installed; see `genuine_catkin.find_tools`.
+        MissingTools: a package needs CMake, but a tool is not installed; see `native_tools.find_tools`.
         OSError: a space cannot be written.
     """
     genuine: frozenset[str] = frozenset()
@@ -82,9 +82,9 @@ def build_isolated(
             return result
         name = result.needs_genuine
         try:
-            genuine_catkin.find_tools(variables)
-        except genuine_catkin.MissingTools as error:
-            raise genuine_catkin.MissingTools(
+            native_tools.find_tools(variables)
+        except native_tools.MissingTools as error:
+            raise native_tools.MissingTools(
                 f"the package [{name}] must be built by genuine catkin, but {error}"
             ) from None
         say(f"==> The package '{name}' needs CMake: genuine catkin builds it and its dependencies")
@@ -155,7 +155,7 @@ def _build_plain(
     variables: Mapping[str, str],
 ) -> BuildResult:
     """Build a package with CMake alone, and write the setup files of the spaces."""
-    tools = genuine_catkin.find_tools(variables)
+    tools = native_tools.find_tools(variables)
     prefix = layout.install if options.installs else layout.devel
     result = BuildResult()
     try:

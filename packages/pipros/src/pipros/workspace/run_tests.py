@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.workspace import genuine_catkin
+from pipros.workspace import genuine_catkin, native_tools
 from pipros.workspace.catkin.project import Project, TestEntry
 from pipros.workspace.cmake_runs import NativeBuildFailed
 from pipros.workspace.downloads import fetch
@@ -55,7 +55,7 @@ def run_tests(
             (results / name).mkdir(parents=True, exist_ok=True)
             try:
                 _compile(test, project, layout)
-            except (genuine_catkin.MissingTools, NativeBuildFailed) as error:
+            except (native_tools.MissingTools, NativeBuildFailed) as error:
                 say(str(error))
                 leave_error(results / name / f"gtest-{test.target}.xml", test.target, str(error))
                 continue
@@ -73,7 +73,7 @@ def _compile(test: TestEntry, project: Project, layout: WorkspaceFolders) -> Non
     if not test.target:
         return
     if not project.needs_cmake:
-        raise genuine_catkin.MissingTools(
+        raise native_tools.MissingTools(
             f"{test.place}: the test [{test.target}] of the package [{project.name}] must be compiled. "
             "Install CMake, a C++ compiler and genuine catkin"
         )

@@ -9,16 +9,10 @@ import pytest
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.cmake_runs import NativeBuildFailed
-from pipros.workspace.genuine_catkin import (
-    MissingTools,
-    NativeTools,
-    find_tools,
-    has_tools,
-    native_environment,
-    use_python_of_environment,
-)
+from pipros.workspace.genuine_catkin import use_python_of_environment
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.layout import SourcePackage, WorkspaceFolders, read_source_space
+from pipros.workspace.native_tools import MissingTools, NativeTools, find_tools, has_tools, native_environment
 from pipros.workspace.shipped_packages import shipped_packages
 from tests.support.workspaces import Workspace
 

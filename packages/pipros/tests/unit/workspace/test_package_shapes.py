@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pipros.packages import SHARE
-from pipros.workspace import genuine_catkin
+from pipros.workspace import genuine_catkin, native_tools
 from pipros.workspace.layout import SourcePackage
 from tests.support.workspaces import Workspace
 
@@ -162,14 +162,14 @@ def test_without_genuine_catkin_dependencies_of_compiled_code_are_built(workspac
 def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
     workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tools = genuine_catkin.NativeTools("/usr/bin/cmake", tmp_path / "opt")
+    tools = native_tools.NativeTools("/usr/bin/cmake", tmp_path / "opt")
     built: list[str] = []
 
     def build(_tools: object, packages: Sequence[SourcePackage], *_: object) -> dict[str, str]:
         built.extend(package.name for package in packages)
         return {}
 
-    monkeypatch.setattr(genuine_catkin, "find_tools", lambda *_: tools)
+    monkeypatch.setattr(native_tools, "find_tools", lambda *_: tools)
     monkeypatch.setattr(genuine_catkin, "build", build)
     workspace.add("cpp", "add_executable(x x.cpp)")
     cfg = "find_package(catkin REQUIRED dynamic_reconfigure)\ngenerate_dynamic_reconfigure_options(cfg/P.cfg)"
