@@ -17,7 +17,7 @@ from pipros.basics.errors import PiprosError
 from pipros.graph.drawing.node_graph import GraphOptions, node_graph
 from pipros.graph.drawing.scene import draw
 from pipros.graph.observer import SystemObserver
-from pipros.web.views.graph import node_values, scene_values, traffic_values
+from pipros.web.views.graph_values import node_values, scene_values, traffic_values
 from pipros.web.views.topics import topic_rows
 from pipros.wire.xmlrpc import decode_response
 from tests.fuzz import mutation

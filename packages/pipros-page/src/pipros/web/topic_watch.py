@@ -1,24 +1,19 @@
-"""Topics watched by browsers, with one subscription per topic for all browsers."""
+"""Statistics and newest message of a topic that browsers watch."""
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pipros.basics import one_thread
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.graph.raw_decoder import RawDecoder, decode_as
 from pipros.graph.samples import BandwidthWindow, RateWindow
-from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
-from pipros.node.subscriber import Subscriber
 from pipros.web.limits import PageLimits
 from pipros.web.stale import is_stale
 
@@ -189,131 +184,3 @@ class TopicWatch:
         if len(message.body) > self._max_bytes:
             what = f"{self.topic}: a message of {len(message.body)} bytes is too large to show"
             raise LimitExceeded(f"{what}; {limit_text('page_message_bytes', self._max_bytes)}")
-
-
-class TopicWatches:
-    """All watched topics.
-
-    A thread subscribes and unsubscribes, because the master may be slow or unavailable. `record` receives
-    the messages of all topics.
-    """
-
-    def __init__(self, node: Node, limits: Limits | None = None, record: Record | None = None) -> None:
-        self._node = node
-        self._record = record
-        self._limits = limits or process_limits()
-        self._decoder = RawDecoder()
-        self._lock = threading.Lock()
-        self._watches: dict[str, TopicWatch] = {}
-        self._subscribers: dict[str, tuple[TopicWatch, Subscriber[AnyMsg]]] = {}
-        self._is_subscribing = False
-        self._is_closed = False
-
-    def close(self) -> None:
-        """Stop changing subscriptions. The node unsubscribes from all topics at once when it is shut down."""
-        with self._lock:
-            self._is_closed = True
-
-    @contextlib.contextmanager
-    def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
-        """Subscribe to a topic within the context. Contexts of the same topic share a subscription.
-
-        Args:
-            queue_size: maximum number of queued messages, which only the first context of a topic determines.
-
-        Raises:
-            LimitExceeded: `PageLimits.page_topics` topics are already watched.
-        """
-        with self._lock:
-            watch = self._watches.get(topic)
-            if watch is None:
-                limit = self._limits.of(PageLimits).page_topics
-                if len(self._watches) >= limit:
-                    raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', limit)}")
-                watch = self._watches[topic] = self._new_watch(topic, queue_size)
-            watch.users += 1
-        self.update()
-        try:
-            yield watch
-        finally:
-            with self._lock:
-                watch.users -= 1
-                if not watch.users:
-                    del self._watches[topic]
-            self.update()
-
-    def watches(self) -> list[TopicWatch]:
-        """Return all current watches."""
-        with self._lock:
-            return list(self._watches.values())
-
-    def _new_watch(self, topic: str, queue_size: int) -> TopicWatch:
-        listeners = () if self._record is None else (functools.partial(self._record, topic),)
-        return TopicWatch(topic, self._decoder, queue_size, self._limits, listeners=listeners)
-
-    def update(self) -> None:
-        """Start a thread that updates the subscriptions to match the watches."""
-        with self._lock:
-            if not self._is_subscribing and self._next_change() is not None:
-                self._is_subscribing = True
-                one_thread.start_thread(self._make_changes, name="subscriptions")
-
-    def _make_changes(self) -> None:
-        while self._make_change():
-            pass
-
-    def _make_change(self) -> bool:
-        """Update one subscription. Return False if there was nothing to change."""
-        with self._lock:
-            change = self._next_change()
-            if change is None:
-                self._is_subscribing = False
-                return False
-            topic, watch = change
-            subscribed = self._subscribers.pop(topic, None)
-        if subscribed is not None:
-            subscribed[1].unregister()
-        elif watch is not None:
-            subscriber = self._node.subscribe(topic, AnyMsg, watch.note, queue_size=watch.queue_size)
-            with self._lock:
-                self._subscribers[topic] = watch, subscriber
-        return True
-
-    def _next_change(self) -> tuple[str, TopicWatch | None] | None:
-        """Return a topic whose subscription does not match its watch, and the watch (None if it has ended).
-
-        Return None if all subscriptions match.
-        """
-        if self._is_closed:
-            return None
-        for topic, (watch, _) in self._subscribers.items():
-            if self._watches.get(topic) is not watch:
-                return topic, self._watches.get(topic)
-        return next((item for item in self._watches.items() if item[0] not in self._subscribers), None)
-
-
-class NewSamples:
-    """Bounded queue of values to send. If the browser is slow, the oldest values are dropped."""
-
-    def __init__(self, limit: int) -> None:
-        self._lock = threading.Lock()
-        self._values: deque[object] = deque(maxlen=limit)
-        self._lost = 0
-
-    def add(self, value: object) -> None:
-        with self._lock:
-            self._lost += len(self._values) == self._values.maxlen
-            self._values.append(value)
-
-    def lose(self) -> None:
-        """Count a value that was skipped."""
-        with self._lock:
-            self._lost += 1
-
-    def pop_all(self) -> tuple[list[object], int]:
-        """Return the values added since the last call, and the number of lost values."""
-        with self._lock:
-            values, lost = list(self._values), self._lost
-            self._values.clear()
-            self._lost = 0
-        return values, lost

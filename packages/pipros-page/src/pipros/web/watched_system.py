@@ -24,7 +24,7 @@ from pipros.web.bags.rewind import RecentMessages
 from pipros.web.service_calls import ServiceCalls
 from pipros.web.shared import Shared
 from pipros.web.stale import TopicActivity
-from pipros.web.topic_watch import TopicWatches
+from pipros.web.topic_watches import TopicWatches
 
 logger = logging.getLogger("pipros.web")
 T = TypeVar("T")

@@ -12,7 +12,7 @@ from pipros.graph.drawing.scene import draw as draw_scene
 from pipros.graph.observer import GraphObservation, ObservedNode
 from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.web.graph_drawings import GraphDrawings
-from pipros.web.views.graph import scene_values
+from pipros.web.views.graph_values import scene_values
 
 
 def observation(*topics: str) -> GraphObservation:

@@ -13,7 +13,7 @@ from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.node.any_msg import AnyMsg
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.traffic import TopicTraffic, topic_traffic
-from pipros.web.views.graph import traffic_values
+from pipros.web.views.graph_values import traffic_values
 from pipros.web.views.topics import topic_rows
 
 TOPIC = "/odom"

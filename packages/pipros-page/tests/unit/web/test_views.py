@@ -24,7 +24,7 @@ from pipros.web.bounded_list import bounded_list
 from pipros.web.curve_samples import NotANumber, find_field, number_in, numeric_fields
 from pipros.web.images.pixels import LARGEST_BYTES, packed
 from pipros.web.limits import PageLimits
-from pipros.web.topic_watch import NewSamples
+from pipros.web.new_samples import NewSamples
 from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree, pose_values

@@ -34,7 +34,8 @@ from pipros.node.any_msg import AnyMsg
 from pipros.server.view_server import RequestRefused
 from pipros.web.bags.rewind import Recording
 from pipros.web.limits import PageLimits
-from pipros.web.topic_watch import WINDOW, TopicWatch, TopicWatches
+from pipros.web.topic_watch import WINDOW, TopicWatch
+from pipros.web.topic_watches import TopicWatches
 from pipros.web.watched_system import POLL_INTERVAL_S, WatchedSystem
 
 FIRST_WINDOW_NS: Final = NS_PER_S // 10

@@ -25,7 +25,7 @@ from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic, Take
 from pipros.web.stale import is_stale
-from pipros.web.views.graph import scene_values
+from pipros.web.views.graph_values import scene_values
 from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 1.0

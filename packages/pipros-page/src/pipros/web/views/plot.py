@@ -13,7 +13,8 @@ from pipros.node.any_msg import AnyMsg
 from pipros.server.view_server import RequestRefused
 from pipros.web.curve_samples import Axis, CurveField, NotANumber, find_field, mark_of, sample_of
 from pipros.web.messages.known_topic import KnownTopic
-from pipros.web.topic_watch import NewSamples, TopicWatch
+from pipros.web.new_samples import NewSamples
+from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.console import LOG_TOPIC
 from pipros.web.watched_system import WatchedSystem
 
