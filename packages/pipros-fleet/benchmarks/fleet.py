@@ -116,7 +116,7 @@ def cost(system, seconds):
 
 def robots(number):
     from pipros.fleet.status import directory_of, present
-    from pipros.fleet.zenoh_session import connect
+    from pipros.fleet.zenoh_connecting import connect
 
     router, half = f"tcp/127.0.0.1:{free_port()}", number // 2
 

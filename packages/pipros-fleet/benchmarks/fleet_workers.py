@@ -67,7 +67,8 @@ def many(router, first, number):
     from pipros.fleet import keys
     from pipros.fleet.agent import new_instance
     from pipros.fleet.directory import Directory, DirectoryEntry, to_json
-    from pipros.fleet.zenoh_session import LinkFailed, connect
+    from pipros.fleet.zenoh_connecting import connect
+    from pipros.fleet.zenoh_session import LinkFailed
     from pipros.msg import load_message_class
 
     def connected():
@@ -107,7 +108,7 @@ def senders(router, number, rate, size):
     Each message begins with the time at which it was sent.
     """
     from pipros.fleet import keys
-    from pipros.fleet.zenoh_session import connect
+    from pipros.fleet.zenoh_connecting import connect
 
     links = [(connect(router), keys.topic(f"robot{each}", "/data")) for each in range(number)]
     threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
@@ -127,7 +128,7 @@ def watch(router, pause_ms):
     their delays in us.
     """
     from pipros.fleet import keys
-    from pipros.fleet.zenoh_session import connect
+    from pipros.fleet.zenoh_connecting import connect
 
     delays = []
 

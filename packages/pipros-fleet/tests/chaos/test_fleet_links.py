@@ -11,7 +11,8 @@ from contextlib import ExitStack, contextmanager
 import pytest
 
 from pipros.fleet import keys
-from pipros.fleet.zenoh_session import LinkFailed, connect, open_router
+from pipros.fleet.zenoh_connecting import connect, open_router
+from pipros.fleet.zenoh_session import LinkFailed
 from pipros.msg import load_message_class
 from pipros.net.loop import BackgroundLoop
 from pipros.testing.faults.tcp_proxy import Switch, TcpProxy

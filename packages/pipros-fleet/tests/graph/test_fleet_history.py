@@ -15,7 +15,7 @@ from pipros.fleet.history_files import COMPLETION_S, SMALLEST_LIMIT_BYTES, Histo
 from pipros.fleet.key_files import read_keys
 from pipros.fleet.recorder import FleetRecorder
 from pipros.fleet.status import history_file, history_of
-from pipros.fleet.zenoh_session import open_router
+from pipros.fleet.zenoh_connecting import open_router
 from tests.graph.test_fleet_topics import publish_until
 from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.ports import ClaimedPort

@@ -18,7 +18,8 @@ from pipros.fleet.certificates import Authority, KeysFailed
 from pipros.fleet.directory import Directory, DirectoryEntry, to_json
 from pipros.fleet.key_files import read_keys
 from pipros.fleet.messages import MessageAttachment, pack
-from pipros.fleet.zenoh_session import LinkFailed, SessionLink, connect, open_router
+from pipros.fleet.zenoh_connecting import connect, open_router
+from pipros.fleet.zenoh_session import LinkFailed, SessionLink
 from tests.graph.test_fleet_topics import publish_until
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.ports import ClaimedPort

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pipros.fleet.fleet_file import FleetFile, FleetRule
+from pipros.fleet.fleet_rules import FleetFile, FleetRule
 from pipros.fleet.local_poller import LocalPoller
 from pipros.graph.client import GraphClient
 from pipros.graph.node_clients import NodeClients

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pipros.fleet import keys
-from pipros.fleet.zenoh_session import open_router
+from pipros.fleet.zenoh_connecting import open_router
 from tests.chaos.test_fleet_links import cable_to
 from tests.support.environments import TESTS
 from tests.support.fleet import LIMIT_S, Member, running_router

@@ -10,9 +10,11 @@ from typing import Any
 from pipros.basics.env import Environment
 from pipros.basics.limits import process_limits
 from pipros.fleet.agent import Agent, agent_node_name
-from pipros.fleet.fleet_file import FleetFile, parse_fleet_file
+from pipros.fleet.fleet_file import parse_fleet_file
+from pipros.fleet.fleet_rules import FleetFile
 from pipros.fleet.limits import FleetLimits
-from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls, connect, open_router
+from pipros.fleet.zenoh_connecting import connect, open_router
+from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls
 from pipros.graph.system_state import SystemState
 from pipros.master.master import Master
 from pipros.msg import load_message_class

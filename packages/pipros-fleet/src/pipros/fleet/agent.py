@@ -20,7 +20,7 @@ from pipros.basics.errors import PiprosError
 from pipros.fleet import keys
 from pipros.fleet.calls import LocalCalls
 from pipros.fleet.events import Events
-from pipros.fleet.fleet_file import FleetFile, matches_any
+from pipros.fleet.fleet_rules import FleetFile, matches_any
 from pipros.fleet.keys import AGENT_PREFIX
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import LocalGraph

@@ -12,7 +12,7 @@ from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import printable
 from pipros.fleet import keys
 from pipros.fleet.directory import DirectoryEntry, read_json
-from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.fleet_rules import FleetFile
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.parameter_rules import check_set, parameter_name, readable, top_of
 from pipros.libraries.topic_tools.raw import raw_service_class

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_file import FleetRule
+from pipros.fleet.fleet_rules import FleetRule
 from pipros.msg import load_message_class
 from pipros.node.codec import encoder
 

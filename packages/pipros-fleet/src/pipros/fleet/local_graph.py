@@ -6,7 +6,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 
 from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.fleet_rules import FleetFile
 from pipros.fleet.keys import AGENT_PREFIX
 from pipros.graph.definitions import Definition
 from pipros.graph.system_state import Registrations, SystemState

@@ -9,7 +9,7 @@ from typing import Final
 
 from pipros.basics.errors import PiprosError
 from pipros.fleet import keys
-from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.fleet_rules import FleetFile
 from pipros.fleet.local_graph import LocalGraph, graph_of
 from pipros.fleet.zenoh_session import ZenohQuestion
 from pipros.graph.definitions import TopicDefinitions

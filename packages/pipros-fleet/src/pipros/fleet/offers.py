@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from pipros.fleet import keys
 from pipros.fleet.directory import Directory, TopicRequests, requests_from_json, to_json
-from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.fleet_rules import FleetFile
 from pipros.fleet.frames import frame_change
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import LocalGraph, is_result, outcome_topics

@@ -32,7 +32,7 @@ from pipros.fleet.directory import (
     to_json,
 )
 from pipros.fleet.events import Events
-from pipros.fleet.fleet_file import matches_any
+from pipros.fleet.fleet_rules import matches_any
 from pipros.fleet.history_files import FILE_BYTES, HistoryFiles
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.members import Members

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.fleet.agent import Agent, agent_node_name, new_instance
-from pipros.fleet.fleet_file import FleetFile
-from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls, checked_address, connect, open_router
+from pipros.fleet.fleet_rules import FleetFile
+from pipros.fleet.zenoh_connecting import checked_address, connect, open_router
+from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls
 from pipros.node import Node
 from pipros.node.program_log import stderr_logger
 from pipros.node.start_params import is_on

@@ -16,7 +16,7 @@ from pipros.basics.limits import limit_text
 from pipros.fleet import keys
 from pipros.fleet.calls import RemoteService
 from pipros.fleet.directory import Directory, DirectoryEntry, read_json
-from pipros.fleet.fleet_file import FleetRule, Priority
+from pipros.fleet.fleet_rules import FleetRule, Priority
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import outcome_topics
 from pipros.fleet.messages import ReceivedMessage

@@ -11,7 +11,7 @@ from typing import Final, Protocol
 
 from pipros.basics.limits import Limits
 from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_file import FleetRule, Priority
+from pipros.fleet.fleet_rules import FleetRule, Priority
 from pipros.fleet.frames import FrameChange
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import is_agent, is_result

@@ -6,14 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.fleet.fleet_file import (
-    BadFleetFile,
-    FleetFile,
-    Priority,
-    matches,
-    parse_fleet_file,
-    read_fleet_file,
-)
+from pipros.fleet.fleet_file import BadFleetFile, parse_fleet_file, read_fleet_file
+from pipros.fleet.fleet_rules import FleetFile, Priority, matches
 
 FULL = """
 router: tls/fleet.example.org:7447

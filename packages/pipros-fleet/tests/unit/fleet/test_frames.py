@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_file import FleetRule
+from pipros.fleet.fleet_rules import FleetRule
 from pipros.fleet.frames import MAX_FRAMES, TF_TYPE, FrameChange, frame_change
 from pipros.msg import load_message_class
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import pytest
 
-from pipros.fleet.fleet_file import FleetFile, FleetRule
+from pipros.fleet.fleet_rules import FleetFile, FleetRule
 from pipros.fleet.local_graph import LocalGraph, graph_of
 from pipros.graph.definitions import Definition
 from pipros.graph.system_state import SystemState

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.fleet.fleet_file import FleetRule, Priority
+from pipros.fleet.fleet_rules import FleetRule, Priority
 from pipros.fleet.outbox import QUEUE, FleetOutbox
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from pipros.basics.limits import process_limits
 from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_file import FleetRule, Priority
+from pipros.fleet.fleet_rules import FleetRule, Priority
 from pipros.fleet.outbox import QUEUE
 from pipros.fleet.sources import Sender, SentTopic, SourceMessage
 from pipros.node import Node

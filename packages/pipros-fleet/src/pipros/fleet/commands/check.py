@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pipros.cli.runner import only_argument
 
 if TYPE_CHECKING:
-    from pipros.fleet.fleet_file import FleetFile, FleetRule
+    from pipros.fleet.fleet_rules import FleetFile, FleetRule
 
 
 def main(argv: Sequence[str]) -> int:
@@ -40,7 +40,7 @@ def _lines(file: FleetFile) -> Iterator[str]:
 
 
 def _details(rule: FleetRule) -> str:
-    from pipros.fleet.fleet_file import ANYONE, Priority
+    from pipros.fleet.fleet_rules import ANYONE, Priority
 
     if not rule.is_allowed:
         return ": not"

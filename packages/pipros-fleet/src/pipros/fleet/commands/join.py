@@ -16,7 +16,8 @@ def main(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(without_remappings(argv))
     if len(arguments) != 1:
         parser.error("exactly one member name is required")
-    from pipros.fleet.fleet_file import FleetFile, read_fleet_file
+    from pipros.fleet.fleet_file import read_fleet_file
+    from pipros.fleet.fleet_rules import FleetFile
     from pipros.fleet.keys import member_name
     from pipros.fleet.serve import agent_node, serve_member
 

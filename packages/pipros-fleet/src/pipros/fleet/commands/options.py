@@ -44,7 +44,7 @@ def tls_of(options: Any, router: str) -> Tls | None:
 @contextmanager
 def link_of(options: Any) -> Iterator[SessionLink]:
     """Connect to the router given by the options, and disconnect when the context ends."""
-    from pipros.fleet.zenoh_session import connect
+    from pipros.fleet.zenoh_connecting import connect
 
     router = options.router or ROUTER
     link = connect(router, tls_of(options, router))
