@@ -22,6 +22,7 @@ from pipros.ros2.rtps.announcements import (
     write_endpoint,
     write_participant,
 )
+from pipros.ros2.rtps.decoding import read_datagram
 from pipros.ros2.rtps.encoding import (
     acknack,
     data_frag_head,
@@ -46,7 +47,6 @@ from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import DurabilityKind, Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import Style, read_request
-from pipros.ros2.rtps.submessages import read_datagram
 from tests.fuzz import mutation
 
 TOPIC, TYPE = "rt/a", "T"

@@ -25,7 +25,7 @@ from pipros.node import Node
 from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
 from pipros.ros2.bridged_services import ServiceToRos1, ServiceToRos2
-from pipros.ros2.bridged_topics import TopicToRos1, TopicToRos2, route_of
+from pipros.ros2.bridged_topics import route_of
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 from pipros.ros2.interface import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.interfaces.action_types import action_of_service
@@ -34,6 +34,8 @@ from pipros.ros2.names import action_names, checked_name
 from pipros.ros2.ros1_graph import Ros1Graph, Ros1Poller, Ros1Topic, is_part_of_action
 from pipros.ros2.ros2_graph import Ros2Graph, callable_server
 from pipros.ros2.rules import Direction, GatewayRules, RuleKind, StaticRule
+from pipros.ros2.topic_to_ros1 import TopicToRos1
+from pipros.ros2.topic_to_ros2 import TopicToRos2
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
 POLL_S: Final = 0.5

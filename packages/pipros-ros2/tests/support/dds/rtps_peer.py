@@ -21,8 +21,9 @@ from pipros.ros2.rtps.outbox import Outgoing
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import DurabilityKind, Qos
 from pipros.ros2.rtps.reader import RtpsSample
+from pipros.ros2.rtps.service_client import RtpsClient
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
-from pipros.ros2.rtps.services import RtpsClient, RtpsServer
+from pipros.ros2.rtps.services import RtpsServer
 from pipros.ros2.rtps.sockets import RtpsSockets
 
 CDR = b"\0\1\0\0"

@@ -36,8 +36,9 @@ from pipros.ros2.rtps.identity import guid_text, is_writer
 from pipros.ros2.rtps.nodes import Nodes
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.participant_core import ParticipantCore
+from pipros.ros2.rtps.service_client import RtpsClient
 from pipros.ros2.rtps.service_styles import PIPROS_MARK, style_of
-from pipros.ros2.rtps.services import RtpsClient, RtpsServer
+from pipros.ros2.rtps.services import RtpsServer
 from pipros.ros2.rtps.topics import RtpsTopicWriter, TopicReader
 
 _LOG = logging.getLogger("pipros.ros2")

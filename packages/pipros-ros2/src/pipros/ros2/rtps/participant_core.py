@@ -28,6 +28,7 @@ from pipros.ros2.rtps.announcements import (
     write_key,
 )
 from pipros.ros2.rtps.connections import Connections, Local
+from pipros.ros2.rtps.decoding import read_datagram
 from pipros.ros2.rtps.events import (
     Elsewhere,
     EndpointChanged,
@@ -49,13 +50,7 @@ from pipros.ros2.rtps.identity import (
     user_entity,
 )
 from pipros.ros2.rtps.outbox import DatagramOutbox, Outgoing
-from pipros.ros2.rtps.parameters import (
-    Parameter,
-    SampleIdentity,
-    ended,
-    is_ended,
-    related_sample,
-)
+from pipros.ros2.rtps.parameters import Parameter, SampleIdentity, ended, is_ended, related_sample
 from pipros.ros2.rtps.peers import Peer, Peers
 from pipros.ros2.rtps.presence import ParticipantPresence
 from pipros.ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
@@ -69,7 +64,6 @@ from pipros.ros2.rtps.submessages import (
     HeartbeatFrag,
     NackFrag,
     Submessage,
-    read_datagram,
 )
 from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, Writer
 

@@ -7,9 +7,10 @@ import pytest
 from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
 from pipros.ros2.limits import Ros2Limits
+from pipros.ros2.rtps.decoding import read_datagram
 from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
 from pipros.ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind
-from pipros.ros2.rtps.submessages import AckNack, Submessage, read_datagram
+from pipros.ros2.rtps.submessages import AckNack, Submessage
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
 LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=1)

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from pipros.basics.budget import Budget
+from pipros.ros2.rtps.decoding import read_datagram
 from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
 from pipros.ros2.rtps.outbox import DatagramOutbox
 from pipros.ros2.rtps.parameters import Address
@@ -20,7 +21,6 @@ from pipros.ros2.rtps.submessages import (
     HeartbeatFrag,
     NackFrag,
     Submessage,
-    read_datagram,
 )
 
 US, PEER = b"our prefix..", b"peer prefix."

@@ -14,8 +14,9 @@ from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import RtpsSample
+from pipros.ros2.rtps.service_client import RtpsClient
 from pipros.ros2.rtps.service_styles import PIPROS_MARK, cyclone_head, id_entry, with_head
-from pipros.ros2.rtps.services import RtpsClient, RtpsServer, UnknownStyle
+from pipros.ros2.rtps.services import RtpsServer, UnknownStyle
 from pipros.ros2.rtps.topics import RtpsTopicWriter
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipros.ros2.rtps.decoding import read_datagram
 from pipros.ros2.rtps.encoding import (
     acknack,
     data_frag_head,
@@ -44,7 +45,6 @@ from pipros.ros2.rtps.submessages import (
     HeartbeatFrag,
     NackFrag,
     Submessage,
-    read_datagram,
 )
 
 US, PEER = b"our prefix..", b"peer prefix."

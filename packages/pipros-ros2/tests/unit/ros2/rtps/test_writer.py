@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
+from pipros.ros2.rtps.decoding import read_datagram
 from pipros.ros2.rtps.outbox import DatagramOutbox
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
-from pipros.ros2.rtps.submessages import (
-    AckNack,
-    Data,
-    DataFrag,
-    Gap,
-    Heartbeat,
-    NackFrag,
-    Submessage,
-    read_datagram,
-)
+from pipros.ros2.rtps.submessages import AckNack, Data, DataFrag, Gap, Heartbeat, NackFrag, Submessage
 from pipros.ros2.rtps.writer import Writer
 
 US, PEER = b"our prefix..", b"peer prefix."
