@@ -15,7 +15,7 @@ from typing import IO, Any, ClassVar, Final, NoReturn
 from pipros.tab.files import SharedFiles
 from pipros.tab.network import Network
 from pipros.tab.packets import NUMBER, Kind
-from pipros.tab.sockets import NO_KEYS
+from pipros.tab.tab_socket import NO_KEYS
 from pipros.tab.turns import WorkerTurns
 
 ONLY_PYTHON: Final = "a browser tab runs only Python programs and pipros's commands"

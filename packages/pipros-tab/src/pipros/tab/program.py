@@ -27,7 +27,8 @@ from pipros.tab import files, processes
 from pipros.tab.network import Network, Port
 from pipros.tab.packets import Kind
 from pipros.tab.processes import ONLY_PYTHON
-from pipros.tab.sockets import HERE, install
+from pipros.tab.sockets import install
+from pipros.tab.tab_socket import HERE
 from pipros.tab.turns import WorkerTurns
 
 INTERRUPTED = 130

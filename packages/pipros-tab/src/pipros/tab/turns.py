@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Final, SupportsIndex, TypeVar
 from pipros.tab.network import LONGEST_WAIT_S, Network
 
 if TYPE_CHECKING:
-    from pipros.tab.sockets import TabSocket
+    from pipros.tab.tab_socket import TabSocket
 
 _Result = TypeVar("_Result")
 

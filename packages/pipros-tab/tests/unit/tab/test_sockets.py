@@ -12,7 +12,8 @@ import pytest
 
 from pipros.tab import sockets
 from pipros.tab.network import WINDOW_BYTES, Network
-from pipros.tab.sockets import HERE, TabPoll, TabSelector, TabSocket, getaddrinfo, socketpair, wait_for_any
+from pipros.tab.sockets import TabPoll, TabSelector, getaddrinfo, socketpair, wait_for_any
+from pipros.tab.tab_socket import HERE, TabSocket
 from tests.support.tab_hub import MemoryPort, Switch
 
 

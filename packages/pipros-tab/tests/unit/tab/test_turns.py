@@ -10,7 +10,8 @@ import time
 import pytest
 
 from pipros.tab.network import Network
-from pipros.tab.sockets import TabSelector, TabSocket, socketpair
+from pipros.tab.sockets import TabSelector, socketpair
+from pipros.tab.tab_socket import TabSocket
 from pipros.tab.turns import DEEPEST, END_S, WorkerTurns
 from tests.support.tab_hub import MemoryPort, Switch
 

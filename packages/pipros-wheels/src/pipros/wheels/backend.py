@@ -15,7 +15,7 @@ from pathlib import Path
 from pipros.wheels.archive import ArchiveEntry, write_source_archive
 from pipros.wheels.file_tree import WheelRefused, source_entries
 from pipros.wheels.metadata import base_name, wheel_text
-from pipros.wheels.package_build import read_package
+from pipros.wheels.package_reading import read_package
 from pipros.wheels.wheel_build import (
     WheelOptions,
     build_wheels,

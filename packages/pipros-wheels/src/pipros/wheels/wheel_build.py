@@ -18,13 +18,8 @@ from pipros.wheels.dependencies import Dependency, DependencySource
 from pipros.wheels.file_tree import WheelRefused
 from pipros.wheels.metadata import TAG, base_name, metadata_text, wheel_text
 from pipros.wheels.names import distribution_name
-from pipros.wheels.package_build import (
-    FindFolder,
-    ProvidedByPipros,
-    editable_files,
-    package_files,
-    read_package,
-)
+from pipros.wheels.package_build import ProvidedByPipros, editable_files, package_files
+from pipros.wheels.package_reading import FindFolder, read_package
 from pipros.wheels.python_keys import PYTHON_KEYS
 from pipros.wheels.surroundings import Surroundings
 from pipros.workspace.catkin.project import Project

@@ -6,13 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from pipros.graph.drawing.node_graph import (
-    GraphOptions,
-    Key,
-    NameFilter,
-    NodeGraph,
-    node_graph,
-)
+from pipros.graph.drawing.name_filter import NameFilter
+from pipros.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
 from pipros.graph.system_state import SystemState, TopicConnection
 
 STATE = SystemState(
