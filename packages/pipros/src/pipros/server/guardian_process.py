@@ -25,11 +25,13 @@ import signal
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 
@@ -42,6 +44,8 @@ ENDING_S: Final = 2.0
 """Maximum time (s) to wait, after the last stop, for each service call, and then for the node's shutdown."""
 CALL_S: Final = 5.0
 """Timeout (s) of a service call that stops a movement."""
+EARLY_S: Final = 2.0
+"""Maximum time (s) by which a goal's result may arrive before the line that says that the goal was sent."""
 BEAT_S: Final = 0.2
 """Interval (s) of the empty lines."""
 CALL: Final = "call "
@@ -70,6 +74,7 @@ class Stops:
     def __init__(self, publish: Callable[[str, Any], object]) -> None:
         self._publish = publish
         self._stops: dict[tuple[str, str], Stop] = {}
+        self._early: deque[tuple[str, str, int, float]] = deque(maxlen=process_limits().policy_stops)
 
     def arm(self, key: str, identity: str, message: object, due_s: float, halts: str = "") -> None:
         """Schedule a stop. It replaces a pending stop for the same topic or service.
@@ -98,9 +103,24 @@ class Stops:
         if found is not None:
             found.due_s = min(found.due_s, now_s)
 
-    def end(self, key: str, identity: str) -> bool:
-        """Cancel the stop of a goal that has ended. Return whether it was pending."""
-        return self._stops.pop((key, identity), None) is not None
+    def end(self, key: str, identity: str, status: int, now_s: float) -> bool:
+        """Cancel the stop of a goal that has ended. Return whether it was pending.
+
+        Otherwise, the goal may still be armed: an action server that refuses a goal at once may be faster
+        than the server's line. `early_status` then returns `status`.
+        """
+        is_pending = self._stops.pop((key, identity), None) is not None
+        if not is_pending and len(identity) <= process_limits().policy_goal_id_characters:
+            self._early.append((key, identity, status, now_s))
+        return is_pending
+
+    def early_status(self, key: str, identity: str, now_s: float) -> int | None:
+        """Return the status of a goal that ended before it was armed, once; otherwise None."""
+        for each in self._early:
+            if each[:2] == (key, identity) and now_s - each[3] <= EARLY_S:
+                self._early.remove(each)
+                return each[2]
+        return None
 
     def has(self, key: str) -> bool:
         """Return whether a stop is pending for a topic or service."""
@@ -224,17 +244,25 @@ class GuardianProcess:
             if identity:
                 message = type(message)(id=identity)
             halts = self._halts[key][0] if key in self._halts else key
-            self._stops.arm(key, identity, message, time.monotonic() + limit_s, halts)
-        elif line["op"] == "over" and self._stops.end(key, identity):
-            if key in self._halts and not self._stops.has(key):
-                # If another goal has replaced the goal, more than one zero would hold up its drive.
-                left = 1 if line["status"] in _REPLACED else REPETITIONS
-                self._stops.halt(*self._halts[key], time.monotonic(), left)
-            self._write(json.dumps(line))
+            now_s = time.monotonic()
+            self._stops.arm(key, identity, message, now_s + limit_s, halts)
+            if identity and (status := self._stops.early_status(key, identity, now_s)) is not None:
+                self._end_goal(key, identity, status)
+        elif line["op"] == "over":
+            self._end_goal(key, identity, line["status"])
         elif line["op"] == "disarm":
             self._stops.disarm(key, identity)
         elif line["op"] == "stop":
             self._stops.stop(key, identity, time.monotonic())
+
+    def _end_goal(self, key: str, identity: str, status: int) -> None:
+        now_s = time.monotonic()
+        if not self._stops.end(key, identity, status, now_s):
+            return
+        if key in self._halts and not self._stops.has(key):
+            # If another goal has replaced the goal, more than one zero would hold up its drive.
+            self._stops.halt(*self._halts[key], now_s, 1 if status in _REPLACED else REPETITIONS)
+        self._write(json.dumps({"op": "over", "key": key, "id": identity}))
 
     def _watch(self, line: Mapping[str, Any]) -> None:
         """Advertise a topic and wait for its subscribers, or create a service client; then confirm it."""
