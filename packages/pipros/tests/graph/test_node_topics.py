@@ -489,6 +489,28 @@ def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(
     assert observer.master.get_system_state() == [[], [], []]
 
 
+@pytest.mark.parametrize("grace_s", [60.0, 0.0])
+def test_shutdown_waits_for_a_running_callback_that_ends_in_time(make_node: MakeNode, grace_s: float) -> None:
+    listener = make_node("listener", timings=NodeTimings(callback_grace_s=grace_s))
+    has_begun, may_end, has_ended = threading.Event(), threading.Event(), threading.Event()
+
+    def callback(_: Any) -> None:
+        has_begun.set()
+        if grace_s:
+            threading.Timer(0.3, may_end.set).start()  # later than everything else that shutdown does
+        may_end.wait()
+        has_ended.set()
+
+    listener.subscribe("chat", String, callback)
+    publisher = make_node("talker").advertise("chat", String)
+    wait_until_connected(publisher)
+    publisher.publish(String(data="hello"))
+    assert has_begun.wait(60)
+    listener.shutdown()
+    assert has_ended.is_set() == (grace_s > 0)
+    may_end.set()
+
+
 def test_links_of_a_topic_unregistered_during_shutdown_are_closed(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -197,7 +197,7 @@ class IncomingLink:
 
     def join(self, timeout_s: float) -> None:
         """Wait for the thread to end, unless the caller is that thread."""
-        if self._thread is not threading.current_thread():
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(timeout_s)
 
     def _run(self) -> None:

@@ -55,6 +55,7 @@ class InProcessLink:
         self._on_closed = on_closed
         self._waiting: SimpleQueue[Message | None] = SimpleQueue()
         self._is_closed = False
+        self._thread = threading.Thread(target=self._run, name=f"in-process link of {peer}", daemon=True)
 
     def start(self) -> None:
         """Start the thread.
@@ -62,7 +63,7 @@ class InProcessLink:
         Raises:
             RuntimeError: the system cannot start another thread.
         """
-        threading.Thread(target=self._run, name=f"in-process link of {self.peer}", daemon=True).start()
+        self._thread.start()
 
     def put(self, message: Message) -> None:
         """Queue a message. Drop the oldest if there are more than `queue_size`. Never blocks."""
@@ -91,6 +92,11 @@ class InProcessLink:
             self._is_closed = True
             self._waiting.put(None)
             self._on_closed(self)
+
+    def join(self, timeout_s: float) -> None:
+        """Wait for the thread to end, unless the caller is that thread."""
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join(timeout_s)
 
 
 def with_octets(message: Any, *, as_arrays: bool) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -127,13 +128,17 @@ class RunningNode:
         return [*self._tcpros.descriptors, *self._rpc.descriptors]
 
     def leave(self) -> None:
-        """Unregister from the master, close all links and close the ports. Blocks."""
+        """Unregister from the master, close all links and ports, then wait briefly for callbacks. Blocks."""
         self.registrations.close()
+        links = [peer.link for each in self.endpoints.subscriptions for peer in each.links]
         self.endpoints.close()
         try:
             self._loop.run(self._close(), SHUTDOWN_DEADLINE_S)
         except (TimeoutError, asyncio.TimeoutError):
             self._log.debug("%s did not close its ports in time", self._name)
+        end = time.monotonic() + self._timings.callback_grace_s
+        for link in links:
+            link.join(max(end - time.monotonic(), 0.0))
 
     async def _close(self) -> None:
         self._tcpros.stop()

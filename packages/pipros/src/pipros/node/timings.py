@@ -22,6 +22,8 @@ class NodeTimings(NamedTuple):
             subscriber does not block the node's shutdown.
         call_grace_s: how long running service calls may continue when the node begins to shut down. Without
             it, a loop that calls a service would often end with an error at Ctrl-C.
+        callback_grace_s: how long closing waits in total for running callbacks. Python ends the threads of
+            later ones in the middle, and C++ code such as OpenCV's then aborts the process.
         unregister_s: how long a node waits, while shutting down, for a master that does not answer.
         clock_silence_s: how long a thread waits for the first message on `/clock` before a warning is logged.
         links: delays and timeouts of the connections.
@@ -33,6 +35,7 @@ class NodeTimings(NamedTuple):
     early_connect_s: float = 0.05
     close_flush_s: float = 0.2
     call_grace_s: float = 0.1
+    callback_grace_s: float = 0.2
     unregister_s: float = 0.3
     clock_silence_s: float = 5.0
     links: LinkTimings = LINK_TIMINGS
