@@ -73,6 +73,8 @@ _ANSWER_WORK: Final = 8
 _LEASE_CHECK_S: Final = 0.5
 _ANSWERS_S: Final = 3.0
 """How long our announcement is repeated to a new peer that has not answered."""
+_STRANGERS: Final = 500
+"""Maximum number of peers that have not answered our built-in endpoints; each is asked repeatedly."""
 _ENDED_ENDPOINTS: Final = 256
 _MAX_NAME_CHARACTERS: Final = 255
 _DISCOVERY_QOS: Final = Qos(ReliabilityKind.RELIABLE, DurabilityKind.TRANSIENT_LOCAL, depth=0)
@@ -98,6 +100,9 @@ class ParticipantCore:
         self._check_leases_at = now + _LEASE_CHECK_S
         self._entities = 0
         self._is_closed = False
+        self._strangers: dict[
+            bytes, None
+        ] = {}  # prefixes, oldest first; those that have answered may be left
         self._ended: deque[tuple[Writer, int]] = deque()
         self._discovery_readers: list[Reader] = []
         for writer, reader in _DISCOVERY:
@@ -391,6 +396,19 @@ class ParticipantCore:
             )
             connections.busy.add(discovery_writer)
         self._events.append(PeerChanged(announced, True))
+        self._strangers[prefix] = None
+        while len(self._strangers) > _STRANGERS:
+            oldest = next(iter(self._strangers))
+            del self._strangers[oldest]
+            if not self._is_acquainted(self.peers.get(oldest)):
+                self._remove_peer(oldest)
+
+    def _is_acquainted(self, peer: Peer | None) -> bool:
+        """Return whether a peer's built-in endpoints and ours have answered each other."""
+        if peer is None or not self._has_answered(peer):
+            return False
+        announcers = self._discovery_readers[0].writers
+        return announcers[peer.data.prefix + PUBLICATIONS_WRITER].is_greeted
 
     def _has_answered(self, peer: Peer) -> bool:
         """Return False if a peer may not have received our announcements."""
@@ -407,6 +425,7 @@ class ParticipantCore:
             self._connections.writers[writer].unmatch(prefix + reader)
             self._connections.disconnect_reader(discovery_reader, prefix + writer)
         self.peers.remove(prefix)
+        self._strangers.pop(prefix, None)
         self._events.append(PeerChanged(peer.data, False))
 
     def _on_endpoint(self, sample: RtpsSample) -> None:

@@ -68,6 +68,25 @@ def test_a_flood_of_participants_is_bounded() -> None:
     assert len(network.sent) - sent < 30_000  # a hundred per second
 
 
+def test_participants_that_never_answer_cause_little_work_and_displace_no_genuine_ones() -> None:
+    network = SimulatedNetwork()
+    victim, old, new = network.host(), network.host(lease_s=300.0), network.host()
+    network.stop(new)
+    network.run_until(lambda: bool(victim.peers() and old.peers()))
+    network.run(1.0)
+    for number in range(5000):
+        victim.engine.receive(announcement(number), HOST, network.now)
+        victim.engine.take_outgoing()
+    network.hosts[new.address] = new
+    network.run_until(lambda: victim.engine.peers.get(new.engine.prefix) is not None)
+    sent = len(network.sent)
+    network.run(100.0)
+
+    assert len(network.sent) - sent < 40_000  # four in ten seconds to each of 500, not 5000
+    assert victim.engine.peers.get(old.engine.prefix) is not None
+    assert victim.engine.peers.get(new.engine.prefix) is not None
+
+
 def test_a_flood_of_fragments_stays_within_its_bytes() -> None:
     """Each fragment begins a sample of 100 MB, whose other fragments never arrive."""
     limits = Limits(tables=(Ros2Limits(ros2_incomplete_bytes=500_000),))
