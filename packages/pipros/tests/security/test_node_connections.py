@@ -17,7 +17,9 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.msg import load_message_class, load_service_class
+from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_client import RpcClient
+from pipros.net.rpc_server import RpcServer
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros.wire.header import HeaderReader, encode_header
@@ -44,9 +46,7 @@ class Attacker:
         peer = socket.create_connection(("127.0.0.1", node.endpoints.port), 30, source_address=(source, 0))
         self.peers.enter_context(peer)
         peer.sendall(encode_header(header))
-        reader = HeaderReader()
-        while (data := peer.recv(1)) and reader.feed(data) is None:
-            pass
+        read_header(peer)
         return peer
 
     def hang(self, node: Node, header: dict[str, str], count: int) -> list[socket.socket]:
@@ -58,6 +58,12 @@ def attacker() -> Iterator[Attacker]:
     found = Attacker()
     yield found
     found.peers.close()
+
+
+def read_header(peer: socket.socket) -> None:
+    reader = HeaderReader()
+    while (data := peer.recv(1)) and reader.feed(data) is None:
+        pass
 
 
 def is_closed(peer: socket.socket) -> bool:
@@ -241,6 +247,34 @@ def test_incomplete_requests_have_a_total_limit(make_node: MakeNode, attacker: A
     client.settimeout(30)
     assert client.recv(1) == b"\1"
     assert not all(map(is_closed, peers))
+
+
+def test_incomplete_messages_have_a_total_limit(make_node: MakeNode, attacker: Attacker) -> None:
+    listener, talker = make_node("listener", limits=Limits(frame_bytes=5_000_000)), make_node("talker")
+    inbox = Inbox()
+    listener.subscribe("chat", String, inbox)
+    publisher = talker.advertise("chat", String)
+    wait_until_connected(publisher)
+    server = attacker.peers.enter_context(socket.create_server(("127.0.0.1", 0)))
+    slave = RpcServer({"requestTopic": lambda *_: [1, "", ["TCPROS", "127.0.0.1", server.getsockname()[1]]]})
+    loop = BackgroundLoop("publishers that never finish")
+    loop.start()
+    loop.run(slave.start())
+    liars = [f"http://127.0.0.1:{slave.port}/{number}" for number in range(8)]
+    with RpcClient(listener.uri, timeout_s=30) as peer:
+        peer.call("publisherUpdate", "/master", "/chat", [talker.uri, *liars])
+    answer = encode_header({"type": String._type, "md5sum": String._md5sum, "callerid": "/liar"})
+    links = [attacker.peers.enter_context(server.accept()[0]) for _ in liars]
+    for each in links:
+        read_header(each)
+        each.sendall(answer + struct.pack("<I", 4_000_000) + b"x" * 2_000_000)
+    wait_until(lambda: sum(map(is_closed, links)) >= 4)  # four buffers fit
+
+    publisher.publish(String(data="hello"))
+    assert inbox.wait(1) == [String(data="hello")]
+    assert publisher.connection_count == 1
+    loop.run(slave.stop())
+    loop.stop()
 
 
 def test_malformed_requests_do_not_fill_the_log(make_node: MakeNode, attacker: Attacker) -> None:

@@ -33,8 +33,8 @@ class Limits(NamedTuple):
 
     Attributes:
         header_bytes: size of a TCPROS connection header.
-        frame_bytes: a message, a service request or a service reply; also all of a node's incomplete service
-            requests together.
+        frame_bytes: a message, a service request or a service reply; also all of a node's incomplete messages
+            and service requests together.
         handshakes: concurrent connections to a node on which neither a TCPROS header nor the beginning of an
             HTTP request has arrived yet; at most a quarter of `tcpros_connections`.
         handshake_s: the time in which a TCPROS header or the beginning of an HTTP request must arrive; also

@@ -7,7 +7,7 @@ from pipros.net.refusals import Refusals
 
 
 class HeldBytes:
-    """Counts the bytes that a server holds for its peers: partial requests and unread replies.
+    """Counts the bytes that a server holds for its peers: incomplete messages and unread replies.
 
     If the limit is exceeded, the connection whose bytes have been held longest is closed. Not thread-safe:
     use it only in the server's thread.
@@ -27,7 +27,8 @@ class HeldBytes:
             oldest = next(iter(self._held))
             self.forget(oldest)
             self._refusals.count(
-                oldest.peer, "its request or unread response exceeds the memory left by other connections"
+                oldest.peer,
+                "its incomplete message or unread response exceeds the memory left by other connections",
             )
             oldest.abort()
 

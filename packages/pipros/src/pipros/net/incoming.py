@@ -20,6 +20,7 @@ from pipros.basics import one_thread
 from pipros.basics.errors import ProtocolError
 from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
+from pipros.net.connection_table import LinkEntry
 from pipros.net.shared_receiver import DescriptorSocket, HeldSlot, SlotReceiver
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 from pipros.wire.messages import MessageReader
@@ -137,6 +138,7 @@ class IncomingLink:
         on_closed: Callable[[IncomingLink, Exception | None], object],
         published: PublishCount,
         received_count: PublishCount,
+        on_incomplete: Callable[[LinkEntry, int], object] = lambda *_: None,
         limit_bytes: int | None = None,
         keeps_large: bool = False,
         received: bytes = b"",
@@ -146,6 +148,8 @@ class IncomingLink:
 
         Args:
             sock: the connection; a `DescriptorSocket` can also receive messages in shared memory.
+            on_incomplete: called with the number of bytes held for a message whose rest has not arrived, if
+                it makes the buffer grow or stalls; and with 0 when it is complete, or the link has ended.
             keeps_large: whether to pass large messages as `bytes`, which `deliver` can keep without a copy.
             received: the bytes that followed the handshake.
             timings: delays for reading again and for letting other links deliver; see `LinkTimings`.
@@ -175,6 +179,10 @@ class IncomingLink:
         self._published_before = 0  # the value of `published` at the last wait for a message
         self._idle_poller = PollingReceiver()  # waits for the start of a message
         self._mid_message_poller = PollingReceiver()  # waits for the rest of a message
+        self._on_incomplete = on_incomplete
+        self._entry = LinkEntry(self.peer, self.close)
+        self._capacity_bytes = 0  # of the buffer, when it last held part of a message
+        self._reported_at = -1  # number of messages before the incomplete one that was reported, or -1
         self._waiting: deque[Received] = deque()
         self._received = received
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -246,6 +254,7 @@ class IncomingLink:
         if self._slots is not None:
             self._slots.close()
         self._sock.close()
+        self._forget_incomplete()
         self._on_closed(self, error)
 
     def _receive(self) -> int:
@@ -254,11 +263,11 @@ class IncomingLink:
         Within a message, a separate poller is used, because the rest of the message arrives soon.
         """
         buffer = self._buffer
-        if buffer.has_partial_message and (whole := buffer.whole_bytes):
-            return buffer.feed_whole(self._sock.recv(whole, _WAITALL))
-        space = buffer.space()
+        if self._reported_at not in (-1, self._message_count):
+            self._forget_incomplete()
         if buffer.has_partial_message:
-            return self._mid_message_poller.receive_into(self._sock, space)
+            return self._receive_rest()
+        space = buffer.space()
         if buffer.is_large:
             count = self._idle_poller.receive_with_timeout(self._sock, space, KEEP_LARGE_S)
             if count is not None:
@@ -269,6 +278,34 @@ class IncomingLink:
         max_polls = IDLE_POLLS if published == self._published_before else None
         self._published_before = published
         return self._idle_poller.receive_into(self._sock, space, max_polls)
+
+    def _receive_rest(self) -> int:
+        buffer, before = self._buffer, self._capacity_bytes
+        self._capacity_bytes = buffer.capacity_bytes
+        if buffer.is_large and self._capacity_bytes > before:
+            self._report_incomplete()
+        if whole := buffer.whole_bytes:
+            return buffer.feed_whole(self._sock.recv(whole, _WAITALL))
+        space = buffer.space()
+        if buffer.is_large and self._reported_at < 0:
+            count = self._mid_message_poller.receive_with_timeout(self._sock, space, KEEP_LARGE_S)
+            if count is not None:
+                return count
+            self._report_incomplete()
+        return self._mid_message_poller.receive_into(self._sock, space)
+
+    @property
+    def _message_count(self) -> int:
+        return self.statistics.frames + self.statistics.dropped
+
+    def _report_incomplete(self) -> None:
+        self._reported_at = self._message_count
+        self._on_incomplete(self._entry, self._buffer.capacity_bytes // 2)
+
+    def _forget_incomplete(self) -> None:
+        if self._reported_at >= 0:
+            self._reported_at = -1
+            self._on_incomplete(self._entry, 0)
 
     def _sleep_and_receive(self) -> int:
         """Like `_receive`, but sleep first, so that more messages can arrive."""

@@ -10,6 +10,7 @@ from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
+from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
 from pipros.node.timings import NODE_TIMINGS, NodeTimings
@@ -32,6 +33,7 @@ class NodeContext(NamedTuple):
         published: counter that changes with each message that the node publishes.
         received: counter that changes whenever the node has received messages on a topic.
         memory: budget for the memory that the node shares with subscribers on this machine.
+        incomplete: the bytes of requests and messages whose rest has not arrived; for use in the event loop.
         timings: the node's delays and timeouts.
     """
 
@@ -45,4 +47,5 @@ class NodeContext(NamedTuple):
     published: PublishCount
     received: PublishCount
     memory: Budget
+    incomplete: HeldBytes
     timings: NodeTimings = NODE_TIMINGS

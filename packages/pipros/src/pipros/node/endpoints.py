@@ -101,6 +101,7 @@ class Endpoints:
             PublishCount(),
             PublishCount(),
             Budget(limits.shared_bytes),
+            HeldBytes(limit_bytes=limits.frame_bytes, refusals=connections.refusals),
             timings,
         )
         self.service_uri = uri(*self.address, "rosrpc")
@@ -111,7 +112,6 @@ class Endpoints:
         self._workers = Workers(f"service of {node_name}", limits.service_threads)
         self._waiting_threads = Slots(WAITING_THREADS)
         self._unread = HeldBytes(limit_bytes=limits.bodies_bytes, refusals=connections.refusals)
-        self._incomplete = HeldBytes(limit_bytes=limits.frame_bytes, refusals=connections.refusals)
         self._observer: MessageObserver | None = None
         self._lock = threading.RLock()
 
@@ -314,7 +314,6 @@ class Endpoints:
                 workers=self._workers,
                 waiting_threads=self._waiting_threads,
                 unread=self._unread,
-                incomplete=self._incomplete,
             )
             entry = ServiceEntry(name, self.service_uri)
             self._services[name] = server, entry

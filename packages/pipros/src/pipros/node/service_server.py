@@ -71,7 +71,6 @@ class ServiceServer:
         workers: Workers,
         waiting_threads: Slots,
         unread: HeldBytes,
-        incomplete: HeldBytes,
     ) -> None:
         self.name = name
         self.service_class = service_class
@@ -92,7 +91,7 @@ class ServiceServer:
         self.connections = context.connections
         self.waiting_threads = waiting_threads
         self.unread = unread
-        self.incomplete = incomplete
+        self.incomplete = context.incomplete
         self.request_s = context.limits.request_s
         self.frame_bytes = context.limits.frame_bytes
         self.is_closed = False

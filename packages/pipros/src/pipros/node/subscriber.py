@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 from pipros.basics.errors import Interrupted, LimitExceeded, MissingExtra, ProtocolError
 from pipros.basics.printable import printable
+from pipros.net.connection_table import LinkEntry
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.shared_receiver import NoSharedMemory
 from pipros.net.tcpros import TcprosConnection
@@ -235,6 +236,7 @@ class Subscription:
             on_closed=lambda link, error: self._detach(link, error, ended, uri),
             published=self._context.published,
             received_count=self._context.received,
+            on_incomplete=self._note_incomplete,
             limit_bytes=self._context.limits.frame_bytes,
             keeps_large=self._takes_views or issubclass(self.message_class, AnyMsg),
             received=connection.rest,
@@ -254,6 +256,13 @@ class Subscription:
                 raise asyncio.CancelledError from error
             raise ProtocolError(str(error)) from error
         return link
+
+    def _note_incomplete(self, entry: LinkEntry, count: int) -> None:
+        loop, incomplete = self._context.loop, self._context.incomplete
+        if count:
+            loop.call(incomplete.note, entry, count)
+        else:
+            loop.call(incomplete.forget, entry)
 
     # -- messages -------------------------------------------------------------------
 

@@ -117,6 +117,11 @@ class MessageReader:
         return self._end > self._start
 
     @property
+    def capacity_bytes(self) -> int:
+        """Size of the buffer, which is at most twice the size of the largest data that it has held."""
+        return len(self._store)
+
+    @property
     def partial_bytes(self) -> int:
         """Number of bytes that have arrived of messages that were not yielded yet."""
         return self._end - self._start

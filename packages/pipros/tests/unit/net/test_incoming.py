@@ -126,3 +126,34 @@ def test_a_link_that_keeps_messages_gets_large_ones_as_bytes() -> None:
     link.join(30)
     assert delivered == [(300_000).to_bytes(4, "big"), *bodies[1:]]
     assert link.statistics.bytes == 5 * 300_004
+
+
+def test_a_message_that_makes_the_buffer_grow_or_stalls_is_reported_until_it_is_complete(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(incoming, "KEEP_LARGE_S", 0.01)
+    reported, delivered = list[int](), list[int]()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        theirs = socket.create_connection(server.getsockname())
+        ours, _ = server.accept()
+    link = IncomingLink(
+        ours,
+        name="link",
+        deliver=lambda data: delivered.append(len(data)),
+        delivery_lock=DeliveryLock(),
+        queue_size=None,
+        on_closed=lambda _, error: None,
+        published=PublishCount(),
+        received_count=PublishCount(),
+        on_incomplete=lambda _, count: reported.append(count),
+    )
+    with theirs:
+        link.start()
+        theirs.sendall((1_000_000).to_bytes(4, "little") + bytes(900_000))
+        wait_until(lambda: bool(reported) and reported[-1] > 400_000)
+        theirs.sendall(bytes(100_000))
+        wait_until(lambda: delivered == [1_000_000] and reported[-1] == 0)
+        theirs.sendall((1_000_000).to_bytes(4, "little") + bytes(4))
+        wait_until(lambda: reported[-1] > 400_000)
+    link.join(30)
+    assert reported[-1] == 0

@@ -11,6 +11,8 @@ from pipros.basics.errors import Refused, Unreachable
 from pipros.basics.limits import Limits
 from pipros.net import unreachable
 from pipros.net.busy_poll import PublishCount
+from pipros.net.held_bytes import HeldBytes
+from pipros.net.refusals import Refusals
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
 from pipros.node.publisher_connector import (
@@ -73,6 +75,7 @@ def following(
         PublishCount(),
         PublishCount(),
         Budget(0),
+        HeldBytes(limit_bytes=0, refusals=Refusals()),
     )
     return PublisherConnector(topic, context, publishers.connect), lines
 
