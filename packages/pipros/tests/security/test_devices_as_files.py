@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,23 @@ def test_the_output_of_a_command_in_a_launch_file_has_a_limit(ros: RosSystem) ->
 
     assert loaded.returncode == 1
     assert "printed more than 1000 bytes" in loaded.output
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["sleep 30", "sh -c 'sleep 30 &amp; echo $! &gt; pid'", "sh -c 'exec &gt;&amp;-; exec sleep 30'"],
+)
+def test_a_command_in_a_launch_file_has_a_time_limit(ros: RosSystem, command: str) -> None:
+    file = ros.home / "x.launch"
+    file.write_text(f'<launch>\n<param name="x" command="{command}"/></launch>')
+
+    loaded = ros.pipros.run("roslaunch", "--nodes", file, PIPROS_LIMITS="launch_command_s=0.1")
+
+    if (started := ros.home / "pid").exists():  # keeps the pipe open
+        os.kill(int(started.read_text()), signal.SIGKILL)
+    assert loaded.returncode == 1
+    assert f"{file}:2" in loaded.output
+    assert "did not end in time, so it was ended: the limit is 0.1 (launch_command_s" in loaded.output
 
 
 def test_results_of_tests_that_are_not_files_are_skipped(ros: RosSystem) -> None:

@@ -63,6 +63,7 @@ class Limits(NamedTuple):
             the queued cancellations of a ROS 2 action. `name_characters` limits the length of goal ids.
         launch_bytes: the files and command outputs that one launch reads, and the text that its substitutions
             insert, together.
+        launch_command_s: the time that the command of a `<param>` in a launch file may take.
         launch_includes: `<include>`s in one launch.
         launch_insert_characters: the text that all substitutions in one attribute or element insert.
         loggers: loggers that callers of `~set_logger_level` create in a node.
@@ -156,6 +157,7 @@ class Limits(NamedTuple):
     log_files: int = 5
     goals: int = 1000
     launch_bytes: int = 512 * _MIB
+    launch_command_s: float = 60.0
     launch_includes: int = 10_000
     launch_insert_characters: int = 1024 * 1024
     loggers: int = 1000

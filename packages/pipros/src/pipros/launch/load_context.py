@@ -5,16 +5,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import threading
 from collections import ChainMap
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.input_file import read_file
-from pipros.basics.limits import process_limits
+from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
 from pipros.launch.budget import LaunchBudget
@@ -118,7 +121,8 @@ def _run_command(command_line: str) -> str:
     environment = program_environment({**encoding, **os.environ})  # run xacro with pipros's Python
     try:
         starter = starter_of(Path(command[0]), environment) if os.sep in command[0] else ()
-        with subprocess.Popen([*starter, *command], stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
+        words = [*starter, *command]
+        with subprocess.Popen(words, bufsize=0, stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
             printed = _read_output(process, command)
     except InvalidEnvironment as error:
         raise CommandFailed(f"{error} [{command}]") from None
@@ -134,15 +138,31 @@ def _run_command(command_line: str) -> str:
 
 
 def _read_output(process: subprocess.Popen[bytes], command: list[str]) -> bytes:
-    """Return a command's output. Kill the command if it prints too much or Ctrl-C interrupts the read."""
-    limit_bytes, printed = process_limits().file_bytes, bytearray()
-    if process.stdout is None:
-        return b""
+    """Return a command's output. Kill the command if it exceeds a limit or Ctrl-C interrupts the wait.
+
+    A thread reads, because a process that the command has started may keep the pipe open.
+    """
+    limits, printed, has_ended = process_limits(), bytearray(), OnceEvent()
+    output: Any = process.stdout
+
+    def read() -> None:
+        with contextlib.suppress(OSError, ValueError):  # ValueError: the pipe is closed after the time limit
+            while len(printed) <= limits.file_bytes and (chunk := output.read(_CHUNK_BYTES)):
+                printed.extend(chunk)
+        if len(printed) <= limits.file_bytes:
+            process.wait()
+        has_ended.set()
+
+    threading.Thread(target=read, daemon=True).start()
     try:
-        while chunk := process.stdout.read(_CHUNK_BYTES):
-            printed += chunk
-            if len(printed) > limit_bytes:
-                raise CommandFailed(f"command [{command}] printed more than {limit_bytes} bytes")
+        if not has_ended.wait(limits.launch_command_s):
+            limit = limit_text("launch_command_s", limits.launch_command_s)
+            advice = "run it in a terminal to see what it waits for"
+            raise CommandFailed(
+                f"command [{command}] did not end in time, so it was ended: {limit}; {advice}"
+            )
+        if len(printed) > limits.file_bytes:
+            raise CommandFailed(f"command [{command}] printed more than {limits.file_bytes} bytes")
     except BaseException:
         process.kill()
         raise
