@@ -46,7 +46,6 @@ NEEDS_GENUINE = ("codec", "bags")
 # Benchmarks that print their own tables. `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {
     "data": "--rounds {rounds}",
-    "navigation": "--repetitions 200",
     "navigation_beside_genuine": "",
     "perception": "--seconds 5",
     "wheels": "--rounds {rounds}",
