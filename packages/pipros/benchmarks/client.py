@@ -15,25 +15,12 @@ import functools
 import gc
 import signal
 import statistics
-import subprocess
 import sys
 import threading
 import time
 import xmlrpc.client
 
-from table import markdown, write_json
-from worlds import (
-    answer,
-    finish,
-    init,
-    message,
-    one_process,
-    open_worlds,
-    option_parser,
-    ran_as_worker,
-    say,
-    taken_in_turn,
-)
+from worlds import answer, compare, finish, imported_ms, init, message, one_process, open_worlds, say
 
 # ---- workers: in their own processes, with the public rospy API only
 
@@ -223,39 +210,52 @@ def status():
 # ---- the driver
 
 
-def flow(world, seconds, kind, queue, window, peers=1, of_publisher=False):
-    """Return the messages/s at all subscribers, or the publisher's processor time in us per message."""
+def finish_all(*processes):
+    for process in processes:
+        finish(process)
+
+
+def flow(kind, queue, window, world, seconds, peers=1):
+    """Return the messages/s at all subscribers, and the publisher's processor time in us per message."""
     sinks = [world.work("sink", kind, window) for _ in range(peers)]
     source = world.work("source", kind, queue, window, seconds, peers)
     published = answer(source)
     rates = [answer(sink)["rate"] for sink in sinks]
-    for process in (source, *sinks):
-        finish(process)
-    return published["cpu"] / published["sent"] * 1e6 if of_publisher else sum(rates)
+    finish_all(source, *sinks)
+    return sum(rates), published["cpu"] / published["sent"] * 1e6
 
 
-def trip(world, seconds, kind, queue):
+def one_to_one(label, kind, queue, window, world, seconds):
+    return {f"{label}: messages/s": flow(kind, queue, window, world, seconds)[0]}
+
+
+def fan(queue, world, seconds):
+    label = f"1 to 10 processes, 16 B, queue_size={queue}"
+    rate, used_us = flow("string", queue, 0, world, seconds, peers=10)
+    return {
+        f"{label}: messages/s": rate,
+        f"{label}: us of the publisher's processor time per message": used_us,
+    }
+
+
+def trip(label, kind, queue, world, seconds):
     echo, measuring = world.work("echo", kind, queue), world.work("trip", kind, queue, seconds)
     median = answer(measuring)["median"]
-    finish(measuring)
-    finish(echo)
-    return median * 1e6
+    finish_all(measuring, echo)
+    return {f"round trip {label}, queue_size={queue}: us": median * 1e6}
 
 
-def service(world, seconds, persistent):
+def service(label, persistent, world, seconds):
     server = world.work("server")
     answer(server)
     caller = world.work("caller", persistent, seconds)
     median = answer(caller)["median"]
-    finish(caller)
-    finish(server)
-    return median * 1e6
+    finish_all(caller, server)
+    return {f"service call{label}: us": median * 1e6}
 
 
-def control(world, _seconds, megabytes, peers):
-    """Return the duration in ms of the longest slave API call while subscribers connect and receive a latched
-    map.
-    """
+def control(world, _seconds, megabytes=100, peers=3):
+    """Measure the longest slave API call while subscribers connect and receive a latched map."""
     server = world.work("map", megabytes)
     uri, longest = answer(server)["uri"], 0.0
     late = [world.work("late") for _ in range(peers)]
@@ -268,105 +268,64 @@ def control(world, _seconds, megabytes, peers):
             node.requestTopic("/benchmark", "/map", [["TCPROS"]])
         longest = max(longest, time.perf_counter() - began)
         time.sleep(0.01)
-    for process in (server, *late):
-        finish(process)
-    return longest * 1e3
+    finish_all(server, *late)
+    label = f"requestTopic while {peers} nodes subscribe to a latched {megabytes} MB map, longest call: ms"
+    return {label: longest * 1e3}
 
 
-def many(world, _seconds, what):
-    return one_process(world, __file__, "many")[what]
+def many(world, _seconds):
+    found = one_process(world, __file__, "many")
+    label = "200 topics published and received by one node"
+    return {f"{label}: threads": found["threads"], f"{label}: MB": found["mb"]}
 
 
-def start(world, _seconds, what):
-    return one_process(world, __file__, "start")[what] * 1e3
+def init_node(world, _seconds):
+    return {"init_node: ms": one_process(world, __file__, "start")["initialised"] * 1e3}
 
 
-def imports(world, _seconds):
-    began = time.perf_counter()
-    subprocess.run([world.python, "-c", "import rospy"], env=world.environment, check=True)
-    return (time.perf_counter() - began) * 1e3
+def import_rospy(world, _seconds):
+    return {"import rospy, whole process: ms": imported_ms(world, "rospy")}
 
 
 def leave(world, _seconds):
-    """Return the time in ms from Ctrl-C to the end of a talker's process."""
+    """Measure the time from Ctrl-C to the end of a talker's process, and its memory."""
     talker = world.work("talker")
-    answer(talker)
+    megabytes = answer(talker)["mb"]
     time.sleep(0.35)
     began = time.perf_counter()
     talker.send_signal(signal.SIGINT)
     talker.wait()
     took = time.perf_counter() - began
     finish(talker)
-    return took * 1e3
+    return {"exit of a node after Ctrl-C: ms": took * 1e3, "resident memory of a talker: MB": megabytes}
 
 
-def memory(world, _seconds):
-    return one_process(world, __file__, "talker")["mb"]
-
-
-IN_FAN = "of the publisher's processor time per message"
-# Group and label; the function that measures, and its arguments.
-WORKLOADS = {
-    ("flow", "String 16 B, queue_size=1000, window 500: messages/s"): (flow, "string", 1000, 500),
-    ("flow", "Imu, queue_size=1000, window 500: messages/s"): (flow, "imu", 1000, 500),
-    ("flow", "String 16 B, queue_size=None: messages/s"): (flow, "string", None, 0),
-    ("flow", "Imu, queue_size=None: messages/s"): (flow, "imu", None, 0),
-    ("flow", "Image 1 MB, queue_size=50, window 8: messages/s"): (flow, "image", 50, 8),
-    ("flow", "Image 1 MB, queue_size=None: messages/s"): (flow, "image", None, 0),
-    ("flow", "PointCloud2 4 MB, queue_size=None: messages/s"): (flow, "cloud", None, 0),
-    ("trip", "round trip 16 B, queue_size=10: us"): (trip, "string", 10),
-    ("trip", "round trip 16 B, queue_size=None: us"): (trip, "string", None),
-    ("trip", "round trip 1 MB, queue_size=10: us"): (trip, "image", 10),
-    ("fan", "1 to 10 processes, 16 B, queue_size=None: messages/s"): (flow, "string", None, 0, 10),
-    ("fan", "1 to 10 processes, 16 B, queue_size=1000: messages/s"): (flow, "string", 1000, 0, 10),
-    ("fan", f"1 to 10 processes, 16 B, queue_size=None: us {IN_FAN}"): (flow, "string", None, 0, 10, True),
-    ("fan", f"1 to 10 processes, 16 B, queue_size=1000: us {IN_FAN}"): (flow, "string", 1000, 0, 10, True),
-    ("service", "service call: us"): (service, False),
-    ("service", "service call, persistent: us"): (service, True),
-    ("control", "requestTopic while 3 nodes subscribe to a latched 100 MB map, longest call: ms"): (
-        control, 100, 3
-    ),
-    ("many", "200 topics published and received by one node: threads"): (many, "threads"),
-    ("many", "200 topics published and received by one node: MB"): (many, "mb"),
-    ("start", "init_node: ms"): (start, "initialised"),
-    ("start", "import rospy, whole process: ms"): (imports,),
-    ("start", "exit of a node after Ctrl-C: ms"): (leave,),
-    ("start", "resident memory of a talker: MB"): (memory,),
-}  # fmt: skip
-
-QUICK = (
-    "String 16 B, queue_size=1000, window 500: messages/s",
-    "Image 1 MB, queue_size=50, window 8: messages/s",
-    "round trip 16 B, queue_size=10: us",
-    "service call: us",
-    "init_node: ms",
-    "import rospy, whole process: ms",
+FLOWS = (
+    ("String 16 B, queue_size=1000, window 500", "string", 1000, 500),
+    ("Imu, queue_size=1000, window 500", "imu", 1000, 500),
+    ("String 16 B, queue_size=None", "string", None, 0),
+    ("Imu, queue_size=None", "imu", None, 0),
+    ("Image 1 MB, queue_size=50, window 8", "image", 50, 8),
+    ("Image 1 MB, queue_size=None", "image", None, 0),
+    ("PointCloud2 4 MB, queue_size=None", "cloud", None, 0),
 )
-
-
-def labelled(label, measure, *arguments):
-    return {label: measure(*arguments)}
-
-
-def main():
-    parser = option_parser(__doc__, dict.fromkeys(group for group, _ in WORKLOADS), 2.0)
-    parser.add_argument("--quick", action="store_true", help="run only a few workloads")
-    options = parser.parse_args()
-    if ran_as_worker(options, globals()):
-        return
-    rows, wanted = [], options.only.split(",")
-    with open_worlds(roscpp=True) as worlds:
-        for (group, label), (measure, *arguments) in WORKLOADS.items():
-            if (options.only and group not in wanted) or (options.quick and label not in QUICK):
-                continue
-            able = [world for world in worlds if world.has(measure, arguments)]
-            figure = functools.partial(labelled, label, measure)
-            rows += taken_in_turn(figure, able, options.rounds, options.seconds, *arguments)
-            print(".", end="", flush=True)
-    print("\n" + markdown(rows))
-    if options.json:
-        write_json(options.json, rows)
+TRIPS = (("16 B", "string", 10), ("16 B", "string", None), ("1 MB", "image", 10))
+WORKLOADS = {
+    **{f"flow {each[0]}": functools.partial(one_to_one, *each) for each in FLOWS},
+    **{f"trip {each[0]} {each[2]}": functools.partial(trip, *each) for each in TRIPS},
+    **{f"fan {queue}": functools.partial(fan, queue) for queue in (None, 1000)},
+    "service": functools.partial(service, "", False),
+    "service, persistent": functools.partial(service, ", persistent", True),
+    "control": control,
+    "many": many,
+    "start init_node": init_node,
+    "start import": import_rospy,
+    "start exit": leave,
+}
+QUICK = (
+    f"flow {FLOWS[0][0]}", f"flow {FLOWS[4][0]}", "trip 16 B 10", "service", "start init_node", "start import"
+)  # fmt: skip
 
 
 if __name__ == "__main__":
-    main()
+    compare(__doc__, WORKLOADS, globals(), opened=open_worlds(roscpp=True), quick=QUICK)

@@ -10,10 +10,9 @@ only method. Similarly, "from bytes" is the method that the transport calls for 
 
 import functools
 import io
-import os
 import timeit
 
-from worlds import compare, one_process, say
+from worlds import compare, message, one_process, say
 
 COUNTERPARTS = {  # the genpy operation that corresponds to each operation
     "serialize": "serialize",
@@ -21,20 +20,6 @@ COUNTERPARTS = {  # the genpy operation that corresponds to each operation
     "deserialize": "deserialize",
     "from bytes": "deserialize",
 }
-
-
-def string():
-    from std_msgs.msg import String
-
-    return String("0123456789abcdef")
-
-
-def imu():
-    from sensor_msgs.msg import Imu
-
-    message = Imu(orientation_covariance=[0.1 * i for i in range(9)])
-    message.header.frame_id = "imu_link"
-    return message
 
 
 def joint_state(name="joint"):
@@ -47,21 +32,6 @@ def joint_state(name="joint"):
 def two_joint_states():
     """Messages from two robots. pipros caches the last names that it read, but here they never repeat."""
     return joint_state(), joint_state("wrist")
-
-
-def image():
-    from sensor_msgs.msg import Image
-
-    message = Image(height=512, width=683, encoding="rgb8", step=2049, data=os.urandom(1 << 20))
-    message.header.frame_id = "camera"
-    return message
-
-
-def point_cloud():
-    from sensor_msgs.msg import PointCloud2, PointField
-
-    fields = [PointField(name, 4 * i, 7, 1) for i, name in enumerate("xyz")]
-    return PointCloud2(fields=fields, point_step=16, height=1, width=1 << 18, data=os.urandom(4 << 20))
 
 
 def path():
@@ -86,12 +56,12 @@ def transforms():
 
 STEPS = {"position": 0.1, "velocity": 0.2, "effort": 0.3}
 CASES = {
-    "String 16 B": string,
-    "Imu": imu,
+    "String 16 B": functools.partial(message, "string"),
+    "Imu": functools.partial(message, "imu"),
     "JointState 50": joint_state,
     "JointState 50 from two robots": two_joint_states,
-    "Image 1 MB": image,
-    "PointCloud2 4 MB": point_cloud,
+    "Image 1 MB": functools.partial(message, "image"),
+    "PointCloud2 4 MB": functools.partial(message, "cloud"),
     "Path 1000": path,
     "TFMessage 50": transforms,
 }
@@ -108,15 +78,15 @@ def microseconds(action):
 def worker_times(name):
     """Say the times for a message. Two messages are read in turn."""
     made = CASES[name]()
-    message, other = made if isinstance(made, tuple) else (made, made)
-    cls, data, others = type(message), serialized(message), serialized(other)
-    times = {"serialize": microseconds(lambda: message.serialize(io.BytesIO()))}
-    if other is message:
+    one, other = made if isinstance(made, tuple) else (made, made)
+    cls, data, others = type(one), serialized(one), serialized(other)
+    times = {"serialize": microseconds(lambda: one.serialize(io.BytesIO()))}
+    if other is one:
         times["deserialize"] = microseconds(lambda: cls().deserialize(data))
     else:
         times["deserialize"] = microseconds(lambda: (cls().deserialize(data), cls().deserialize(others))) / 2
-    if hasattr(message, "_to_buffers"):
-        times["buffers"] = microseconds(message._to_buffers)
+    if hasattr(one, "_to_buffers"):
+        times["buffers"] = microseconds(one._to_buffers)
         times["from bytes"] = microseconds(lambda: cls._from_bytes(data))
     say(**times)
 

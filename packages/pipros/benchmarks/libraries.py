@@ -9,12 +9,12 @@ better. Nothing else should be running. The load from other programs is printed;
 mean little. If genuine ROS is not installed, only pipros is measured.
 """
 
+import itertools
 import random
 import statistics
-import subprocess
 import time
 
-from worlds import answer, compare, finish, init, one_process, say
+from worlds import answer, compare, finish, imported_ms, init, one_process, say
 
 FRAMES = 50
 RATE_HZ = 100
@@ -64,7 +64,7 @@ def worker_tf():
             buffer.set_transform(each, "benchmark")
         return len(sent)
 
-    figures = {"set_transform: us": per_operation(insert)}
+    set_us = per_operation(insert)
     stamps = [rospy.Time.from_sec(random.Random(i).uniform(101, 109)) for i in range(1000)]  # noqa: S311
     for index in range(30):  # five arms of six moving links each
         parent = "f8" if index % 6 == 0 else f"link{index - 1}"
@@ -73,28 +73,27 @@ def worker_tf():
             buffer.set_transform(made, "benchmark")
     look, can = buffer.lookup_transform, buffer.can_transform
 
-    def ask(question, times):
-        for stamp in times:
-            question("f0", "f8", stamp)
-        return len(times)
+    def ask(question, times, targets=("f8",)):
+        asked = [(target, stamp) for stamp in times for target in targets]
 
-    figures["lookup_transform over 8 frames, latest: us"] = per_operation(
-        lambda: ask(look, [rospy.Time(0)] * 1000)
+        def work():
+            for target, stamp in asked:
+                question("f0", target, stamp)
+            return len(asked)
+
+        return per_operation(work)
+
+    links = [f"link{index}" for index in range(30)]
+    say(
+        **{
+            "set_transform: us": set_us,
+            "lookup_transform over 8 frames, latest: us": ask(look, [rospy.Time(0)] * 1000),
+            "lookup_transform over 8 frames, interpolated: us": ask(look, stamps),
+            "lookup_transform over 8 frames, the same stamp again: us": ask(look, stamps[:1] * 1000),
+            "lookup_transform of 30 links at one stamp: us per link": ask(look, stamps[:50], links),
+            "can_transform over 8 frames: us": ask(can, stamps),
+        }
     )
-    figures["lookup_transform over 8 frames, interpolated: us"] = per_operation(lambda: ask(look, stamps))
-    figures["lookup_transform over 8 frames, the same stamp again: us"] = per_operation(
-        lambda: ask(look, stamps[:1] * 1000)
-    )
-
-    def all_links():
-        for stamp in stamps[:50]:
-            for index in range(30):
-                look("f0", f"link{index}", stamp)
-        return 50 * 30
-
-    figures["lookup_transform of 30 links at one stamp: us per link"] = per_operation(all_links)
-    figures["can_transform over 8 frames: us"] = per_operation(lambda: ask(can, stamps))
-    say(**figures)
 
 
 def worker_send_frames():
@@ -138,31 +137,30 @@ def worker_filter():
     import message_filters
     import rospy
 
-    figures = {}
-    for kind, more in (("TimeSynchronizer", ()), ("ApproximateTimeSynchronizer", (0.005,))):
+    def fed(kind, *slop):
+        """Return the time of a filter whose inputs get messages with equal, or similar, stamps."""
         inputs = [message_filters.SimpleFilter() for _ in range(3)]
-        made = getattr(message_filters, kind)(inputs, 10, *more)
-        seen = []
-        made.registerCallback(lambda *_: seen.append(1))  # noqa: B023
-        begin = [100]
+        made, seen, begin = getattr(message_filters, kind)(inputs, 10, *slop), [], itertools.count(100, 100)
+        made.registerCallback(lambda *_: seen.append(1))
 
         def feed():
-            begin[0] += 100  # noqa: B023
+            start = next(begin)
             for i in range(2000):
-                for k, one in enumerate(inputs):  # noqa: B023
+                for k, one in enumerate(inputs):
                     message = Imu()
-                    late = k * 1000000 if more else 0  # noqa: B023
-                    message.header.stamp = rospy.Time(begin[0] + i // 100, i % 100 * 10000000 + late)  # noqa: B023
+                    late = k * 1000000 if slop else 0
+                    message.header.stamp = rospy.Time(start + i // 100, i % 100 * 10000000 + late)
                     one.signalMessage(message)
             return 6000
 
-        figures[f"{kind}, 3 inputs: us per message"] = per_operation(feed)
+        taken = per_operation(feed)
         assert seen
-    say(**figures)
+        return {f"{kind}, 3 inputs: us per message": taken}
+
+    say(**fed("TimeSynchronizer"), **fed("ApproximateTimeSynchronizer", 0.005))
 
 
-def worker_action_server():
-    rospy = init("server")
+def action_server():
     from actionlib.msg import TestAction
 
     import actionlib
@@ -171,6 +169,12 @@ def worker_action_server():
         "go", TestAction, lambda _: server.set_succeeded(), auto_start=False
     )
     server.start()
+    return server
+
+
+def worker_action_server():
+    rospy = init("server")
+    server = action_server()  # noqa: F841 # which keeps it
     say(ready=True)
     rospy.spin()
 
@@ -181,11 +185,7 @@ def worker_action_client(alone):
 
     import actionlib
 
-    if alone:
-        server = actionlib.SimpleActionServer(
-            "go", TestAction, lambda _: server.set_succeeded(), auto_start=False
-        )
-        server.start()
+    server = action_server() if alone else None  # noqa: F841
     client = actionlib.SimpleActionClient("go", TestAction)
     client.wait_for_server()
     client.send_goal_and_wait(TestGoal(1), rospy.Duration(5))
@@ -222,15 +222,10 @@ def action(world, _seconds):
 
 
 def imports(world, _seconds):
-    figures = {}
-    for name in ("tf2_ros", "actionlib"):
-        taken = []
-        for _ in range(5):
-            began = time.perf_counter()
-            subprocess.run([world.python, "-c", f"import {name}"], env=world.environment, check=True)
-            taken.append(time.perf_counter() - began)
-        figures[f"import {name}, whole process: ms"] = min(taken) * 1e3
-    return figures
+    return {
+        f"import {name}, whole process: ms": min(imported_ms(world, name) for _ in range(5))
+        for name in ("tf2_ros", "actionlib")
+    }
 
 
 def alone(role):

@@ -7,10 +7,16 @@ import sys
 import tempfile
 from contextlib import ExitStack
 
+import psutil
 from table import free_port, wait_for_port
 
 SCRIPTS = os.path.dirname(sys.executable)
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+
+
+def cpu_s(pid):
+    """Return the processor time that a process has used, in seconds."""
+    return sum(psutil.Process(pid).cpu_times()[:2])
 
 
 class Programs(ExitStack):

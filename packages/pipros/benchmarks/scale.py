@@ -10,7 +10,7 @@ with an error. `--svg` draws a chart of the figures. `--quick` measures the smal
 """
 
 import contextlib
-import dataclasses
+import functools
 import math
 import os
 import signal
@@ -18,11 +18,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from xml.sax.saxutils import escape
 
-from table import as_text, markdown, write_json
-from worlds import answer, finish, init, open_worlds, option_parser, ran_as_worker, say, taken_in_turn
+from table import as_text
+from worlds import answer, compare, finish, init, say
 
 WORKER_S = 300  # no worker lives longer
 END_S = 20  # time to unregister and end, before a worker is terminated
@@ -179,18 +178,18 @@ def flow(world, seconds, size, rate_hz, peers):
     return used[0] / count * 1e6, sum(used[1:]) / count * 1e6
 
 
-def by_size(world, seconds, size):
+def by_size(size, world, seconds):
     rate_hz = 100 if size <= 32_000 else 20 if size <= 1_000_000 else 5
     label = f"message of {in_bytes(size)} at {rate_hz} Hz: us of processor time, both ends"
     return {label: sum(flow(world, seconds, size, rate_hz, 1))}
 
 
-def by_subscribers(world, seconds, peers):
+def by_subscribers(peers, world, seconds):
     label = f"subscribers, {peers}, 1 kB at {RATE_HZ} Hz: us of the publisher's processor time per message"
     return {label: flow(world, seconds, BYTES, RATE_HZ, peers)[0]}
 
 
-def by_topics(world, _seconds, count):
+def by_topics(count, world, _seconds):
     """Return the time until a second node is connected to all topics of a node, and the part to advertise."""
     with workers(world) as start:
         pair = start("advertiser", count), start("subscriber", count)
@@ -208,7 +207,7 @@ def by_topics(world, _seconds, count):
     }
 
 
-def by_nodes(world, _seconds, count):
+def by_nodes(count, world, _seconds):
     with workers(world) as start:
         before = processor_s(world.master)
         for member in [start("member", number) for number in range(count)]:
@@ -218,77 +217,54 @@ def by_nodes(world, _seconds, count):
     return {f"nodes, {count} at once: ms of the master's processor time per node": used / count * 1e3}
 
 
+def short(count):
+    """Return a number with three zeros, or six, as a letter: 32_000 as 32k."""
+    return f"{count // 10**6}M" if count >= 10**6 else f"{count // 1000}k" if count >= 1000 else str(count)
+
+
 def in_bytes(count):
-    """Return a size with its unit.
-
-    >>> in_bytes(16), in_bytes(32_000), in_bytes(8_000_000)
-    ('16 B', '32 kB', '8 MB')
-    """
-    factor, unit = next(pair for pair in ((10**6, "MB"), (10**3, "kB"), (1, "B")) if count >= pair[0])
-    return f"{count // factor} {unit}"
+    return short(count).rstrip("kM") + {"k": " kB", "M": " MB"}.get(short(count)[-1], " B")
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Panel:
-    """A scale: `measure` returns a figure for each label at one point of it. The chart shows the first."""
-
-    measure: Callable
-    points: tuple[int, ...]
-    title: str
-    y_title: str
-    x_title: str
-    tick: Callable = str
-
-
-PANELS = {
-    "size": Panel(
-        by_size,
-        (16, 1_000, 32_000, 1_000_000, 8_000_000),
-        "Message size",
-        "processor time of both ends (us)",
-        "size of each message (bytes)",
-        lambda point: in_bytes(point).rstrip("B").replace(" ", ""),
+#: For each scale: a function that returns figures by label for a point; the points; the titles in the chart,
+#: which shows the first figure.
+SCALES = {
+    "size": (
+        by_size, (16, 1_000, 32_000, 1_000_000, 8_000_000),
+        "Message size", "processor time of both ends (us)", "size of each message (bytes)",
     ),
-    "subscribers": Panel(
-        by_subscribers,
-        (1, 2, 4, 8, 16),
-        "Subscribers",
-        "publisher's time per message (us)",
-        f"subscribers, 1 kB at {RATE_HZ} Hz (count)",
+    "subscribers": (
+        by_subscribers, (1, 2, 4, 8, 16),
+        "Subscribers", "publisher's time per message (us)", f"subscribers, 1 kB at {RATE_HZ} Hz (count)",
     ),
-    "topics": Panel(
-        by_topics,
-        (1, 10, 100, 500),
-        "Topics",
-        "time until all are connected (s)",
-        "topics between two nodes (count)",
+    "topics": (
+        by_topics, (1, 10, 100, 500),
+        "Topics", "time until all are connected (s)", "topics between two nodes (count)",
     ),
-    "nodes": Panel(
-        by_nodes,
-        (1, 4, 16, 32),
-        "Nodes",
-        "master's time per node (ms)",
-        "nodes that start together (count)",
+    "nodes": (
+        by_nodes, (1, 4, 16, 32), "Nodes", "master's time per node (ms)", "nodes that start together (count)"
     ),
+}  # fmt: skip
+WORKLOADS = {
+    f"{name} {point}": functools.partial(scale[0], point)
+    for name, scale in SCALES.items()
+    for point in scale[1]
+}
+QUICK = {
+    f"{name} {point}" for name, scale in SCALES.items() for point in scale[1][: (len(scale[1]) + 1) // 2]
 }
 
 
 # ---- the chart
 
-WIDTH, HEIGHT = 960, 280
-LEFT, RIGHT, TOP, BOTTOM = 48, 16, 52, 48  # margins around the axes of a panel
-NAME_WIDTH = 46
-PADDING = 18  # between the axes and the outermost points, for the names of the lines
+WIDTH, HEIGHT, LEFT, TOP, BOTTOM = 960, 260, 24, 78, 200
 STYLE = """
 svg { color: #1c2733; font: 11px ui-sans-serif, system-ui, sans-serif; }
 .ground { fill: #ffffff; }
-text { fill: currentColor; }
+text, circle { fill: currentColor; }
 .title { font-size: 14px; font-weight: 600; }
-.axis { stroke: currentColor; fill: none; }
-.grid { stroke: currentColor; stroke-opacity: .15; }
-.mark { fill: currentColor; }
-.name { font-weight: 600; }
 polyline { stroke: currentColor; stroke-width: 2; fill: none; }
+polyline.genuine { stroke-dasharray: 5 3; }
 .genuine { color: #b4470c; }
 .pipros { color: #0b62a8; }
 @media (prefers-color-scheme: dark) {
@@ -298,127 +274,75 @@ svg { color: #e4eaf0; }
 .pipros { color: #6db1f2; }
 }
 """
-STEPS = [float(f"{digit}e{power}") for power in range(-6, 9) for digit in (1, 2, 5)]
 
 
 def chart(figures):
     """Return an SVG with a panel for each scale in `figures`: {scale: {world: {point: figure}}}."""
-    width = WIDTH / len(figures)
-    words = " ".join(described(PANELS[name], lines) for name, lines in figures.items())
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" version="1.1" viewBox="0 0 {WIDTH} {HEIGHT}"'
-        f' width="{WIDTH}" height="{HEIGHT}" role="img" aria-labelledby="title desc">',
-        '<title id="title">Cost over scale of genuine ROS 1 and pipros</title>',
-        f'<desc id="desc">{escape(words)}</desc>',
-        f'<style type="text/css">{STYLE}</style>',
-        f'<rect class="ground" width="{WIDTH}" height="{HEIGHT}"/>',
-    ]
-    for place, (name, lines) in enumerate(figures.items()):
+    width, parts, words = WIDTH / len(figures), [], []
+    for place, (scale, lines) in enumerate(figures.items()):
+        _, _, title, y_title, x_title = SCALES[scale]
+        points = sorted(lines["pipros"])
+        first, last = points[0], points[-1]
+        ends = [f"{world} {as_text(line[first])} to {as_text(line[last])}" for world, line in lines.items()]
+        words.append(
+            f"{title}: {y_title}, {x_title} from {short(first)} to {short(last)}: {', '.join(ends)}."
+        )
         parts.append(f'<g transform="translate({place * width:g},0)">')
-        parts += drawn(PANELS[name], lines, width)
+        parts += [text(LEFT, 18, title, "title"), text(LEFT, 34, y_title), text(LEFT, HEIGHT - 12, x_title)]
+        parts += [text(LEFT + 60 * n, 50, world, world) for n, world in enumerate(lines)]
+        parts += drawn(points, lines, width)
         parts.append("</g>")
-    return "\n".join([*parts, "</svg>", ""])
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" version="1.1" viewBox="0 0 {WIDTH} {HEIGHT}"'
+            f' width="{WIDTH}" height="{HEIGHT}" role="img" aria-labelledby="title desc">',
+            '<title id="title">Cost over scale of genuine ROS 1 and pipros</title>',
+            f'<desc id="desc">{escape(" ".join(words))}</desc>',
+            f'<style type="text/css">{STYLE}</style>',
+            f'<rect class="ground" width="{WIDTH}" height="{HEIGHT}"/>',
+            *parts,
+            "</svg>\n",
+        ]
+    )
 
 
-def described(panel, lines):
-    """Return a sentence with the first and last figures of a panel, for screen readers."""
-    first, *_, last = sorted(lines["pipros"])
-    ends = [f"{world} {as_text(line[first])} to {as_text(line[last])}" for world, line in lines.items()]
-    scale = f"{panel.x_title} from {panel.tick(first)} to {panel.tick(last)}"
-    return f"{panel.title}: {panel.y_title}, {scale}: {', '.join(ends)}."
-
-
-def drawn(panel, lines, width):
-    """Return the elements of one panel."""
-    points = sorted(lines["pipros"])
-    values = [value for line in lines.values() for value in line.values()]
-    low = max(step for step in STEPS if step <= min(values))
-    high = min(step for step in STEPS if step > max(values))
-    right, bottom = width - RIGHT, HEIGHT - BOTTOM
-
-    def x(point):
-        share = math.log(point / points[0]) / math.log(points[-1] / points[0])
-        return LEFT + PADDING + share * (right - LEFT - 2 * PADDING)
-
-    def y(value):
-        return bottom - PADDING - math.log(value / low) / math.log(high / low) * (bottom - TOP - 2 * PADDING)
-
-    parts = [
-        text(LEFT - 40, 18, panel.title, "title"),
-        text(LEFT - 40, 36, panel.y_title),
-        text((LEFT + right) / 2, HEIGHT - 10, panel.x_title, anchor="middle"),
-        f'<path class="axis" d="M{LEFT},{TOP} V{bottom} H{right:g}"/>',
-    ]
-    steps = [step for step in STEPS if low <= step <= high]
-    if len(steps) > 7:
-        steps = [step for step in steps if math.log10(step).is_integer()]
-    for step in steps:
-        parts.append(f'<path class="grid" d="M{LEFT},{y(step):.1f} H{right:g}"/>')
-        parts.append(text(LEFT - 5, y(step) + 4, as_text(step), anchor="end"))
-    for point in points:
-        parts.append(f'<path class="axis" d="M{x(point):.1f},{bottom} v4"/>')
-        parts.append(text(x(point), bottom + 16, panel.tick(point), anchor="middle"))
-    spots = {
-        world: [(x(point), y(value)) for point, value in sorted(line.items())]
-        for world, line in lines.items()
-    }
-    upper = min(spots, key=lambda world: spots[world][-1][1])
-    for world, line in spots.items():
-        joined = " ".join(f"{left:.1f},{top:.1f}" for left, top in line)
+def drawn(points, lines, width):
+    """Return the lines of a panel, with a logarithmic height, and each point labelled with its figure."""
+    logs = [math.log(value) for line in lines.values() for value in line.values()]
+    low, high = min(logs), max(logs)
+    step = (width - 3 * LEFT) / max(len(points) - 1, 1)
+    spots = {point: LEFT + 12 + number * step for number, point in enumerate(points)}
+    parts = [text(left, HEIGHT - 30, short(point), anchor="middle") for point, left in spots.items()]
+    for world, line in lines.items():
+        tops = {
+            at: BOTTOM - (math.log(value) - low) / (high - low) * (BOTTOM - TOP) for at, value in line.items()
+        }
+        joined = " ".join(f"{spots[at]:.1f},{tops[at]:.1f}" for at in points)
         parts.append(f'<polyline class="{world}" points="{joined}"/>')
-        parts += [marker(world, *spot) for spot in line]
-        parts.append(name(world, spots, above=world == upper))
+        for at in points:
+            is_upper = line[at] == max(each[at] for each in lines.values())
+            parts.append(f'<circle class="{world}" cx="{spots[at]:.1f}" cy="{tops[at]:.1f}" r="3.5"/>')
+            parts.append(
+                text(spots[at], tops[at] + (-8 if is_upper else 17), as_text(line[at]), world, "middle")
+            )
     return parts
 
 
-def marker(world, left, top):
-    """Return the mark of a point; its shape tells the lines apart without colours."""
-    if world == "pipros":
-        return f'<circle class="mark {world}" cx="{left:.1f}" cy="{top:.1f}" r="3.5"/>'
-    return f'<rect class="mark {world}" x="{left - 3:.1f}" y="{top - 3:.1f}" width="6" height="6"/>'
-
-
-def name(world, spots, above):
-    """Return a line's name: of the upper line above its highest end, of the lower line below its lowest end.
-
-    The line does not cross it there, whether it rises or falls, and the name avoids the marks of both lines.
-    """
-    first, *_, last = spots[world]
-    outer = min if above else max
-    end = outer(first, last, key=lambda spot: spot[1])
-    top = outer(y for line in spots.values() for x, y in line if abs(x - end[0]) < NAME_WIDTH)
-    anchor, nudge = ("start", -7) if end == first else ("end", 7)
-    return text(end[0] + nudge, top + (-9 if above else 17), world, f"name {world}", anchor)
-
-
 def text(left, top, words, kind="", anchor="start"):
-    attributes = f' class="{kind}"' if kind else ""
-    attributes += f' text-anchor="{anchor}"' if anchor != "start" else ""
-    return f'<text x="{left:.1f}" y="{top:.1f}"{attributes}>{escape(words)}</text>'
+    kind = f' class="{kind}"' if kind else ""
+    return f'<text x="{left:.1f}" y="{top:.1f}"{kind} text-anchor="{anchor}">{escape(words)}</text>'
 
 
 def main():
-    parser = option_parser(__doc__, PANELS, 2.0)
-    parser.add_argument("--quick", action="store_true", help="the smaller half of each scale")
-    parser.add_argument("--svg", help="also draw a chart into this file")
-    options = parser.parse_args()
-    if ran_as_worker(options, globals()):
-        return
-    rows, figures = [], {}
-    with open_worlds(tuned=False) as worlds:
-        for scale in options.only.split(",") if options.only else PANELS:
-            panel, lines = PANELS[scale], {world.name: {} for world in worlds}
-            for point in panel.points[: (len(panel.points) + 1) // 2 if options.quick else None]:
-                found = taken_in_turn(panel.measure, worlds, options.rounds, options.seconds, point)
-                for world, line in lines.items():
-                    line[point] = found[0].figure(world)
-                rows += found
-                print(".", end="", file=sys.stderr, flush=True)
-            figures[scale] = lines
-    print(f"\n{markdown(rows)}")
-    if options.json:
-        write_json(options.json, rows)
-    if options.svg:
+    options, rows = compare(
+        __doc__, WORKLOADS, globals(), quick=QUICK, svg="also draw a chart into this file"
+    )
+    if options.svg and rows:
+        figures = {}
+        for name, (row, *_) in rows.items():
+            scale, point = name.split()
+            for world in row.values:
+                figures.setdefault(scale, {}).setdefault(world, {})[int(point)] = row.figure(world)
         with open(options.svg, "w") as file:
             file.write(chart(figures))
 

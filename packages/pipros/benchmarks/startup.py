@@ -7,43 +7,40 @@ Both implementations alternate, each with its own master, and the median counts.
 installed, only pipros is measured. Other load affects the figures more than the ratio.
 """
 
-from __future__ import annotations
-
+import contextlib
 import os
-import random
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, cast
 from xmlrpc.client import ServerProxy
 
 import psutil
-from table import Row, markdown, write_json
-from worlds import option_parser, ran_as_worker, taken_in_turn
+from worlds import GENUINE_PYTHON, World, compare
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
 MISSED_AFTER_S = 20.0
 HELLO = ("std_msgs/String", "data: hello")
+VARIABLES = {"ROS_PACKAGE_PATH": str(EXAMPLE), "LANG": "C.UTF-8", "PYTHONUNBUFFERED": "1"}
 
 
-def free_port() -> int:
-    """Return a port below those that the system assigns, so that no connection takes it before the master."""
-    while True:
-        port = random.randrange(20_000, 30_000)  # noqa: S311
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)):
-                return port
+def started(world, *argv, **variables):
+    """Start a command in its own process group; its output is in one pipe."""
+    return subprocess.Popen(
+        argv,
+        env={**world.environment, **variables},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
 
 
-def end(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
+def end(process):
     """Send Ctrl-C as a terminal does. Genuine nodes sometimes miss it; they are eventually killed, with their
     children, which have groups of their own and hold the output open.
     """
@@ -57,116 +54,77 @@ def end(process: subprocess.Popen[str] | subprocess.Popen[bytes]) -> None:
         process.communicate()
 
 
-class World:
-    """One implementation, which defines how its programs are started, and its home folder."""
+def run(world, *argv):
+    """Return the duration in seconds of a command that must succeed."""
+    began = time.perf_counter()
+    ended = subprocess.run(argv, env=world.environment, capture_output=True, text=True, check=False)
+    seconds = time.perf_counter() - began
+    if ended.returncode:
+        raise SystemExit(f"{world.name}: {' '.join(argv)} failed:\n{ended.stdout}{ended.stderr}")
+    return seconds
 
-    def __init__(self, name: str, path: str, home: Path, **variables: str) -> None:
-        self.name = name
-        home.mkdir()
-        self.port = free_port()
-        self.environment = {
-            "PATH": path,
-            "HOME": str(home),
-            "ROS_HOME": str(home / ".ros"),
-            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
-            "ROS_PACKAGE_PATH": str(EXAMPLE),
-            "ROS_IP": "127.0.0.1",
-            "LANG": "C.UTF-8",
-            "PYTHONUNBUFFERED": "1",
-            **variables,
-        }
 
-    def run(self, *argv: str) -> float:
-        """Return the duration in seconds of a command that must succeed."""
-        began = time.perf_counter()
-        ended = subprocess.run(  # noqa: S603
-            argv, env=self.environment, capture_output=True, text=True, check=False
-        )
-        seconds = time.perf_counter() - began
-        if ended.returncode:
-            raise SystemExit(f"{self.name}: {' '.join(argv)} failed:\n{ended.stdout}{ended.stderr}")
-        return seconds
+def run_until(world, line, *argv, **variables):
+    """Return the seconds until a line contains `line`, and from Ctrl-C to the end of all processes."""
+    began = time.perf_counter()
+    process, printed = started(world, *argv, **variables), []
+    while line not in "".join(printed[-1:]):
+        printed.append(process.stdout.readline())
+        if not printed[-1]:
+            raise SystemExit(f"{world.name}: {' '.join(argv)} ended without '{line}':\n{''.join(printed)}")
+    seen = time.perf_counter()
+    end(process)
+    return seen - began, time.perf_counter() - seen
 
-    def run_until(self, line: str, *argv: str, **variables: str) -> tuple[float, float]:
-        """Return the seconds until a line contains `line`, and from Ctrl-C to the end of all processes."""
-        began = time.perf_counter()
-        process = subprocess.Popen(  # noqa: S603
-            argv,
-            env={**self.environment, **variables},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
-        output = cast("IO[str]", process.stdout)
-        printed = []
-        for printed_line in output:
-            printed.append(printed_line)
-            if line in printed_line:
-                break
-        else:
-            raise SystemExit(f"{self.name}: {' '.join(argv)} ended without '{line}':\n{''.join(printed)}")
-        seen = time.perf_counter()
+
+@contextlib.contextmanager
+def running(world, *argv):
+    """Run a command in the background while the block runs."""
+    process = started(world, *argv)
+    try:
+        yield
+    finally:
         end(process)
-        return seen - began, time.perf_counter() - seen
 
-    @contextmanager
-    def running(self, *argv: str) -> Iterator[None]:
-        """Run a command in the background while the block runs."""
-        process = subprocess.Popen(  # noqa: S603
-            argv,
-            env=self.environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        try:
-            yield
-        finally:
-            end(process)
 
-    @contextmanager
-    def master(self) -> Iterator[None]:
-        with self.running("roscore", "-p", str(self.port)):
-            self._wait_for_rosout()
-            yield
-
-    def _wait_for_rosout(self) -> None:
-        deadline = time.monotonic() + READY_WITHIN_S
-        while time.monotonic() < deadline:
-            try:
-                with ServerProxy(self.environment["ROS_MASTER_URI"]) as master:
-                    if master.lookupNode("/benchmark", "/rosout")[0] == 1:  # type: ignore[index]
-                        return
-            except OSError:
-                pass
+@contextlib.contextmanager
+def master(world):
+    """Run roscore, and wait for /rosout."""
+    deadline = time.monotonic() + READY_WITHIN_S
+    with running(world, "roscore", "-p", str(world.port)):
+        while True:
+            with contextlib.suppress(OSError), ServerProxy(world.environment["ROS_MASTER_URI"]) as proxy:
+                if proxy.lookupNode("/benchmark", "/rosout")[0] == 1:
+                    break
+            if time.monotonic() > deadline:
+                raise SystemExit(f"{world.name}: no roscore within {READY_WITHIN_S} s")
             time.sleep(0.02)
-        raise SystemExit(f"{self.name}: no roscore within {READY_WITHIN_S} s")
+        yield
 
 
-def commands(world: World) -> dict[str, float]:
-    with world.master():
-        world.run("rosparam", "set", "/rate", "10")
-        world.run("rosparam", "set", "/robot", "{name: r1, wheels: [1.5, 2.5], base: {width: 0.4}}")
+def commands(world, _seconds):
+    with master(world):
+        run(world, "rosparam", "set", "/rate", "10")
+        run(world, "rosparam", "set", "/robot", "{name: r1, wheels: [1.5, 2.5], base: {width: 0.4}}")
         return {
-            "rostopic list: s": world.run("rostopic", "list"),
-            "rosnode list: s": world.run("rosnode", "list"),
-            "rosparam get, a number: s": world.run("rosparam", "get", "/rate"),
-            "rosparam get, a string of two lines: s": world.run("rosparam", "get", "/rosversion"),
-            "rosparam get, a dictionary: s": world.run("rosparam", "get", "/robot"),
-            "rosmsg show sensor_msgs/JointState: s": world.run("rosmsg", "show", "sensor_msgs/JointState"),
+            "rostopic list: s": run(world, "rostopic", "list"),
+            "rosnode list: s": run(world, "rosnode", "list"),
+            "rosparam get, a number: s": run(world, "rosparam", "get", "/rate"),
+            "rosparam get, a string of two lines: s": run(world, "rosparam", "get", "/rosversion"),
+            "rosparam get, a dictionary: s": run(world, "rosparam", "get", "/robot"),
+            "rosmsg show sensor_msgs/JointState: s": run(world, "rosmsg", "show", "sensor_msgs/JointState"),
         }
 
 
-def echo(world: World) -> dict[str, float]:
+def echo(world, _seconds):
     """Publish a latched message in advance, so that only the command's time is measured."""
-    with world.master(), world.running("rostopic", "pub", "-l", "/latched", *HELLO):
+    with master(world), running(world, "rostopic", "pub", "-l", "/latched", *HELLO):
         # when this command ends, the publisher is available
-        world.run("rostopic", "echo", "-n", "1", "/latched")
-        return {"rostopic echo -n 1, latched: s": world.run("rostopic", "echo", "-n", "1", "/latched")}
+        run(world, "rostopic", "echo", "-n", "1", "/latched")
+        return {"rostopic echo -n 1, latched: s": run(world, "rostopic", "echo", "-n", "1", "/latched")}
 
 
-def completion(world: World) -> dict[str, float]:
+def completion(world, _seconds):
     """Complete `rostopic echo /<TAB>` as a shell does; for genuine ROS, with rosbash's function."""
     if world.name == "genuine":
         command = (
@@ -175,39 +133,39 @@ def completion(world: World) -> dict[str, float]:
         )  # fmt: skip
     else:
         command = ("pipros-complete", "2", "rostopic", "echo", "/")
-    with world.master():
-        return {"rostopic echo /<TAB>: s": world.run(*command)}
+    with master(world):
+        return {"rostopic echo /<TAB>: s": run(world, *command)}
 
 
-def imports(world: World) -> dict[str, float]:
-    return {"import rospy: s": world.run("python3", "-c", "import rospy")}
+def imports(world, _seconds):
+    return {"import rospy: s": run(world, "python3", "-c", "import rospy")}
 
 
-def core(world: World) -> dict[str, float]:
-    up, down = world.run_until("started core service", "roscore", "-p", str(world.port))
+def core(world, _seconds):
+    up, down = run_until(world, "started core service", "roscore", "-p", str(world.port))
     return {"roscore, start: s": up, "roscore, exit after Ctrl-C: s": down}
 
 
-def node(world: World) -> dict[str, float]:
-    with world.master():
-        up, down = world.run_until("%25", "rosrun", "composiv_tryouts", "composiv_talker.py")
+def node(world, _seconds):
+    with master(world):
+        up, down = run_until(world, "%25", "rosrun", "composiv_tryouts", "composiv_talker.py")
     return {"rosrun talker, first line: s": up, "rosrun talker, exit after Ctrl-C: s": down}
 
 
-def launch(world: World) -> dict[str, float]:
+def launch(world, _seconds):
     """Launch the case study, and a copy whose talker publishes a hundred times a second instead of once.
 
     At 1 Hz, a listener that is connected just after the first message waits a second for the next one.
     """
     argv = ("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
-    up, down = world.run_until("Battery level of vehicle", *argv)
+    up, down = run_until(world, "Battery level of vehicle", *argv)
     copied = Path(world.environment["HOME"], "composiv_tryouts")
     if not copied.exists():
         shutil.copytree(EXAMPLE / "composiv_tryouts", copied)
         talker = copied / "scripts" / "composiv_talker.py"
         talker.write_text(talker.read_text().replace("Rate(1)", "Rate(100)"))
     path = world.environment["ROS_PACKAGE_PATH"].replace(str(EXAMPLE), str(copied.parent))
-    up_at_100_hz, _ = world.run_until("Battery level of vehicle", *argv, ROS_PACKAGE_PATH=path)
+    up_at_100_hz, _ = run_until(world, "Battery level of vehicle", *argv, ROS_PACKAGE_PATH=path)
     return {
         "roslaunch, first message received: s": up,
         "roslaunch, first message received, 100 Hz: s": up_at_100_hz,
@@ -215,41 +173,27 @@ def launch(world: World) -> dict[str, float]:
     }
 
 
-def test(world: World) -> dict[str, float]:
-    return {"rostest: s": world.run("rostest", "composiv_tryouts", "composiv_tryout.launch")}
+def test(world, _seconds):
+    return {"rostest: s": run(world, "rostest", "composiv_tryouts", "composiv_tryout.launch")}
 
 
-def build(world: World) -> dict[str, float]:
+def build(world, _seconds):
     if not shutil.which("catkin_make", path=world.environment["PATH"]):
         return {}
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(EXAMPLE / "composiv_tryouts", Path(folder, "src", "composiv_tryouts"))
         argv = ("catkin_make", "-C", folder)
-        return {"catkin_make: s": world.run(*argv), "catkin_make without changes: s": world.run(*argv)}
+        return {"catkin_make: s": run(world, *argv), "catkin_make without changes: s": run(world, *argv)}
 
 
-SCENES: dict[str, Callable[[World], dict[str, float]]] = {
-    "rostopic": commands,
-    "echo": echo,
-    "completion": completion,
-    "import": imports,
-    "roscore": core,
-    "rosrun": node,
-    "roslaunch": launch,
-    "rostest": test,
-    "build": build,
-}
+SCENES = {
+    "rostopic": commands, "echo": echo, "completion": completion, "import": imports, "roscore": core,
+    "rosrun": node, "roslaunch": launch, "rostest": test, "build": build,
+}  # fmt: skip
 
 
-@contextmanager
-def generated_messages(folder: Path) -> Iterator[Path | None]:
-    """Yield the folder with the generated messages that genuine ROS needs for the example; None if genuine
-    ROS is not installed.
-    """
-    generator = Path("/usr/lib/genpy/genmsg_py.py")
-    if not Path("/usr/bin/roslaunch").exists() or not generator.exists():
-        yield None
-        return
+def generate_messages(folder):
+    """Generate the messages that genuine ROS needs for the example."""
     package = folder / "composiv_tryouts"
     messages = package / "msg"
     messages.mkdir(parents=True)
@@ -257,29 +201,23 @@ def generated_messages(folder: Path) -> Iterator[Path | None]:
     definition = EXAMPLE / "composiv_tryouts" / "msg" / "BatteryLevel.msg"
     options = ("-p", "composiv_tryouts", "-o", str(messages))
     for what in ([str(definition), *options], ["--initpy", *options]):
-        argv = ["/usr/bin/python3", str(generator), *what]
-        subprocess.run(argv, check=True, env={"PATH": "/usr/bin:/bin"})  # noqa: S603
-    yield folder
+        argv = [GENUINE_PYTHON, "/usr/lib/genpy/genmsg_py.py", *what]
+        subprocess.run(argv, check=True, env={"PATH": "/usr/bin:/bin"})
 
 
-def main() -> None:
-    options = option_parser(__doc__ or "", SCENES, 0.0).parse_args()
-    ran_as_worker(options, {})
-    rows: list[Row] = []
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        own = f"{Path(sys.executable).parent}:/usr/bin:/bin"
-        worlds = [World("pipros", own, folder / "pipros")]
-        with generated_messages(folder / "generated") as generated:
-            if generated:
-                more = {"PYTHONPATH": str(generated), "ROS_PACKAGE_PATH": f"{EXAMPLE}:/usr/share"}
-                worlds.append(World("genuine", "/usr/bin:/bin", folder / "genuine", **more))
-            for scene in options.only.split(",") if options.only else SCENES:
-                rows += taken_in_turn(SCENES[scene], worlds, options.rounds)
-    print(markdown(rows))
-    if options.json:
-        write_json(options.json, rows)
+@contextlib.contextmanager
+def open_worlds():
+    """Open pipros and, if it is installed, genuine ROS, without masters."""
+    with tempfile.TemporaryDirectory() as folder:
+        worlds = [World("pipros", sys.executable, VARIABLES, master=None)]
+        if Path("/usr/bin/roslaunch").exists() and Path("/usr/lib/genpy/genmsg_py.py").exists():
+            generate_messages(Path(folder))
+            more = {"PYTHONPATH": folder, "ROS_PACKAGE_PATH": f"{EXAMPLE}:/usr/share"}
+            worlds.append(World("genuine", GENUINE_PYTHON, VARIABLES | more, master=None))
+        yield worlds
+        for world in worlds:
+            world.close()
 
 
 if __name__ == "__main__":
-    main()
+    compare(__doc__, SCENES, globals(), opened=open_worlds())

@@ -6,6 +6,7 @@ Also runs in genuine ROS's Python, so it imports only the standard library.
 import argparse
 import json
 import os
+import random
 import signal
 import socket
 import statistics
@@ -151,10 +152,12 @@ class Load:
 
 
 def free_port():
-    """Return a free TCP port on loopback."""
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
+    """Return a port below those that the system assigns, so that no connection takes it before a server."""
+    while True:
+        port = random.randrange(20_000, 30_000)  # noqa: S311
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)):
+                return port
 
 
 def wait_for_port(port):

@@ -23,25 +23,22 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def message(kind):
+    """Return a string of 16 bytes, an Imu, an image of 1 MB, or a cloud of 4 MB."""
+    from sensor_msgs.msg import Image, Imu, PointCloud2, PointField
+    from std_msgs.msg import String
+
     import rospy
 
     if kind == "string":
-        from std_msgs.msg import String
-
         return String(data="x" * 16)
     if kind == "imu":
-        from sensor_msgs.msg import Imu
-
-        imu = Imu()
+        imu = Imu(orientation_covariance=[0.1 * i for i in range(9)])
         imu.header.frame_id, imu.header.stamp, imu.orientation.w = "imu_link", rospy.Time(1, 2), 1.0
         return imu
     if kind == "image":
-        from sensor_msgs.msg import Image
-
         return Image(height=1024, width=1024, encoding="mono8", step=1024, data=os.urandom(1 << 20))
-    from sensor_msgs.msg import PointCloud2
-
-    return PointCloud2(width=1 << 18, point_step=16, row_step=1 << 22, data=os.urandom(1 << 22))
+    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyz")]
+    return PointCloud2(fields=fields, height=1, width=1 << 18, point_step=16, data=os.urandom(1 << 22))
 
 
 def init(name):
@@ -59,7 +56,7 @@ def say(**values):
 
 
 class World:
-    """One implementation: its Python, its master, and the processes started in it."""
+    """One implementation: its Python, its master if it has one, and the processes started in it."""
 
     def __init__(self, name, python, variables=None, master=("rosmaster", "--core")):
         self.name, self.python = name, python
@@ -75,13 +72,13 @@ class World:
             "TMPDIR": tempfile.gettempdir(),
             **(variables or {}),
         }
-        began = time.perf_counter()
-        self.master = self.spawn([self.find(master[0]), *master[1:], "-p", str(self.port)])
-        wait_for_port(self.port)
-        self.ready_s = time.perf_counter() - began
-
-    def find(self, command):
-        return os.path.join(os.path.dirname(self.python), command)
+        self.master = None
+        if master:
+            began = time.perf_counter()
+            program = os.path.join(os.path.dirname(python), master[0])
+            self.master = self.spawn([program, *master[1:], "-p", str(self.port)])
+            wait_for_port(self.port)
+            self.ready_s = time.perf_counter() - began
 
     def spawn(self, argv):
         return subprocess.Popen(
@@ -102,17 +99,19 @@ class World:
         """Start a worker of script/bench client."""
         return self.start(os.path.join(HERE, "client.py"), role, *arguments)
 
-    def has(self, _measure, _arguments):
+    def has(self, _name):
         """Return whether this implementation has an equivalent of a workload."""
         return True
 
     def close(self):
         """Return the seconds from Ctrl-C to the end of the master."""
         began = time.perf_counter()
-        self.master.send_signal(signal.SIGINT)
-        self.master.wait()
+        if self.master:
+            self.master.send_signal(signal.SIGINT)
+            self.master.wait()
         passed = time.perf_counter() - began
-        self.master.communicate()
+        if self.master:
+            self.master.communicate()
         self.errors.close()
         self.home.cleanup()
         return passed
@@ -138,9 +137,9 @@ class CppWorld(World):
         self.program = os.path.join(workspace, "devel", "lib", "pipros_benchmarks", "client")
         super().__init__("roscpp", GENUINE_PYTHON)
 
-    def has(self, _measure, _arguments):
-        """A queue of None stands for rospy's synchronous publishing, which roscpp lacks."""
-        return _measure.__name__ in ("flow", "trip", "service") and None not in _arguments
+    def has(self, name):
+        """Exclude rospy's synchronous publishing, which roscpp lacks."""
+        return name.startswith(("flow", "trip", "fan", "service")) and "None" not in name
 
     def work(self, role, *arguments):
         words = [str(each).lower() for each in arguments]
@@ -190,59 +189,63 @@ def finish(process):
     process.wait()
 
 
-def option_parser(description, only, seconds):
-    """Return a parser of the options that the benchmarks with workers share."""
+def imported_ms(world, module):
+    """Return the duration of a process that imports a module."""
+    began = time.perf_counter()
+    subprocess.run([world.python, "-c", f"import {module}"], env=world.environment, check=True)
+    return (time.perf_counter() - began) * 1e3
+
+
+def compare(
+    description, workloads, functions, seconds=2.0, best=False, opened=None, quick=(), rounds=3, **more
+):
+    """Run a benchmark: each workload in each world, round by round, and print the rows.
+
+    Args:
+        workloads: functions by name, called with a world and a duration. They return figures by label; of
+            those whose label ends in "/s", more is better.
+        functions: the benchmark's globals, with its workers.
+        best: whether the best round counts instead of the median.
+        opened: a context with the worlds; by default those of `open_worlds`, without the tuned one.
+        quick: the names of the workloads that `--quick` runs.
+        more: other options of the command line, with their help.
+
+    Returns:
+        The options and the rows by workload; no rows in a worker.
+    """
     parser = argparse.ArgumentParser(description=description.split("\n")[0])
-    parser.add_argument("--only", default="", help=",".join(only))
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--only", default="", help="starts of: " + ", ".join(workloads))
+    parser.add_argument("--rounds", type=int, default=rounds)
     parser.add_argument("--seconds", type=float, default=seconds)
+    parser.add_argument("--quick", action="store_true", help="measure only some rows")
     parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--worker", help=argparse.SUPPRESS)
-    return parser
-
-
-def ran_as_worker(options, functions):
-    """Run the worker that `--worker` names. Return False in the benchmark itself, after printing the load."""
+    for name, text in more.items():
+        parser.add_argument("--" + name, help=text)
+    options = parser.parse_args()
     if options.worker:
         role, *arguments = json.loads(options.worker)
         functions[f"worker_{role}"](*arguments)
-        return True
+        return options, {}
     heed_interrupts()
     load = Load()
     time.sleep(1.0)
     print(f"others use {load.percent():.0f} % of the machine\n", file=sys.stderr)
-    return False
-
-
-def taken_in_turn(measure, worlds, rounds, *arguments, best=False):
-    """Return the rows of a workload that is measured in each world, round by round.
-
-    `measure(world, *arguments)` returns figures by label; of those whose label ends in "/s", more is better.
-    """
-    taken = {}
-    for _ in range(rounds):
-        for world in worlds:
-            for label, value in measure(world, *arguments).items():
-                taken.setdefault(label, {}).setdefault(world.name, []).append(value)
-    return [Row(label, values, label.endswith("/s"), best=best) for label, values in taken.items()]
-
-
-def compare(description, workloads, functions, seconds=2.0, best=False):
-    """Run a benchmark whose workloads return several figures each.
-
-    Args:
-        workloads: functions by name, called with a world and a duration. They return figures by label.
-        functions: the benchmark's globals, with its workers.
-        best: whether the best round counts instead of the median.
-    """
-    options = option_parser(description, workloads, seconds).parse_args()
-    if ran_as_worker(options, functions):
-        return
-    wanted, rows = options.only.split(","), []
-    with open_worlds(tuned=False) as worlds:
+    wanted, taken = tuple(options.only.split(",")), {}
+    with opened or open_worlds(tuned=False) as worlds:
         for name, workload in workloads.items():
-            if any(part in name for part in wanted):
-                rows += taken_in_turn(workload, worlds, options.rounds, options.seconds, best=best)
-    print(markdown(rows))
+            if name.startswith(wanted) and (not options.quick or not quick or name in quick):
+                taken[name] = {}
+                for world in [each for each in worlds if each.has(name)] * options.rounds:
+                    for label, value in workload(world, options.seconds).items():
+                        taken[name].setdefault(label, {}).setdefault(world.name, []).append(value)
+                print(".", end="", file=sys.stderr, flush=True)
+    rows = {
+        name: [Row(label, values, label.endswith("/s"), best=best) for label, values in figures.items()]
+        for name, figures in taken.items()
+    }
+    every = [row for found in rows.values() for row in found]
+    print("\n" + markdown(every))
     if options.json:
-        write_json(options.json, rows)
+        write_json(options.json, every)
+    return options, rows
