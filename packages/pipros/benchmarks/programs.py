@@ -5,7 +5,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 
 import psutil
 from table import free_port, wait_for_port
@@ -55,6 +55,9 @@ class Programs(ExitStack):
 
 
 def end(process):
+    if process.stdin:
+        with suppress(BrokenPipeError):
+            process.stdin.close()
     process.terminate()
     try:
         process.wait(10)
