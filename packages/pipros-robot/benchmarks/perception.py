@@ -16,23 +16,18 @@ real time if nothing is lost; a row says little if the foreign load is high.
 
 import contextlib
 import os
-import shutil
-import signal
-import subprocess
 import sys
-import tempfile
-import threading
 import time
 import xmlrpc.client
 from pathlib import Path
 
 import numpy as np
 import psutil
+from programs import QUIET, Programs, cpu_s
 from table import options_of
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.launch.roscore import Core
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.perception.clouds.points import cloud_of
@@ -40,11 +35,9 @@ from pipros.perception.clouds.points import cloud_of
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
 from tests.support.pictures_of_cameras import camera_info, depths, image, picture
 from tests.support.simulated_rplidar import MODES, SimulatedRplidar
+from tests.support.waiting import wait_until
 
-COMMANDS = {
-    "pipros": [str(Path(sys.executable).parent / "rosrun"), "nodelet", "nodelet"],
-    "genuine": ["/usr/lib/nodelet/nodelet"],
-}
+COMMANDS = {"pipros": ("rosrun", "nodelet", "nodelet"), "genuine": ("/usr/lib/nodelet/nodelet",)}
 WARM_UP_S = 1.5
 DRAIN_S = 1.0
 RELAY = """
@@ -59,170 +52,112 @@ class Relay:
 """
 
 
-def cpu_s(pid):
-    """Return the processor time that a process has used."""
-    return sum(psutil.Process(pid).cpu_times()[:2])
-
-
-def machine_s():
-    """Return the processor time that all processes of the machine have used."""
-    times = psutil.cpu_times()
-    return sum(times[:8]) - times.idle - times.iowait
-
-
-class Bench:
+class Bench(Programs):
     """A master, a node that publishes inputs and receives outputs, and the processes that are measured."""
 
     def __init__(self, seconds):
+        super().__init__()
         self.seconds = seconds
-        self.folder = Path(tempfile.mkdtemp(prefix="perception-"))
-        self.processes = []
-        port = 20000 + os.getpid() % 20000
-        environment = Environment(master_uri=f"http://127.0.0.1:{port}", ros_home=self.folder)
-        self.variables = {"ROS_MASTER_URI": environment.master_uri, "ROS_HOME": str(self.folder)}
-        self.core = Core(run_id="perception", environment=environment, port=port)
-        self.core.start_master()
-        self.node = Node("bench", environment=environment)
-        self.node.start()
+        self.environment["PYTHONPATH"] = os.path.join(self.folder, "site")
+        environment = Environment(master_uri=self.environment["ROS_MASTER_URI"])
+        self.node = self.enter_context(Node("bench", environment=environment))
 
-    def row(self, name, side, nodelets, inputs, output, rate_hz, *, shares_process=True):
-        """Start nodelets, measure them, print a row, and return the processor time per output.
+    def start_nodelets(self, side, nodelets, *, shares_process):
+        """Start nodelets, `{name: (plugin, remappings)}`, in one process or in several. Return their IDs."""
+        variables = {}
+        if side == "genuine":
+            prefix = Path(self.folder, "prefix")  # the plugins of Debian's pcl_ros name the folder `lib`
+            prefix.mkdir(exist_ok=True)
+            if not (prefix / "lib").exists():
+                (prefix / "lib").symlink_to("/usr/lib/x86_64-linux-gnu")
+            variables = {"ROS_PACKAGE_PATH": "/usr/share", "CMAKE_PREFIX_PATH": f"{prefix}:/usr"}
+        if not shares_process or len(nodelets) == 1:
+            for each, (plugin, moved) in nodelets.items():
+                words = ["standalone", plugin, f"__name:={each}", *(f"{a}:={b}" for a, b in moved.items())]
+                self.start(*COMMANDS[side], *words, variables=variables, **QUIET)
+            return [self.pid_of(f"/{each}") for each in nodelets]
+        self.start(*COMMANDS[side], "manager", "__name:=manager", variables=variables, **QUIET)
+        pids = [self.pid_of("/manager")]
+        load = load_service_class("nodelet/NodeletLoad")
+        client = self.node.client("/manager/load_nodelet", load)
+        client.wait_until_available(60, pause=time.sleep, report=print)
+        for each, (plugin, moved) in nodelets.items():
+            client.call(load._request_class(f"/{each}", plugin, [*moved], [*moved.values()], [], ""))
+        return pids
+
+    def row(self, name, side, pids, inputs, output, rate_hz):
+        """Measure processes, print a row, and return the processor time per output.
 
         Args:
-            nodelets: plugin and remappings by name.
             inputs: function that returns the messages, by topic, for a number.
             output: the last topic, and its type.
-            shares_process: whether all are in one process.
         """
-        if shares_process and len(nodelets) > 1:
-            self._start(side, "manager", "__name:=manager")
-            pids = [self._pid_of("/manager")]
-            load = load_service_class("nodelet/NodeletLoad")
-            client = self.node.client("/manager/load_nodelet", load)
-            client.wait_until_available(60, pause=time.sleep, report=print)
-            for each, (plugin, moved) in nodelets.items():
-                client.call(load._request_class(f"/{each}", plugin, [*moved], [*moved.values()], [], ""))
-        else:
-            for each, (plugin, moved) in nodelets.items():
-                remappings = [f"{old}:={new}" for old, new in moved.items()]
-                self._start(side, "standalone", plugin, f"__name:={each}", *remappings)
-            pids = [self._pid_of(f"/{each}") for each in nodelets]
-        return self._finish(name, side, pids, inputs, output, rate_hz)
-
-    def driver_row(self, name, program, output, rate_hz):
-        """Start a pipros program, measure it, and print a row."""
-        self._start("pipros", *program, "__name:=driver", command=COMMANDS["pipros"][:1])
-        self._finish(name, "pipros", [self._pid_of("/driver")], lambda _: {}, output, rate_hz)
-
-    def _finish(self, name, side, pids, inputs, output, rate_hz):
-        used_s, others, took_s, sent, received = self._measure(pids, inputs, *output, rate_hz)
-        each_ms = used_s / max(received, 1) * 1e3
-        print(
-            f"| {name} | {side} | {used_s / took_s:.1%} | {each_ms:.2f} ms | {sent / took_s:.1f} Hz | "
-            f"{received / took_s:.1f} Hz | {max(sent - received, 0)} | "
-            f"{others:.0%} |",
-            flush=True,
+        received = []
+        self.node.subscribe(
+            output[0], load_message_class(output[1]), lambda _: received.append(None), queue_size=100
         )
-        self._end_processes()
-        return each_ms
-
-    def _start(self, side, *arguments, command=None):
-        variables = {**os.environ, **self.variables, "PYTHONPATH": str(self.folder / "site")}
-        if side == "genuine":
-            variables = {"PATH": "/usr/bin:/bin", "ROS_PACKAGE_PATH": "/usr/share", "ROS_IP": "127.0.0.1"}
-            variables |= {**self.variables, "HOME": str(self.folder)}
-            variables["CMAKE_PREFIX_PATH"] = f"{self._prefix()}:/usr"
-        quiet = subprocess.DEVNULL
-        command = [*(command or COMMANDS[side]), *arguments]
-        self.processes.append(subprocess.Popen(command, env=variables, stdout=quiet, stderr=quiet))
-
-    def _prefix(self):
-        """Return a prefix in which the plugins of Debian's pcl_ros are found: they name the folder `lib`."""
-        prefix = self.folder / "prefix"
-        prefix.mkdir(exist_ok=True)
-        if not (prefix / "lib").exists():
-            (prefix / "lib").symlink_to("/usr/lib/x86_64-linux-gnu")
-        return prefix
-
-    def _measure(self, pids, inputs, output, kind, rate_hz):
-        """Return processor time, the share of others, duration, and the numbers of inputs and outputs."""
-        count, lock = 0, threading.Lock()
-
-        def on_output(_):
-            nonlocal count
-            with lock:
-                count += 1
-
-        subscriber = self.node.subscribe(output, load_message_class(kind), on_output, queue_size=100)
         publishers = {
             topic: self.node.advertise(topic, type(message), queue_size=5)
             for topic, message in inputs(0).items()
         }
-        self._wait(lambda: all(each.connection_count for each in publishers.values()), "the inputs")
+        wait_until(lambda: all(each.connection_count for each in publishers.values()), what="the inputs")
 
-        def run(seconds, number):
+        def run(seconds, first):
             """Publish, and wait up to `DRAIN_S` until the last input has an output."""
-            began, begun, expected = time.monotonic(), number, count + round(seconds * rate_hz)
-            due = began
-            while number - begun < round(seconds * rate_hz):
-                for topic, message in inputs(number).items():
+            began, count = time.monotonic(), round(seconds * rate_hz)
+            expected = len(received) + count
+            for sent in range(1, count + 1):
+                for topic, message in inputs(first + sent).items():
                     publishers[topic].publish(message)
-                number += 1
-                due += 1 / rate_hz
-                time.sleep(max(0.0, due - time.monotonic()))
+                time.sleep(max(0.0, began + sent / rate_hz - time.monotonic()))
             took_s = time.monotonic() - began
-            while count < expected and time.monotonic() - began < took_s + DRAIN_S:
+            while len(received) < expected and time.monotonic() - began < took_s + DRAIN_S:
                 time.sleep(0.01)
-            return number, took_s
+            return count, took_s
 
-        number, _ = run(WARM_UP_S, 1)
-        before, begun, sent = sum(map(cpu_s, pids)), count, number
-        machine, own, began = machine_s(), time.process_time(), time.monotonic()
-        number, took_s = run(self.seconds, number)
-        used_s = sum(map(cpu_s, pids)) - before
-        others_s = machine_s() - machine - used_s - (time.process_time() - own)
-        others = max(others_s, 0.0) / (time.monotonic() - began) / os.cpu_count()
-        result = used_s, others, took_s, number - sent, count - begun
-        for each in (subscriber, *publishers.values()):
-            each.unregister()
-        return result
+        first, _ = run(WARM_UP_S, 0)
+        used_s, before, machine, began = sum(map(cpu_s, pids)), len(received), machine_s(), time.monotonic()
+        sent, took_s = run(self.seconds, first)
+        used_s, got = sum(map(cpu_s, pids)) - used_s, len(received) - before
+        others = max(machine_s() - machine - used_s, 0.0) / (time.monotonic() - began) / os.cpu_count()
+        each_ms = used_s / max(got, 1) * 1e3
+        print(
+            f"| {name} | {side} | {used_s / took_s:.1%} | {each_ms:.2f} ms | {sent / took_s:.1f} Hz | "
+            f"{got / took_s:.1f} Hz | {max(sent - got, 0)} | {others:.0%} |",
+            flush=True,
+        )
+        return each_ms
 
-    def _pid_of(self, name):
+    def pid_of(self, name):
         """Return the process ID of a node, which may be a child of the process that was started."""
-        found = []
 
-        def asks():
-            # until it has started, the master may know an ended node of that name
+        def ask():
             with contextlib.suppress(PiprosError, OSError):
-                uri = self.node.master.lookup_node(name)
-                found.append(xmlrpc.client.ServerProxy(uri).getPid("/bench")[2])
-            return bool(found)
+                return xmlrpc.client.ServerProxy(self.node.master.lookup_node(name)).getPid("/bench")[2]
 
-        self._wait(asks, name)
-        return found[0]
+        return wait_until(ask, what=name)
 
-    def _wait(self, is_reached, what):
-        end = time.monotonic() + 60
-        while not is_reached():
-            if time.monotonic() > end:
-                raise SystemExit(f"waited too long for {what}")
-            time.sleep(0.02)
 
-    def _end_processes(self):
-        for each in self.processes:
-            each.send_signal(signal.SIGINT)
-        for each in self.processes:
-            try:
-                each.wait(5)
-            except subprocess.TimeoutExpired:
-                each.kill()
-                each.wait()
-        self.processes.clear()
+def machine_s():
+    """Return the processor time that all processes of the machine, except for this one, have used."""
+    times = psutil.cpu_times()
+    return sum(times[:8]) - times.idle - times.iowait - time.process_time()
 
-    def close(self):
-        self._end_processes()
-        self.node.shutdown()
-        shutil.rmtree(self.folder, ignore_errors=True)
+
+def nodelets_row(seconds, name, side, nodelets, *arguments, prepare=lambda _: None, shares_process=True):
+    with Bench(seconds) as bench:
+        prepare(bench)
+        return bench.row(
+            name, side, bench.start_nodelets(side, nodelets, shares_process=shares_process), *arguments
+        )
+
+
+def both_ways(seconds, name, side, nodelets, *arguments, **more):
+    """Print the rows of a chain in one process and in several, and the ratio of their costs."""
+    together = nodelets_row(seconds, f"{name} in one manager", side, nodelets, *arguments, **more)
+    label = f"{name} in {len(nodelets)} processes"
+    apart = nodelets_row(seconds, label, side, nodelets, *arguments, shares_process=False, **more)
+    print(f"| {name}: ratio of one manager to processes | {side} | | {together / apart:.2f} | | | | |")
 
 
 def stamped(number, info_topic, **images):
@@ -233,81 +168,62 @@ def stamped(number, info_topic, **images):
     return {f"/{topic.replace('__', '/')}": each for topic, each in images.items()} | {info_topic: info}
 
 
-def rectify(bench):
+def rectify(seconds):
     colors = image(picture(), "bgr8", 0)
+    nodelets = {"n": ("image_proc/rectify", {})}
+    output = "/image_rect", "sensor_msgs/Image"
     for side in COMMANDS:
-        bench.row(
-            "image_proc/rectify",
-            side,
-            {"n": ("image_proc/rectify", {})},
-            lambda number: stamped(number, "/camera_info", image_mono=colors),
-            ("/image_rect", "sensor_msgs/Image"),
-            30,
-        )
+        inputs = lambda number: stamped(number, "/camera_info", image_mono=colors)  # noqa: E731
+        nodelets_row(seconds, "image_proc/rectify", side, nodelets, inputs, output, 30)
 
 
-def cloud(bench):
+def cloud(seconds):
     colors, depth = image(picture(), "rgb8", 0), image(depths("16UC1"), "16UC1", 0)
-    for side in COMMANDS:
-        bench.row(
-            "depth_image_proc/point_cloud_xyzrgb",
-            side,
-            {"n": ("depth_image_proc/point_cloud_xyzrgb", {})},
-            lambda number: stamped(
-                number, "/rgb/camera_info", depth_registered__image_rect=depth, rgb__image_rect_color=colors
-            ),
-            ("/depth_registered/points", "sensor_msgs/PointCloud2"),
-            15,
-        )
-
-
-def both_ways(bench, name, side, *arguments):
-    """Print the rows of a chain in one process and in several, and the ratio of their costs."""
-    together = bench.row(f"{name} in one manager", side, *arguments)
-    apart = bench.row(f"{name} in {len(arguments[0])} processes", side, *arguments, shares_process=False)
-    print(
-        f"| {name}: ratio of one manager to processes | {side} | | {together / apart:.2f} | | | | |",
-        flush=True,
+    name, output = (
+        "depth_image_proc/point_cloud_xyzrgb",
+        ("/depth_registered/points", "sensor_msgs/PointCloud2"),
     )
 
+    def inputs(number):
+        images = {"depth_registered__image_rect": depth, "rgb__image_rect_color": colors}
+        return stamped(number, "/rgb/camera_info", **images)
 
-def chain(bench):
-    """Three nodelets that pass messages on, then debayer and rectify."""
-    info = bench.folder / "site" / "relays-1.0.dist-info"
+    for side in COMMANDS:
+        nodelets_row(seconds, name, side, {"n": (name, {})}, inputs, output, 15)
+
+
+def install_relays(bench):
+    """Install the plugins `relays/image` and `relays/twist`."""
+    info = Path(bench.folder, "site", "relays-1.0.dist-info")
     info.mkdir(parents=True)
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: relays\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(
         "[pipros.nodelets]\nrelays/image = relays_image:Relay\nrelays/twist = relays_twist:Relay\n"
     )
-    topics = ["/a", "/b", "/c", "/d"]
+    for name, kind in (("image", "sensor_msgs/Image"), ("twist", "geometry_msgs/Twist")):
+        (info.parent / f"relays_{name}.py").write_text(RELAY.format(kind))
+
+
+def chain(seconds):
+    """Three nodelets that pass messages on, then debayer and rectify."""
     pixels, twist = image(picture(), "bgr8", 0), load_message_class("geometry_msgs/Twist")()
     for name, message, rate_hz in (("image", pixels, 30), ("twist", twist, 200)):
-        (info.parent / f"relays_{name}.py").write_text(RELAY.format(type(message)._type))
-        nodelets = {
-            f"n{at}": (f"relays/{name}", {"/in": topics[at], "/out": topics[at + 1]}) for at in range(3)
-        }
-        inputs = {"/a": message}
-        output = "/d", type(message)._type
-        both_ways(
-            bench, f"3 relays of {name}", "pipros", nodelets, lambda _, kept=inputs: kept, output, rate_hz
-        )
+        steps = (("n0", "/a", "/b"), ("n1", "/b", "/c"), ("n2", "/c", "/d"))
+        nodelets = {each: (f"relays/{name}", {"/in": start, "/out": end}) for each, start, end in steps}
+        arguments = nodelets, lambda _, kept=message: {"/a": kept}, ("/d", type(message)._type), rate_hz
+        both_ways(seconds, f"3 relays of {name}", "pipros", *arguments, prepare=install_relays)
     raw = image(picture(1), "bayer_rggb8", 0)
+    nodelets = {
+        "debayer": ("image_proc/debayer", {}),
+        "rectify": ("image_proc/rectify", {"/image_mono": "/image_color"}),
+    }
+    output = "/image_rect", "sensor_msgs/Image"
     for side in COMMANDS:
-        both_ways(
-            bench,
-            "debayer, rectify",
-            side,
-            {
-                "debayer": ("image_proc/debayer", {}),
-                "rectify": ("image_proc/rectify", {"/image_mono": "/image_color"}),
-            },
-            lambda number: stamped(number, "/camera_info", image_raw=raw),
-            ("/image_rect", "sensor_msgs/Image"),
-            30,
-        )
+        inputs = lambda number: stamped(number, "/camera_info", image_raw=raw)  # noqa: E731
+        both_ways(seconds, "debayer, rectify", side, nodelets, inputs, output, 30)
 
 
-def voxels(bench):
+def voxels(seconds):
     """A cloud of a 3D lidar with 300,000 points, reduced to cells of 20 cm."""
     numbers, count = np.random.default_rng(1), 300_000
     angles, ranges = numbers.uniform(-np.pi, np.pi, count), numbers.gamma(2, 6, count)
@@ -315,27 +231,33 @@ def voxels(bench):
     columns["intensity"] = numbers.uniform(0, 100, count)
     header = load_message_class("std_msgs/Header")(frame_id="lidar")
     points = cloud_of(header, {name: each.astype(np.float32) for name, each in columns.items()})
-    bench.node.params.set("/voxels", {"leaf_size": 0.2, "filter_field_name": ""})
+
+    def prepare(bench):
+        bench.node.params.set("/voxels", {"leaf_size": 0.2, "filter_field_name": ""})
+
+    nodelets = {"voxels": ("pcl/VoxelGrid", {})}
+    arguments = (
+        nodelets,
+        lambda _: {"/voxels/input": points},
+        ("/voxels/output", "sensor_msgs/PointCloud2"),
+        10,
+    )
     for side in COMMANDS:
-        bench.row(
-            "pcl/VoxelGrid of 300,000 points",
-            side,
-            {"voxels": ("pcl/VoxelGrid", {})},
-            lambda _: {"/voxels/input": points},
-            ("/voxels/output", "sensor_msgs/PointCloud2"),
-            10,
-        )
+        nodelets_row(seconds, "pcl/VoxelGrid of 300,000 points", side, *arguments, prepare=prepare)
 
 
-def lidar(bench):
+def lidar(seconds):
     for mode in (0, 1, 3):
-        device = SimulatedRplidar(
-            bench.folder / "tty", lambda angle: 1000 + 20 * angle, typical=mode, samples=800
-        )
-        program = "rplidar_ros", "rplidarNode", f"_serial_port:={device.path}", "_angle_compensate:=true"
-        name = f"rplidarNode, {MODES[mode][0]}, 8,000 samples/s"
-        bench.driver_row(name, program, ("/scan", "sensor_msgs/LaserScan"), 10)
-        device.unplug()
+        with Bench(seconds) as bench:
+            device = SimulatedRplidar(
+                Path(bench.folder, "tty"), lambda angle: 1000 + 20 * angle, typical=mode, samples=800
+            )
+            bench.callback(device.unplug)
+            options = f"_serial_port:={device.path}", "_angle_compensate:=true", "__name:=driver"
+            bench.start("rosrun", "rplidar_ros", "rplidarNode", *options, **QUIET)
+            name = f"rplidarNode, {MODES[mode][0]}, 8,000 samples/s"
+            output = "/scan", "sensor_msgs/LaserScan"
+            bench.row(name, "pipros", [bench.pid_of("/driver")], lambda _: {}, output, 10)
 
 
 ROWS = {"rectify": rectify, "cloud": cloud, "chain": chain, "voxels": voxels, "lidar": lidar}
@@ -343,17 +265,13 @@ ROWS = {"rectify": rectify, "cloud": cloud, "chain": chain, "voxels": voxels, "l
 
 def main():
     options = options_of(__doc__, only=",".join(ROWS), seconds=10.0)
-    bench = Bench(options.seconds)
     print(
         "| workload (images of 640 x 480 pixels) | implementation | share of a core | time per output "
         "| in | out | lost | foreign load |"
     )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |", flush=True)
-    try:
-        for name in options.only.split(","):
-            ROWS[name](bench)
-    finally:
-        bench.close()
+    for name in options.only.split(","):
+        ROWS[name](options.seconds)
 
 
 if __name__ == "__main__":
