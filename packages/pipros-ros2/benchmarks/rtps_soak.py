@@ -22,7 +22,7 @@ from collections import Counter
 from struct import pack, unpack_from
 
 from ros2 import CYCLONE, FAST, MESSAGE, OURS, SERVICE, Program, enter_network
-from soak import held
+from soak_resources import held
 from table import options_of
 
 CDR = b"\0\1\0\0"
@@ -139,12 +139,10 @@ def soak(minutes):
                 warm = held()
             if now >= next_line:
                 next_line += LINE_EVERY_S
-                megabytes, threads, files = held()
-                print(
-                    f"{(now - begin) / 60:8.1f} {megabytes:6.1f} {threads:7} {files:6} {visitors.started:12} "
-                    f"{visitors.killed:6} {gaps.received:10} {gaps.lost + visitors.lost:5}",
-                    flush=True,
-                )
+                visited = f"{visitors.started:12} {visitors.killed:6} {gaps.received:10}"
+                held_now = "{:6.1f} {:7.0f} {:6.0f}".format(*held())
+                lost = gaps.lost + visitors.lost
+                print(f"{(now - begin) / 60:8.1f} {held_now} {visited} {lost:5}", flush=True)
             pause.wait(max(0.0, begin + number * 0.02 - time.monotonic()))
         visitors.close()
         is_alone = participant.wait_for(lambda engine: len(engine.peers) == 0, LEASES_S)
@@ -152,8 +150,8 @@ def soak(minutes):
         failures = participant.failures
     if warm is None:
         raise SystemExit("the run must take longer than the first minute")
-    print(f"after the first minute: {warm[0]:.1f} MB, {warm[1]} threads, {warm[2]} files")
-    print(f"without peers:          {after[0]:.1f} MB, {after[1]} threads, {after[2]} files")
+    print(f"after the first minute: {warm[0]:.1f} MB, {warm[1]:.0f} threads, {warm[2]:.0f} files")
+    print(f"without peers:          {after[0]:.1f} MB, {after[1]:.0f} threads, {after[2]:.0f} files")
     print(f"defects: {failures}, subscribers with nothing or something wrong: {visitors.wrong}")
     max_threads = warm[1] + KEPT_IDLE  # the service keeps some of its threads
     is_steady = after[0] <= warm[0] + MEMORY_SLACK_MB and after[1] <= max_threads and after[2] <= warm[2]

@@ -1,18 +1,15 @@
 #!/usr/bin/env python3
 """Bags at scale: `info` on 10 GB, memory, playing at 1 kHz, recording images; genuine rosbag in the same run.
 
-    script/bench bag_scale [--only info,memory,play,record,page] [--dir FOLDER]
+    script/bench bag_scale [--only info,memory,play,record] [--dir FOLDER]
 
 `info` creates sparse bags, in which all records exist but the messages are holes. `memory` prints the maximum
 resident size. `play` plays at 1 kHz to genuine `record`, whose reception times show the delays. `record`
 makes genuine `play` publish images of 1 MB faster and faster, and counts the images in the file. Each part
-takes 20 to 60 seconds. `page` opens a sparse bag on the page and jumps in it; it needs no genuine rosbag.
+takes 20 to 60 seconds.
 """
 
-import argparse
-import json
 import os
-import re
 import resource
 import signal
 import subprocess
@@ -22,18 +19,24 @@ import time
 from io import BytesIO
 from pathlib import Path
 
-from table import heed_interrupts
-from websockets.sync.client import connect
+from table import heed_interrupts, options_of
 
-from pipros.bag import BagReader, BagWriter, merged
+from pipros.bag import BagReader, BagWriter
 from pipros.bag.connection import Connection, connection_record
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.records import ENTRY, MAGIC, U32, Op, file_header, record_bytes, time_bytes
 from pipros.bag.writer import CHUNK_BYTES
 from pipros.msg import load_message_class
 
-PARTS = ("info", "memory", "play", "record", "page")
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
+from tests.support.waiting import wait_until
+
 PORT = 11397
+MERGE = """
+import sys
+from pipros.bag import BagReader, merged
+sum(1 for _ in merged([BagReader(path) for path in sys.argv[1:]]))
+"""
 OURS = str(Path(sys.executable).parent / "rosbag")
 GENUINE = "/usr/bin/rosbag"
 SIDES = (("pipros", OURS), ("genuine", GENUINE))
@@ -135,41 +138,26 @@ def memory(folder):
             work = {"filter": [program, "filter", "a.bag", "out.bag", "t.nsecs < 5000000"]}
             work["play -i"] = [program, "play", "-q", "-i", "a.bag", "b.bag"]
             if side == "pipros":
-                work["merge"] = [sys.executable, __file__, "--merge", "a.bag", "b.bag"]
+                work["merge"] = [sys.executable, "-c", MERGE, "a.bag", "b.bag"]
             for what, argv in work.items():
                 used = seconds_and_megabytes(argv, folder)[1]
                 print(f"{what:8} of {megabytes:4} MB {'':13} {side:8} {used:19.0f} MB", flush=True)
 
 
-def merge(paths):
-    bags = [BagReader(path) for path in paths]
-    return sum(1 for _ in merged(bags))
-
-
-def wait_for(condition):
-    end = time.monotonic() + 30
-    while not condition():
-        if time.monotonic() > end:
-            raise RuntimeError("the recorder did not start within 30 s")
-        time.sleep(0.02)
-
-
 def recorded(recorder, player, topic, folder):
     """Return the times in nanoseconds at which `recorder` received the messages that `player` published."""
     recording = started([*recorder, "-O", "out.bag", "-b", "2000", topic], folder)
-    wait_for((folder / "out.bag.active").exists)
+    wait_until((folder / "out.bag.active").exists, 30)
     playing = started([*player, "-q", "-k", "-d", "2", "--queue", "1000"], folder)
     size, since = 0, time.monotonic() + 3
-    while (
-        time.monotonic() < since + 1.5
-    ):  # when a player ends, it drops messages that its subscribers have not received yet
+    # When a player ends, it drops messages that its subscribers have not received yet.
+    while time.monotonic() < since + 1.5:
         time.sleep(0.1)
         now = (folder / "out.bag.active").stat().st_size
         size, since = (now, max(since, time.monotonic())) if now != size else (size, since)
-    playing.send_signal(signal.SIGINT)
-    playing.wait()
-    recording.send_signal(signal.SIGINT)
-    recording.wait()
+    for process in (playing, recording):
+        process.send_signal(signal.SIGINT)
+        process.wait()
     with BagReader(folder / "out.bag") as bag:
         times = [each[1] * 10**9 + each[2] for each in bag.raw_messages()]
     (folder / "out.bag").unlink()
@@ -216,64 +204,23 @@ def record(folder):
             )
 
 
-def page(folder):
-    make_sparse(folder / "sparse.bag", 10**10, 20)
-    argv = [Path(OURS).with_name("rqt_graph"), "--no-browser", "--bags", "."]
-    server = subprocess.Popen(
-        argv, cwd=folder, env=environment(OURS), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
-    )
-    try:
-        host, token = re.search(r"http://(\S+)/#token=([^/\s]+)", server.stderr.readline()).groups()
-        with connect(f"ws://{host}/live", origin=f"http://{host}", proxy=None) as browser:
-            browser.send(json.dumps({"token": token}))
-            browser.recv(timeout=60)
-            took, bag = until(browser, 1, {"view": "bag", "args": {"name": "sparse.bag"}}, "bag")
-            print(f"page, 10 GB opened {'':34} {took:8.2f} s", flush=True)
-            for part in (0.9, 0.1, 0.5, 0.99, 0.3):
-                moment = bag["begin"] + round(part * (bag["end"] - bag["begin"]))
-                start = time.perf_counter()
-                until(browser, 2, {"action": "bag_control", "args": {"jump": moment}}, "epoch")
-                until(browser, 3, {"view": "topic", "args": {"name": "/topic0"}}, "message")
-                print(f"page, jump to {part:5.0%} {'':35} {time.perf_counter() - start:8.2f} s", flush=True)
-    finally:
-        server.send_signal(signal.SIGINT)
-        server.wait()
-        (folder / "sparse.bag").unlink()
-
-
-def until(browser, number, request, key):
-    """Send a request. Return the seconds until a response contains `key`, and the value of `key`."""
-    start = time.perf_counter()
-    browser.send(json.dumps({"id": number, **request}))
-    while True:
-        answer = json.loads(browser.recv(timeout=60))
-        if answer["id"] == number and "error" in answer:
-            raise RuntimeError(answer["error"])
-        if answer["id"] == number and key in answer["data"]:
-            return time.perf_counter() - start, answer["data"][key]
+PARTS = {"info": info, "memory": memory, "play": play, "record": record}
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--only", default=",".join(PARTS))
-    parser.add_argument("--dir")
-    parser.add_argument("--merge", nargs="+", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.merge:
-        return merge(options.merge) == 0
+    options = options_of(__doc__, only=",".join(PARTS), dir="")
     heed_interrupts()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with tempfile.TemporaryDirectory(dir=options.dir) as name:
+    with tempfile.TemporaryDirectory(dir=options.dir or None) as name:
         folder = Path(name)
         master = started([str(Path(OURS).with_name("rosmaster")), "--core", "-p", str(PORT)], folder)
         try:
             for part in options.only.split(","):
-                {"info": info, "memory": memory, "play": play, "record": record, "page": page}[part](folder)
+                PARTS[part](folder)
         finally:
             master.send_signal(signal.SIGINT)
             master.wait()
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

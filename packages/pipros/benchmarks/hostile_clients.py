@@ -12,26 +12,23 @@ promises. Only the excess of the pause over the one before the attack counts, be
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import logging
 import multiprocessing
 import os
-import re
 import socket
-import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
-from table import options_of
+import psutil
+from programs import QUIET, Programs
+from table import free_port, options_of, wait_for_port
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
-
-from pipros.master.master import Master
 
 CONTROL_S = 10.0
 ATTACK_S = 10.0
@@ -62,20 +59,11 @@ def many_values(client: ClientConnection) -> None:
 
 
 def unfinished(client: ClientConnection) -> None:
-    def parts() -> Any:
-        while True:
-            yield "x" * 65_536
-            time.sleep(0.001)
-
-    client.send(parts())
+    client.send(time.sleep(0.001) or "x" * 65_536 for _ in itertools.count())
 
 
 def empty_fragments(client: ClientConnection) -> None:
-    def parts() -> Any:
-        while True:
-            yield ""
-
-    client.send(parts())
+    client.send(itertools.repeat(""))
 
 
 def unread_answers(client: ClientConnection) -> None:
@@ -92,15 +80,9 @@ def latched_messages(client: ClientConnection) -> None:
         client.send(json.dumps({"op": "publish", **topic, "msg": {"data": "x" * 900_000}}))
 
 
-ATTACKS: Sequence[Attack] = (
-    long_ids,
-    repetitions,
-    many_values,
-    unfinished,
-    empty_fragments,
-    unread_answers,
-    latched_messages,
-)
+ATTACKS: tuple[Attack, ...] = (
+    long_ids, repetitions, many_values, unfinished, empty_fragments, unread_answers, latched_messages
+)  # fmt: skip
 
 
 @dataclass
@@ -121,8 +103,7 @@ class Waits:
 
 
 def memory_mib(pid: int) -> float:
-    with open(f"/proc/{pid}/status", encoding="ascii") as file:
-        return int(re.search(r"VmRSS:\s+(\d+)", file.read())[1]) / 1024  # type: ignore[index]
+    return float(psutil.Process(pid).memory_info().rss) / (1 << 20)
 
 
 def attack_once(attack: Attack, port: int) -> None:
@@ -178,17 +159,12 @@ def measure(attack: Attack, count: int, pid: int, port: int, waits: Waits) -> bo
 
 def main() -> int:
     options = options_of(__doc__, control=False)
-    with contextlib.ExitStack() as ends:
-        master = ends.enter_context(Master(port=0))
-        command = [Path(sys.executable).parent / "pipros", "serve", "--port", "0"]
-        command += ["--control"] if options.control else []
-        environment = {**os.environ, "ROS_MASTER_URI": master.uri}
-        server = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
-        ends.callback(server.wait)
-        ends.callback(server.terminate)
-        lines = (re.search(r"ws://.*:(\d+)", line) for line in server.stderr or ())
-        port = next(int(found[1]) for found in lines if found)
-        threading.Thread(target=lambda: list(server.stderr or ()), daemon=True).start()
+    port = free_port()
+    with Programs() as programs:
+        server = programs.start(
+            "pipros", "serve", "--port", str(port), *["--control"] * options.control, **QUIET
+        )
+        wait_for_port(port)
         waits = Waits()
         threading.Thread(target=waits.run, args=(port,), daemon=True).start()
         time.sleep(3)  # until rosapi is offered and the first imports are done

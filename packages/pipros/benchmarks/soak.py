@@ -2,19 +2,18 @@
 
     script/bench soak --minutes 30 [--system | --everything]
 
-This process contains the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in
+One process contains the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in
 its own process, run for a while. They listen, reply, call the service, and end; every third node is ended
-with SIGKILL. A line is printed every ten seconds; the exit status is 1 if this process uses clearly more
-resources at the end than before, or if a message was lost between connected nodes. With --system, a whole
-system runs instead; with --everything, all parts of pipros. See soak_system.py and
-soak_everything.py.
+with SIGKILL. The exit status is 1 if the process has grown, or if a message between connected nodes was lost
+or a call failed; see soak_system.py. With --system, a whole system runs instead; with --everything, all parts
+of pipros: see soak_everything.py.
 """
 
 from __future__ import annotations
 
 import argparse
-import gc
-import os
+import asyncio
+import json
 import random
 import signal
 import subprocess
@@ -22,9 +21,12 @@ import sys
 import threading
 import time
 from collections import Counter
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Coroutine
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
+
+from soak_system import FAILURES, System, soak_system
 
 from pipros.basics.env import Environment
 from pipros.master.master import Master
@@ -33,13 +35,8 @@ from pipros.node import Node
 
 BEAT_S = 0.02
 LIFE_S = 10.0, 30.0
-LINE_EVERY_S = 10.0
+VISITORS = 20
 KILL_EVERY = 3
-MEMORY_SLACK_MB = 8.0
-#: After this time, all nodes have started once, and this process has its permanent threads and buffers.
-WARM_UP_S = 20.0
-
-HEADINGS = " minutes     MB threads  files nodes so far killed  received  lost   calls failed"
 
 String: Any = load_message_class("std_msgs/String")
 Trigger: Any = load_service_class("std_srvs/Trigger")
@@ -60,9 +57,6 @@ class Sequence:
         self.received += 1
 
 
-# -- visitors: nodes that start and end ----------------------------------------------------
-
-
 def visit(name: str) -> None:
     """Listen, reply to each beat, and call the service until stopped."""
     beats, calls = Sequence(), Counter[str]()
@@ -71,13 +65,10 @@ def visit(name: str) -> None:
     with Node(name) as node:
         echo = node.advertise("/echo", String, queue_size=0)
         client = node.client("/count", Trigger)
-        number = 0
 
         def answer(message: Any) -> None:
-            nonlocal number
             beats.take(int(message.data))
-            number += 1
-            figures = number, beats.received, beats.lost, calls["good"], calls["bad"]
+            figures = beats.received, beats.received, beats.lost, calls["good"], calls["bad"]
             echo.publish(String(" ".join(map(str, (name, *figures)))))
 
         node.subscribe("/beat", String, answer)
@@ -88,144 +79,93 @@ def visit(name: str) -> None:
                 calls["bad"] += 1
 
 
-# -- the permanent process -----------------------------------------------------------------
+def host(port: int) -> None:
+    """Run the master, the talker, the listener and the service. Print the counts as JSON each second."""
+    echoes: dict[str, Sequence] = {}
+    reports: dict[str, list[int]] = {}
 
+    def hear(message: Any) -> None:
+        name, number, *reports[name] = (
+            int(each) if each.isdecimal() else each for each in message.data.split()
+        )
+        echoes.setdefault(name, Sequence()).take(number)
 
-@dataclass(slots=True)
-class Tally:
-    """The visitors' reports so far, by name."""
-
-    echoes: dict[str, Sequence] = field(default_factory=dict)
-    told: dict[str, tuple[int, int, int, int]] = field(default_factory=dict)
-
-    def hear(self, message: Any) -> None:
-        name, *numbers = message.data.split()
-        number, *rest = map(int, numbers)
-        self.echoes.setdefault(name, Sequence()).take(number)
-        self.told[name] = tuple(rest)  # type: ignore[assignment]
-
-    def sums(self) -> dict[str, int]:
-        told = list(self.told.values())
-        return {
-            "received": sum(item[0] for item in told)
-            + sum(echo.received for echo in list(self.echoes.values())),
-            "lost": sum(item[1] for item in told) + sum(echo.lost for echo in list(self.echoes.values())),
-            "calls": sum(item[2] for item in told),
-            "failed calls": sum(item[3] for item in told),
-        }
-
-
-class Visitors:
-    """Keeps a number of nodes running, each for a while."""
-
-    def __init__(self, count: int, environment: dict[str, str]) -> None:
-        self.started = self.killed = 0
-        self._environment = environment
-        self._running: list[tuple[subprocess.Popen[bytes], float]] = []
-        self._count = count
-
-    def look(self) -> None:
-        """End visitors whose time is over, and start a new visitor if one is missing."""
-        now = time.monotonic()
-        for process, end in list(self._running):
-            if process.poll() is not None or now > end:
-                self._running.remove((process, end))
-                self._end(process, is_polite=(self.started % KILL_EVERY) != 0)
-        if len(self._running) < self._count:
-            self.started += 1
-            command = [sys.executable, __file__, "--visitor", f"visitor_{self.started}"]
-            process = subprocess.Popen(command, env=self._environment)
-            self._running.append((process, now + random.uniform(*LIFE_S)))  # noqa: S311
-
-    def close(self) -> None:
-        for process, _ in self._running:
-            self._end(process, is_polite=True)
-        self._running.clear()
-
-    def _end(self, process: subprocess.Popen[bytes], *, is_polite: bool) -> None:
-        process.terminate() if is_polite else process.kill()
-        self.killed += not is_polite
-        process.wait(10)
-
-
-def held() -> tuple[float, int, int]:
-    """Return this process's resident megabytes, threads and descriptors."""
-    gc.collect()
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    megabytes = pages * os.sysconf("SC_PAGE_SIZE") / 1e6
-    return megabytes, threading.active_count(), len(os.listdir("/proc/self/fd"))
-
-
-def soak(minutes: float, count: int) -> int:
-    tally, calls = Tally(), Counter[str]()
-
-    def respond(_: Any) -> Any:
-        calls["all"] += 1
-        return Trigger._response_class(success=True)
-
-    with Master(port=0) as master, Node("host", environment=Environment(master_uri=master.uri)) as node:
+    with Master(port=port) as master, Node("host", environment=Environment(master_uri=master.uri)) as node:
         publisher = node.advertise("/beat", String, queue_size=0)
-        node.subscribe("/echo", String, tally.hear)
-        node.serve("/count", Trigger, respond)
-        alone = held()
-        visitors = Visitors(count, {**os.environ, "ROS_MASTER_URI": master.uri})
-        print(HEADINGS, flush=True)
-        begin = time.monotonic()
-        next_line, next_look, beat, warm = begin + LINE_EVERY_S, begin, 0, None
-        while (now := time.monotonic()) < begin + minutes * 60:
-            publisher.publish(String(str(beat)))
-            beat += 1
-            if now >= next_look:
-                next_look = now + 0.2
-                visitors.look()
-            if warm is None and now > begin + WARM_UP_S:
-                warm = held()
-            if now >= next_line:
-                next_line += LINE_EVERY_S
-                megabytes, threads, files = held()
-                sums = tally.sums()
-                print(
-                    f"{(now - begin) / 60:8.1f} {megabytes:6.1f} {threads:7} {files:6} {visitors.started:12} "
-                    f"{visitors.killed:6} {sums['received']:9} {sums['lost']:5} {sums['calls']:7} "
-                    f"{sums['failed calls']:6}",
-                    flush=True,
-                )
-            time.sleep(max(0.0, begin + beat * BEAT_S - time.monotonic()))
-        visitors.close()
-        deadline = time.monotonic() + 10
-        while publisher.connection_count and time.monotonic() < deadline:
-            time.sleep(0.05)
-        time.sleep(1)
-        after = held()
-        print(f"alone before: {alone[0]:.1f} MB, {alone[1]} threads, {alone[2]} files")
-        print(f"alone after:  {after[0]:.1f} MB, {after[1]} threads, {after[2]} files")
-        lost = tally.sums()["lost"]
-        print(f"{visitors.started} nodes started, {visitors.killed} of them killed; {lost} messages lost")
-        has_grown = warm is not None and after[0] > warm[0] + MEMORY_SLACK_MB
-        return int(bool(lost) or has_grown or after[1] > alone[1] + 10 or after[2] > alone[2] + 8)
+        node.subscribe("/echo", String, hear)
+        node.serve("/count", Trigger, lambda _: Trigger._response_class(success=True))
+        begin, beat = time.monotonic(), 0
+        with suppress(KeyboardInterrupt):
+            while True:
+                publisher.publish(String(str(beat)))
+                beat += 1
+                if beat % 50 == 0:
+                    heard, lost, calls, failed = map(
+                        sum, zip(*([0] * 4, *list(reports.values())), strict=True)
+                    )
+                    own = list(echoes.values())
+                    done = {"beats": heard, "echoes": sum(each.received for each in own), "calls": calls}
+                    done[FAILURES] = lost + failed + sum(each.lost for each in own)
+                    print(json.dumps(done), flush=True)
+                time.sleep(max(0.0, begin + beat * BEAT_S - time.monotonic()))
+
+
+class Visits(System):
+    """The host, and visitors that start and end."""
+
+    counting = ("host",)
+
+    def open(self) -> None:
+        self.start("host", sys.executable, __file__, "--host", str(self.port))
+        self.wait_for("host", "{")
+
+    def clients(self) -> list[Coroutine[Any, Any, None]]:
+        return [self.keep_visitors()]
+
+    async def keep_visitors(self) -> None:
+        """Keep `VISITORS` nodes running, each for a while."""
+        started = 0
+        running: list[tuple[subprocess.Popen[bytes], float]] = []
+        try:
+            while True:
+                for process, end in list(running):
+                    if process.poll() is not None or time.monotonic() > end:
+                        running.remove((process, end))
+                        is_killed = started % KILL_EVERY == 0
+                        process.kill() if is_killed else process.terminate()
+                        self.counts["killed" if is_killed else "ended"] += 1
+                        await asyncio.to_thread(process.wait, 10)
+                if len(running) < VISITORS:
+                    started += 1
+                    argv = (sys.executable, __file__, "--visitor", f"visitor_{started}")
+                    end = time.monotonic() + random.uniform(*LIFE_S)  # noqa: S311
+                    running.append((subprocess.Popen(argv, env=self.environment), end))
+                await asyncio.sleep(0.2)
+        finally:
+            for process, _ in running:
+                process.terminate()
+                process.wait(10)
 
 
 def main() -> int:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     options.add_argument("--minutes", type=float, default=30.0)
-    options.add_argument("--nodes", type=int, default=20)
     options.add_argument("--system", action="store_true", help="page, bags, transforms, actions, launch")
     options.add_argument("--everything", action="store_true", help="the same, and all other parts of pipros")
     options.add_argument("--visitor", metavar="NAME", help=argparse.SUPPRESS)
+    options.add_argument("--host", type=int, metavar="PORT", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.visitor:
         visit(given.visitor)
-        return 0
-    if given.system:
-        from soak_system import soak_system
-
-        return soak_system(given.minutes)
-    if given.everything:
+    elif given.host:
+        host(given.host)
+    elif given.everything:
         from soak_everything import Everything
-        from soak_system import soak_system
 
         return soak_system(given.minutes, Everything)
-    return soak(given.minutes, given.nodes)
+    else:
+        return soak_system(given.minutes, System if given.system else Visits)
+    return 0
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import statistics
@@ -129,6 +130,14 @@ class Heap(Held):
     def allowed(self) -> tuple[float, float, float]:
         slack_mb = max(HEAP_SLACK_MB, BROWSER_SLACK * min(self.megabytes, default=0.0))
         return slack_mb + self.history_mb, 0.0, 0.0
+
+
+def held() -> list[float]:
+    """Return this process's megabytes, threads and descriptors after garbage collection."""
+    gc.collect()
+    own = Process(pid=os.getpid())
+    own.sample()
+    return [values[-1] for values in own.resources]
 
 
 def _field(status: str, name: str) -> str:

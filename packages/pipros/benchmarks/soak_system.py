@@ -64,7 +64,7 @@ class System:
             "PYTHONUNBUFFERED": "1",
             "RATE_HZ": str(self.rate_hz),
         }
-        self.counts = Counter({"updates": 0, "pages": 0, FAILURES: 0})
+        self.counts = Counter({FAILURES: 0})
         self.running: dict[str, subprocess.Popen[str]] = {}
         self.held: dict[str, Held] = {}
 
@@ -124,7 +124,8 @@ class System:
             lines = [line for line in self.output(name).read_text().splitlines() if line.startswith("{")]
             done.update(json.loads(lines[-1]) if lines else {})
             done[f"reports of {name}"] = len(lines)
-        done["nodes started by roslaunch"] = self.output("roslaunch").read_text().count("started with pid")
+        if "roslaunch" in self.running:
+            done["nodes started by roslaunch"] = self.output("roslaunch").read_text().count("with pid")
         return done
 
     def idle(self) -> list[str]:
@@ -169,6 +170,7 @@ async def look(url: str, counts: Counter[str]) -> None:
     parts = urlsplit(url)
     token = parts.fragment.partition("/")[0].removeprefix("token=")
     views = (("graph", {}), ("topic", {"name": "/chat"}), ("plot", {"field": "/go/status/header/seq"}))
+    counts.update({"updates": 0, "pages": 0})
     while True:
         async with connect(
             f"ws://{parts.netloc}/live",
@@ -258,7 +260,7 @@ def all_resources(system: System) -> list[tuple[list[float], ...]]:
     return [each.resources for each in system.held.values() if each.files]
 
 
-def soak_system(minutes: float, kind: type[System] = System) -> int:
+def soak_system(minutes: float, kind: type[System]) -> int:
     """Run everything for the given time, and print a table. Return 1 if the verdict is bad."""
     heed_interrupts()
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
