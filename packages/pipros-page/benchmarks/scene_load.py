@@ -13,11 +13,10 @@ import itertools
 import math
 import sys
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
-import psutil
 from programs import QUIET, Programs
+from scene_soak import heap_mb, opened
 from sensor_msgs.msg import PointCloud2, PointField
 from table import options_of
 from visualization_msgs.msg import Marker, MarkerArray
@@ -110,10 +109,7 @@ def soak(tab, server, minutes):
     print(" minute  heap MB  arrays MB  server MB  pictures  markers  clouds", flush=True)
     for minute in range(1, minutes + 1):
         tab.wait_for_timeout(60_000)
-        session.send("HeapProfiler.collectGarbage")
-        usage = session.send("Runtime.getHeapUsage")
-        bytes_held = usage["usedSize"], usage.get("backingStorageSize", 0), server.memory_info().rss
-        history.append([each / 1e6 for each in bytes_held])
+        history.append([*heap_mb(session), server.memory_info().rss / 1e6])
         pictures, *received = tab.evaluate(STATE)
         row = "{:7}{:9.1f}{:11.1f}{:11.1f}{:10}{:9}{:8}".format(minute, *history[-1], pictures, *received)
         print(row, flush=True)
@@ -124,23 +120,16 @@ def soak(tab, server, minutes):
 
 
 def main():
-    from tests.browser.chromium import running_chromium
-
     minutes = options_of(__doc__, minutes=10).minutes
-    with Programs("roscore") as programs, running_chromium() as browser:
+    with Programs("roscore") as programs:
         for topic in ("many", "million"):
             programs.start(sys.executable, __file__, "--send", topic, **QUIET)
-        file = Path(programs.folder, "scene.rviz")
-        file.write_text(FILE)
-        server, address = programs.page("rviz", "-d", str(file))
-        tab = browser.new_page(viewport={"width": 1440, "height": 900})
+        server, tab = opened(programs, FILE, 1440, 900)
         tab.set_default_timeout(180_000)
-        tab.on("pageerror", lambda error: print(error, flush=True))
-        tab.goto(address, wait_until="commit")
         for name in ("Cloud", "Markers"):
             tab.wait_for_function(IS_DRAWN, arg=name)
         tab.evaluate(DRAW_ALWAYS)
-        return 0 if soak(tab, psutil.Process(server.pid), minutes) else 1
+        return 0 if soak(tab, server, minutes) else 1
 
 
 if __name__ == "__main__":

@@ -89,11 +89,8 @@ def make_bag(path):
                 made = kinds[topic]()
                 made.header.frame_id, (made.header.stamp.secs, made.header.stamp.nsecs) = "map", stamp
                 if topic == "/marks":
-                    made.ns, made.type, made.pose.orientation.w = (
-                        "late" if second >= HALF else "early",
-                        1,
-                        1.0,
-                    )
+                    made.ns = "late" if second >= HALF else "early"
+                    made.type = made.pose.orientation.w = 1
                     made.scale.x = made.scale.y = made.scale.z = made.color.a = 1.0
                 elif topic == "/odom":
                     made.pose.pose.position.x, made.pose.pose.orientation.w = tick / 10, 1.0
@@ -104,27 +101,40 @@ def make_bag(path):
         bag.finish()
 
 
+def opened(programs, text, width, height):
+    """Open the Scene tab of rviz, with the text of a file. Return the server and the tab."""
+    file = Path(programs.folder, "scene.rviz")
+    file.write_text(text)
+    server, address = programs.page("rviz", "-d", str(file))
+    tab = programs.enter_context(running_chromium()).new_page(viewport={"width": width, "height": height})
+    tab.on("pageerror", lambda error: print(error, flush=True))
+    tab.on("requestfailed", lambda request: print(request.url, request.failure, flush=True))
+    tab.goto(address, wait_until="commit")
+    return psutil.Process(server.pid), tab
+
+
+def heap_mb(session):
+    """Return the sizes of a page's heap, after garbage collection, and of its arrays."""
+    session.send("HeapProfiler.collectGarbage")
+    usage = session.send("Runtime.getHeapUsage")
+    return usage["usedSize"] / 1e6, usage.get("backingStorageSize", 0) / 1e6
+
+
 def main():
     minutes = options_of(__doc__, minutes=60.0).minutes
     with Programs("roscore") as programs:
         folder = Path(programs.folder)
         make_bag(folder / "loop.bag")
-        (folder / "scene.rviz").write_text(FILE)
         time.sleep(3)
         programs.start("rosparam", "set", "/use_sim_time", "true").wait()
         programs.start("rosbag", "play", "-q", "-l", "--clock", str(folder / "loop.bag"), **QUIET)
-        server, address = programs.page("rviz", "-d", str(folder / "scene.rviz"))
-        browser = programs.enter_context(running_chromium())
-        tab = browser.new_page(viewport={"width": 1000, "height": 700})
-        tab.on("pageerror", lambda error: print(error, flush=True))
-        tab.on("requestfailed", lambda request: print(request.url, request.failure, flush=True))
-        tab.goto(address, wait_until="commit")
+        server, tab = opened(programs, FILE, 1000, 700)
         try:
             tab.wait_for_function(STATE, timeout=120_000)
         except NeverShown:
             print(tab.evaluate("document.body.innerText"))
             return 1
-        good = watch(tab, psutil.Process(server.pid), time.monotonic() + 60 * minutes)
+        good = watch(tab, server, time.monotonic() + 60 * minutes)
     return 0 if good else 1
 
 
@@ -146,9 +156,7 @@ def watch(tab, server, end):
             continue
         was_late = False
         loops += 1
-        session.send("HeapProfiler.collectGarbage")
-        heap = session.send("Runtime.getHeapUsage")["usedSize"] / 1e6
-        figures = heap, server.memory_info().rss / 1e6, state["objects"]
+        figures = heap_mb(session)[0], server.memory_info().rss / 1e6, state["objects"]
         row = f"{(time.monotonic() - begin) / 60:8.1f} {loops:6} {figures[0]:8.1f} {figures[1]:10.1f}"
         print(f"{row} {figures[2]:8} {state['pictures']:9} {stale:6}", flush=True)
         history.append(figures)

@@ -13,27 +13,22 @@ import gzip
 import json
 import math
 import sys
-import tempfile
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
 import psutil
+from programs import QUIET, Programs
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
 
-from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
-from pipros.node import Node
 from pipros.simulation.robots.drive import Pose
 from tests.support.drives import ROUTE, START, drive, map_message, scan_message, stamp, transform_message
-from tests.support.environments import make_tool_folder
 from tests.support.nodes import Inbox
-from tests.support.ports import ClaimedPort
-from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 RECORDED = Path(__file__).parent / "recorded" / "navigation_beside_genuine.json.gz"
@@ -43,19 +38,18 @@ OBSTACLES = {"name": "obstacles", "type": "costmap_2d::ObstacleLayer"}
 INFLATION = {"name": "inflation", "type": "costmap_2d::InflationLayer"}
 
 
-class Bench:
-    """A node of pipros with the name `tested`, and a node that feeds it."""
+class Bench(Programs):
+    """A master, a node of pipros with the name `tested`, and a node that feeds it."""
 
-    def __init__(self, ros):
-        ros.serve_master()
-        self._ros = ros
-        self.node = Node("bench", environment=Environment(master_uri=ros.master_uri))
+    def __init__(self):
+        super().__init__()
+        self.node = super().node()
         self._publishers = {}
         self._subscribed = set()
 
-    def start(self, package, program, parameters):
+    def start_tested(self, package, program, parameters):
         self.node.params.set("/tested", parameters)
-        self._process = self._ros.pipros.start("rosrun", package, program, "__name:=tested")
+        self._process = self.start("rosrun", package, program, "__name:=tested", **QUIET)
 
     def publish(self, topic, message, *, waits=True):
         """Publish a message, as soon as the node has subscribed to the topic if `waits`."""
@@ -75,7 +69,7 @@ class Bench:
         return inbox
 
     def wait(self, condition, what):
-        wait_until(condition, 60, lambda: f"{what}: {self._process.output}")
+        wait_until(condition, 60, what)
 
     @contextmanager
     def measured(self):
@@ -89,22 +83,6 @@ class Bench:
         return sum(sum(each.cpu_times()[:2]) for each in (root, *root.children(recursive=True)))
 
 
-@contextmanager
-def running():
-    """Yield a bench with its own master, port and folder."""
-    with tempfile.TemporaryDirectory() as folder:
-        port, home = ClaimedPort(), Path(folder) / "home"
-        home.mkdir()
-        ros = RosSystem(port.number, home, make_tool_folder(Path(folder) / "bin"))
-        try:
-            bench = Bench(ros)
-            with bench.node:
-                yield bench
-        finally:
-            ros.close()
-            port.release()
-
-
 def localise(bench):
     service = load_service_class("nav_msgs/GetMap")
     bench.node.serve("/static_map", service, lambda _: service._response_class(map_message()))
@@ -114,7 +92,7 @@ def localise(bench):
         "max_particles": 1000, "laser_max_beams": 60, "save_pose_rate": -1.0, "update_min_d": 0.15,
         "resample_interval": 1,
     }  # fmt: skip
-    bench.start("amcl", "amcl", parameters)
+    bench.start_tested("amcl", "amcl", parameters)
     transforms = bench.subscribe("/tf", "tf2_msgs/TFMessage")
     bench.subscribe("/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")
     bench.publish("/tf_static", transform_message("base_link", "laser", Pose(0.1, 0.05, 0.0), 0.0))
@@ -146,7 +124,7 @@ def build_a_map(bench):
         "seed": 1,
     }  # fmt: skip
     moments = list(drive(start=Pose(2.9, 1.0, 0.0), route=ROUTE[:9], noise=0.01))[::7]
-    bench.start("gmapping", "slam_gmapping", parameters)
+    bench.start_tested("gmapping", "slam_gmapping", parameters)
     maps = bench.subscribe("/map", "nav_msgs/OccupancyGrid")
     bench.publish("/tf_static", transform_message("base_link", "laser", Pose(), 0.0))
     with bench.measured():
@@ -202,7 +180,7 @@ def keep_a_costmap(bench):
         "transform_tolerance": 99.0, "robot_radius": 0.17, "static": {"map_topic": "/map"},
         "obstacles": {"observation_sources": "scan", "scan": LASER},
     }  # fmt: skip
-    bench.start("costmap_2d", "costmap_2d_node", {"costmap": costmap})
+    bench.start_tested("costmap_2d", "costmap_2d_node", {"costmap": costmap})
     maps = bench.subscribe("/tested/costmap/costmap", "nav_msgs/OccupancyGrid")
     bench.subscribe("/tested/costmap/costmap_updates", "map_msgs/OccupancyGridUpdate")
     bench.subscribe("/tested/costmap/footprint", "geometry_msgs/PolygonStamped")
@@ -228,7 +206,7 @@ def plan(bench):
         "plugins": [STATIC, INFLATION], "robot_radius": 0.17, "update_frequency": 1.0,
         "static": {"map_topic": "/map"},
     }  # fmt: skip
-    bench.start("navfn", "navfn_node", {"costmap": costmap})
+    bench.start_tested("navfn", "navfn_node", {"costmap": costmap})
     place(bench, 1.0, 1.0)
     bench.publish("/map", grid_message(building()))
     service = load_service_class("navfn/MakeNavPlan")
@@ -270,7 +248,7 @@ def follow_a_plan(bench):
             "publish_cost_grid_pc": True, "publish_traj_pc": True,
         },
     }  # fmt: skip
-    bench.start("move_base", "move_base", parameters)
+    bench.start_tested("move_base", "move_base", parameters)
     cells = np.zeros((120, 120), np.int8)
     cells[:2] = cells[-2:] = cells[:, :2] = cells[:, -2:] = cells[66:76, 78:86] = 100
     commands = bench.subscribe("/cmd_vel", "geometry_msgs/Twist")
@@ -307,7 +285,7 @@ def filter_odometry(bench):
         "frequency": 30.0, "sensor_timeout": 1e12, "odom0": "/odom0",
         "odom0_config": [True] * 12 + [False] * 3,
     }  # fmt: skip
-    bench.start("robot_localization", "ekf_localization_node", parameters)
+    bench.start_tested("robot_localization", "ekf_localization_node", parameters)
     estimates = bench.subscribe("/odometry/filtered", "nav_msgs/Odometry")
     made = load_message_class("nav_msgs/Odometry")(child_frame_id="base_link")
     made.header.frame_id, made.pose.pose.orientation.w, made.twist.twist.linear.x = "odom", 1.0, 0.3
@@ -333,7 +311,7 @@ def main(*names):
     print("| node | pipros now | pipros 2026-11-26 | genuine (C++) 2026-11-26 | factor 2026-11-26 |")
     print("| --- | ---: | ---: | ---: | ---: |")
     for work in [each for each in WORKS if each.__name__ in names] or WORKS:
-        with running() as bench:
+        with Bench() as bench:
             work(bench)
         row = rows[work.__name__]
         ours, theirs = row["pipros_s"], row["genuine_s"]

@@ -26,10 +26,8 @@ import psutil
 from programs import QUIET, Programs, cpu_s
 from table import options_of
 
-from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
-from pipros.node import Node
 from pipros.perception.clouds.points import cloud_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
@@ -59,8 +57,7 @@ class Bench(Programs):
         super().__init__()
         self.seconds = seconds
         self.environment["PYTHONPATH"] = os.path.join(self.folder, "site")
-        environment = Environment(master_uri=self.environment["ROS_MASTER_URI"])
-        self.node = self.enter_context(Node("bench", environment=environment))
+        self.node = super().node()
 
     def start_nodelets(self, side, nodelets, *, shares_process):
         """Start nodelets, `{name: (plugin, remappings)}`, in one process or in several. Return their IDs."""

@@ -13,9 +13,7 @@ import time
 from programs import QUIET, Programs, cpu_s
 from table import options_of
 
-from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
-from pipros.node import Node
 
 
 def steered(program, last_service, topics, counted, robots, speeds, seconds, prepare=lambda _: None):
@@ -29,23 +27,22 @@ def steered(program, last_service, topics, counted, robots, speeds, seconds, pre
     command.linear.x, command.angular.z = speeds
     with Programs() as programs:
         process = programs.start("rosrun", *program, **QUIET)
-        environment = Environment(master_uri=programs.environment["ROS_MASTER_URI"])
-        with Node("benchmark", environment=environment) as node:
-            while last_service not in dict(node.master.get_system_state()[2]):
-                time.sleep(0.05)
-            prepare(node)
-            for topic, kind in topics.items():
-                take = got.append if topic.endswith(counted) else lambda _: None
-                node.subscribe(topic, load_message_class(kind), take)
-            publishers = [node.advertise(f"/{robot}/cmd_vel", twist) for robot in robots]
-            for duration in (2.0, seconds):
-                before, count, start = cpu_s(process.pid), len(got), time.monotonic()
-                while time.monotonic() - start < duration:
-                    for publisher in publishers:
-                        publisher.publish(command)
-                    time.sleep(0.2)
-                used, passed = cpu_s(process.pid) - before, time.monotonic() - start
-            return 100 * used / passed, (len(got) - count) / passed / len(robots)
+        node = programs.node()
+        while last_service not in dict(node.master.get_system_state()[2]):
+            time.sleep(0.05)
+        prepare(node)
+        for topic, kind in topics.items():
+            take = got.append if topic.endswith(counted) else lambda _: None
+            node.subscribe(topic, load_message_class(kind), take)
+        publishers = [node.advertise(f"/{robot}/cmd_vel", twist) for robot in robots]
+        for duration in (2.0, seconds):
+            before, count, start = cpu_s(process.pid), len(got), time.monotonic()
+            while time.monotonic() - start < duration:
+                for publisher in publishers:
+                    publisher.publish(command)
+                time.sleep(0.2)
+            used, passed = cpu_s(process.pid) - before, time.monotonic() - start
+        return 100 * used / passed, (len(got) - count) / passed / len(robots)
 
 
 def turtlesim():

@@ -10,6 +10,9 @@ from contextlib import ExitStack, suppress
 import psutil
 from table import free_port, wait_for_port
 
+from pipros.basics.env import Environment
+from pipros.node import Node
+
 SCRIPTS = os.path.dirname(sys.executable)
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
@@ -47,6 +50,11 @@ class Programs(ExitStack):
     def run(self, code, *arguments, **options):
         """Start Python code."""
         return self.start(sys.executable, "-W", "ignore", "-c", code, *arguments, **options)
+
+    def node(self):
+        """Return a node of this process, which ends with the block."""
+        environment = Environment(master_uri=self.environment["ROS_MASTER_URI"])
+        return self.enter_context(Node("bench", environment=environment))
 
     def page(self, name, *arguments):
         """Start a program that serves a page. Return its process and its address."""
