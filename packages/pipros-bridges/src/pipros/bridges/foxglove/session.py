@@ -8,8 +8,17 @@ from __future__ import annotations
 import asyncio
 import functools
 from collections import Counter
-from collections.abc import Awaitable, Callable, Coroutine, Hashable, Mapping, Sequence
-from typing import Any, Final, Protocol
+from collections.abc import (
+    AsyncIterator,
+    Awaitable,
+    Callable,
+    Coroutine,
+    Hashable,
+    Iterable,
+    Mapping,
+    Sequence,
+)
+from typing import Any, Final, Protocol, TypeVar
 
 from pipros.basics.errors import InvalidName, LimitExceeded, NotFound, PiprosError
 from pipros.basics.limits import limit_text
@@ -52,12 +61,16 @@ from pipros.node.open_calls import OpenCalls
 from pipros.server.act_gate import ActGate
 from pipros.server.daemon_pool import DaemonPool
 
+_Item = TypeVar("_Item")
+
 CALL_S: Final = 60.0
 """Timeout of a service call."""
 OPEN_REQUESTS: Final = 100
 """Maximum number of pending service calls and asset requests of one client."""
 OPEN_ASSETS: Final = 16
 """Maximum number of pending asset requests of one client, which are answered one at a time."""
+TURN: Final = 100
+"""Number of subscriptions in one request that are handled before other clients have their turn."""
 CHANNEL_SUBSCRIPTIONS: Final = 8
 """Maximum number of one client's subscriptions to a channel. Each of them sends the same message again."""
 PARAMETER_NAME_BYTES: Final = 200
@@ -224,17 +237,17 @@ class FoxgloveSession:
             case PublishRequest():
                 await self._publish(request)
             case Subscribe():
-                for number, channel in request.pairs:
+                async for number, channel in _in_turns(request.pairs):
                     self._subscribe(number, channel)
                 await self._run(functools.partial(self._bridge.topics.wait_for_turn, self))
             case Unsubscribe():
-                for number in request.ids:
+                async for number in _in_turns(request.ids):
                     self._unsubscribe(number)
             case AdvertiseRequest():
                 for each in request.channels:
                     await self._advertise(each)
             case UnadvertiseRequest():
-                for number in request.ids:
+                async for number in _in_turns(request.ids):
                     await self._unadvertise(number)
             case CallRequest():
                 self._begin(self._call(request))
@@ -483,6 +496,14 @@ class FoxgloveSession:
     def _report(self, text: str, level: StatusLevel = StatusLevel.ERROR) -> None:
         """Send a status message. Thread-safe."""
         self._client.send(frames.status(level, text))
+
+
+async def _in_turns(items: Iterable[_Item]) -> AsyncIterator[_Item]:
+    """Yield the parts of a request. Let the event loop serve other clients after every `TURN` of them."""
+    for number, item in enumerate(items, 1):
+        yield item
+        if number % TURN == 0:
+            await asyncio.sleep(0)
 
 
 def _size_of(channel: ClientChannel) -> int:

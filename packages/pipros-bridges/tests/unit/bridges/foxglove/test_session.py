@@ -8,13 +8,15 @@ import struct
 from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
+import pytest
+
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.foxglove.catalog import TopicCatalog
 from pipros.bridges.foxglove.parameter_watch import DELETED
 from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.foxglove.session import CHANNEL_SUBSCRIPTIONS, FoxgloveSession
+from pipros.bridges.foxglove.session import CHANNEL_SUBSCRIPTIONS, TURN, FoxgloveSession
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientOutbox, WebSocketFrame
 from pipros.bridges.shared_topics import TopicMessage
@@ -191,6 +193,33 @@ def test_messages_of_another_definition_correct_the_channel() -> None:
         talk.session.remove_channels(change.removed)
         assert talk.session.takes() == {}
         assert talk.bridge.topics.taken[0][3].is_closed
+
+    run(body)
+
+
+@pytest.mark.parametrize(
+    "request_of",
+    [
+        lambda count: {"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 9}] * count},
+        lambda count: {"op": "unsubscribe", "subscriptionIds": [1] * count},
+        lambda count: {"op": "unadvertise", "channelIds": [1] * count},
+    ],
+    ids=["subscribe", "unsubscribe", "unadvertise"],
+)
+def test_a_long_request_lets_other_clients_have_their_turn(request_of: Callable[[int], Any]) -> None:
+    async def body() -> None:
+        talk, turns = Conversation(), list[int]()
+
+        async def others() -> None:
+            while True:
+                turns.append(len(talk.client.received()))
+                await asyncio.sleep(0)
+
+        task = asyncio.create_task(others())
+        await talk.session.receive(json.dumps(request_of(20 * TURN)))
+        assert sum(turns) + len(talk.client.received()) == 20 * TURN
+        assert max(turns) <= TURN
+        task.cancel()
 
     run(body)
 
