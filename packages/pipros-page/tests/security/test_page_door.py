@@ -389,6 +389,7 @@ def nested(depth: int) -> Any:
 FAILURES: Mapping[str, Callable[[], Any]] = {
     "AttributeError": lambda: "text".child_frame_id,  # type: ignore[attr-defined]
     "IndexError": lambda: [][0],
+    "KeyError": lambda: {}["internal"],
     "RecursionError": lambda: nested(100_000),
     "ZeroDivisionError": lambda: 1 / 0,
 }

@@ -31,7 +31,7 @@ from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, 
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from importlib import resources
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
@@ -71,7 +71,7 @@ PART_BYTES: Final = 32 * 1024
 _FIRST_NUMBER_OF_PARTS: Final = 1 << 31
 LONGEST_ERROR: Final = 2000
 
-_EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
+_EXPECTED = (PiprosError, OSError, ValueError, TypeError)
 """Errors that arguments or the system may cause. Other exceptions are defects, which are logged."""
 
 View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
@@ -96,6 +96,13 @@ SECURITY_HEADERS = {
 
 class RequestRefused(PiprosError):
     """A request for a view or an action is refused. The page shows the error text."""
+
+
+class _Arguments(dict[str, Any]):
+    """The arguments of a request. Unlike any other KeyError, a missing one is the browser's fault."""
+
+    def __missing__(self, name: str) -> NoReturn:
+        raise RequestRefused(f"missing argument {name!r}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,6 +315,7 @@ class _Browser:
         arguments = request.get("args") or {}
         if not isinstance(arguments, dict):
             raise RequestRefused(f"args must be an object, got {type(arguments).__name__}")
+        arguments = _Arguments(arguments)
         if "action" in request:
             yield await json_text({"id": number, "data": await self._act(request["action"], arguments)})
             return
@@ -324,8 +332,6 @@ class _Browser:
 
     def _text_of(self, error: Exception, name: str) -> str:
         """Return the error text for the browser. Log unexpected errors, once per view or action and type."""
-        if isinstance(error, KeyError):
-            return f"missing argument {error}"[:LONGEST_ERROR]
         if isinstance(error, _EXPECTED):
             return (str(error) or type(error).__name__)[:LONGEST_ERROR]
         if (name, type(error)) not in self._logged:
