@@ -69,8 +69,9 @@ _PYTHON_SHA256 = {
 _REQUIREMENTS = TESTS / "support" / "windows.txt"
 _NOISE = re.compile(rb"(?:[0-9a-f]{4}:)?(?:fixme|err|warn):|wine: ")
 _TAKE_TERMINAL = """
-import fcntl, os, sys, termios
+import fcntl, os, signal, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # below nohup, closing the terminal would end nothing
 os.execv(sys.argv[1], sys.argv[1:])
 """
 
