@@ -60,7 +60,7 @@ class BagFolder:
             raise BadBagName(f"a bag's name {rule}, got {name!r:.100}")
         if "\0" in name:
             raise BadBagName("a bag's name must not contain a null character")
-        path = (self.path / name).resolve()
+        path = Path(os.path.realpath(self.path / name))  # before 3.13, `resolve` raises if links form a loop
         if not path.is_relative_to(self.path):
             raise BadBagName(f"[{name:.100}] is outside the bag folder")
         if not path.is_file():

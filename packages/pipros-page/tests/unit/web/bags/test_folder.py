@@ -17,6 +17,7 @@ def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> 
     (inside / "link.bag").symlink_to(outside)
     (inside / "same.bag").symlink_to(inside / "day" / "run.bag")
     (inside / "up").symlink_to(tmp_path)
+    (inside / "loop.bag").symlink_to("loop.bag")
     found = dict(BagFolder(inside).names())
     assert found == {"day/run.bag": 5, "open.bag.active": 5, "same.bag": 5}
 
@@ -30,6 +31,7 @@ def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> 
         ("/etc/passwd", "must end in"),
         ("/etc/x.bag", "is outside the bag folder"),
         ("missing.bag", "there is no bag"),
+        ("loop.bag", "there is no bag"),
         ("a\0.bag", "null character"),
         (7, "must end in"),
     ],
@@ -40,5 +42,6 @@ def test_names_that_lead_out_of_the_folder_are_refused(tmp_path: Path, name: obj
     (tmp_path / "outside.bag").write_bytes(b"")
     (inside / "link.bag").symlink_to(tmp_path / "outside.bag")
     (inside / "up").symlink_to(tmp_path)
+    (inside / "loop.bag").symlink_to("loop.bag")
     with pytest.raises(BadBagName, match=says):
         BagFolder(inside).find(name)
