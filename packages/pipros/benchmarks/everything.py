@@ -11,8 +11,6 @@ some of the rows once, in less than two minutes.
 """
 
 import argparse
-import contextlib
-import ctypes
 import os
 import platform
 import subprocess
@@ -53,8 +51,6 @@ OWN_TABLES = {
     "ros2": "--rounds {rounds}",
     "costs": "--only turtlesim,robots",
 }
-PR_SET_CHILD_SUBREAPER = 36  # from linux/prctl.h
-ORPHANS_END_S = 5
 MAX_LOAD, TRIES = 2, 3  # % of the processors used by others, and how often a benchmark is run to stay below
 
 # The bottleneck of rows, with the starts of their labels. The longest start that fits counts.
@@ -122,24 +118,6 @@ def run(name, options, folder):
     return read_json(path) if ended.returncode == 0 and os.path.exists(path) else None
 
 
-def adopt_orphans():
-    """Become the parent of the children of programs that end, so that their processor time is not foreign.
-
-    Chromium, for example, leaves processes behind that end a little later. Linux only.
-    """
-    if sys.platform.startswith("linux"):
-        ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
-
-
-def reap_orphans():
-    """Wait at most `ORPHANS_END_S` for adopted processes to end, and count their times as own."""
-    deadline = time.monotonic() + ORPHANS_END_S
-    with contextlib.suppress(ChildProcessError):  # there are no more
-        while time.monotonic() < deadline:
-            if os.waitpid(-1, os.WNOHANG)[0] == 0:
-                time.sleep(0.05)
-
-
 def run_undisturbed(name, options, folder, tries):
     """Run a benchmark until other programs use little, at most `tries` times. Return its result and the
     load by other programs in percent.
@@ -147,7 +125,6 @@ def run_undisturbed(name, options, folder, tries):
     for _ in range(tries):
         load = Load()
         found = run(name, options, folder)
-        reap_orphans()
         percent = load.percent()
         if percent <= MAX_LOAD:
             break
@@ -206,7 +183,6 @@ def main():
     )
     options = parser.parse_args()
     heed_interrupts()
-    adopt_orphans()
     rows, tables, loads, failed, began = [], {}, {}, [], time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         svg = os.path.join(DOCS if options.update == RESULTS else folder, "scale.svg")

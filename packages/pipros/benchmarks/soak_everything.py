@@ -58,15 +58,15 @@ class Everything(System):
         self._domain = ExitStack()
         self._token = secrets.token_urlsafe(32)
         self.heaps = Heap(), Heap(history_mb=CURVE_MB)
-        (folder / "example_interfaces" / "msg").mkdir(parents=True)
-        (folder / "example_interfaces" / "package.xml").write_text(
-            "<package><name>example_interfaces</name></package>"
-        )
-        (folder / "example_interfaces" / "msg" / "Blob.msg").write_text(BLOB)
+        package = folder / "example_interfaces"
+        (package / "msg").mkdir(parents=True)
+        (package / "package.xml").write_text("<package><name>example_interfaces</name></package>")
+        (package / "msg" / "Blob.msg").write_text(BLOB)
 
     def open(self) -> None:
         super().open()
-        self._open_simulations()
+        self.start("pipros_sim", "rosrun", "pipros_sim", "sim", "_headless:=true")
+        self.start("turtlesim", "rosrun", "turtlesim", "turtlesim_node", "_headless:=true")
         self._open_bridges()
         self._open_fleet()
         self._open_ros2()
@@ -76,18 +76,13 @@ class Everything(System):
             self.start(name, sys.executable, "-c", script)
         self._open_launch("nodelets", NODELETS, self.port, "camera/camera_manager")
         (self.folder / "scene.rviz").write_text(SCENE)
-        self.start(
-            "rviz", "rviz", "--no-browser", "--disable-anti-aliasing", "-d", str(self.folder / "scene.rviz")
-        )
+        options = ("--no-browser", "--disable-anti-aliasing", "-d", str(self.folder / "scene.rviz"))
+        self.start("rviz", "rviz", *options)
         self.scene_url = self.wait_for("rviz", r"http://\S+")
         self.held["Chromium"] = Browser()
         self.held["heap of the scene"], self.held["heap of the panels"] = self.heaps
         # This process, which also keeps the samples; Playwright is not measured here.
         self.held["the clients"] = Process(pid=os.getpid(), slack_mb=CLIENTS_SLACK_MB)
-
-    def _open_simulations(self) -> None:
-        self.start("pipros_sim", "rosrun", "pipros_sim", "sim", "_headless:=true")
-        self.start("turtlesim", "rosrun", "turtlesim", "turtlesim_node", "_headless:=true")
 
     def _open_bridges(self) -> None:
         ports = [str(free_port()) for _ in range(2)]
@@ -168,10 +163,6 @@ class Everything(System):
         done["heard in ROS 2"] = lines.count("got ")
         done[FAILURES] += lines.count("wrong ")
         return done
-
-    def idle(self) -> list[str]:
-        heaps = [name for name, held in self.held.items() if isinstance(held, Heap) and not held.megabytes]
-        return super().idle() + heaps
 
     def close(self) -> list[str]:
         unclean = super().close()

@@ -1,5 +1,28 @@
 """The programs that run in the system of `soak_system.py`."""
 
+#: The beginning of the programs that print their counts as JSON.
+COUNTING = """
+import json, rospy
+done, turns = {"failures": 0}, 0
+def count(topic, kind, name):
+    done[name] = 0
+    def add(_):
+        done[name] += 1
+    rospy.Subscriber(topic, kind, add)
+def attempt(name, work):
+    done.setdefault(name, 0)
+    try:
+        good = work()
+    except Exception as error:
+        good = False
+        rospy.logwarn("%s: %s", name, error)
+    done[name if good else "failures"] += 1
+def report_each(count):
+    global turns
+    turns += 1
+    if turns % count == 0:
+        print(json.dumps(done), flush=True)
+"""
 NODES = {
     "talker": """
 import os, rospy
@@ -40,42 +63,30 @@ server = actionlib.SimpleActionServer("go", TestAction, work, auto_start=False)
 server.start()
 rospy.spin()
 """,
-    "client": """
-import actionlib, json, rospy, tf2_ros
+    "client": COUNTING
+    + """
+import actionlib, tf2_ros
 from actionlib.msg import TestAction, TestGoal
 from actionlib_msgs.msg import GoalStatus
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 rospy.init_node("client")
-done = dict.fromkeys(("messages", "lookups", "goals", "calls", "parameters", "failures"), 0)
-def hear(_):
-    done["messages"] += 1
-rospy.Subscriber("chat", String, hear)
+count("chat", String, "messages")
 buffer = tf2_ros.Buffer(rospy.Duration(5))
 listener = tf2_ros.TransformListener(buffer)
 client, ask = actionlib.SimpleActionClient("go", TestAction), rospy.ServiceProxy("ask", Trigger)
 client.wait_for_server()
 ask.wait_for_service()
-rate, turn = rospy.Rate(10), 0
-def attempt(what, work):
-    try:
-        good = work()
-    except (rospy.ROSException, rospy.ServiceException, tf2_ros.TransformException) as error:
-        good = False
-        rospy.logwarn("%s: %s", what, error)
-    done[what if good else "failures"] += 1
+rate, wait = rospy.Rate(10), rospy.Duration(10)
 def set_and_get():
-    rospy.set_param("/soak/turn", turn)
-    return rospy.get_param("/soak/turn") == turn
-wait = rospy.Duration(10)
+    rospy.set_param("/soak/turn", turns)
+    return rospy.get_param("/soak/turn") == turns
 while not rospy.is_shutdown():
-    turn += 1
     attempt("lookups", lambda: buffer.lookup_transform("frame_0", "frame_10", rospy.Time(0), wait))
-    attempt("goals", lambda: client.send_goal_and_wait(TestGoal(turn), wait) == GoalStatus.SUCCEEDED)
+    attempt("goals", lambda: client.send_goal_and_wait(TestGoal(turns), wait) == GoalStatus.SUCCEEDED)
     attempt("calls", lambda: ask().success)
     attempt("parameters", set_and_get)
-    if turn % 50 == 0:
-        print(json.dumps(done), flush=True)
+    report_each(50)
     rate.sleep()
 """,
 }
@@ -98,7 +109,7 @@ LAUNCH = """<launch>
   </node>
 </launch>"""
 
-#: The programs of `--everything`. Those that count print their counts as JSON, like `client`.
+#: The programs of `--everything`.
 MORE_NODES = {
     "source": """
 import math, rospy, struct, tf2_ros
@@ -151,8 +162,8 @@ while not rospy.is_shutdown():
         rospy.loginfo("published %d numbers", count)
     rate.sleep()
 """,
-    "driver": """
-import json, rospy
+    "driver": COUNTING
+    + """
 from example_interfaces.msg import Blob
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -161,97 +172,64 @@ from std_msgs.msg import String
 from std_srvs.srv import Empty, SetBool
 from turtlesim.msg import Pose
 rospy.init_node("driver")
-names = "scans", "odometry", "poses", "of the fleet", "of ROS 2", "through nodelets", "resets", "failures"
-done = dict.fromkeys(names, 0)
-def count(topic, kind, name):
-    def add(_):
-        done[name] += 1
-    rospy.Subscriber(topic, kind, add)
 count("scan", LaserScan, "scans")
 count("odom", Odometry, "odometry")
 count("turtle1/pose", Pose, "poses")
 count("operator/report", String, "of the fleet")
 count("camera/image_rect_color", Image, "through nodelets")
 def check(blob):
-    done["of ROS 2" if blob.data == bytes([blob.number % 256]) * 100 else "failures"] += 1
+    attempt("of ROS 2", lambda: blob.data == bytes([blob.number % 256]) * 100)
 rospy.Subscriber("back", Blob, check)
 robot, turtle = (rospy.Publisher(name, Twist, queue_size=1) for name in ("cmd_vel", "turtle1/cmd_vel"))
 blobs = rospy.Publisher("blob", Blob, queue_size=10)
 charge, reset = rospy.ServiceProxy("charge", SetBool), rospy.ServiceProxy("reset_positions", Empty)
 charge.wait_for_service()
 done["failures"] += not charge(True).success
-command, rate, turn = Twist(), rospy.Rate(10), 0
+command, rate = Twist(), rospy.Rate(10)
+command.linear.x, command.angular.z = 0.2, 0.5
 while not rospy.is_shutdown():
-    turn += 1
-    blobs.publish(Blob(turn, bytes([turn % 256]) * 100))
-    if turn % 2 == 0:
-        command.linear.x, command.angular.z = 0.2, 0.5
+    blobs.publish(Blob(turns, bytes([turns % 256]) * 100))
+    if turns % 2 == 0:
         robot.publish(command)
         turtle.publish(command)
-    if turn % 100 == 0:
-        try:
-            reset()
-            done["resets"] += 1
-        except rospy.ServiceException as error:
-            done["failures"] += 1
-            rospy.logwarn("reset: %s", error)
-    if turn % 50 == 0:
-        print(json.dumps(done), flush=True)
+    if turns % 100 == 0:
+        attempt("resets", lambda: reset() is not None)
+    report_each(50)
     rate.sleep()
 """,
 }
 #: The program on the second master.
-OPERATOR = """
-import json, rospy
+OPERATOR = f"""{COUNTING}
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 rospy.init_node("operator")
-names = "chat over the fleet", "odometry over the fleet", "calls over the fleet", "failures"
-done = dict.fromkeys(names, 0)
-def count(topic, kind, name):
-    def add(_):
-        done[name] += 1
-    rospy.Subscriber(topic, kind, add)
 count("robot/chat", String, "chat over the fleet")
 count("robot/odom", Odometry, "odometry over the fleet")
 reports = rospy.Publisher("report", String, queue_size=10)
-ask, rate, turn = rospy.ServiceProxy("robot/ask", Trigger), rospy.Rate(2), 0
+ask, rate = rospy.ServiceProxy("robot/ask", Trigger), rospy.Rate(2)
 ask.wait_for_service()
 while not rospy.is_shutdown():
-    turn += 1
-    reports.publish(str(turn))
-    try:
-        done["calls over the fleet" if ask().success else "failures"] += 1
-    except rospy.ServiceException as error:
-        done["failures"] += 1
-        rospy.logwarn("ask: %s", error)
-    if turn % 10 == 0:
-        print(json.dumps(done), flush=True)
+    reports.publish(str(turns))
+    attempt("calls over the fleet", lambda: ask().success)
+    report_each(10)
     rate.sleep()
 """
 #: The program that sends move_base to one room and back.
-NAVIGATOR = """
-import actionlib, json, rospy
+NAVIGATOR = f"""{COUNTING}
+import actionlib
 from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 rospy.init_node("navigator")
-done, turn = {"drives": 0, "failures": 0}, 0
 client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
 client.wait_for_server()
 goal = MoveBaseGoal()
 goal.target_pose.header.frame_id, goal.target_pose.pose.orientation.w = "map", 1.0
-place = goal.target_pose.pose.position
+place, limit = goal.target_pose.pose.position, rospy.Duration(120)
 while not rospy.is_shutdown():
-    place.x, place.y = ((3.2, 2.0), (2.8, 1.0))[turn % 2]
-    state = client.send_goal_and_wait(goal, rospy.Duration(120))
-    if rospy.is_shutdown():
-        break
-    if state != GoalStatus.SUCCEEDED:
-        rospy.logwarn("goal %d: %s", turn, client.get_goal_status_text())
-    done["drives" if state == GoalStatus.SUCCEEDED else "failures"] += 1
-    turn += 1
-    print(json.dumps(done), flush=True)
+    place.x, place.y = ((3.2, 2.0), (2.8, 1.0))[turns % 2]
+    attempt("drives", lambda: client.send_goal_and_wait(goal, limit) == GoalStatus.SUCCEEDED)
+    report_each(1)
 """
 NAVIGATION = """<launch>
   <include file="$(find turtlebot3_bringup)/launch/turtlebot3_robot.launch">

@@ -31,7 +31,7 @@ from urllib.parse import urlsplit
 from urllib.request import urlopen
 
 from soak_programs import ENDING, LAUNCH, NODES
-from soak_resources import FIFTHS, Held, Process, Processors
+from soak_resources import FIFTHS, Heap, Held, Process, Processors
 from table import free_port, heed_interrupts
 from websockets.asyncio.client import connect
 
@@ -129,8 +129,9 @@ class System:
         return done
 
     def idle(self) -> list[str]:
-        """Return the names of the counts that are still 0: these parts have done nothing yet."""
-        return [name for name, count in self.done().items() if not count and name != FAILURES]
+        """Return the names of the counts, and of the heaps, that are still empty."""
+        heaps = [name for name, held in self.held.items() if isinstance(held, Heap) and not held.megabytes]
+        return heaps + [name for name, count in self.done().items() if not count and name != FAILURES]
 
     def ended(self, good: tuple[int, ...] = ()) -> list[str]:
         """Return the programs that have ended, with their exit codes, except for those with a good code.
@@ -301,13 +302,12 @@ def report(held: dict[str, Held], run: Run) -> int:
     idle = [name for name, count in done.items() if name != FAILURES and count <= before[name]]
     print(f"processors: {run.own:.1f} % used by all of this, {run.foreign:.1f} % by others")
     print(f"verdict: {'flat' if not grown else 'grown: ' + ', '.join(grown)}; {done[FAILURES]} failures")
-    if idle and not run.ended:
-        print(f"stopped before the end: {', '.join(idle)}")
-    if run.ended:
-        print(f"ended early: {', '.join(run.ended)}")
-    if run.tracebacks:
-        print(f"tracebacks: {', '.join(run.tracebacks)}")
+    bad = {"ended early": run.ended, "tracebacks": run.tracebacks}
+    bad["stopped before the end"] = [] if run.ended else idle
+    for what, names in bad.items():
+        if names:
+            print(f"{what}: {', '.join(names)}")
     is_too_busy = run.own > MAX_PROCESSOR_PERCENT
     if is_too_busy:
         print(f"more than {MAX_PROCESSOR_PERCENT:.0f} % of the processors were used")
-    return int(bool(grown or done[FAILURES] or idle or run.ended or run.tracebacks or is_too_busy))
+    return int(bool(grown or done[FAILURES] or any(bad.values()) or is_too_busy))
