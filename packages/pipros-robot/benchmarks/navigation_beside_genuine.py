@@ -21,12 +21,11 @@ import numpy as np
 import psutil
 from programs import QUIET, Programs
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
-
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.simulation.robots.drive import Pose
+from tests.golden.navigation.test_navfn_as_genuine import building, pose
 from tests.support.drives import ROUTE, START, drive, map_message, scan_message, stamp, transform_message
 from tests.support.nodes import Inbox
 from tests.support.waiting import wait_until
@@ -139,20 +138,6 @@ def place(bench, x, y):
     bench.publish("/tf_static", transform_message("map", "base_link", Pose(x, y, 0.0), -1000.0))
 
 
-def building():
-    """Return the cells of a building of 12 by 10 metres, with a closed room and unknown parts."""
-    cells = np.zeros((200, 240), np.int8)
-    cells[[0, -1]] = cells[:, [0, -1]] = 100
-    for x in (60, 120, 180):
-        cells[0:90, x] = cells[110:200, x] = 100
-        cells[20:32, x] = cells[150:165, x] = 0
-    cells[100, 0:70] = cells[100, 90:240] = 100
-    cells[60:75, 80:100] = 100
-    cells[130:170, 130:150] = -1
-    cells[10:40, 200] = cells[10:40, 230] = cells[10, 200:231] = cells[40, 200:231] = 100
-    return cells
-
-
 def grid_message(cells, origin=0.0):
     message = map_message(cells > 0)
     message.info.origin.position.x = message.info.origin.position.y = origin
@@ -192,13 +177,6 @@ def keep_a_costmap(bench):
         for _ in range(100):
             bench.publish("/scan", round_scan(numbers.uniform(0.3, 4.5, 360), time.time()))
             time.sleep(0.1)
-
-
-def pose(x, y):
-    made = load_message_class("geometry_msgs/PoseStamped")()
-    made.header.frame_id = "map"
-    made.pose.position.x, made.pose.position.y, made.pose.orientation.w = x, y, 1.0
-    return made
 
 
 def plan(bench):

@@ -16,7 +16,6 @@ real time if nothing is lost; a row says little if the foreign load is high.
 
 import contextlib
 import os
-import sys
 import time
 import xmlrpc.client
 from pathlib import Path
@@ -29,8 +28,6 @@ from table import options_of
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.perception.clouds.points import cloud_of
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
 from tests.support.pictures_of_cameras import camera_info, depths, image, picture
 from tests.support.simulated_rplidar import MODES, SimulatedRplidar
 from tests.support.waiting import wait_until

@@ -21,11 +21,13 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 from table import options_of
 
+from tests.support.waiting import wait_until
+
 ROOT = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
-sys.path.insert(0, ROOT)
 PEERS = os.path.join(ROOT, "build", "tests", "support", "dds")
 ROUTER = "tcp/127.0.0.1:7447"
 TOPIC, MESSAGE = "rt/benchmark", "example_interfaces::msg::dds_::Blob_"
@@ -109,10 +111,14 @@ def zenoh_router():
     return zenoh.open(config)
 
 
-def enter_network():
-    """Set up multicast in a new network."""
+def in_own_network(arguments, work):
+    """Return the exit code of `work()`, which is run in a new network with multicast."""
+    if not arguments.inside:
+        inside = [sys.executable, os.path.abspath(sys.argv[0]), *sys.argv[1:], "--inside"]
+        return subprocess.run(["unshare", "--net", *inside], check=False).returncode
     for words in ("link set lo up", "link set lo multicast on", "route add 224.0.0.0/4 dev lo"):
         subprocess.run(["ip", *words.split()], check=True)
+    return work()
 
 
 def rate(writer, reader, loss=0.0, count=10_000, size=100, period_us=1000, timeout_s=5.0):
@@ -138,12 +144,10 @@ def gateway():
     from pipros.node import Node
 
     folder = tempfile.mkdtemp()
-    package = os.path.join(folder, "example_interfaces")
-    os.makedirs(os.path.join(package, "msg"))
-    with open(os.path.join(package, "package.xml"), "w") as file:
-        file.write("<package><name>example_interfaces</name></package>")
-    with open(os.path.join(package, "msg", "Blob.msg"), "w") as file:
-        file.write("uint32 number\nuint8[] data\n")
+    package = Path(folder, "example_interfaces")
+    (package / "msg").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>example_interfaces</name></package>")
+    (package / "msg" / "Blob.msg").write_text("uint32 number\nuint8[] data\n")
     own = {"ROS_HOME": folder, "ROS_PACKAGE_PATH": folder, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
     os.environ.update(own)
     with Master(port=0) as master:
@@ -233,61 +237,41 @@ def trips(count):
             )
 
 
-def wait_until(condition, timeout_s=20.0):
-    end = time.perf_counter() + timeout_s
-    while not condition():
-        if time.perf_counter() > end:
-            raise SystemExit("nothing connected in time")
-        time.sleep(0.005)
-
-
 def measure(arguments):
     """Yield rows, each with a workload, a pair of implementations, and the figure."""
     wanted = arguments.only.split(",")
     count = 1000 if arguments.quick else 10_000
     for writer, reader in PAIRS:
         pair = f"{writer} to {reader}"
-        if "flow" in wanted:
-            flows = [
-                rate(writer, reader, count=2 * count, size=20, period_us=0, timeout_s=1.0)
-                for _ in range(arguments.rounds)
-            ]
-            yield "20 B as fast as possible", pair, f"{statistics.median(flow for _, flow in flows):,.0f}/s"
-            images = [
-                rate(writer, reader, count=150, size=1_000_000, period_us=0, timeout_s=1.0)
-                for _ in range(arguments.rounds)
-            ]
-            lost = max(lost for lost, _ in images)
-            yield (
-                "150 x 1 MB as fast as possible",
-                pair,
-                f"{statistics.median(flow for _, flow in images):,.0f}/s, {lost} lost",
-            )
+        for what, number, size in (("20 B", 2 * count, 20), ("150 x 1 MB", 150, 1_000_000)):
+            if "flow" in wanted:
+                options = {"count": number, "size": size, "period_us": 0, "timeout_s": 1.0}
+                found = [rate(writer, reader, **options) for _ in range(arguments.rounds)]
+                lost = f", {max(lost for lost, _ in found)} lost" if size > 20 else ""
+                flow = statistics.median(flow for _, flow in found)
+                yield f"{what} as fast as possible", pair, f"{flow:,.0f}/s{lost}"
     if "trip" in wanted:
         yield from trips(count // 10)
     if "gateway" in wanted:
         for size, number, ahead in ((20, 20 * count, 20 * count), (1_000_000, 150, 5)):
             measured = [through_gateway(size, number, ahead) for _ in range(arguments.rounds)]
             lost, flow = sorted(measured, key=lambda each: each[1])[len(measured) // 2]
-            yield (
-                f"{number} x {size} B through the gateway",
-                f"ROS 1 to {CYCLONE}",
-                f"{flow:,.0f}/s, {lost} lost",
-            )
+            label = f"{number} x {size} B through the gateway"
+            yield label, f"ROS 1 to {CYCLONE}", f"{flow:,.0f}/s, {lost} lost"
 
 
 def main():
     arguments = options_of(__doc__, rounds=3, only="flow,gateway,trip", quick=False, inside=False)
-    if not arguments.inside:
-        inside = [sys.executable, os.path.abspath(__file__), *sys.argv[1:], "--inside"]
-        return subprocess.run(["unshare", "--net", *inside], check=False).returncode
-    enter_network()
-    router = zenoh_router()
-    print("| workload | pair | figure |\n| --- | --- | ---: |")
-    for row in measure(arguments):
-        print("| " + " | ".join(row) + " |", flush=True)
-    router.close()
-    return 0
+
+    def work():
+        router = zenoh_router()
+        print("| workload | pair | figure |\n| --- | --- | ---: |")
+        for row in measure(arguments):
+            print("| " + " | ".join(row) + " |", flush=True)
+        router.close()
+        return 0
+
+    return in_own_network(arguments, work)
 
 
 if __name__ == "__main__":

@@ -11,17 +11,15 @@ descriptors at the end than after the first minute, if a message was lost, if a 
 datagram revealed a defect. It needs root, and the peers of tests/dds.
 """
 
-import os
 import random
 import re
-import subprocess
 import sys
 import threading
 import time
 from collections import Counter
 from struct import pack, unpack_from
 
-from ros2 import CYCLONE, FAST, MESSAGE, OURS, SERVICE, Program, enter_network
+from ros2 import CYCLONE, FAST, MESSAGE, OURS, SERVICE, Program, in_own_network
 from soak_resources import held
 from table import options_of
 
@@ -161,11 +159,7 @@ def soak(minutes):
 
 def main():
     arguments = options_of(__doc__, minutes=30.0, inside=False)
-    if not arguments.inside:
-        inside = [sys.executable, os.path.abspath(__file__), *sys.argv[1:], "--inside"]
-        return subprocess.run(["unshare", "--net", *inside], check=False).returncode
-    enter_network()
-    return soak(arguments.minutes)
+    return in_own_network(arguments, lambda: soak(arguments.minutes))
 
 
 if __name__ == "__main__":

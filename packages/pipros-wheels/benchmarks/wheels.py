@@ -69,10 +69,7 @@ def compare(commands: dict[str, tuple[list[str], str]], count: int, rounds: int)
     for name, pairs in measured.items():
         time_s, processor_s = (statistics.median(values) for values in zip(*pairs, strict=True))
         first = first or processor_s
-        print(
-            f"{count:8}  {name:20} {time_s:8.1f} s {processor_s:10.1f} s {processor_s / first:8.1f}",
-            flush=True,
-        )
+        print(f"{count:8}  {name:20} {time_s:8.1f} s {processor_s:10.1f} s {processor_s / first:8.1f}")
 
 
 def main() -> None:

@@ -1,37 +1,31 @@
 #!/usr/bin/env python3
-"""Bags at scale: `info` on 10 GB, memory, playing at 1 kHz, recording images; genuine rosbag in the same run.
+"""Bags at scale: `info` on 10 GB, and memory; genuine rosbag in the same run.
 
-    script/bench bag_scale [--only info,memory,play,record] [--dir FOLDER]
+    script/bench bag_scale [--only info,memory] [--dir FOLDER]
 
 `info` creates sparse bags, in which all records exist but the messages are holes. `memory` prints the maximum
-resident size. `play` plays at 1 kHz to genuine `record`, whose reception times show the delays. `record`
-makes genuine `play` publish images of 1 MB faster and faster, and counts the images in the file. Each part
-takes 20 to 60 seconds.
+resident size. Each part takes 20 to 60 seconds.
 """
 
 import os
+import re
 import resource
-import signal
 import subprocess
 import sys
 import tempfile
 import time
-from io import BytesIO
 from pathlib import Path
 
+from programs import Programs
 from table import heed_interrupts, options_of
 
-from pipros.bag import BagReader, BagWriter
+from pipros.bag import BagWriter
 from pipros.bag.connection import Connection, connection_record
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.records import ENTRY, MAGIC, U32, Op, file_header, record_bytes, time_bytes
 from pipros.bag.writer import CHUNK_BYTES
 from pipros.msg import load_message_class
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
-from tests.support.waiting import wait_until
-
-PORT = 11397
 MERGE = """
 import sys
 from pipros.bag import BagReader, merged
@@ -40,35 +34,30 @@ sum(1 for _ in merged([BagReader(path) for path in sys.argv[1:]]))
 OURS = str(Path(sys.executable).parent / "rosbag")
 GENUINE = "/usr/bin/rosbag"
 SIDES = (("pipros", OURS), ("genuine", GENUINE))
-RECORDERS = (("pipros", [OURS, "record"]), ("genuine", ["/usr/lib/rosbag/record"]))
-PLAYERS = (("pipros", [OURS, "play"]), ("genuine", ["/usr/lib/rosbag/play"]))
 
 
 def environment(program):
     """Return the environment for the programs of one implementation."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ROS_"))}
-    kept["ROS_MASTER_URI"] = f"http://127.0.0.1:{PORT}"
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     if program.startswith("/usr/"):
         kept["PATH"] = "/usr/bin:/bin"
     return kept
 
 
-def started(argv, folder):
-    return subprocess.Popen(
-        argv, cwd=folder, env=environment(argv[0]), stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-
-
 def seconds_and_megabytes(argv, folder):
-    """Run a program. Return its duration in seconds and its maximum resident size in MB."""
-    start = time.perf_counter()
-    process = started(argv, folder)
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = status
-    if status:
-        raise RuntimeError(f"{argv} ended with {status}")
-    return time.perf_counter() - start, usage.ru_maxrss / 1024
+    """Run a program. Return its duration in seconds and its maximum resident size in MB.
+
+    The size is read while it runs, because that of `os.wait4` is at least the size of this process.
+    """
+    start, quiet, found = time.perf_counter(), subprocess.DEVNULL, None
+    variables = environment(argv[0])
+    process = subprocess.Popen(argv, cwd=folder, env=variables, stdin=quiet, stdout=quiet, stderr=quiet)
+    while process.poll() is None:
+        found = re.search(r"VmHWM:\s+(\d+)", Path(f"/proc/{process.pid}/status").read_text()) or found
+        time.sleep(0.005)
+    if process.returncode:
+        raise RuntimeError(f"{argv} ended with {process.returncode}")
+    return time.perf_counter() - start, int(found[1]) / 1024
 
 
 def header(topic, name):
@@ -144,82 +133,17 @@ def memory(folder):
                 print(f"{what:8} of {megabytes:4} MB {'':13} {side:8} {used:19.0f} MB", flush=True)
 
 
-def recorded(recorder, player, topic, folder):
-    """Return the times in nanoseconds at which `recorder` received the messages that `player` published."""
-    recording = started([*recorder, "-O", "out.bag", "-b", "2000", topic], folder)
-    wait_until((folder / "out.bag.active").exists, 30)
-    playing = started([*player, "-q", "-k", "-d", "2", "--queue", "1000"], folder)
-    size, since = 0, time.monotonic() + 3
-    # When a player ends, it drops messages that its subscribers have not received yet.
-    while time.monotonic() < since + 1.5:
-        time.sleep(0.1)
-        now = (folder / "out.bag.active").stat().st_size
-        size, since = (now, max(since, time.monotonic())) if now != size else (size, since)
-    for process in (playing, recording):
-        process.send_signal(signal.SIGINT)
-        process.wait()
-    with BagReader(folder / "out.bag") as bag:
-        times = [each[1] * 10**9 + each[2] for each in bag.raw_messages()]
-    (folder / "out.bag").unlink()
-    return times
-
-
-def play(folder):
-    count = 5000
-    make_bag(
-        folder / "khz.bag", "/x", "std_msgs/Int32", bytes(4), range(10**12, 10**12 + count * 10**6, 10**6)
-    )
-    for side, player in PLAYERS:
-        times = recorded(RECORDERS[1][1], [*player, "khz.bag"], "/x", folder)
-        took = (times[-1] - times[0]) / 1e9 / (len(times) - 1) * (count - 1)
-        late = [(at - n * 10**6) / 1e6 for n, at in enumerate(times)]
-        middle = sorted(late)[len(late) // 2]
-        off = sorted(abs(each - middle) for each in late)
-        print(
-            f"play at 1 kHz {'':14} {side:8} {100 * (took / (count / 1000) - 1):+8.3f} % of the time, "
-            f"{off[len(off) // 2]:.2f} ms off the usual delay at the median, "
-            f"{off[len(off) * 99 // 100]:.2f} at 99 %, "
-            f"{count - len(times)} lost",
-            flush=True,
-        )
-
-
-def record(folder):
-    image = load_message_class("sensor_msgs/Image")(height=1000, width=1000, encoding="mono8", step=1000)
-    image.data = os.urandom(1000000)
-    buffer = BytesIO()
-    image.serialize(buffer)
-    count = 150
-    times = range(10**12, 10**12 + count * 20_000_000, 20_000_000)
-    make_bag(folder / "images.bag", "/camera", "sensor_msgs/Image", buffer.getvalue(), times)
-    for rate in (1, 2, 4, 8):
-        for side, recorder in RECORDERS:
-            player = [*PLAYERS[1][1], "-r", str(rate), "images.bag"]
-            got = recorded(recorder, player, "/camera", folder)
-            lasted = (got[-1] - got[0]) / 1e9
-            print(
-                f"record images, {50 * rate:4} MB/s {'':4} {side:8} {len(got):5} of {count}, "
-                f"received at {(len(got) - 1) / max(lasted, 1e-9):.0f} MB/s",
-                flush=True,
-            )
-
-
-PARTS = {"info": info, "memory": memory, "play": play, "record": record}
+PARTS = {"info": info, "memory": memory}
 
 
 def main():
     options = options_of(__doc__, only=",".join(PARTS), dir="")
     heed_interrupts()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with tempfile.TemporaryDirectory(dir=options.dir or None) as name:
-        folder = Path(name)
-        master = started([str(Path(OURS).with_name("rosmaster")), "--core", "-p", str(PORT)], folder)
-        try:
-            for part in options.only.split(","):
-                PARTS[part](folder)
-        finally:
-            master.send_signal(signal.SIGINT)
-            master.wait()
+    with tempfile.TemporaryDirectory(dir=options.dir or None) as name, Programs() as programs:
+        os.environ["ROS_MASTER_URI"] = programs.environment["ROS_MASTER_URI"]
+        for part in options.only.split(","):
+            PARTS[part](Path(name))
 
 
 if __name__ == "__main__":

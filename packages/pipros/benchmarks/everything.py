@@ -49,7 +49,6 @@ OWN_TABLES = {
     "wheels": "--rounds {rounds}",
     "fleet": "--seconds 2",
     "ros2": "--rounds {rounds}",
-    "costs": "--only turtlesim,robots",
 }
 MAX_LOAD, TRIES = 2, 3  # % of the processors used by others, and how often a benchmark is run to stay below
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import shutil
 import sys
 import time
 from collections import Counter
@@ -21,6 +20,8 @@ from playwright.async_api import Browser, CDPSession, Page, async_playwright
 from playwright.async_api import TimeoutError as NeverShown
 from soak_resources import Heap
 from websockets.asyncio.client import ClientConnection, connect
+
+from tests.support.browser import find_chromium
 
 LIFE_S = 20.0
 """The time after which a client of a bridge reconnects."""
@@ -66,6 +67,18 @@ def report_to(counts: Counter[str]) -> Report:
     return report
 
 
+async def retry(name: str, counts: Counter[str], use: Callable[[], Awaitable[None]]) -> None:
+    """Call `use` again and again, and count its successes."""
+    counts[name] += 0
+    while True:
+        try:
+            await use()
+            counts[name] += 1
+        except Exception as error:
+            report_to(counts)(name, error)
+            await asyncio.sleep(1)
+
+
 async def reconnect(
     name: str,
     counts: Counter[str],
@@ -74,16 +87,12 @@ async def reconnect(
     **options: object,
 ) -> None:
     """Connect to a server for `LIFE_S`, again and again, and call `use` with each connection."""
-    counts[f"{name} connections"] += 0
-    report = report_to(counts)
-    while True:
-        try:
-            async with connect(url, max_size=None, proxy=None, **options) as socket:
-                await use(socket)
-            counts[f"{name} connections"] += 1
-        except Exception as error:
-            report(name, error)
-            await asyncio.sleep(1)
+
+    async def once() -> None:
+        async with connect(url, max_size=None, proxy=None, **options) as socket:
+            await use(socket)
+
+    await retry(f"{name} connections", counts, once)
 
 
 async def use_rosbridge(socket: ClientConnection, counts: Counter[str]) -> None:
@@ -141,33 +150,30 @@ async def use_foxglove(socket: ClientConnection, counts: Counter[str]) -> None:
 
 async def assist(url: str, token: str, counts: Counter[str]) -> None:
     """Ask for topics, a message and the reason for a silence, with a new connection every `LIFE_S`."""
-    counts.update(dict.fromkeys(("assistants", "answers to assistants"), 0))
-    report = report_to(counts)
+    counts["answers to assistants"] += 0
     calls = (("list_topics", {}), ("read_topic", {"topic": "/chat"}), ("why_no_data", {"topic": "/image"}))
     headers = {"Authorization": f"Bearer {token}"}
-    while True:
-        try:
-            async with (
-                httpx2.AsyncClient(headers=headers, timeout=LIMIT_S) as connection,
-                Client(streamable_http_client(url, http_client=connection)) as client,
-            ):
-                end = time.monotonic() + LIFE_S
-                while time.monotonic() < end:
-                    for name, arguments in calls:
-                        answer = await client.call_tool(name, arguments)
-                        counts["failures" if answer.is_error else "answers to assistants"] += 1
-                    await asyncio.sleep(CALL_EVERY_S * len(calls))
-            counts["assistants"] += 1
-        except Exception as error:
-            report("assistant", error)
-            await asyncio.sleep(1)
+
+    async def once() -> None:
+        async with (
+            httpx2.AsyncClient(headers=headers, timeout=LIMIT_S) as connection,
+            Client(streamable_http_client(url, http_client=connection)) as client,
+        ):
+            end = time.monotonic() + LIFE_S
+            while time.monotonic() < end:
+                for name, arguments in calls:
+                    answer = await client.call_tool(name, arguments)
+                    counts["failures" if answer.is_error else "answers to assistants"] += 1
+                await asyncio.sleep(CALL_EVERY_S * len(calls))
+
+    await retry("assistants", counts, once)
 
 
 async def view_pages(scene_url: str, panels_url: str, counts: Counter[str], heaps: tuple[Heap, Heap]) -> None:
     """Show the Scene tab and four panels in two windows of Chromium."""
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(
-            executable_path=shutil.which("chromium"),
+            executable_path=find_chromium(),
             args=["--no-sandbox"],
             handle_sigint=False,
             handle_sigterm=False,
@@ -200,23 +206,13 @@ async def collect(session: CDPSession, heap: Heap) -> None:
     heap.megabytes.append((await session.send("Runtime.getHeapUsage"))["usedSize"] / 1e6)
 
 
-async def repeat(name: str, counts: Counter[str], look: Callable[[], Awaitable[None]]) -> None:
-    """Call `look` every `PAGE_SAMPLE_S`."""
-    report = report_to(counts)
-    while True:
-        await asyncio.sleep(PAGE_SAMPLE_S)
-        try:
-            await look()
-        except Exception as error:
-            report(name, error)
-
-
 async def view_scene(browser: Browser, url: str, counts: Counter[str], heap: Heap) -> None:
     counts.update({"scene pictures": 0, "scene messages": 0})
     page = await open_page(browser, url, counts)
     session = await page.context.new_cdp_session(page)
 
     async def look() -> None:
+        await asyncio.sleep(PAGE_SAMPLE_S)
         try:  # messages that wait for their transforms are errors until the next picture
             await page.wait_for_function(IS_SCENE_GOOD, timeout=LIMIT_S * 1000)
         except NeverShown:
@@ -226,7 +222,7 @@ async def view_scene(browser: Browser, url: str, counts: Counter[str], heap: Hea
         counts["scene pictures"], counts["scene messages"] = state["pictures"], state["messages"]
         await collect(session, heap)
 
-    await repeat("scene", counts, look)
+    await retry("looks at the scene", counts, look)
 
 
 async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: Heap) -> None:
@@ -238,6 +234,7 @@ async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: He
 
     async def look() -> None:
         nonlocal before
+        await asyncio.sleep(PAGE_SAMPLE_S)
         state = await page.evaluate(PANEL_TEXTS)
         counts["images drawn"] = state["pictures"]
         for name, old, new in zip(names, before, state["texts"], strict=True):
@@ -247,4 +244,4 @@ async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: He
         await page.get_by_role("button", name="Clear").click()  # a log keeps 100,000 entries
         await collect(session, heap)
 
-    await repeat("panels", counts, look)
+    await retry("looks at the panels", counts, look)

@@ -28,9 +28,9 @@ from soak_programs import FLEET_FILE, MORE_NODES, NAVIGATION, NAVIGATOR, NODELET
 from soak_resources import Browser, Heap, Process
 from soak_system import FAILURES, System, free_port
 
+from tests.support.ros2_domains import free_domain
+
 ROOT = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(ROOT))
-from tests.support.ros2_domains import free_domain  # noqa: E402
 
 PEERS = ROOT / "build" / "tests" / "support" / "dds"
 BLOB, TYPE = "uint32 number\nuint8[] data\n", "example_interfaces::msg::dds_::Blob_"
