@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
 """The speed of the servers for browsers and for Foxglove.
 
-    script/bench bridges [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
+    script/bench bridges [--only clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
 
-images: a node publishes images of 1 MB as fast as it can, and one client of `pipros foxglove` reads them.
 clients: the server's share of one processor while many clients (--clients 100) receive an Imu 100 times a
 second, without and with one more client that never reads. If a client receives clearly fewer, this is an
 error. rosbridge: the same over rosbridge, with JSON.
 encodings: the time to encode a message for rosbridge, which happens once however many clients receive it.
-Nothing else should be running.
 """
 
 import json
@@ -25,18 +23,6 @@ from websockets.uri import parse_uri
 
 SUBPROTOCOL = "foxglove.sdk.v1"
 
-CAMERA = """
-import rospy
-from sensor_msgs.msg import Image
-rospy.init_node("camera")
-images = rospy.Publisher("image", Image, queue_size=None)
-image = Image(width=1000, height=333, step=3000, encoding="rgb8", data=bytes(999000))
-while not rospy.is_shutdown():
-    if images.get_num_connections():
-        images.publish(image)
-    else:
-        rospy.sleep(0.01)
-"""
 IMU = """
 import rospy
 from sensor_msgs.msg import Imu
@@ -94,24 +80,6 @@ class Client:
         if not count:
             raise ConnectionError("the server has closed the connection")
         self.bytes += count
-
-
-def images_a_second(port, seconds):
-    client = Client(port, "/image", True)
-    begin = time.monotonic()
-    while (passed := time.monotonic() - begin) < seconds:
-        client.read()
-    client.sock.close()
-    return client.bytes / client.message_bytes / passed
-
-
-def images(options):
-    figures = []
-    for _ in range(options.rounds):
-        with Programs() as system:
-            system.run(CAMERA)
-            figures.append(images_a_second(serve(system, FOXGLOVE)[1], options.seconds))
-    return [Row("Foxglove: images of 1 MB a second", {"pipros": figures}, more_is_better=True)]
 
 
 def processor_percent(options, command, *, is_one_stuck):
@@ -196,7 +164,7 @@ def encodings(options):
     return rows
 
 
-BENCHMARKS = {"images": images, "clients": clients, "encodings": encodings, "rosbridge": rosbridge}
+BENCHMARKS = {"clients": clients, "encodings": encodings, "rosbridge": rosbridge}
 
 
 def main():

@@ -8,7 +8,6 @@ each in two processes, without masters: the time until an operator knows all dir
 shows all topics on its master, if they are at most 5,000; until all members are back after a restart of the
 router; and until half of them, whose process is stopped, count as gone, and are back. slow: two operators
 receive 10 messages/s of 10 kB from each of up to 100 robots; one of them handles only 100/s.
-Nothing else should be running.
 """
 
 import contextlib

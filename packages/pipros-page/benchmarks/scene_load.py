@@ -3,10 +3,8 @@
 
     script/bench scene_load [--minutes 10]
 
-Needs Chromium and Playwright, which draw in software, as often as they can. The heap, the arrays and the
-server's memory are printed each minute. The exit status is 1 if the minimum of one of them in the second half
-exceeds that in the first half by more than a tenth and 1 MB. Minima are compared, because data is received
-and decoded all the time. The first minute does not count.
+Needs Chromium and Playwright. The heap, the arrays and the server's memory are printed each minute. The exit
+status is 1 if the minimum of one of them in the second half exceeds that in the first by a tenth and 1 MB.
 """
 
 import itertools

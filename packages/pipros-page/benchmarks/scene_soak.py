@@ -4,9 +4,8 @@
     script/bench scene_soak [--minutes 60]
 
 Prints a line per loop. The exit status is 1 if an object of the end of the bag is shown at its beginning, or
-if page or server have over 10 % more memory in the last ten loops than in ten loops after the first 20 (some
-four minutes, in which the browser compiles code and fills its caches), or the graphics card more objects.
-Needs Chromium and Playwright.
+if page or server have over 10 % more memory, or the graphics card more objects, in the last ten loops than in
+ten loops after the first 20. Needs Chromium and Playwright.
 """
 
 import struct

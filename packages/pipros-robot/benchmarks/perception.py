@@ -3,15 +3,11 @@
 
     script/bench perception [--only rectify,cloud,chain,voxels,lidar] [--seconds 10]
 
-A row is one node, or a chain of nodes. The benchmark publishes the inputs at a fixed rate, subscribes to the
-last output, and reads the processor time of the nodes' processes from /proc. Chains run in one manager, and
-with one process for each nodelet. The relays pass on the messages that they receive, so their rows are the
-cost of handing messages over. The lidar is simulated on a pseudo-terminal, with 8,000 samples in 10 turns per
-second; there is no genuine driver to compare with.
-
-`in` and `out` are the rates of inputs and outputs, `lost` is the number of inputs without an output, and
-`foreign load` is the share of the machine that processes outside of the benchmark used. A node keeps up in
-real time if nothing is lost; a row says little if the foreign load is high.
+A row is one node, or a chain of nodes in one manager or in one process each. The benchmark publishes the
+inputs at a fixed rate, subscribes to the last output, and reads the processor time of the nodes' processes.
+The relays pass on the messages that they receive. The lidar is simulated on a pseudo-terminal, with 8,000
+samples in 10 turns per second; there is no genuine driver. `lost` is the number of inputs without an output.
+A row says little if the foreign load, the share of the machine that other processes used, is high.
 """
 
 import contextlib

@@ -25,7 +25,6 @@ from pathlib import Path
 from table import options_of
 
 ROOT = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(ROOT / "build"))
 PATCH = Path(__file__).with_name("finished_drafts.patch")
 NODES = ROOT / "build" / "tests" / "unit" / "ros2" / "port_nodes.txt"
 WHEELS = ("example_interfaces", "nav_msgs", "rospy_tutorials", "tf2_msgs", "visualization_msgs")
@@ -150,11 +149,8 @@ def main():
     with tempfile.TemporaryDirectory() as name, tempfile.NamedTemporaryFile() as output:
         folder = Path(name)
         write_drafts(folder)
-        drafts = [
-            file
-            for file in sorted((folder / "drafts").rglob("*"))
-            if file.is_file() and (file.parts[-2] == "nodes" or file.read_text().startswith("#!"))
-        ]
+        files = [file for file in sorted((folder / "drafts").rglob("*")) if file.is_file()]
+        drafts = [file for file in files if file.parts[-2] == "nodes" or file.read_text().startswith("#!")]
         before = {file: file.read_text() for file in drafts}
         stimulus = start(python, ["-c", STIMULUS], output)
         try:
@@ -171,9 +167,8 @@ def main():
             if first[file] or last[file]:
                 after = last[file] or "runs"
                 print(f"{file.relative_to(folder / 'drafts')}: {first[file]}; after the TODOs: {after}")
-        print(
-            f"ROS 2 {options.distro}, {options.seconds:g} s each; TODOs done by hand in {len(changed)} drafts"
-        )
+        done = f"TODOs done by hand in {len(changed)} drafts"
+        print(f"ROS 2 {options.distro}, {options.seconds:g} s each; {done}")
         for kind in ("nodes", "rospy_tutorials"):
             own = [file for file in drafts if file.relative_to(folder / "drafts").parts[0] == kind]
             counts = [sum(not each[file] for file in own) for each in (first, last)]

@@ -23,6 +23,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from programs import Programs
 from table import options_of
 
 from tests.support.waiting import wait_until
@@ -139,29 +140,17 @@ def rate(writer, reader, loss=0.0, count=10_000, size=100, period_us=1000, timeo
 @contextlib.contextmanager
 def gateway():
     """Yield a ROS 1 node whose topics a gateway forwards to domain 1."""
-    from pipros.basics.env import Environment
-    from pipros.master.master import Master
-    from pipros.node import Node
-
-    folder = tempfile.mkdtemp()
-    package = Path(folder, "example_interfaces")
-    (package / "msg").mkdir(parents=True)
-    (package / "package.xml").write_text("<package><name>example_interfaces</name></package>")
-    (package / "msg" / "Blob.msg").write_text("uint32 number\nuint8[] data\n")
-    own = {"ROS_HOME": folder, "ROS_PACKAGE_PATH": folder, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
-    os.environ.update(own)
-    with Master(port=0) as master:
-        command = [os.path.join(os.path.dirname(sys.executable), "pipros"), "ros2", "--domain", "1"]
-        environment = os.environ | {"ROS_MASTER_URI": master.uri}
-        process = subprocess.Popen(
-            [*command, "--distro", "humble", "--msgs", folder], env=environment, stdout=subprocess.DEVNULL
-        )
-        try:
-            with Node("talker", environment=Environment(master_uri=master.uri)) as node:
-                yield node
-        finally:
-            process.terminate()
-            process.wait()
+    with Programs() as programs:
+        package = Path(programs.folder, "example_interfaces")
+        (package / "msg").mkdir(parents=True)
+        (package / "package.xml").write_text("<package><name>example_interfaces</name></package>")
+        (package / "msg" / "Blob.msg").write_text("uint32 number\nuint8[] data\n")
+        own = {"ROS_PACKAGE_PATH": programs.folder, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+        os.environ.update(own)
+        programs.environment.update(own)
+        options = ("--domain", "1", "--distro", "humble", "--msgs", programs.folder)
+        programs.start("pipros", "ros2", *options)
+        yield programs.node()
 
 
 def through_gateway(size, count, ahead):

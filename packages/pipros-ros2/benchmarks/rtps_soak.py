@@ -3,12 +3,10 @@
 
     script/bench rtps_soak [--minutes 30]
 
-This process has a writer at 50 Hz (100 bytes, and 1 MB once per second), a latched writer, a reader, and a
-service. Eight peers on pipros, Fast DDS and Cyclone DDS subscribe, publish or call for 5 to 20 seconds;
-subscribers run for at least 5 seconds after they are ready. Every third peer is ended with SIGKILL. A line is
-printed every ten seconds. The exit status is 1 if this process uses clearly more memory, threads or
-descriptors at the end than after the first minute, if a message was lost, if a peer is not forgotten, or if a
-datagram revealed a defect. It needs root, and the peers of tests/dds.
+This process has a writer at 50 Hz, a latched writer, a reader, and a service. Eight peers on pipros, Fast DDS
+and Cyclone DDS subscribe, publish or call for a while; every third one is ended with SIGKILL. The exit status
+is 1 if this process uses clearly more at the end than after the first minute, if a message was lost, if a
+peer is not forgotten, or if a datagram revealed a defect. It needs root, and the peers of tests/dds.
 """
 
 import random

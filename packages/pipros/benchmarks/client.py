@@ -3,12 +3,10 @@
 
     script/bench client [--only flow,trip] [--rounds 3] [--seconds 2] [--quick]
 
-Every workload is one script that uses the public rospy API and is run with each implementation in turn; the
-median of the rounds counts. "tuned" is genuine rospy with an allocator that keeps freed memory. "roscpp" is
-the same workload in C++ (benchmarks/roscpp), if it has an equivalent. The ratio is the factor by which pipros
-is better. A "window" limits the number of messages in transit, to measure the sustained rate without loss.
-Nothing else should be running. The load from other programs is printed; above some 5 %, the figures mean
-little. If genuine ROS is not installed, only pipros is measured.
+"tuned" is genuine rospy with an allocator that keeps freed memory. "roscpp" is the same workload in C++
+(benchmarks/roscpp), if it has an equivalent. The ratio is the factor by which pipros is better. A "window"
+limits the number of messages in transit, to measure the sustained rate without loss. Nothing else should be
+running; the load from other programs is printed.
 """
 
 import functools
@@ -79,14 +77,13 @@ def worker_sink(kind, window):
 
     rospy.Subscriber("end", Empty, lambda _: ended.set())
     rospy.Subscriber("flow", type(message(kind)), on_message)
-    cpu = time.process_time()
     ended.wait()
     count = -1
     while count != seen[0]:
         count = seen[0]
         time.sleep(0.2)
     span = max(last[0] - first[0], 1e-9)
-    say(seen=seen[0], rate=(seen[0] - 1) / span, cpu=time.process_time() - cpu)
+    say(rate=(seen[0] - 1) / span)
 
 
 def worker_echo(kind, queue):
@@ -177,12 +174,11 @@ def worker_many():
 
 
 def worker_start():
-    began = time.perf_counter()
     import rospy
 
-    imported = time.perf_counter()
+    began = time.perf_counter()
     rospy.init_node("start", anonymous=True)
-    say(imported=imported - began, initialised=time.perf_counter() - imported)
+    say(initialised=time.perf_counter() - began)
 
 
 def worker_talker():
@@ -210,18 +206,13 @@ def status():
 # ---- the driver
 
 
-def finish_all(*processes):
-    for process in processes:
-        finish(process)
-
-
 def flow(kind, queue, window, world, seconds, peers=1):
     """Return the messages/s at all subscribers, and the publisher's processor time in us per message."""
     sinks = [world.work("sink", kind, window) for _ in range(peers)]
     source = world.work("source", kind, queue, window, seconds, peers)
     published = answer(source)
     rates = [answer(sink)["rate"] for sink in sinks]
-    finish_all(source, *sinks)
+    finish(source, *sinks)
     return sum(rates), published["cpu"] / published["sent"] * 1e6
 
 
@@ -241,7 +232,7 @@ def fan(queue, world, seconds):
 def trip(label, kind, queue, world, seconds):
     echo, measuring = world.work("echo", kind, queue), world.work("trip", kind, queue, seconds)
     median = answer(measuring)["median"]
-    finish_all(measuring, echo)
+    finish(measuring, echo)
     return {f"round trip {label}, queue_size={queue}: us": median * 1e6}
 
 
@@ -250,7 +241,7 @@ def service(label, persistent, world, seconds):
     answer(server)
     caller = world.work("caller", persistent, seconds)
     median = answer(caller)["median"]
-    finish_all(caller, server)
+    finish(caller, server)
     return {f"service call{label}: us": median * 1e6}
 
 
@@ -268,7 +259,7 @@ def control(world, _seconds, megabytes=100, peers=3):
             node.requestTopic("/benchmark", "/map", [["TCPROS"]])
         longest = max(longest, time.perf_counter() - began)
         time.sleep(0.01)
-    finish_all(server, *late)
+    finish(server, *late)
     label = f"requestTopic while {peers} nodes subscribe to a latched {megabytes} MB map, longest call: ms"
     return {label: longest * 1e3}
 

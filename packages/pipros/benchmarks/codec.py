@@ -3,9 +3,8 @@
 
     script/bench codec [--rounds 3] [--only Image,Path]
 
-They alternate, round by round, and the best round of each counts, so that other load affects both alike.
-"buffers" is pipros's list of buffers, which its transport sends, compared with `serialize(buff)`, genpy's
-only method. Similarly, "from bytes" is the method that the transport calls for a received message.
+The best round counts, so that other load affects both alike. "buffers" and "from bytes" are the methods that
+pipros's transport calls, compared with genpy's `serialize` and `deserialize`.
 """
 
 import functools

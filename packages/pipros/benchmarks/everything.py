@@ -3,11 +3,9 @@
 
     script/bench [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update [FILE]]
 
-Genuine rospy and pipros alternate in each benchmark. The ratio is the factor by which pipros is better,
-followed by the range of the ratios in individual rounds. Benchmarks without a counterpart in genuine ROS
-print their own tables, which follow. A benchmark during which other programs used more than 2 % of the
-processors is repeated up to twice; their usage is printed in bold if it stays above that. `--quick` measures
-some of the rows once, in less than two minutes.
+Benchmarks without a counterpart in genuine ROS print their own tables, which follow. A benchmark during which
+other programs used more than 2 % of the processors is repeated up to twice. `--quick` measures some of the
+rows once, in less than two minutes.
 """
 
 import argparse
@@ -82,7 +80,6 @@ BOUNDS = {
     "Python code for each message, and compression": "bag:",
     "Python code for each string, array and embedded message": "serialize|buffers",
     "creating objects": "deserialize|from bytes",
-    "copies: into the server and out of it": "Foxglove: images",
     "copies; base64 for JSON, compression for PNG": "rosbridge: an image",
     "encoding in Python, in cbor2 or in pymongo": "rosbridge:",
     "a system call for each message and client": "rosbridge JSON|Foxglove:",

@@ -2,11 +2,10 @@
 
     script/bench hostile_clients [--control]
 
-Another client calls a service of rosapi all the time. For each attack, a line shows how much the server grew
-at most, how much of this was left 10 s after the attackers had gone, the longest time that the other client
-waited for a response, the same in the 10 s before the attack, and the load of the machine (the mean number of
-processes that run or wait for a processor). The exit status is 1 if a figure exceeds what docs/SECURITY.md
-promises. Only the excess of the pause over the one before the attack counts, because the machine may be busy.
+Another client calls a service of rosapi all the time. For each attack, a line shows the growth of the server,
+how much was left 10 s after the attackers had gone, the longest time that the other client waited, the same
+before the attack, and the load of the machine. The exit status is 1 if a figure exceeds what docs/SECURITY.md
+promises. Of the pause, only the excess over the one before the attack counts.
 """
 
 from __future__ import annotations

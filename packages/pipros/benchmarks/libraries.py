@@ -3,10 +3,8 @@
 
     script/bench libraries [--only tf,listener,filter,action,import] [--rounds 3] [--seconds 3]
 
-Every workload is one script that uses the public API of tf2_ros, message_filters or actionlib, and is run
-with each implementation in turn; the median of the rounds counts. The ratio is the factor by which pipros is
-better. Nothing else should be running. The load from other programs is printed; above some 5 %, the figures
-mean little. If genuine ROS is not installed, only pipros is measured.
+The ratio is the factor by which pipros is better. Nothing else should be running; the load from other
+programs is printed. If genuine ROS is not installed, only pipros is measured.
 """
 
 import itertools

@@ -3,9 +3,8 @@
 
     script/bench master [--only params,dictionary,registration,together,start_up] [--rounds 3]
 
-Each master is called by its own client: the genuine master by `rosgraph.Master` in genuine ROS's Python, and
-pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of the rounds counts, so that
-other load affects both alike. If genuine ROS is not installed, only pipros is measured.
+Each master is called by its own client. They alternate, and the best of the rounds counts, so that other load
+affects both alike. If genuine ROS is not installed, only pipros is measured.
 """
 
 import threading

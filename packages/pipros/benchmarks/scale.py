@@ -3,10 +3,8 @@
 
     script/bench scale [--only size,subscribers,topics,nodes] [--rounds 3] [--seconds 2] [--svg FILE]
 
-As in script/bench client, every workload is one script that uses the public rospy API and is run with each
-implementation in turn; the median of the rounds counts. Processor time is that of whole processes, user and
-system, while messages are sent at a rate that both implementations reach; a lost message ends the benchmark
-with an error. `--svg` draws a chart of the figures. `--quick` measures the smaller half of each scale.
+Processor time is that of whole processes, while messages are sent at a rate that both implementations reach;
+a lost message is an error. `--svg` draws a chart. `--quick` measures the smaller half of each scale.
 """
 
 import contextlib
@@ -142,8 +140,7 @@ def workers(world):
             for process in processes:
                 process.wait(END_S)
     finally:
-        for process in processes:
-            finish(process)
+        finish(*processes)
 
 
 def tell(process):
@@ -334,9 +331,7 @@ def text(left, top, words, kind="", anchor="start"):
 
 
 def main():
-    options, rows = compare(
-        __doc__, WORKLOADS, globals(), quick=QUICK, svg="also draw a chart into this file"
-    )
+    options, rows = compare(__doc__, WORKLOADS, globals(), quick=QUICK, svg="")
     if options.svg and rows:
         figures = {}
         for name, (row, *_) in rows.items():

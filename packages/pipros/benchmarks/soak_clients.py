@@ -44,6 +44,10 @@ PANEL_TEXTS = """() => {
   const panels = [...document.querySelectorAll(".panel")];
   return { texts: panels.map((panel) => panel.innerText), pictures: window.pictures };
 }"""
+#: The toolbar of a panel may be folded.
+CLEAR_LOG = (
+    "[...document.querySelectorAll('.panel button')].find((each) => each.textContent === 'Clear').click()"
+)
 SCENE_STATE = """() => {
   const scene = document.querySelector(".tab-scene")?.scene;
   if (!scene?.displays?.length) return null;
@@ -241,7 +245,7 @@ async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: He
             if name != "images":  # its text, the size, stays the same
                 counts[f"panel {name} changed"] += old != new
         before = state["texts"]
-        await page.get_by_role("button", name="Clear").click()  # a log keeps 100,000 entries
+        await page.evaluate(CLEAR_LOG)  # which keeps 100,000 entries
         await collect(session, heap)
 
     await retry("looks at the panels", counts, look)

@@ -1,17 +1,14 @@
 """All parts of pipros in one system, for a long run.
 
-Started by `script/bench soak --everything`. In addition to `soak_system.py`, it has the Scene tab
-in Chromium (frames, markers, a cloud, a robot model, a scan) and another page with four panels, a rosbridge
-and a Foxglove client that reconnect every 20 s, a fleet of two masters with topics in both directions and a
-service, the ROS 2 gateway with peers that listen and publish (on Cyclone DDS if its wheel is installed, else
-on pipros), the simulations of a robot and of turtlesim, another simulated robot that amcl and move_base drive
-to goals, a chain of nodelets for images that are in shared memory, and assistants that use `pipros mcp`.
+Started by `script/bench soak --everything`. In addition to `soak_system.py`, it has the Scene tab and four
+panels in Chromium, a rosbridge and a Foxglove client that reconnect every 20 s, a fleet of two masters, the
+ROS 2 gateway with two peers, the simulations of a robot and of turtlesim, another simulated robot that amcl
+and move_base drive to goals, a chain of nodelets, and assistants that use `pipros mcp`.
 """
 
 from __future__ import annotations
 
 import functools
-import importlib.util
 import os
 import re
 import secrets
@@ -32,17 +29,11 @@ from tests.support.ros2_domains import free_domain
 
 ROOT = Path(__file__).resolve().parents[3]
 
-PEERS = ROOT / "build" / "tests" / "support" / "dds"
+PEER = ROOT / "build" / "tests" / "support" / "dds" / "rtps_peer.py"
 BLOB, TYPE = "uint32 number\nuint8[] data\n", "example_interfaces::msg::dds_::Blob_"
 CLIENTS_SLACK_MB = 30.0
 CURVE_MB = 1.4
 """A curve keeps up to 60,000 samples of 16 bytes (`plot/curve.js`); arrays reserve half as much again."""
-CYCLONE_ON_LOOPBACK = (
-    '<General><Interfaces><NetworkInterface name="lo"/></Interfaces><AllowMulticast>false</AllowMulticast>'
-    "</General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    '<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers>'
-    "</Discovery>"
-)
 
 
 class Everything(System):
@@ -107,17 +98,12 @@ class Everything(System):
         domain = str(self._domain.enter_context(free_domain()))
         options = ("--domain", domain, "--distro", "humble", "--msgs", str(self.folder))
         self.start("ros2 gateway", "pipros", "ros2", *options)
-        if importlib.util.find_spec("cyclonedds"):
-            program, words, more = "cyclone_wheel_peer.py", [domain], {"CYCLONEDDS_URI": CYCLONE_ON_LOOPBACK}
-        else:
-            program, words, more = "rtps_peer.py", [domain, "LOCALHOST"], {}
         for name, mode, topic, *rest in (
             ("ros2 listener", "sub", "rt/blob", "reliable"),
             ("ros2 talker", "pub", "rt/back", str(10**9), "100", "100000", "reliable"),
         ):
-            dds_type = [] if more else [TYPE]
-            command = [sys.executable, str(PEERS / program), *words, mode, topic, *dds_type, *rest]
-            self.start(name, *command, stdin=subprocess.PIPE, **more)
+            command = [sys.executable, str(PEER), domain, "LOCALHOST", mode, topic, TYPE, *rest]
+            self.start(name, *command, stdin=subprocess.PIPE)
 
     def _open_navigation(self) -> None:
         """Start a separate robot, because navigation needs simulated time."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import os
-import re
 import statistics
 import time
 from collections.abc import Callable
@@ -34,7 +33,11 @@ class Held:
     slack_mb: float = MEMORY_SLACK_MB
 
     def sample(self) -> None:
-        """Record the current resources. They are 0 if the process has ended and its parent has not waited."""
+        """Record the current resources. They are 0 if the process has ended."""
+
+    def add(self, one: list[float]) -> None:
+        for values, value in zip((*self.resources, self.used_s), one, strict=True):
+            values.append(value)
 
     @property
     def resources(self) -> tuple[list[float], list[float], list[float]]:
@@ -73,16 +76,10 @@ class Process(Held):
     pid: int = 0
 
     def sample(self) -> None:
-        folder = Path(f"/proc/{self.pid}")
-        status = (folder / "status").read_text()
-        self.megabytes.append(int(_field(status, "VmRSS")) / 1024)
-        self.threads.append(int(_field(status, "Threads")))
         try:
-            self.files.append(len(os.listdir(folder / "fd")))
-        except PermissionError:  # the process has ended, and this user is not root
-            self.files.append(0)
-        ticks = (folder / "stat").read_text().rpartition(")")[2].split()[11:15]
-        self.used_s.append(sum(map(int, ticks)) / _TICKS_PER_S)
+            self.add(resources_of(psutil.Process(self.pid)))
+        except psutil.Error:  # the process has ended
+            self.add([0.0] * 4)
 
 
 @dataclass(slots=True)
@@ -95,18 +92,12 @@ class Browser(Held):
             try:
                 if not process.name().startswith("chrom"):
                     continue
-                rollup = Path(f"/proc/{process.pid}/smaps_rollup").read_text()
-                one = (
-                    int(_field(rollup, "Pss")) / 1024,
-                    process.num_threads(),
-                    process.num_fds(),
-                    sum(process.cpu_times()[:2]),
-                )
-            except (OSError, psutil.NoSuchProcess):  # ended meanwhile
+                one = resources_of(process)
+                one[0] = process.memory_full_info().pss / (1 << 20)
+            except psutil.Error:  # ended meanwhile
                 continue
             found = [total + value for total, value in zip(found, one, strict=True)]
-        for values, value in zip((*self.resources, self.used_s), found, strict=True):
-            values.append(value)
+        self.add(found)
 
     def allowed(self) -> tuple[float, float, float]:
         megabytes, threads, files = (BROWSER_SLACK * statistics.median(each) for each in self.resources)
@@ -135,14 +126,13 @@ class Heap(Held):
 def held() -> list[float]:
     """Return this process's megabytes, threads and descriptors after garbage collection."""
     gc.collect()
-    own = Process(pid=os.getpid())
-    own.sample()
-    return [values[-1] for values in own.resources]
+    return resources_of(psutil.Process())[:3]
 
 
-def _field(status: str, name: str) -> str:
-    found = re.search(rf"(?m)^{name}:\s+(\d+)", status)
-    return found[1] if found else "0"
+def resources_of(process: psutil.Process) -> list[float]:
+    """Return a process's megabytes, threads, descriptors, and processor time with its ended children."""
+    used_s = sum(process.cpu_times()[:4])
+    return [process.memory_info().rss / (1 << 20), process.num_threads(), process.num_fds(), used_s]
 
 
 def _growth(values: list[float], middle: Callable[[list[float]], float]) -> float:

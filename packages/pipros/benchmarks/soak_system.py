@@ -194,14 +194,7 @@ async def look(url: str, counts: Counter[str]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """The results of a run.
-
-    Attributes:
-        history: the counts at each sample.
-        ended: the programs and clients that ended early, which ends the run.
-        own, foreign: the usage of all processors by this run, and by others, in percent.
-        tracebacks: the programs that printed a traceback.
-    """
+    """The counts at each sample, what ended early, the usage of all processors in percent, and tracebacks."""
 
     history: list[Counter[str]]
     ended: list[str]

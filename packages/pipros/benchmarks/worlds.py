@@ -3,7 +3,6 @@
 Also runs in genuine ROS's Python, so it imports only the standard library.
 """
 
-import argparse
 import contextlib
 import json
 import os
@@ -13,7 +12,17 @@ import sys
 import tempfile
 import time
 
-from table import TUNED, Load, Row, free_port, heed_interrupts, markdown, wait_for_port, write_json
+from table import (
+    TUNED,
+    Load,
+    Row,
+    free_port,
+    heed_interrupts,
+    markdown,
+    options_of,
+    wait_for_port,
+    write_json,
+)
 
 GENUINE_PYTHON = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -181,12 +190,13 @@ def one_process(world, script, role, *arguments):
     return value
 
 
-def finish(process):
-    with contextlib.suppress(BrokenPipeError):
-        process.stdin.close()
-    process.terminate()
-    process.stdout.close()
-    process.wait()
+def finish(*processes):
+    for process in processes:
+        with contextlib.suppress(BrokenPipeError):
+            process.stdin.close()
+        process.terminate()
+        process.stdout.close()
+        process.wait()
 
 
 def imported_ms(world, module):
@@ -208,21 +218,13 @@ def compare(
         best: whether the best round counts instead of the median.
         opened: a context with the worlds; by default those of `open_worlds`, without the tuned one.
         quick: the names of the workloads that `--quick` runs.
-        more: other options of the command line, with their help.
+        more: other options of the command line, with their defaults.
 
     Returns:
         The options and the rows by workload; no rows in a worker.
     """
-    parser = argparse.ArgumentParser(description=description.split("\n")[0])
-    parser.add_argument("--only", default="", help="starts of: " + ", ".join(workloads))
-    parser.add_argument("--rounds", type=int, default=rounds)
-    parser.add_argument("--seconds", type=float, default=seconds)
-    parser.add_argument("--quick", action="store_true", help="measure only some rows")
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
-    for name, text in more.items():
-        parser.add_argument("--" + name, help=text)
-    options = parser.parse_args()
+    shared = {"only": "", "rounds": rounds, "seconds": seconds, "quick": False, "json": "", "worker": ""}
+    options = options_of(description, **shared, **more)
     if options.worker:
         role, *arguments = json.loads(options.worker)
         functions[f"worker_{role}"](*arguments)
