@@ -21,7 +21,7 @@ from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.server.approvals import answer_act, waiting_acts
-from pipros.server.guardian_process import REPETITIONS
+from pipros.server.stops import REPETITIONS
 from tests.graph.test_assistant_command import TOKEN, over_http
 from tests.support.assistants import LocalAssistant, call, run
 from tests.support.nodes import Inbox, MakeNode

@@ -19,7 +19,7 @@ from pipros.node import Node
 from pipros.policy.model import ActRefused
 from pipros.policy.policy_file import parse_policy
 from pipros.server.act_gate import ActGate
-from pipros.server.guardian_process import REPETITIONS
+from pipros.server.stops import REPETITIONS
 from tests.support.foxglove import connected
 from tests.support.page import Page
 from tests.support.processes import Process

@@ -26,7 +26,7 @@ from pipros.data.datasets.rows import episode_rows
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.safe.settings import BadSettings
-from pipros.server.guardian_process import REPETITIONS
+from pipros.server.stops import REPETITIONS
 from tests.support.bags import bag_bytes
 from tests.support.environments import REPOSITORY
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 from pipros.basics import names
@@ -15,27 +13,14 @@ from pipros.basics.input_file import read_text
 from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.from_yaml import fill_message_args
-from pipros.msg.language.spec import TIMES
+from pipros.policy.condition_file import VALUES, loaded_message, read_conditions
 from pipros.policy.decisions import PARAMETER_TYPES
 from pipros.policy.field_check import is_finite
-from pipros.policy.field_file import (
-    BOUNDS,
-    NUMERIC,
-    ORDERED,
-    PLAIN,
-    field_path,
-    place_of,
-    read_fields,
-    read_rule,
-    whole,
-)
-from pipros.policy.model import EACH, RUNS, ActKind, ActRule, Condition, FieldRule, FieldTree, Policy
+from pipros.policy.field_file import BOUNDS, NUMERIC, place_of, read_fields, read_rule, whole
+from pipros.policy.model import RUNS, ActKind, ActRule, Condition, FieldRule, FieldTree, Policy
 from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
 
-_SIDES = ("above", "below")  # bounds of conditions only
-_VALUES = tuple(each for each in BOUNDS if each != "unit")
-_CONDITIONS = (*_SIDES, *_VALUES)
 _LIMITS = ("per_minute", "requires")
 _MESSAGE_KEYS = ("type", "fields", "stop", "time_limit_s", *_LIMITS)
 _KEYS = {
@@ -78,7 +63,7 @@ class _PolicyReader:
 
     def policy(self, text: str) -> Policy:
         self._top.only([*(kind.value for kind in ActKind), "actions", "conditions"])
-        conditions = {each.name: each for each in self._conditions()}
+        conditions = {each.name: each for each in read_conditions(self._top)}
         rules: dict[tuple[ActKind, str], ActRule] = {}
         actions = self._top.section("actions")
         for key in self._names(actions):
@@ -128,7 +113,7 @@ class _PolicyReader:
         if kind is ActKind.PARAMETER:
             type_name = section.choice("type", PARAMETER_TYPES, "")
             rule = read_rule(section, is_number=type_name in ("int", "double"), kind=type_name)
-            if type_name in ("bool", "str") and not any(each in section.values for each in _VALUES):
+            if type_name in ("bool", "str") and not any(each in section.values for each in VALUES):
                 rule = FieldRule(place=rule.place, is_any=True)
             return ActRule(type=type_name, fields=FieldTree(rule), **common)
         if kind in RUNS:
@@ -157,11 +142,11 @@ class _PolicyReader:
                 "type",
                 f"must be the type of an action, such as move_base_msgs/MoveBaseAction, got {type_name!r}",
             )
-        goal_class = self._loaded(section, f"{type_name}Goal")
+        goal_class = loaded_message(section, f"{type_name}Goal")
         parts = dict(zip(goal_class.__slots__, goal_class._slot_types, strict=True))
         if "goal" not in parts:
             raise section.error("type", f"{goal_class._type} is not the goal type of an action")
-        below = read_fields(section, self._loaded(section, parts["goal"]))
+        below = read_fields(section, loaded_message(section, parts["goal"]))
         place = place_of(section)
         free = FieldTree(FieldRule(place=place, is_any=True))
         tree = FieldTree(below={"header": free, "goal_id": free, "goal": below})
@@ -203,7 +188,7 @@ class _PolicyReader:
         values = stop.values.get("values", "zero")
         return (
             topic,
-            _message(stop, "values", values, self._loaded(stop, stop.text("type"))),
+            _message(stop, "values", values, loaded_message(stop, stop.text("type"))),
             f"{action}Result",
         )
 
@@ -218,62 +203,11 @@ class _PolicyReader:
 
     def _load(self, section: Settings, kind: ActKind) -> Any:
         if kind is ActKind.TOPIC:
-            return self._loaded(section, section.text("type"))
+            return loaded_message(section, section.text("type"))
         try:
             return load_service_class(section.text("type"))
         except PiprosError as error:
             raise section.error("type", str(error)) from None
-
-    def _loaded(self, section: Settings, type_name: str) -> Any:
-        try:
-            return load_message_class(type_name)
-        except PiprosError as error:
-            raise section.error("type", str(error)) from None
-
-    # -- conditions -----------------------------------------------------------------------
-
-    def _conditions(self) -> Iterator[Condition]:
-        for section in self._top.section("conditions").sections():
-            section.only(("topic", "type", "field", "max_age_s", *BOUNDS, *_SIDES))
-            name = section.key.rpartition(".")[2]
-            topic = section.text("topic")
-            if (
-                not (names.is_legal_topic(topic) and names.is_global(topic))
-                or names.canonicalize(topic) != topic
-            ):
-                raise section.error("topic", f"must be a legal global name, such as /battery, got {topic!r}")
-            message_class = self._loaded(section, section.text("type"))
-            path: tuple[str | int, ...] = ()
-            kind = "string"
-            given = [key for key in _CONDITIONS if key in section.values]
-            if len(given) > 1:
-                raise section.error(given[1], f"must not be combined with {given[0]}")
-            if "field" in section.values:
-                path, kind = field_path(section, section.text("field"), message_class, "field")
-                if (kind not in ORDERED and kind not in PLAIN) or EACH in path:
-                    text = "must name one number, string or boolean, such as buttons[4]"
-                    raise section.error("field", text)
-                if kind in TIMES:
-                    raise section.error("field", "must not be a time; max_age_s limits the age of messages")
-                if not given:
-                    bounds = f"{', '.join(_CONDITIONS[:-1])} or {_CONDITIONS[-1]}"
-                    raise section.error("", f"must have {bounds} for its field")
-            elif given:
-                raise section.error(given[0], "needs the key field")
-            is_number = kind in ORDERED
-            rule = read_rule(section, is_number=is_number or not path, kind=kind)
-            if "above" in section.values or "below" in section.values:
-                if not is_number:
-                    raise section.error("field", f"must be a number, got the type {kind}")
-                least, most = (
-                    section.number(key, end, least=-math.inf) * rule.unit.factor
-                    if key in section.values
-                    else end
-                    for key, end in (("above", -math.inf), ("below", math.inf))
-                )
-                rule = replace(rule, least=least, most=most)
-            age_s = section.number("max_age_s", None, least=0.01)
-            yield Condition(place_of(section), name, topic, message_class, path, rule, age_s)
 
 
 def _stop(section: Settings, message_class: object) -> Any:
