@@ -17,7 +17,8 @@ from std_srvs.srv import Trigger
 
 import rospy
 from pipros.bag import BagReader, BagWriter
-from pipros.bag.player import Player, PlayOptions
+from pipros.bag.options import PlayOptions
+from pipros.bag.player import Player
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.node import Node

@@ -9,8 +9,8 @@ from typing import Any
 from std_msgs.msg import Int32
 
 from pipros.bag import BagReader
-from pipros.bag.record_files import FileOptions
-from pipros.bag.recorder import Recorder, RecordOptions
+from pipros.bag.options import FileOptions, RecordOptions
+from pipros.bag.recorder import Recorder
 from pipros.master.master import Master
 from tests.support.bags import rows_of
 from tests.support.nodes import MakeNode, wait_until_connected

@@ -20,7 +20,8 @@ from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagError
 from pipros.bag.mcap_files import McapReader, mcap_library
 from pipros.bag.mcap_repair import recover
-from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.options import FileOptions
+from pipros.bag.record_files import RecordFiles
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.replaced_file import replaced_file
 from pipros.basics.windows import replace_file

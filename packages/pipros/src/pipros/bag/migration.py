@@ -13,8 +13,8 @@ from pipros.bag.errors import BagError
 from pipros.bag.migration_rules import MigrationRule
 from pipros.bag.migration_update import Update
 from pipros.bag.reader import BagReader
+from pipros.bag.sinks import MessageWriter
 from pipros.bag.times import received_at
-from pipros.bag.writer import MessageWriter
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text

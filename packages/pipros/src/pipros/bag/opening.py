@@ -8,7 +8,8 @@ from typing import Any
 from pipros.bag.errors import BagError
 from pipros.bag.layout import GIT_LFS, IS_POINTER
 from pipros.bag.reader import BagReader
-from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter
+from pipros.bag.sinks import MessageWriter
+from pipros.bag.writer import CHUNK_BYTES, BagWriter
 
 _MCAP = b"\x89MCAP0\r\n"
 

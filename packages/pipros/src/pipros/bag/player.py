@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Container, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
 from pipros.bag.merge import merged_raw
 from pipros.bag.opening import open_bag
+from pipros.bag.options import PlayOptions
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.reader import BagReader
 from pipros.basics.names import is_legal_topic
@@ -30,39 +30,6 @@ _SLICE_NS = 20_000_000
 """Maximum duration of an uninterruptible wait."""
 
 _MIN_SLICE_NS = 500_000
-
-
-@dataclass(frozen=True, slots=True)
-class PlayOptions:
-    """Options for playback, which correspond to the options of `rosbag play`.
-
-    Attributes:
-        duration_s: maximum duration to play, in seconds; None for no limit.
-        skip_empty_s: duration in seconds; longer gaps between messages are skipped. None to play all gaps.
-        topics: topics to play; empty for all.
-        pause_topics: playback pauses after each message on these topics.
-        rate_control_topic: playback pauses while the last message on this topic is older than
-            `rate_control_delay_s`; empty to disable this.
-    """
-
-    prefix: str = ""
-    immediate: bool = False
-    paused: bool = False
-    queue_size: int = 100
-    clock: bool = False
-    clock_hz: float = 100.0
-    delay_s: float = 0.2
-    rate: float = 1.0
-    start_s: float = 0.0
-    duration_s: float | None = None
-    skip_empty_s: float | None = None
-    loop: bool = False
-    keep_alive: bool = False
-    topics: Sequence[str] = ()
-    pause_topics: Sequence[str] = ()
-    wait_for_subscribers: bool = False
-    rate_control_topic: str = ""
-    rate_control_delay_s: float = 1.0
 
 
 class Controls(Protocol):

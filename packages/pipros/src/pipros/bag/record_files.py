@@ -7,13 +7,14 @@ import os
 import time
 from collections import deque
 from collections.abc import Set
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.opening import writer_for
-from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter, WholeWrites
+from pipros.bag.options import FileOptions
+from pipros.bag.sinks import MessageWriter, WholeWrites
+from pipros.bag.writer import BagWriter
 from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S
 
@@ -25,31 +26,6 @@ BUFFER_BYTES = 8 * 1024
 
 Python 3.14's default size is 128 KiB.
 """
-
-
-@dataclass(frozen=True, slots=True)
-class FileOptions:
-    """Options for the names, sizes and number of a recording's files.
-
-    Attributes:
-        prefix: prefix of the file name; the date is appended.
-        name: the file name, used instead of `prefix` and the date.
-        split: whether to start a new file when `size_bytes` or `duration_s` is reached. If False, the
-            recording ends.
-        max_splits: maximum number of files kept; 0 for no limit.
-        size_bytes, duration_s: limits on one file; 0 for no limit.
-        repeat_latched: whether each file after the first starts with the latched messages.
-    """
-
-    prefix: str = ""
-    name: str = ""
-    split: bool = False
-    max_splits: int = 0
-    size_bytes: int = 0
-    duration_s: float = 0.0
-    compression: str = "none"
-    chunk_bytes: int = CHUNK_BYTES
-    repeat_latched: bool = False
 
 
 class RecordFiles:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import shutil
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pipros.bag.connection import Connection, StoredMessage, received_connection
 from pipros.bag.errors import BagError
-from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.options import RecordOptions
+from pipros.bag.record_files import RecordFiles
 from pipros.bag.record_queue import RecordQueue
 from pipros.bag.snapshots import Snapshots
 from pipros.basics.errors import PiprosError
@@ -33,40 +33,6 @@ _DISK_PERIOD_S = 5.0
 _ENDING_DISK_PERIOD_S = 0.5
 _CHUNK_AGE_S = 10.0
 """Maximum age of an open chunk before it is written, which bounds the loss if the recording is killed."""
-
-
-@dataclass(frozen=True, slots=True)
-class RecordOptions:
-    """Options for a recording.
-
-    Attributes:
-        topics: topic names, or regular expressions if `is_regex`.
-        all: whether to record all topics.
-        exclude: regular expression that matches the topics to skip.
-        of_node: name of a node whose subscribed topics are recorded.
-        limit: maximum number of messages per topic; 0 for no limit.
-        buffer_bytes: maximum size of the queue of unwritten messages; 0 for no limit.
-        min_space_bytes: free disk space below which writing is paused.
-        ends_without_space: whether the recording ends, instead of pausing, when disk space runs low.
-        publish: whether to publish the name of each file on `begin_write`.
-        snapshot: whether to keep messages in memory, and write them only on request: a message on
-            `snapshot_trigger`, or a call to the service `~trigger_snapshot`; see `Snapshots`. `buffer_bytes`
-            and the files' `duration_s` limit the messages kept.
-    """
-
-    topics: Sequence[str] = ()
-    all: bool = False
-    is_regex: bool = False
-    exclude: str = ""
-    of_node: str = ""
-    limit: int = 0
-    buffer_bytes: int = 256 * 1024 * 1024
-    min_space_bytes: int = 1024**3
-    ends_without_space: bool = False
-    tcp_nodelay: bool = False
-    publish: bool = False
-    snapshot: bool = False
-    files: FileOptions = field(default_factory=FileOptions)
 
 
 class Recorder:

@@ -15,7 +15,8 @@ from pipros.bag.compression import compress
 from pipros.bag.connection import Connection
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.reader import BagReader
-from pipros.bag.writer import BagWriter, MessageSink
+from pipros.bag.sinks import MessageSink
+from pipros.bag.writer import BagWriter
 from pipros.basics.limits import Limits
 from pipros.msg.time import NS_PER_S, Time
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from pipros.bag.connection import StoredMessage
 from pipros.bag.errors import BagError
-from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.options import FileOptions
+from pipros.bag.record_files import RecordFiles
 from pipros.bag.record_queue import RecordQueue
 
 if TYPE_CHECKING:

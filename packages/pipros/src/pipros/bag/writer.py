@@ -10,10 +10,10 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterator, Mapping
-from io import BytesIO, FileIO
+from io import BytesIO
 from itertools import chain, islice
 from struct import Struct
-from typing import Any, Protocol
+from typing import Any
 
 from pipros.bag.compression import NONE, compress
 from pipros.bag.connection import Connection, connection_record
@@ -21,6 +21,7 @@ from pipros.bag.errors import BagError
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.layout import BagLayout
 from pipros.bag.records import ENTRY, MAGIC, U32, Op, Version, field_bytes, file_header
+from pipros.bag.sinks import WritableFile
 from pipros.msg.time import NS_PER_S
 
 CHUNK_BYTES = 768 * 1024
@@ -32,48 +33,6 @@ _RECORDS_AT_ONCE = 500
 """Number of index records that are written in one call."""
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
-
-
-class WholeWrites(FileIO):
-    """Unbuffered file whose `write` writes all bytes or raises `OSError`.
-
-    Python's buffered files retry failed writes on each later call, so that on a full disk, even truncating
-    would fail.
-    """
-
-    def write(self, data: Any, /) -> int:
-        left = memoryview(data).cast("B")
-        size = len(left)
-        while left:
-            left = left[super().write(left) or 0 :]
-        return size
-
-
-class WritableFile(Protocol):
-    """The file methods that are used for writing."""
-
-    def write(self, data: Any, /) -> Any: ...
-    def seek(self, offset: int, whence: int = ..., /) -> int: ...
-    def truncate(self, size: int | None = ..., /) -> int: ...
-    def flush(self) -> None: ...
-
-
-class MessageSink(Protocol):
-    """The writer methods that are needed to copy messages; see `BagWriter`."""
-
-    def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection: ...
-    def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None: ...
-    def finish(self) -> None: ...
-
-
-class MessageWriter(MessageSink, Protocol):
-    """The methods shared by the writers of bags and MCAP files; see `BagWriter`."""
-
-    layout: BagLayout
-
-    @property
-    def size(self) -> int: ...
-    def flush(self) -> None: ...
 
 
 _KEPT_BYTES = 8 * 1024 * 1024

@@ -17,7 +17,8 @@ from pipros.bag.connection import StoredMessage, received_connection
 from pipros.bag.mcap_files import MAX_CONNECTIONS, McapWriter
 from pipros.bag.mcap_repair import recover
 from pipros.bag.opening import open_bag
-from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.options import FileOptions
+from pipros.bag.record_files import RecordFiles
 from pipros.bag.rewrite import copy_chosen
 from pipros.basics.extras import install_command
 from pipros.basics.limits import process_limits

@@ -9,10 +9,11 @@ from std_msgs.msg import Int32
 from pipros.bag import BagError, BagReader
 from pipros.bag.connection import StoredMessage, received_connection
 from pipros.bag.merge import merged
+from pipros.bag.options import FileOptions, RecordOptions
 from pipros.bag.playback_clock import PlaybackClock
-from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.record_files import RecordFiles
 from pipros.bag.record_queue import RecordQueue
-from pipros.bag.recorder import Recorder, RecordOptions
+from pipros.bag.recorder import Recorder
 from pipros.bag.snapshots import Snapshots
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node

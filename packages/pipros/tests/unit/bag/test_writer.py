@@ -9,7 +9,7 @@ import pytest
 from std_msgs.msg import Int32, String
 
 from pipros.bag import BagError, BagReader, BagWriter, NotIndexed
-from pipros.bag.writer import WholeWrites
+from pipros.bag.sinks import WholeWrites
 from pipros.basics.extras import install_command
 from pipros.msg.errors import SerializationError
 from tests.support.bags import bag_bytes, header_of, rows_of, some_rows, values

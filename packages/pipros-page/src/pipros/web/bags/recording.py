@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Final
 
 from pipros.bag.errors import BagError
-from pipros.bag.record_files import FileOptions
-from pipros.bag.recorder import Recorder, RecordOptions
+from pipros.bag.options import FileOptions, RecordOptions
+from pipros.bag.recorder import Recorder
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.file_names import is_device

@@ -14,7 +14,7 @@ from pipros.bag.opening import writer_for
 from pipros.bag.reader import BagReader
 from pipros.bag.rerun_file import rerun_file
 from pipros.bag.rewrite import copy_chosen
-from pipros.bag.writer import MessageSink
+from pipros.bag.sinks import MessageSink
 from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.basics.replaced_file import replaced_file
 from pipros.cli.rosbag.other_bags import OtherBags, opened, other_bags, warned

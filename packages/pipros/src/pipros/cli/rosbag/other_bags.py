@@ -17,7 +17,7 @@ from pipros.basics.rooms import offered
 
 if TYPE_CHECKING:
     from pipros.bag.reader import BagReader
-    from pipros.bag.writer import MessageSink
+    from pipros.bag.sinks import MessageSink
 
 
 class OtherBags(Protocol):

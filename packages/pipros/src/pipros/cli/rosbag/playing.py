@@ -12,7 +12,8 @@ from optparse import OptionParser, OptionValueError, Values
 from typing import Any
 
 from pipros.bag.errors import BagError
-from pipros.bag.player import Player, PlayOptions, absolute, is_played, opened_bags
+from pipros.bag.options import PlayOptions
+from pipros.bag.player import Player, absolute, is_played, opened_bags
 from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
 from pipros.cli.command_node import command_node

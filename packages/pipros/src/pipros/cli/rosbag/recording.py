@@ -11,8 +11,8 @@ from functools import partial
 from optparse import OptionParser, Values
 
 from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
-from pipros.bag.record_files import FileOptions
-from pipros.bag.recorder import Recorder, RecordOptions
+from pipros.bag.options import FileOptions, RecordOptions
+from pipros.bag.recorder import Recorder
 from pipros.basics.extras import install_command
 from pipros.basics.file_names import is_device
 from pipros.basics.names import parse_arguments
