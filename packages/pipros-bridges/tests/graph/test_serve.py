@@ -20,8 +20,8 @@ from websockets.typing import Subprotocol
 
 from pipros.basics.env import Environment
 from pipros.bridges import serve
-from pipros.bridges.bridge_server import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS
+from pipros.bridges.sessions import Handler
 from pipros.master.master import Master
 from pipros.node import Node
 from tests.support.environments import TESTS

@@ -9,7 +9,8 @@ import pytest
 
 from pipros.libraries.nodes.params import InvalidParameter, read_parameters
 from pipros.master.master import Master
-from pipros.navigation.costmap.layers import INFLATION, STATIC, _listed_layers
+from pipros.navigation.costmap.layer_settings import INFLATION, STATIC
+from pipros.navigation.costmap.layers import _listed_layers
 from tests.support.nodes import MakeNode, listening_log
 
 GOOD = [{"name": "walls", "type": STATIC}, {"name": "inflation", "type": INFLATION}]

@@ -14,11 +14,10 @@ import json
 import logging
 import ssl
 import time
-from collections import Counter
-from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from http import HTTPStatus
-from typing import Final, Protocol
+from typing import Final
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed, NegotiationError
@@ -31,8 +30,8 @@ from pipros.bridges.admission import Admission
 from pipros.bridges.client import BridgeClient
 from pipros.bridges.connection import BridgeConnection, Wakeups
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import ClientTraffic
 from pipros.bridges.pace import ReadPace
+from pipros.bridges.sessions import ClientRow, Handler, Session, dispensable_client, row_of
 from pipros.bridges.shares import ServerShares
 from pipros.server.access import LOOPBACK_HOSTS, Access
 from pipros.server.freed_memory import FreedMemory
@@ -49,68 +48,6 @@ PING_S: Final = 20.0
 """Interval between pings to each client."""
 PONG_S: Final = 60.0
 """Maximum time to wait for a pong. A slow client receives the ping only after all data queued before it."""
-
-
-class Session(Protocol):
-    """A session with one client. For use in the event loop."""
-
-    async def receive(self, data: str | bytes) -> None:
-        """Handle a message.
-
-        The next message is not read before this returns, so a client cannot flood the server.
-        """
-
-    @property
-    def worked_s(self) -> float:
-        """Processor time (s) that threads have spent on the client's messages so far."""
-
-    def takes(self) -> Mapping[Hashable, str]:
-        """Return the client's subscriptions: a mapping from outbox keys to names in the client list."""
-
-    def sends(self) -> Sequence[str]:
-        """Return the topics that the client publishes."""
-
-    @property
-    def is_unused(self) -> bool:
-        """Whether the client has no subscriptions, publications, services or pending requests."""
-
-    def close(self) -> None:
-        """Release the client's resources after its connection has closed."""
-
-
-class Handler(Protocol):
-    """The server's side of one protocol: opens a session for each client."""
-
-    def open(self, client: BridgeClient) -> Session:
-        """Start a session for a client. Called in the event loop."""
-
-    def is_login(self, first: str | bytes) -> bool:
-        """Return whether a client's first message is a valid login in this protocol."""
-
-
-@dataclass(frozen=True, slots=True)
-class ClientRow:
-    """An entry in the client list.
-
-    Attributes:
-        since: time of the connection, in seconds since 1970.
-        sent: traffic of all subscriptions, current and past.
-        topics: traffic of the current subscriptions, keyed by the names that `Session.takes` returns.
-        publishes: topics that the client publishes.
-        received: number of messages of all kinds from the client, and their size in bytes.
-        waiting_bytes: size of the data that has not been sent to the client yet.
-    """
-
-    number: int
-    protocol: str
-    address: str
-    agent: str
-    since: float
-    sent: ClientTraffic
-    topics: Mapping[str, ClientTraffic]
-    publishes: Sequence[str]
-    received: ClientTraffic
-    waiting_bytes: int
 
 
 class BridgeServer:
@@ -213,21 +150,7 @@ class BridgeServer:
 
     def clients(self) -> list[ClientRow]:
         """Return an entry for each client, sorted by the time of connection."""
-        return [
-            ClientRow(
-                client.number,
-                client.protocol,
-                client.address,
-                client.agent,
-                since,
-                client.outbox.total,
-                _by_name(session.takes(), client.outbox.traffic()),
-                session.sends(),
-                client.received,
-                client.outbox.waiting_bytes,
-            )
-            for client, (session, since) in self._clients.items()
-        ]
+        return [row_of(client, session, since) for client, (session, since) in self._clients.items()]
 
     def _respond(self, connection: BridgeConnection, request: Request) -> Response | None:
         """Return the HTTP response to a request, or None to continue with the WebSocket handshake."""
@@ -332,21 +255,12 @@ class BridgeServer:
             )
 
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
-        """Disconnect the client that has been silent longest, to make room for a new client.
-
-        The client is chosen from the unused clients (see `Session.is_unused`) or, if there are none, from the
-        clients of an address that has more than half of all clients, unless the new client has the same
-        address. Return whether there is room now.
-        """
-        by_silence = sorted(self._clients, key=lambda client: client.active_s)
-        hosts = Counter(client.host for client in by_silence)
-        host, count = hosts.most_common(1)[0]
-        unused = [each for each in by_silence if self._clients[each][0].is_unused]
-        if not unused and 2 * count > len(by_silence) and host != newcomer.remote_address[0]:
-            unused = [each for each in by_silence if each.host == host]
-        if not unused:
+        """Disconnect a client to make room for a new client. Return whether there is room now."""
+        sessions = {client: session for client, (session, _) in self._clients.items()}
+        dispensable = dispensable_client(sessions, newcomer.remote_address[0])
+        if dispensable is None:
             return False
-        await unused[0].replace()
+        await dispensable.replace()
         return len(self._clients) < self._limits.of(BridgeLimits).bridge_clients
 
     async def _logs_in(self, connection: BridgeConnection, handler: Handler) -> bool:
@@ -376,9 +290,3 @@ def _origin(request: Request) -> str | None:
     """Return a request's origin: None without an `Origin` header, an invalid origin if there are several."""
     values = request.headers.get_all("Origin")
     return None if not values else ", ".join(values)
-
-
-def _by_name(
-    names: Mapping[Hashable, str], traffic: Mapping[Hashable, ClientTraffic]
-) -> dict[str, ClientTraffic]:
-    return {name: traffic.get(key, ClientTraffic()) for key, name in names.items()}

@@ -17,7 +17,8 @@ from typing import Final, Protocol
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.bridges.admission import Admission
-from pipros.bridges.bridge_server import BridgeServer, Handler
+from pipros.bridges.bridge_server import BridgeServer
+from pipros.bridges.sessions import Handler
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on

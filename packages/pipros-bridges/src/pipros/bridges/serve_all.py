@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.rooms import offered
-from pipros.bridges.bridge_server import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.bridges.rosapi import RosApi
 from pipros.bridges.rosbridge.protocol import RosbridgeSettings
 from pipros.bridges.rosbridge.server import RosbridgeHandler
 from pipros.bridges.rosbridge.session import RosbridgeNode
 from pipros.bridges.serve import BridgeOptions, secret_of, serve
+from pipros.bridges.sessions import Handler
 from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers

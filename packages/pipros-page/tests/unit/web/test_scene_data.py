@@ -21,7 +21,8 @@ from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import permitted_path
 from pipros.web.scene.topic import MAX_LATCHED, SceneTopic
 from pipros.web.topic_watch import Newest
-from pipros.web.views.scene import LEAST_POINTS, CloudTopic, fitting_points, read_named_file
+from pipros.web.views.scene_clouds import LEAST_POINTS, CloudTopic, fitting_points
+from pipros.web.views.scene_robots import read_named_file
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
 

@@ -12,7 +12,8 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.server.view_server import RequestRefused
-from pipros.web.views.scene import DESCRIPTIONS, SceneViews
+from pipros.web.views.scene import SceneViews
+from pipros.web.views.scene_robots import DESCRIPTIONS
 
 
 def description(mesh: Path) -> str:

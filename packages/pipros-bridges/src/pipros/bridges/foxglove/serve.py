@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.bridge_server import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.bridges.serve import BridgeOptions, secret_of, serve
+from pipros.bridges.sessions import Handler
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.server.act_gate import ActGate

@@ -7,41 +7,29 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import dataclasses
-import json
-import os
 import time
-from collections.abc import AsyncIterator, Collection, Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping
 from concurrent.futures import Future
-from pathlib import Path
 from typing import Any, Final
-from urllib.parse import unquote
 
 from pipros.basics import names
-from pipros.basics.errors import PiprosError, Refused
-from pipros.basics.input_file import read_file
+from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
-from pipros.basics.windows import path_of_url
 from pipros.graph import params
 from pipros.graph.message_from_yaml import message_from_yaml
-from pipros.libraries.robot_model.urdf import UrdfError
-from pipros.libraries.robot_model.visuals import named_files, read_shapes
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
-from pipros.packages.assets import NAMES, PREFIX, read_asset
-from pipros.pictures.cloud_columns import cloud_columns, point_columns
 from pipros.server.act_gate import GatedPublisher
-from pipros.server.daemon_pool import DaemonPool
 from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
 from pipros.web.scene.layout_file import SceneFile
-from pipros.web.scene.topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
+from pipros.web.scene.topic import LONGEST_QUEUE, SceneTopic, add_senders, batch
 from pipros.web.shared import Shared
-from pipros.web.topic_watch import Newest, TopicWatch
+from pipros.web.views.scene_clouds import CloudTopic, fitting_points
+from pipros.web.views.scene_robots import RobotDescriptions
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
-from pipros.workspace.index import PackageIndex
 
 SEND_INTERVAL_S: Final = 0.033
 CLOUD_INTERVAL_S: Final = 0.1
@@ -49,21 +37,9 @@ POLL_INTERVAL_S: Final = 1.0
 MAX_FEEDBACK_TOPICS: Final = 100
 FEEDBACK_QUEUE: Final = 100
 MAX_POINTS: Final = 2_000_000
-LEAST_POINTS: Final = 500
-LONGEST_SEND_S: Final = 0.4
-"""If sending a cloud takes longer than this (s), the next clouds have fewer points.
-
-Therefore, a browser on a slow link still receives about two clouds per second.
-"""
 MAX_FIELDS: Final = 8
-MAX_PACKINGS: Final = 4
-"""Maximum number of packings of the newest cloud that are kept for further viewers."""
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
-LONGEST_DESCRIPTION: Final = 16_000_000
-DESCRIPTIONS: Final = 20
-"""Maximum number of robot descriptions, one per parameter, whose `file://` resources browsers may read."""
-FILE: Final = "file://"
 _TF_TOPICS: Final = ("/tf", "/tf_static")
 _TF_HISTORY_S: Final = 10.0
 
@@ -76,8 +52,7 @@ class SceneViews:
         self._file = file or SceneFile()
         self._topics: dict[str, Shared[SceneTopic]] = {}
         self._clouds: dict[str, Shared[CloudTopic]] = {}
-        self._packages = PackageIndex.from_environment(system.node.environment)
-        self._files: dict[str, frozenset[str]] = {}  # by parameter name, oldest first
+        self._robots = RobotDescriptions(system)
         self._feedback: dict[str, Future[Publisher[Any] | GatedPublisher]] = {}
 
     async def config(self, _: Mapping[str, object]) -> AsyncIterator[object]:
@@ -193,8 +168,8 @@ class SceneViews:
         shown: Any = None
         while True:
             try:
-                text = await self._system.questions.run(self._description, name)
-                found = await self._system.computations.run(self._shapes, name, text)
+                text = await self._system.questions.run(self._robots.text, name)
+                found = await self._system.computations.run(self._robots.shapes, name, text)
             except PiprosError as error:
                 found = {"error": str(error)}
             if found != shown:
@@ -210,53 +185,15 @@ class SceneViews:
         if not isinstance(uri, str) or len(uri) > 2000:
             raise RequestRefused("uri must be a string of at most 2000 characters")
         try:
-            yield await self._system.computations.run(self._read, uri)
+            yield await self._system.computations.run(self._robots.read, uri)
         except PiprosError as error:
             raise RequestRefused(str(error)) from None
-
-    def _read(self, uri: str) -> bytes:
-        limit = process_limits().of(PageLimits).scene_resource_bytes
-        if uri.startswith(FILE):
-            return read_named_file(uri, frozenset().union(*self._files.values()), limit)
-        if uri.startswith(PREFIX):
-            # Paths in mesh files often contain . and ..: resolve them before the strict check.
-            package, _, path_text = uri.removeprefix(PREFIX).partition("/")
-            uri = f"{PREFIX}{package}/{os.path.normpath(path_text)}"
-        return read_asset(uri, self._folders_of, limit, read_file)
-
-    def _folders_of(self, package: str) -> tuple[Path, ...]:
-        found = self._packages.get(package)
-        return () if found is None else (found.path,)
 
     def _is_simulated(self) -> bool:
         try:
             return bool(params.read(self._system.graph.master, "/use_sim_time"))
         except PiprosError:
             return False
-
-    def _description(self, name: str) -> str:
-        """Look up a parameter as rviz does: by its resolved name, then in the enclosing namespaces."""
-        master = self._system.graph.master
-        with contextlib.suppress(params.ParameterNotSet):
-            return str(params.read(master, self._system.node.resolve(name)))
-        with contextlib.suppress(params.ParameterNotSet, Refused):
-            return str(params.read(master, master.search_param(name)))
-        raise UrdfError(f"Parameter [{name}] does not exist, and was not found by searchParam()")
-
-    def _shapes(self, name: str, text: str) -> Mapping[str, Any]:
-        if not text.strip():
-            return {"error": "URDF is empty"}
-        if len(text) > LONGEST_DESCRIPTION:
-            return {"error": f"URDF is longer than {LONGEST_DESCRIPTION} characters"}
-        try:
-            links = read_shapes(text)
-        except UrdfError as error:
-            return {"error": f"Failed to parse URDF model: {error}"}
-        self._files.pop(name, None)
-        self._files[name] = frozenset(named_files(links))
-        while len(self._files) > DESCRIPTIONS:
-            del self._files[next(iter(self._files))]
-        return {"links": [dataclasses.asdict(link) for link in links]}
 
     def _shared(self, name: str) -> Shared[SceneTopic]:
         if name not in self._topics:
@@ -293,92 +230,6 @@ class SceneViews:
         return await self._system.computations.run(
             lambda: batch(messages, senders, is_compressed=is_compressed)
         )
-
-
-class CloudTopic:
-    """A point cloud topic. Each cloud is packed once for all viewers that request the same points.
-
-    For use in one event loop.
-    """
-
-    def __init__(self, watch: TopicWatch, computations: DaemonPool) -> None:
-        self.watch = watch
-        self._computations = computations
-        self._number = -1
-        self._packed: dict[tuple[tuple[str, ...], int], asyncio.Future[bytes]] = {}
-
-    async def packed(self, newest: Newest, fields: tuple[str, ...], limit: int) -> bytes:
-        """Return at most `limit` points of a message, with the given fields; see `SceneViews.cloud`."""
-        if newest.number != self._number:
-            self._number = newest.number
-            self._packed.clear()
-        key = fields, limit
-        if key not in self._packed:
-            if len(self._packed) >= MAX_PACKINGS:
-                del self._packed[next(iter(self._packed))]
-            packing = asyncio.ensure_future(
-                self._computations.run(
-                    _packed_cloud, self.watch, newest.message, list(fields), limit, newest.number
-                )
-            )
-            self._packed[key] = packing
-            packing.add_done_callback(lambda done: self._check(key, done))
-        return await asyncio.shield(self._packed[key])
-
-    def _check(self, key: tuple[tuple[str, ...], int], packing: asyncio.Future[bytes]) -> None:
-        """Discard a failed result, so that the next request packs the cloud again."""
-        if (packing.cancelled() or packing.exception()) and self._packed.get(key) is packing:
-            del self._packed[key]
-
-
-def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes:
-    """Read a mesh or texture that a robot description names by a `file://` URI.
-
-    Files in the same folders, such as a mesh's materials, can also be read.
-
-    Raises:
-        RequestRefused: no robot description names a file in this folder, or the file has another type or is
-            unreadable.
-    """
-    path = Path(path_of_url(unquote(uri)))
-    folders = {str(Path(path_of_url(unquote(each))).parent) for each in named if each.startswith(FILE)}
-    try:
-        real = path.resolve(strict=True)
-        if str(path.parent) not in folders or not all(NAMES.fullmatch(each.name) for each in (path, real)):
-            raise RequestRefused(f"{uri:.300} is not a mesh or texture named by the robot description")
-        return read_file(real, limit_bytes)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise RequestRefused(f"cannot read {uri:.300}: {getattr(error, 'strerror', error)}") from None
-
-
-def fitting_points(points: int, limit: int, sent_s: float) -> int:
-    """Return the maximum number of points for the next cloud, if sending `points` points took `sent_s`."""
-    if sent_s > LONGEST_SEND_S:
-        return min(points, max(LEAST_POINTS, int(points * LONGEST_SEND_S / sent_s)))
-    return points if sent_s > LONGEST_SEND_S / 4 else min(limit, points + points // 4 + 1)
-
-
-def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: int, turn: int) -> bytes:
-    is_old = message.header.get("type") == "sensor_msgs/PointCloud"
-    kind = "sensor_msgs/PointCloud" if is_old else "sensor_msgs/PointCloud2"
-    cloud: Any = watch.decode_as(message, load_message_class(kind))
-    columns = point_columns if is_old else cloud_columns
-    found = columns(cloud, wanted, limit, turn)
-    head = {
-        "frame": cloud.header.frame_id,
-        "stamp": [cloud.header.stamp.secs, cloud.header.stamp.nsecs],
-        "arrival": time.time(),
-        "count": found.count,
-        "step": found.step,
-        "problem": found.problem,
-        "columns": [[column.name, column.datatype, len(column.data)] for column in found.columns],
-        "from": sender_of(message),
-    }
-    text = json.dumps(head).encode()
-    padding = b" " * (
-        -(len(text) + 5) % 8
-    )  # the columns begin at a multiple of 8 bytes, after the number of the view
-    return b"".join([text, padding, b"\n", *(column.data for column in found.columns)])
 
 
 def _number(arguments: Mapping[str, object], key: str, default: int, limit: int) -> int:

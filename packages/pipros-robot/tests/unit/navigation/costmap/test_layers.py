@@ -15,8 +15,9 @@ from pipros.msg import load_message_class
 from pipros.navigation.costmap.footprint import circle
 from pipros.navigation.costmap.grid import LETHAL, UNKNOWN
 from pipros.navigation.costmap.inflation_layer import InflationLayer
+from pipros.navigation.costmap.layer_settings import SETTINGS
 from pipros.navigation.costmap.layered import Bounds, CellRectangle, LayeredCostmap, Pose2D
-from pipros.navigation.costmap.layers import LAYERS, SETTINGS
+from pipros.navigation.costmap.layers import LAYERS
 from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
 from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
 from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
