@@ -124,6 +124,7 @@ GATES = {
     "ros2/rtps/qos.py": 98,
     "ros2/rtps/reader.py": 94,
     "ros2/rtps/engine.py": 92,
+    "ros2/rtps/engine_endpoints.py": 90,
     "ros2/rtps/service_styles.py": 98,
     "ros2/rtps/service_client.py": 90,
     "ros2/rtps/services.py": 90,

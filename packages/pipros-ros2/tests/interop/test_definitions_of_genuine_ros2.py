@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog
 from pipros.ros2.interfaces.idl import parse_idl
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.interfaces.parse import parse_ros2_action, parse_ros2_message, parse_ros2_service
 from pipros.ros2.interfaces.spec import Ros2Field, Ros2Message, Ros2Type
 from pipros.ros2.interfaces.type_hash import message_hash

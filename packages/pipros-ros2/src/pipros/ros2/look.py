@@ -14,8 +14,9 @@ from pipros.basics.errors import InvalidName, NotFound, PiprosError
 from pipros.basics.printable import listed
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interface import Endpoint, EndpointKind, PartHashes, Reliability, Ros2Engine, TopicQos
-from pipros.ros2.interfaces.catalog import Catalog, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog
 from pipros.ros2.interfaces.cdr import decode, encode
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.interfaces.spec import Form, Ros2Message, Ros2Service
 from pipros.ros2.interfaces.type_hash import message_hash
 from pipros.ros2.rtps.domain import Discovery

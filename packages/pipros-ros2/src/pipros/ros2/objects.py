@@ -24,7 +24,8 @@ from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import BUILTIN_RULES
 from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, folders_of_environment, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog
+from pipros.ros2.interfaces.installed import folders_of_environment, installed_definitions
 
 _PARTS = ("Request", "Response")
 _lock = threading.Lock()

@@ -23,7 +23,8 @@ from pipros.ros2.conversion.mapping import MappingRules
 from pipros.ros2.conversion.plans import ConversionPlan, Plans, ServicePlan
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interface import NO_HASHES, PartHashes
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.interfaces.type_hash import ActionHashes
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rules import StaticRule

@@ -21,7 +21,8 @@ from pipros.ros2.conversion.mapping import parse_rules
 from pipros.ros2.conversion.plans import Plans
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.action_types import action_of_service
-from pipros.ros2.interfaces.catalog import Catalog, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.interfaces.parse import parse_ros2_action
 from pipros.ros2.ros1_graph import Ros1Topic, actions_of, is_part_of_action
 from tests.support.ros2_samples import plans_of

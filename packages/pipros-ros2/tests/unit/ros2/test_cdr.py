@@ -9,8 +9,9 @@ import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog
 from pipros.ros2.interfaces.cdr import BadValue, decode, encode
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.interfaces.parse import parse_ros2_message
 
 CATALOG = Catalog(Distribution.JAZZY, installed_definitions())

@@ -13,7 +13,7 @@ from pipros.basics.errors import MissingExtra
 from pipros.msg import load_message_class, load_service_class
 from pipros.ros2 import to_ros1, to_ros2
 from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.interfaces.catalog import folders_of_environment
+from pipros.ros2.interfaces.installed import folders_of_environment
 
 
 class _Generated(type):

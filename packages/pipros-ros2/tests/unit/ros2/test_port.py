@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from pipros.ros2.commands.port import main
-from pipros.ros2.interfaces.catalog import installed_definitions
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.port.draft import Draft, NotPortable, draft_of
 from pipros.safe.xml import parse
 

@@ -28,7 +28,8 @@ from pipros.ros2.conversion.errors import ConversionError, NotConvertible
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
 from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.interfaces.parse import is_full_name, messages_from_text
 from pipros.ros2.interfaces.parts import owner_of
 from pipros.ros2.interfaces.ros1_text import ros1_definition, ros1_name

@@ -26,8 +26,9 @@ from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
 from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
 from pipros.ros2.interfaces.derive import derived_message
+from pipros.ros2.interfaces.installed import installed_definitions
 from pipros.ros2.interfaces.spec import Ros2Message
 from pipros.ros2.names import checked_name
 

@@ -14,7 +14,7 @@ from pipros.bag.errors import BagError
 if TYPE_CHECKING:
     from pipros.bag.left_out import LeftOut
     from pipros.bag.reader import BagReader
-    from pipros.bag.writer import MessageSink
+    from pipros.bag.sinks import MessageSink
 
 
 def add_reading_options(parser: OptionParser) -> None:
@@ -31,7 +31,7 @@ def add_reading_options(parser: OptionParser) -> None:
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
     """Return the folders given with `--msgs`, and the `share` folders in `AMENT_PREFIX_PATH`."""
-    from pipros.ros2.interfaces.catalog import folders_of_environment
+    from pipros.ros2.interfaces.installed import folders_of_environment
 
     return [*map(Path, filter(None, given)), *folders_of_environment(os.environ)]
 

@@ -95,7 +95,7 @@ def _port_package(source: Path, launches: LaunchDrafts, scripts: Sequence[str], 
 
 def _source(word: str) -> Path:
     """Return a file or folder, or the folder of a package."""
-    from pipros.ros2.interfaces.catalog import installed_package
+    from pipros.ros2.interfaces.installed import installed_package
 
     if Path(word).exists():
         return Path(word)
@@ -127,7 +127,7 @@ def _port_file(file: Path, name: str, target: Path | None, values: Mapping[str, 
     """
     from pipros.basics.input_file import read_text
     from pipros.basics.limits import process_limits
-    from pipros.ros2.interfaces.catalog import installed_definitions
+    from pipros.ros2.interfaces.installed import installed_definitions
     from pipros.ros2.port.draft import NotPortable, draft_of
 
     try:

@@ -18,7 +18,6 @@ from pipros.basics.input_file import read_text
 from pipros.basics.limits import process_limits
 from pipros.msg.language.digest import DEPTH_LIMIT
 from pipros.msg.language.spec import DefinitionError, MessageSpec, ServiceSpec
-from pipros.packages.installed_packages import AMENT_INDEX, share_folders
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.action_types import Ros2Action
 from pipros.ros2.interfaces.derive import derived_action, derived_message, derived_service
@@ -283,28 +282,3 @@ def embedded_messages(message: Ros2Message, lookup: Callable[[str], Ros2Message]
 
     visit(message, (message.type,))
     return found
-
-
-def folders_of_environment(environment: Mapping[str, str]) -> list[Path]:
-    """Return the `share` folders of ROS 2: those of `AMENT_PREFIX_PATH`, and those of installed wheels."""
-    listed = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    wheels = (Path(each) for each in share_folders() if Path(each, AMENT_INDEX).is_dir())
-    return [*(Path(each) / "share" for each in listed if each), *wheels]
-
-
-def installed_definitions() -> Ros1Definitions:
-    """Return the definitions of the installed ROS 1 packages."""
-    from pipros.msg.importing.hook import installed_library
-
-    definitions = installed_library().definitions
-    return Ros1Definitions(definitions.message, definitions.service)
-
-
-def installed_package(name: str) -> Path | None:
-    """Return the folder of an installed ROS 1 package, or None."""
-    from pipros.msg.importing.hook import installed_library
-
-    try:
-        return Path(installed_library().definitions.files.folder(name))
-    except NotFound:
-        return None

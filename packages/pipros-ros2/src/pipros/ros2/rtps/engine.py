@@ -11,25 +11,30 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.ros2.interface import (
     NO_HASHES,
-    Durability,
     Endpoint,
     EndpointKind,
     EngineError,
     EngineProblem,
     PartHashes,
-    Reliability,
     Ros2Caller,
-    Ros2CallFailed,
     Ros2Publisher,
     Ros2Subscription,
     Sample,
     TopicQos,
 )
-from pipros.ros2.names import dds_service, dds_topic, dds_type, service_of_dds, topic_of_dds, type_of_dds
-from pipros.ros2.rtps import qos as dds
+from pipros.ros2.names import dds_service, dds_topic, dds_type, topic_of_dds
 from pipros.ros2.rtps import reader
-from pipros.ros2.rtps.announcements import EndpointData, ParticipantData, entries
 from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.engine_endpoints import (
+    NO_GATEWAY,
+    EngineCaller,
+    EnginePublisher,
+    OwnEndpoint,
+    dds_qos,
+    endpoint_of,
+    hash_entry,
+    mismatch_reason,
+)
 from pipros.ros2.rtps.events import Elsewhere, Event, Mismatched, OverLimit, PeerChanged
 from pipros.ros2.rtps.graph_info import GidBytes, Knowledge, NodeInfo
 from pipros.ros2.rtps.identity import guid_text, is_writer
@@ -37,19 +42,14 @@ from pipros.ros2.rtps.nodes import Nodes
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.service_client import RtpsClient
-from pipros.ros2.rtps.service_styles import PIPROS_MARK, style_of
+from pipros.ros2.rtps.service_styles import PIPROS_MARK
 from pipros.ros2.rtps.services import RtpsServer
-from pipros.ros2.rtps.topics import RtpsTopicWriter, TopicReader
 
 _LOG = logging.getLogger("pipros.ros2")
-_NO_GATEWAY: Final = "1"
-"""Value of `PIPROS_MARK` for participants that are not gateways."""
-_REQUEST: Final = "_Request"
-_UNKNOWN_STYLE: Final = "the form of service requests is unknown for its DDS implementation"
 _MIXED: Final = "`ros2 node list` does not show it: Humble and later distributions share the domain"
 _REPORTED: Final = 100
 _Made = TypeVar("_Made")
-_Owned = TypeVar("_Owned", bound="_Own")
+_Owned = TypeVar("_Owned", bound="OwnEndpoint")
 
 
 class RtpsEngine:
@@ -76,19 +76,21 @@ class RtpsEngine:
     ) -> None:
         self._namespace, _, self._name = node.rpartition("/")
         self._lock = threading.Lock()
-        self._owners: list[_Own] = []
+        self._owners: list[OwnEndpoint] = []
         self._reported: set[tuple[bytes, str]] = set()
         self._has_mismatches = False
         self._nodes: Nodes | None = None
-        mark = f"enclave=/;{PIPROS_MARK}={gateway or _NO_GATEWAY};".encode()
+        mark = f"enclave=/;{PIPROS_MARK}={gateway or NO_GATEWAY};".encode()
         self._participant = Participant(discovery, mark, self._on_event, limits)
         self._nodes = Nodes(self._participant, gid_bytes)
         self._announce_node()
 
     def advertise(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Ros2Publisher:
         name, kind = dds_topic(topic), dds_type(type_name)
-        writer = self._open(lambda: self._participant.add_writer(name, kind, _dds(qos), _entry(type_hash)))
-        return self._owned(_Publisher(self, writer))
+        writer = self._open(
+            lambda: self._participant.add_writer(name, kind, dds_qos(qos), hash_entry(type_hash))
+        )
+        return self._owned(EnginePublisher(self, writer))
 
     def subscribe(
         self,
@@ -101,9 +103,9 @@ class RtpsEngine:
         def pass_on(sample: reader.RtpsSample) -> None:
             callback(Sample(sample.payload, sample.writer))
 
-        name, kind, entry = dds_topic(topic), dds_type(type_name), _entry(type_hash)
-        found = self._open(lambda: self._participant.add_reader(name, kind, _dds(qos), pass_on, entry))
-        return self._owned(_Own(self, [found]))
+        name, kind, entry = dds_topic(topic), dds_type(type_name), hash_entry(type_hash)
+        found = self._open(lambda: self._participant.add_reader(name, kind, dds_qos(qos), pass_on, entry))
+        return self._owned(OwnEndpoint(self, [found]))
 
     def serve(
         self,
@@ -131,11 +133,11 @@ class RtpsEngine:
                 f"{kind}_Request_",
                 f"{kind}_Response_",
                 handle,
-                _entry(parts.request),
-                _entry(parts.response),
+                hash_entry(parts.request),
+                hash_entry(parts.response),
             )
         )
-        return self._owned(_Own(self, [server]))
+        return self._owned(OwnEndpoint(self, [server]))
 
     def caller(
         self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES
@@ -149,11 +151,11 @@ class RtpsEngine:
                 service,
                 f"{kind}_Request_",
                 f"{kind}_Response_",
-                _entry(parts.request),
-                _entry(parts.response),
+                hash_entry(parts.request),
+                hash_entry(parts.response),
             )
         )
-        return self._owned(_Client(self, client))
+        return self._owned(EngineCaller(self, client))
 
     @property
     def has_peers(self) -> bool:
@@ -168,7 +170,7 @@ class RtpsEngine:
             found = []
             for peer in core.peers:
                 for data in peer.endpoints.values():
-                    endpoint = _endpoint(peer.data, data, nodes.get(data.guid, ""))
+                    endpoint = endpoint_of(peer.data, data, nodes.get(data.guid, ""))
                     if endpoint is not None:
                         found.append(endpoint)
             return found
@@ -192,7 +194,7 @@ class RtpsEngine:
             if topic is not None:
                 kind = EndpointKind.PUBLISHER if remote.is_writer else EndpointKind.SUBSCRIBER
                 node = nodes.get(remote.guid) or guid_text(remote.guid)
-                found.append(EngineProblem(kind, topic, _reason(remote, policy), node))
+                found.append(EngineProblem(kind, topic, mismatch_reason(remote, policy), node))
         if self._nodes is not None and self._nodes.knowledge is Knowledge.MIXED:
             found.append(EngineProblem(None, f"{self._namespace}/{self._name}", _MIXED))
         return found
@@ -200,9 +202,7 @@ class RtpsEngine:
     def close(self) -> None:
         self._participant.close()
 
-    # Called by the endpoints in this module.
-
-    def forget(self, owner: _Own) -> None:
+    def forget(self, owner: OwnEndpoint) -> None:
         """Remove a closed endpoint from the node."""
         with self._lock:
             if owner not in self._owners:
@@ -264,119 +264,11 @@ class RtpsEngine:
             return
         self._has_mismatches = False
         for _, remote, policy in self._participant.ask(ParticipantCore.mismatched)[:_REPORTED]:
-            self._warn(remote.guid, f"{remote.topic}: a peer does not match: {_reason(remote, policy)}")
+            self._warn(
+                remote.guid, f"{remote.topic}: a peer does not match: {mismatch_reason(remote, policy)}"
+            )
 
     def _warn(self, guid: bytes, text: str) -> None:
         if (guid, text) not in self._reported and len(self._reported) < _REPORTED:
             self._reported.add((guid, text))
             _LOG.warning(text)
-
-
-class _Own:
-    """An endpoint of the engine."""
-
-    def __init__(
-        self, engine: RtpsEngine, ends: Sequence[TopicReader | RtpsTopicWriter | RtpsServer | RtpsClient]
-    ) -> None:
-        self._engine = engine
-        self._ends = ends
-
-    @property
-    def dropped(self) -> int:
-        return sum(
-            end.dropped if isinstance(end, TopicReader) else end.refused
-            for end in self._ends
-            if isinstance(end, TopicReader | RtpsServer)
-        )
-
-    def guids(self) -> list[bytes]:
-        return [guid for end in self._ends for guid in _guids(end)]
-
-    def close(self) -> None:
-        for end in self._ends:
-            end.close()
-        self._engine.forget(self)
-
-
-class _Publisher(_Own):
-    def __init__(self, engine: RtpsEngine, writer: RtpsTopicWriter) -> None:
-        super().__init__(engine, [writer])
-        self._writer = writer
-
-    def publish(self, payload: bytes) -> None:
-        try:
-            self._writer.write(payload)
-        except TimeoutError as error:
-            raise EngineError(str(error)) from None
-
-    @property
-    def subscriber_count(self) -> int:
-        return len(self._writer.readers())
-
-    @property
-    def dropped(self) -> int:
-        return self._writer.lost
-
-
-class _Client(_Own):
-    def __init__(self, engine: RtpsEngine, client: RtpsClient) -> None:
-        super().__init__(engine, [client])
-        self._client = client
-
-    def call(self, request: bytes, timeout_s: float) -> bytes:
-        try:
-            return self._client.call(request, timeout_s)
-        except (PiprosError, TimeoutError) as error:
-            raise Ros2CallFailed(str(error)) from error
-
-    @property
-    def is_available(self) -> bool:
-        return self._client.wait_for_server(0.0)
-
-
-def _guids(end: TopicReader | RtpsTopicWriter | RtpsServer | RtpsClient) -> Sequence[bytes]:
-    return end.guids if isinstance(end, (RtpsServer, RtpsClient)) else (end.guid,)
-
-
-def _dds(qos: TopicQos) -> dds.Qos:
-    return dds.Qos(
-        dds.ReliabilityKind[qos.reliability.name],
-        dds.DurabilityKind[qos.durability.name],
-        depth=qos.depth,
-    )
-
-
-def _entry(type_hash: str) -> bytes:
-    return f"typehash={type_hash};".encode() if type_hash else b""
-
-
-def _reason(remote: EndpointData, policy: dds.QosPolicy | None) -> str:
-    """Return why a peer's endpoint does not match."""
-    if policy is None:
-        return f"its type is {type_of_dds(remote.type_name) or remote.type_name}"
-    return f"its QoS is incompatible ({policy.value})"
-
-
-def _endpoint(peer: ParticipantData, data: EndpointData, node: str) -> Endpoint | None:
-    """Return an endpoint with its ROS 2 names, or None for non-ROS 2 topics and for service replies."""
-    topic, service, kind = topic_of_dds(data.topic), service_of_dds(data.topic), type_of_dds(data.type_name)
-    if kind is None:
-        return None
-    gateway = entries(peer.user_data).get(PIPROS_MARK, "")
-    gateway = "" if gateway == _NO_GATEWAY else gateway
-    type_hash = entries(data.user_data).get("typehash", "")
-    if topic is not None:
-        what = EndpointKind.PUBLISHER if data.is_writer else EndpointKind.SUBSCRIBER
-        return Endpoint(data.guid, what, topic, kind, type_hash, _qos(data.qos), node, gateway)
-    if service is None or not data.topic.startswith("rq/") or not kind.endswith(_REQUEST):
-        return None
-    what = EndpointKind.CLIENT if data.is_writer else EndpointKind.SERVER
-    kind, problem = kind[: -len(_REQUEST)], "" if style_of(peer, data) else _UNKNOWN_STYLE
-    return Endpoint(data.guid, what, service, kind, type_hash, _qos(data.qos), node, gateway, problem)
-
-
-def _qos(qos: dds.Qos) -> TopicQos:
-    return TopicQos(
-        Reliability[qos.reliability.name],
-        Durability.TRANSIENT_LOCAL if qos.is_latched else Durability.VOLATILE,
-    )
