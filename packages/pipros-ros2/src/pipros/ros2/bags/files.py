@@ -29,31 +29,47 @@ def is_ros2_bag(path: str | os.PathLike[str]) -> bool:
     return has_magic(path)
 
 
-def bag_files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
-    """Return a bag's metadata (None if `path` is a single file) and its files."""
+def bag_files(path: Path) -> tuple[BagMetadata | None, list[Path], dict[str, str]]:
+    """Return a bag's metadata, its files, and the reason why its `metadata.yaml` cannot be used, if so.
+
+    The metadata is None if `path` is a single file, or if all files in the folder are taken without it.
+    """
     if not path.is_dir():
-        return None, [path]
+        return None, [path], {}
     where = path / _METADATA
+    found = sorted(each for each in path.iterdir() if each.suffix in _SUFFIXES and ".orig." not in each.name)
     if not where.exists():
-        found = sorted(
-            each for each in path.iterdir() if each.suffix in _SUFFIXES and ".orig." not in each.name
-        )
         if not found:
             raise BagError(f"{path} is a folder without {_METADATA} and without .mcap or .db3 files")
-        return None, found
+        return None, found, {}
+    try:
+        metadata, paths = _listed_files(path, where)
+    except BagFormatError as error:
+        if not found:
+            raise
+        return None, found, {os.fspath(where): f"{error}; all files in the folder are read instead"}
+    if metadata.compression:
+        raise BagError(
+            f"{path}: its files or messages are compressed with {metadata.compression}; decompress them first"
+        )
+    return metadata, paths, {}
+
+
+def _listed_files(path: Path, where: Path) -> tuple[BagMetadata, list[Path]]:
+    """Return the metadata in the file `where`, and the files that it lists.
+
+    Raises:
+        BagFormatError: the metadata is malformed, or lists no file that exists.
+    """
     try:
         text = read_text(os.fspath(where), process_limits().file_bytes)
     except UnicodeDecodeError as error:
         raise BagFormatError(f"{where}: {error}") from None
     metadata = parse_metadata(text, os.fspath(where))
-    if metadata.compression:
-        raise BagError(
-            f"{path}: its files or messages are compressed with {metadata.compression}; decompress them first"
-        )
     # Old versions of rosbag2 include the folder name in the paths.
     paths = list(dict.fromkeys(path / Path(name).name for name in metadata.files))
-    if not paths:
-        raise BagFormatError(f"{where} lists no files")
+    if not any(each.exists() for each in paths) and not metadata.compression:
+        raise BagFormatError(f"{where} lists no file that exists, but {', '.join(metadata.files) or 'none'}")
     return metadata, paths
 
 

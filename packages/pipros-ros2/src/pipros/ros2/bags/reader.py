@@ -42,7 +42,7 @@ class Ros2BagReader(BagReader):
     """A ROS 2 bag, with the methods of `BagReader`.
 
     A topic is left out if its type cannot be converted, or its messages are not encoded as CDR. A file that
-    cannot be read is left out if the bag has others.
+    cannot be read is left out if the bag has others, and `metadata.yaml` if the folder has files.
 
     Args:
         path: a bag folder, with or without `metadata.yaml`, or a single file.
@@ -63,14 +63,14 @@ class Ros2BagReader(BagReader):
         folders: Sequence[str | os.PathLike[str]] = (),
         rules: MappingRules = BUILTIN_RULES,
     ) -> None:
-        metadata, paths = bag_files(path)
+        metadata, paths, unusable = bag_files(path)
         self._path = path
         self.topic_types: dict[str, str] = {}
         storages, skipped = opened_files(paths)
         self._paths, self._storages = list(storages), list(storages.values())
         try:
             super().__init__(self._paths[0], layout=BagLayout(Version(0, 0)), name=os.fspath(path))
-            self.skipped_files.update(skipped)
+            self.skipped_files.update(unusable | skipped)
             self._invalid: dict[str, str] = {}
             self._ros1 = _Ros1Types()
             self._catalog = Catalog(_distribution(metadata), self._ros1.definitions, folders)
