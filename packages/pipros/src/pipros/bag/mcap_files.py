@@ -23,7 +23,7 @@ from pipros.bag.layout import REPAIR, BagLayout
 from pipros.bag.mcap_messages import McapMessages
 from pipros.bag.mcap_records import read_summary
 from pipros.bag.reader import BagReader
-from pipros.bag.records import Version, checked_time
+from pipros.bag.records import Version
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits
@@ -196,8 +196,8 @@ class McapReader(BagReader):
             for channel, time_ns, data, chunk, offset in McapMessages(
                 self.source, self._summary.chunk_indexes, self._limits, wanted, first, last, as_views
             ):
-                checked_time(time_ns, self.source.name)
-                yield wanted[channel], time_ns, data, chunk, offset
+                if self._has_valid_time(wanted[channel], time_ns):
+                    yield wanted[channel], time_ns, data, chunk, offset
 
 
 class McapWriter:

@@ -19,6 +19,7 @@ from pipros.bag.contents import BagContents
 from pipros.bag.errors import BagError, BagFormatError
 from pipros.bag.layout import BagLayout, read_layout, read_version
 from pipros.bag.old_format import scan_old_format
+from pipros.bag.records import is_valid_time
 from pipros.bag.scan import Progress, scan
 from pipros.bag.source import SeekableFile, Source
 from pipros.bag.times import Stamp, ns_of, received_at
@@ -260,6 +261,16 @@ class BagReader(BagContents):
                 raise
             self.on_bad_message(connection.topic, str(error))
             return None
+
+    def _has_valid_time(self, connection: Connection, time_ns: int) -> bool:
+        """Return whether ROS times include a message's; if not, report it as one that cannot be read."""
+        if is_valid_time(time_ns):
+            return True
+        reason = f"timestamps must be from 0 to 2^32 s, got {time_ns} ns"
+        if self.on_bad_message is None:
+            raise BagFormatError(f"{self.name}: a message on {connection.topic}: {reason}")
+        self.on_bad_message(connection.topic, reason)
+        return False
 
     def decode(self, stored: StoredMessage) -> Any:
         """Deserialize one message; see `messages` for errors."""

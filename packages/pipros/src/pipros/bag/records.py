@@ -157,9 +157,14 @@ def time_of(fields: Fields, name: str, where: str) -> int:
     return checked_time((both & 0xFFFFFFFF) * NS_PER_S + (both >> 32), where)
 
 
+def is_valid_time(time_ns: int) -> bool:
+    """Return whether `time_ns` is within the range of ROS times."""
+    return 0 <= time_ns < TIMES_NS
+
+
 def checked_time(time_ns: int, where: str) -> int:
     """Return `time_ns`. Raise `BagFormatError` if it is beyond the range of ROS times."""
-    if time_ns >= TIMES_NS:
+    if not is_valid_time(time_ns):
         raise BagFormatError(f"{where}: timestamps must be below 2^32 s, got {time_ns} ns")
     return time_ns
 

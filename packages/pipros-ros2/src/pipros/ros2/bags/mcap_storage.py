@@ -12,7 +12,6 @@ from pipros.bag.layout import REPAIR
 from pipros.bag.mcap_files import COMPRESSIONS, mcap_library, translated
 from pipros.bag.mcap_messages import McapMessages
 from pipros.bag.mcap_records import McapSummary, read_profile, read_summary
-from pipros.bag.records import checked_time
 from pipros.bag.source import Source
 from pipros.basics.limits import process_limits
 from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
@@ -77,7 +76,6 @@ class McapStorage:
         )
         with translated(self._source.name):
             for topic, time_ns, data, _, _ in found:
-                checked_time(time_ns, self._source.name)
                 yield topic, time_ns, data
 
     def close(self) -> None:

@@ -15,7 +15,7 @@ from pipros.bag.layout import BagLayout
 from pipros.bag.mcap_files import AFTER_ALL
 from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
-from pipros.bag.records import Version
+from pipros.bag.records import Version, is_valid_time
 from pipros.bag.times import received_at
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.language.digest import complete
@@ -131,7 +131,8 @@ class Ros2BagReader(BagReader):
         found: dict[int, list[int]] = {}
         wanted = {connection.id for connection in self.connections}
         for connection, _, time_ns, _ in self._stored(wanted, 0, AFTER_ALL):
-            found.setdefault(connection.id, []).append(time_ns)
+            if is_valid_time(time_ns):
+                found.setdefault(connection.id, []).append(time_ns)
         return found
 
     def stored_fields(
@@ -145,6 +146,8 @@ class Ros2BagReader(BagReader):
         wanted = {each.id for each in (self.connections if connections is None else connections)}
         last = AFTER_ALL if end_ns is None else end_ns
         for connection, plan, time_ns, cdr in self._stored(wanted, start_ns or 0, last):
+            if not self._has_valid_time(connection, time_ns):
+                continue
             try:
                 data = plan.to_ros1(cdr)
             except ConversionError as error:
@@ -194,6 +197,8 @@ class Ros2BagReader(BagReader):
                 found[topic.id] = self._connection(topic)
             except PiprosError as error:
                 self.skipped.setdefault(topic.name, str(error))
+        for number in storage.count_by_topic.keys() - {topic.id for topic in storage.topics}:
+            self.skipped.setdefault(f"topic {number}", "the file has messages on it, but no name and type")
         return found
 
     def _connection(self, topic: StoredTopic) -> tuple[Connection, ConversionPlan]:

@@ -14,6 +14,7 @@ from typing import Any
 
 from pipros.bag.errors import BagError, BagFormatError
 from pipros.bag.layout import REPAIR
+from pipros.bag.records import TIMES_NS
 from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
 from pipros.ros2.bags.storage import NewTopic, StoredTopic
 from pipros.ros2.distribution import Distribution
@@ -109,8 +110,11 @@ class SqliteReader:
                 self.definitions = self._definitions()
                 counts = self._database.execute("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id")
                 self.count_by_topic: Mapping[int, int] = {int(topic): int(count) for topic, count in counts}
-                query = "SELECT MIN(timestamp), MAX(timestamp) FROM messages"
-                first, last = self._database.execute(query).fetchone()
+                query = "SELECT topic_id, timestamp FROM messages WHERE timestamp NOT BETWEEN 0 AND ? "
+                query += "GROUP BY topic_id"
+                self._invalid_times = self._database.execute(query, (TIMES_NS - 1,)).fetchall()
+                query = "SELECT MIN(timestamp), MAX(timestamp) FROM messages WHERE timestamp BETWEEN 0 AND ?"
+                first, last = self._database.execute(query, (TIMES_NS - 1,)).fetchone()
                 self.range_ns = None if first is None else (int(first), int(last))
         except (BagError, TypeError, ValueError) as error:
             self.close()
@@ -121,13 +125,16 @@ class SqliteReader:
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
         query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp BETWEEN ? AND ? "
         query += "ORDER BY timestamp, id"
-        largest = (1 << 63) - 1
+        largest = TIMES_NS - 1
         with _translated(self._name):
             rows = self._database.execute(query, (min(first_ns, largest), min(last_ns, largest)))
             for topic, time_ns, data in rows:
                 if topic in topics:
                     # an empty message is damaged, so only this row is left out
                     yield topic, int(time_ns), data if isinstance(data, bytes) else b""
+        for topic, time_ns in self._invalid_times:
+            if topic in topics:
+                yield topic, time_ns if isinstance(time_ns, int) else -1, b""
 
     def close(self) -> None:
         self._database.close()

@@ -49,7 +49,7 @@ class StorageReader(Protocol):
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
         """Yield the topic ID, time in ns and CDR data of the messages in a time range, in time order.
 
-        The range includes `first_ns` and `last_ns`.
+        The range includes `first_ns` and `last_ns`. Messages with invalid times follow, some of each topic.
         """
 
     def close(self) -> None: ...
