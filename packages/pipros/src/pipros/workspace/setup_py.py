@@ -51,7 +51,11 @@ except ImportError:
     sys.modules["distutils"].core = sys.modules["distutils.core"]
 sys.argv = ["setup.py", "--version"]
 sys.path.insert(0, ".")
-runpy.run_path("setup.py", run_name="__main__")
+try:
+    runpy.run_path("setup.py", run_name="__main__")
+except SystemExit as end:
+    if end.code:
+        raise
 def plain(value):
     return os.fspath(value) if isinstance(value, os.PathLike) else list(value)
 names = ("packages", "package_dir", "scripts", "py_modules", "data_files", "entry_points")
@@ -127,7 +131,8 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
         raise SetupPyError(f"{folder}/setup.py did not finish within {limit_s:.0f} s") from None
     if ended.returncode != 0 or "\0" not in ended.stdout:
         last_lines = ended.stderr.strip().splitlines()[-3:]
-        raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_lines))
+        reason = "\n  ".join(last_lines) or f"it ended with exit status {ended.returncode}"
+        raise SetupPyError(f"{folder}/setup.py failed:\n  {reason}")
     recorded = json.loads(ended.stdout.rpartition("\0")[2])
     _check_elsewhere(folder, recorded)
     for name in (*(recorded.get("packages") or ()), *(recorded.get("py_modules") or ())):

@@ -95,7 +95,7 @@ def test_a_setup_reads_the_variables_of_noetic_in_a_bare_shell(
     [
         ("raise RuntimeError('no way')", "no way"),
         ("def", "SyntaxError"),
-        ("import sys\nsys.exit(3)", "failed"),
+        ("import sys\nsys.exit(3)", "it ended with exit status 3"),
     ],
 )
 def test_a_setup_that_fails_is_quoted(tmp_path: Path, text: str, reason: str) -> None:

@@ -76,7 +76,8 @@ def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str
         raise ValueError(f"the template {template} did not finish within {_TIME_LIMIT_S:.0f} s") from None
     if ended.returncode != 0:
         last_lines = ended.stderr.decode("utf-8", "replace").strip().splitlines()[-3:]
-        raise ValueError(f"the template {template} failed:\n  " + "\n  ".join(last_lines))
+        reason = "\n  ".join(last_lines) or f"it ended with exit status {ended.returncode}"
+        raise ValueError(f"the template {template} failed:\n  {reason}")
     return ended.stdout.decode("utf-8", "replace")
 
 
