@@ -102,7 +102,7 @@ FACADES_BELOW: dict[str, set[str]] = {
 
 # The first executes code generated from message definitions; every name in it has passed the grammar.
 # The second executes what a user types after `python3 -c` in a browser tab, as Python's own command does.
-MAY_EXECUTE = ("pipros/msg/compile/run.py", "pipros/tab/program.py")
+MAY_EXECUTE = ("pipros/msg/compile/run.py", "pipros/tab/command_run.py")
 
 # Imports between files of one package that are part of a cycle: (importing module, imported module).
 KNOWN_CIRCLES: list[tuple[str, str]] = []
