@@ -189,6 +189,30 @@ def test_a_definition_that_cannot_be_used_affects_only_its_connection(bad: int) 
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
+def test_a_time_that_ros_cannot_represent_affects_only_its_message(bad: int) -> None:
+    with open("run.mcap", "wb") as file:
+        writer = LibraryWriter(file, use_chunking=False)
+        writer.start(profile="ros1", library="x")
+        schema = writer.register_schema("std_msgs/Int32", "ros1msg", b"int32 data")
+        channel = writer.register_channel("/one", "ros1", schema)
+        for number in POSITIONS:
+            time = 2**63 if number == bad else number + 1
+            writer.add_message(channel, time, struct.pack("<i", number), time)
+        writer.finish()
+    reported: list[tuple[str, str]] = []
+
+    with open_bag("run.mcap") as reader:
+        with pytest.raises(
+            BagError, match=r"/one: timestamps must be from 0 to 2\^32 s, got 9223372036854775808"
+        ):
+            list(reader.messages())
+        reader.on_bad_message = lambda *words: reported.append(words)
+        assert [each.message.data for each in reader.messages()] == [n for n in POSITIONS if n != bad]
+
+    assert reported == [("/one", "timestamps must be from 0 to 2^32 s, got 9223372036854775808 ns")]
+
+
+@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_message_that_a_rule_cannot_migrate_affects_only_itself(
     bad: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
