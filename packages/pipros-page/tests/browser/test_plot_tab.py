@@ -41,9 +41,7 @@ ONE_SAMPLE = """
 import rospy
 from std_msgs.msg import Float64
 rospy.init_node("once")
-publisher = rospy.Publisher("/once", Float64, queue_size=10)
-while not publisher.get_num_connections():
-    rospy.sleep(0.05)
+publisher = rospy.Publisher("/once", Float64, queue_size=10, latch=True)
 publisher.publish(2.0)
 rospy.spin()
 """
