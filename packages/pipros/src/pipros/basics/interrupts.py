@@ -62,6 +62,15 @@ def accept_ctrl_c() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def is_interrupt(error: BaseException) -> bool:
+    """Return whether Ctrl-C caused an error.
+
+    Before 3.12, Python wraps the KeyboardInterrupt that ends a `__set_name__`, as of each field of a dataclass,
+    in a RuntimeError.
+    """
+    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)
+
+
 def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], Callable[_Arguments, int]]:
     """Decorate a node program's `main`, so that it ends without a traceback when Ctrl-C interrupts it.
 
@@ -76,7 +85,9 @@ def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], C
         def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
             try:
                 return main(*args, **kwargs)
-            except KeyboardInterrupt:
+            except (KeyboardInterrupt, RuntimeError) as error:
+                if not is_interrupt(error):
+                    raise
                 return code
 
         return guarded

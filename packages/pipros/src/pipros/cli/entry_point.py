@@ -54,7 +54,9 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         try:  # outermost, because Ctrl-C may arrive while the streams are being set up
             return with_streams(*args, **kwargs)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, RuntimeError) as error:
+            if not interrupts.is_interrupt(error):
+                raise
             return INTERRUPTED
 
     def with_streams(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:

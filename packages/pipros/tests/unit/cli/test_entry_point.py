@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 
 import pytest
 
+from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.cli.entry_point import command
 
 PRINTING = """
@@ -52,6 +54,25 @@ def test_ctrl_c_before_the_command_has_begun_prints_no_traceback(monkeypatch: py
     monkeypatch.setattr("pipros.basics.interrupts.install", interrupted)
 
     assert command(lambda: 0)() == 130
+
+
+@pytest.mark.parametrize(("guarded", "code"), [(command, 130), (exits_after_ctrl_c(), 0)])
+def test_ctrl_c_while_a_class_is_made_prints_no_traceback(
+    guarded: Callable[[Callable[[], int]], Callable[[], int]], code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Field:
+        def __set_name__(self, owner: type, name: str) -> None:
+            raise KeyboardInterrupt
+
+    @guarded
+    def main() -> int:
+        class _Message:
+            below = Field()
+
+        return 0
+
+    assert main() == code
+    assert capsys.readouterr() == ("", "")
 
 
 LACKING = """
