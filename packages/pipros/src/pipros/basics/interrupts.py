@@ -65,8 +65,8 @@ def accept_ctrl_c() -> None:
 def is_interrupt(error: BaseException) -> bool:
     """Return whether Ctrl-C caused an error.
 
-    Before 3.12, Python wraps the KeyboardInterrupt that ends a `__set_name__`, as of each field of a dataclass,
-    in a RuntimeError.
+    Before 3.12, Python wraps the KeyboardInterrupt that ends a `__set_name__`, as of each field of a
+    dataclass, in a RuntimeError.
     """
     return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)
 
