@@ -30,7 +30,7 @@ class BagFolder:
         self.path: Final = Path(path).resolve()
 
     def names(self) -> list[tuple[str, int]]:
-        """Return the names and sizes in bytes of at most `MAX_FILES` bags, newest first.
+        """Return the names and sizes in bytes of the newest `MAX_FILES` bags, newest first.
 
         Names are relative to the folder.
         """
@@ -38,7 +38,7 @@ class BagFolder:
         left = MAX_EXAMINED
         for folder, _, files in os.walk(self.path):  # os.walk does not follow links to folders
             left -= len(files) + 1
-            if left < 0 or len(found) >= MAX_FILES:
+            if left < 0:
                 break
             for name in files:
                 path = Path(folder, name)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
+from pipros.web.bags import folder
 from pipros.web.bags.folder import BadBagName, BagFolder
 
 
@@ -20,6 +22,20 @@ def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> 
     (inside / "loop.bag").symlink_to("loop.bag")
     found = dict(BagFolder(inside).names())
     assert found == {"day/run.bag": 5, "open.bag.active": 5, "same.bag": 5}
+
+
+def test_the_newest_bags_are_listed_whichever_folder_is_read_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(folder, "MAX_FILES", 1)
+    for number in range(4):
+        day = tmp_path / f"day{number}"
+        day.mkdir()
+        (day / "run.bag").write_bytes(b"1")
+        os.utime(day / "run.bag", (0, 0))
+    last_read = os.listdir(tmp_path)[-1]
+    os.utime(tmp_path / last_read / "run.bag")
+    assert [name for name, _ in BagFolder(tmp_path).names()] == [f"{last_read}/run.bag"]
 
 
 @pytest.mark.parametrize(
