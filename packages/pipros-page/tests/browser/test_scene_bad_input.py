@@ -70,6 +70,8 @@ MESHES = {
     "many.stl": "an STL file of 84 bytes cannot have 4294967295 triangles",
     "cut.stl": "",
     "bomb.dae": "it is not a COLLADA file",
+    "tree.dae": "its nodes repeat others more than 100000 times, or themselves",
+    "ring.dae": "its nodes repeat others more than 100000 times, or themselves",
     "text.dae": "it is not a COLLADA file",
     "holes.obj": "it contains invalid floating point values (nans or infs)",
 }

@@ -39,6 +39,14 @@ MESHES = {
     + b'"><!ENTITY d "'
     + b"&c;" * 1000
     + b'">]><COLLADA><x>&d;</x></COLLADA>',
+    "tree.dae": b"<COLLADA><library_nodes>"
+    + b"".join(
+        b'<node id="n%d"><instance_node url="#n%d"/><instance_node url="#n%d"/></node>' % (at, at + 1, at + 1)
+        for at in range(40)
+    )
+    + b'<node id="n40"/></library_nodes></COLLADA>',
+    "ring.dae": b'<COLLADA><library_nodes><node id="a"><instance_node url="#a"/></node></library_nodes>'
+    b"</COLLADA>",
     "text.dae": b"no XML",
     "holes.obj": b"v nan inf 1e999\nf 1 2 4294967295\nf -9 -8 -7\n",
 }

@@ -8,6 +8,7 @@ import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
 import { STLLoader } from "three/addons/loaders/STLLoader.js";
 
 const MAX_BYTES = 400e6; // total size of the cached meshes
+const MAX_NODES = 100_000; // of a COLLADA file, with those that other nodes repeat
 const TEXT = new TextDecoder();
 
 export class Meshes {
@@ -63,6 +64,7 @@ export class Meshes {
     const blobs = await this.blobs(uri, names.filter((name) => /\.(png|jpe?g|bmp)$/i.test(name)));
     const manager = new THREE.LoadingManager();
     manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
+    if (nodeCount(text) > MAX_NODES) throw new Error(`its nodes repeat others more than ${MAX_NODES} times, or themselves`);
     const parsed = new ColladaLoader(manager).parse(text, "");
     if (!parsed) throw new Error("it is not a COLLADA file");
     const { scene } = parsed;
@@ -146,6 +148,24 @@ export function resourceOf(uri) {
       reject(new Error(text));
     });
   });
+}
+
+// Returns how many nodes the loader makes of a COLLADA file, in which each `instance_node` repeats a whole node.
+function nodeCount(text) {
+  if (!text.includes("instance_node")) return 0;
+  const nodes = [...new DOMParser().parseFromString(text, "application/xml").getElementsByTagName("node")];
+  const byId = new Map(nodes.map((node) => [node.id, node]));
+  const counts = new Map();
+  const count = (node) => {
+    if (!counts.has(node)) {
+      counts.set(node, Infinity); // if it repeats itself
+      const repeated = (each) => (each.localName === "node" ? each : byId.get(each.getAttribute("url")?.slice(1)));
+      const inside = [...node.children].filter((each) => ["node", "instance_node"].includes(each.localName)).map(repeated);
+      counts.set(node, inside.reduce((sum, each) => sum + (each ? count(each) : 0), 1));
+    }
+    return counts.get(node);
+  };
+  return nodes.reduce((sum, node) => sum + count(node), 0);
 }
 
 const beside = (uri, name) => `${uri.slice(0, uri.lastIndexOf("/") + 1)}${name.replaceAll("\\", "/").replace(/^\.\//, "")}`;
