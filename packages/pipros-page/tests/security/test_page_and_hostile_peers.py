@@ -21,9 +21,10 @@ from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 
-def test_browsers_watch_a_bounded_number_of_topics(ros: RosSystem) -> None:
+def test_browsers_watch_a_bounded_number_of_topics_and_leave_some_to_others(ros: RosSystem) -> None:
     ros.serve_master()
-    with Page(ros, PIPROS_LIMITS="page_topics=5").connect() as browser:
+    page = Page(ros, PIPROS_LIMITS="page_topics=10")
+    with page.connect() as browser, page.connect() as other:
         for number in range(8):
             arguments = {"name": f"/nothing_{number}"}
             browser.socket.send(json.dumps({"id": number, "view": "topic", "args": arguments}))
@@ -36,6 +37,7 @@ def test_browsers_watch_a_bounded_number_of_topics(ros: RosSystem) -> None:
         subscribed = [f"/nothing_{number}" for number in range(8) if number not in refused]
         wait_until(lambda: all(ros.subscribers(topic) for topic in subscribed))
         assert not any(ros.subscribers(f"/nothing_{number}") for number in refused)
+        assert next(other.watch("topic", name="/of_another_browser"))["name"] == "/of_another_browser"
         stopped = next(number for number in range(8) if number not in refused)
         browser.socket.send(json.dumps({"id": stopped, "stop": True}))
         wait_until(lambda: not ros.subscribers(f"/nothing_{stopped}"))

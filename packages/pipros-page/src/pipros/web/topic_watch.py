@@ -14,6 +14,7 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.graph.raw_decoder import RawDecoder, decode_as
 from pipros.graph.samples import BandwidthWindow, RateWindow
 from pipros.node.any_msg import AnyMsg
+from pipros.server.browser_share import browser_or_none
 from pipros.web.limits import PageLimits
 from pipros.web.stale import is_stale
 
@@ -54,7 +55,11 @@ class Newest:
 
 
 class TopicWatch:
-    """Statistics and newest message of one topic. Messages are added by the threads that receive them."""
+    """Statistics and newest message of one topic. Messages are added by the threads that receive them.
+
+    Attributes:
+        browser: the browser that began to watch the topic, whose share it counts against.
+    """
 
     def __init__(
         self,
@@ -70,6 +75,7 @@ class TopicWatch:
         self._max_bytes = (limits or process_limits()).of(PageLimits).page_message_bytes
         self.queue_size = queue_size
         self.users = 0
+        self.browser = browser_or_none()
         self.newest: Newest | None = None
         self._decoder = decoder
         self._clock = clock

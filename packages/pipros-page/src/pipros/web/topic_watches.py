@@ -15,6 +15,7 @@ from pipros.graph.raw_decoder import RawDecoder
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
+from pipros.server.browser_share import has_share
 from pipros.web.limits import PageLimits
 
 if TYPE_CHECKING:
@@ -53,14 +54,15 @@ class TopicWatches:
             queue_size: maximum number of queued messages, which only the first context of a topic determines.
 
         Raises:
-            LimitExceeded: `PageLimits.page_topics` topics are already watched.
+            LimitExceeded: this browser watches its share of `PageLimits.page_topics`; see `has_share`.
         """
         with self._lock:
             watch = self._watches.get(topic)
             if watch is None:
                 limit = self._limits.of(PageLimits).page_topics
-                if len(self._watches) >= limit:
-                    raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', limit)}")
+                if not has_share([each.browser for each in self._watches.values()], limit):
+                    what = "this browser watches half of the topics that others leave"
+                    raise LimitExceeded(f"{what}; {limit_text('page_topics', limit)}")
                 watch = self._watches[topic] = self._new_watch(topic, queue_size)
             watch.users += 1
         self.update()

@@ -1,7 +1,8 @@
-"""The browser that the current context (`contextvars`) serves, and its slots for service calls."""
+"""The browser that the current context (`contextvars`) serves, and its share of what all browsers may use."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from contextvars import ContextVar
 
 from pipros.node.service_connection import Slots
@@ -33,3 +34,21 @@ def set_current_browser() -> None:
 def current_browser() -> Browser:
     """Return the browser that the current context serves."""
     return _BROWSER.get()
+
+
+def browser_or_none() -> Browser | None:
+    """Return the browser that the current context serves, or None if it serves none."""
+    return _BROWSER.get(None)
+
+
+def has_share(holders: Collection[Browser | None], limit: int) -> bool:
+    """Return whether the current browser may hold one more of `limit` things: half of what others leave.
+
+    Any number of greedy browsers thus leave something for the next one.
+
+    Args:
+        holders: the browser of each thing that is held now.
+    """
+    browser = browser_or_none()
+    own = sum(each is browser for each in holders)
+    return 2 * own < limit - (len(holders) - own)

@@ -7,11 +7,14 @@ shutdown of the event loop would wait for each of them.
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import ParamSpec, TypeVar
 
+from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
+from pipros.server.browser_share import Browser, browser_or_none
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -23,9 +26,11 @@ class DaemonPool:
     def __init__(self, name: str, limit: int) -> None:
         """Create a pool that runs up to `limit` functions at a time.
 
-        Excess functions are queued in order.
+        Excess functions are queued: those of each browser in order, and the browsers in turn.
         """
         self._workers = Workers(name, limit)
+        self._turns = Turns[Browser | None, Callable[[], bool]]()
+        self._lock = threading.Lock()
 
     async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run a function in a thread, and return its result or raise its exception.
@@ -43,15 +48,32 @@ class DaemonPool:
         """
         future: Future[T] = Future()
 
-        def work() -> None:
+        def work() -> bool:
             if not future.set_running_or_notify_cancel():
-                return
+                return False
             try:
                 result = function(*args, **kwargs)
             except BaseException as error:
                 future.set_exception(error)
             else:
                 future.set_result(result)
+            return True
 
-        self._workers.run(work)
+        with self._lock:
+            self._turns.put(browser_or_none(), work)
+        try:
+            self._workers.run(self._take_turn)
+        except BaseException:
+            future.cancel()
+            raise
         return future
+
+    def _take_turn(self) -> None:
+        """Run the next function that is not cancelled."""
+        while True:
+            with self._lock:
+                if not self._turns:
+                    return
+                _, work = self._turns.pop()
+            if work():
+                return

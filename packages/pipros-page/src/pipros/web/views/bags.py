@@ -24,6 +24,7 @@ from pipros.basics.limits import limit_text, process_limits
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.server.browser_share import Browser, browser_or_none, has_share
 from pipros.server.view_server import RequestRefused
 from pipros.web.bags.curve import BagSamples, Take
 from pipros.web.bags.export import FORMATS, export
@@ -97,7 +98,7 @@ class BagViews:
         self._folder = folder
         self._open_bags = open_bags
         self._opening = self._rewinds = self._recorders = 0
-        self._exports = 0
+        self._exporting: list[Browser | None] = []
 
     async def bags(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Periodically yield the list of bags in the folder, with their sizes."""
@@ -319,7 +320,7 @@ class BagViews:
     async def bag_export(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield part of a bag as the chunks of a file, then `{"done": true}`.
 
-        The file is temporary; at most `page_exports` exist at a time.
+        The file is temporary; at most `page_exports` exist at a time; see also `has_share`.
         """
         read, form, topics = self._source(arguments), arguments.get("format"), arguments.get("topics")
         if form not in FORMATS or not isinstance(topics, list) or not topics:
@@ -328,10 +329,10 @@ class BagViews:
         wanted = {topic_name({"name": each}) for each in topics}
         work = self._system.computations.run
         limit = process_limits().of(PageLimits).page_exports
-        if self._exports >= limit:
+        if not has_share(self._exporting, limit):
             what = "too many exports are running; try again when one has ended"
             raise RequestRefused(f"{what}; {limit_text('page_exports', limit)}")
-        self._exports += 1
+        self._exporting.append(browser := browser_or_none())
         try:
             with tempfile.TemporaryFile() as file:
                 await work(_export, read, wanted, (range_ns[0], range_ns[1]), form, file)
@@ -341,7 +342,7 @@ class BagViews:
         except OSError as error:  # refuse, because a view is retried after other errors
             raise RequestRefused(f"cannot export: {error}") from None
         finally:
-            self._exports -= 1
+            self._exporting.remove(browser)
         yield {"done": True}
 
     def _playback(self) -> BagPlayback:

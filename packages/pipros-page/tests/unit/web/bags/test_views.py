@@ -55,12 +55,13 @@ class Browser:
         async def run() -> None:
             set_current_browser()
             with self._showing:
-                self._showing.enter_context(
-                    self.open_bags.showing(BagPlayback(self.system, BagReader(self._path)))
-                )
+                self._showing.enter_context(self.open_bags.showing(self.playback()))
                 await task()
 
         asyncio.run(run())
+
+    def playback(self) -> BagPlayback:
+        return BagPlayback(self.system, BagReader(self._path))
 
     def close_bag(self) -> None:
         self._showing.close()
@@ -79,16 +80,19 @@ async def whole(view: AsyncIterator[Any]) -> list[Any]:
 def test_a_further_export_waits_until_one_has_ended(browser: Browser) -> None:
     async def check() -> None:
         async with contextlib.AsyncExitStack() as stack:
-            running = [
-                browser.views.bag_export(EXPORT) for _ in range(process_limits().of(PageLimits).page_exports)
-            ]
-            for each in running:
-                await stack.enter_async_context(contextlib.aclosing(each))  # type: ignore[type-var]
-                assert isinstance(await anext(each), bytes)
+            running = browser.views.bag_export(EXPORT)
+            await stack.enter_async_context(contextlib.aclosing(running))  # type: ignore[type-var]
+            assert isinstance(await anext(running), bytes)
             with pytest.raises(RequestRefused, match=r"try again when one has ended; the limit is 2"):
                 await whole(browser.views.bag_export(EXPORT))
-            await whole(running[0])
+            assert await asyncio.create_task(of_another_browser()) == {"done": True}
+            await whole(running)
             assert (await whole(browser.views.bag_export(EXPORT)))[-1] == {"done": True}
+
+    async def of_another_browser() -> object:
+        set_current_browser()
+        with browser.open_bags.showing(browser.playback()):
+            return (await whole(browser.views.bag_export(EXPORT)))[-1]
 
     browser.run(check)
 

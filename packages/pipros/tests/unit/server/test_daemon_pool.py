@@ -1,0 +1,43 @@
+"""Functions of several browsers run in turn, in a few threads."""
+
+from __future__ import annotations
+
+import contextvars
+import threading
+from concurrent.futures import Future
+
+from pipros.server.browser_share import browser_or_none, has_share, set_current_browser
+from pipros.server.daemon_pool import DaemonPool
+
+
+def test_a_browser_with_many_functions_does_not_delay_another_one() -> None:
+    pool, is_free, order = DaemonPool("test", 1), threading.Event(), list[str]()
+    first, second = contextvars.copy_context(), contextvars.copy_context()
+    first.run(set_current_browser)
+    second.run(set_current_browser)
+
+    def start(context: contextvars.Context, name: str) -> Future[None]:
+        return context.run(pool.start, order.append, name)
+
+    blocking = first.run(pool.start, is_free.wait, 60.0)
+    many = [start(first, f"first {number}") for number in range(5)]
+    many[0].cancel()
+    one = start(second, "second")
+    is_free.set()
+
+    for each in (blocking, one, *many[1:]):
+        each.result(60.0)
+    assert order == ["second", "first 1", "first 2", "first 3", "first 4"]
+
+
+def test_greedy_browsers_leave_a_share_for_the_next() -> None:
+    contexts = [contextvars.copy_context() for _ in range(6)]
+    holders = []
+    counts = []
+    for context in contexts:
+        context.run(set_current_browser)
+        browser = context.run(browser_or_none)
+        while context.run(has_share, holders, 100):
+            holders.append(browser)
+        counts.append(holders.count(browser))
+    assert counts == [50, 25, 13, 6, 3, 2]
