@@ -192,7 +192,7 @@ def main():
             if found is None:
                 failed.append(name)
             elif name in OWN_TABLES:
-                tables[f"script/bench {name} {words}"] = found
+                tables[f"script/bench {name} {words}".strip()] = found
             else:
                 rows += found
     words = " --quick" if options.quick else f" --rounds {options.rounds} --seconds {options.seconds:g}"
