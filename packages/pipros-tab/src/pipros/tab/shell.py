@@ -88,6 +88,9 @@ def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
         place = f"{shown}: {error.filename}" if error.filename else "bash"
         print(f"{place}: {error.strerror or error}", file=sys.stderr)
         return 1
+    except ValueError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 1
 
 
 def _redirection(words: Sequence[str]) -> tuple[Sequence[str], str | None]:
@@ -142,7 +145,7 @@ def _pwd(_: Sequence[str]) -> int:
 
 def _cat(arguments: Sequence[str]) -> int:
     for path in arguments:
-        sys.stdout.write(Path(path).read_text(encoding="utf-8"))
+        sys.stdout.write(Path(path).read_text(encoding="utf-8", errors="replace"))
     return 0
 
 
@@ -194,8 +197,20 @@ def _export(arguments: Sequence[str]) -> int:
     return 0
 
 
+def _sources_and_target(arguments: Sequence[str]) -> tuple[Sequence[str], str]:
+    """Split the arguments of a command, without its options.
+
+    Raises:
+        ValueError: there are fewer than two.
+    """
+    paths = [each for each in arguments if not each.startswith("-")]
+    if len(paths) < 2:
+        raise ValueError("missing file operand")
+    return paths[:-1], paths[-1]
+
+
 def _cp(arguments: Sequence[str]) -> int:
-    *sources, target = [each for each in arguments if not each.startswith("-")]
+    sources, target = _sources_and_target(arguments)
     for path in sources:
         to = os.path.join(target, os.path.basename(path.rstrip("/"))) if os.path.isdir(target) else target
         if os.path.isdir(path) and set(arguments) & {"-r", "-R", "-a"}:
@@ -206,7 +221,7 @@ def _cp(arguments: Sequence[str]) -> int:
 
 
 def _mv(arguments: Sequence[str]) -> int:
-    *sources, target = arguments
+    sources, target = _sources_and_target(arguments)
     for path in sources:
         shutil.move(path, target)
     return 0

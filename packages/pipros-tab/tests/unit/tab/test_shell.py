@@ -83,6 +83,20 @@ def test_errors_read_as_in_bash(capsys: pytest.CaptureFixture[str]) -> None:
     ]
 
 
+def test_wrong_arguments_and_binary_files_do_not_close_the_terminal(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "a.bag").write_bytes(b"\xff\n")
+    assert typed("cp", "cp a.bag", "mv -f a.bag", "echo a\\", "cat a.bag") == [1, 1, 1, 1, 0]
+    shown = capsys.readouterr()
+    assert shown.err.splitlines() == [
+        *("cp: missing file operand",) * 2,
+        "mv: missing file operand",
+        "echo: No escaped character",
+    ]
+    assert shown.out == "\N{REPLACEMENT CHARACTER}\n"
+
+
 def test_programs_run_in_the_background_and_write_to_files(home: Path) -> None:
     started = []
 
