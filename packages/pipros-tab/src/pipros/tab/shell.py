@@ -260,15 +260,28 @@ def _rosls(arguments: Sequence[str]) -> int:
     return _ls([*arguments[1:], place]) if place else 1
 
 
+def file_in_package(arguments: Sequence[str], command: str) -> str:
+    """Return the path of a file by package and name, or, after a message, an empty text if there is none."""
+    if len(arguments) < 2:
+        raise ValueError("package and file name are needed")
+    place = _place(arguments[0], command)
+    for path in sorted(Path(place).rglob(arguments[1])) if place else ():
+        return str(path)
+    print("That file does not exist in that package.", file=sys.stderr)
+    return ""
+
+
 def _roscp(arguments: Sequence[str]) -> int:
     if len(arguments) != 3:
         print("usage: roscp package filename target", file=sys.stderr)
         return 1
-    place = _place(arguments[0], "roscp")
-    for path in sorted(Path(place).rglob(arguments[1])) if place else ():
-        return _cp([str(path), arguments[2]])
-    print("That file does not exist in that package.", file=sys.stderr)
-    return 1
+    path = file_in_package(arguments, "roscp")
+    return _cp([path, arguments[2]]) if path else 1
+
+
+def _roscat(arguments: Sequence[str]) -> int:
+    path = file_in_package(arguments, "roscat")
+    return _cat([path]) if path else 1
 
 
 def _source(arguments: Sequence[str], run: Run) -> int:
@@ -302,6 +315,7 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "mv": _mv,
     "pwd": _pwd,
     "rm": _rm,
+    "roscat": _roscat,
     "roscd": _roscd,
     "roscp": _roscp,
     "rosls": _rosls,

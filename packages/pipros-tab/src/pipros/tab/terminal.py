@@ -38,7 +38,9 @@ class Terminal:
         self._is_over = False
         for name in _EDITORS:
             shell.BUILT_IN[name] = _edit
-        shell.BUILT_IN.update(exit=self._exit, jobs=self._list_jobs, kill=self._kill)
+        shell.BUILT_IN.update(
+            exit=self._exit, jobs=self._list_jobs, kill=self._kill, rosed=edit_in_package
+        )
 
     def run(self) -> int:
         """Run lines until `exit`."""
@@ -178,6 +180,12 @@ def _edit(words: Sequence[str]) -> int:
         return 1
     _mark("E", os.path.abspath(words[0]))
     return 0
+
+
+def edit_in_package(words: Sequence[str]) -> int:
+    """Open a file in the editor by package and name, as `rosed` does."""
+    path = shell.file_in_package(words, "rosed")
+    return _edit([path]) if path else 1
 
 
 def _mark(letter: str, text: str) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.tab.terminal import completions
+from pipros.tab.terminal import completions, edit_in_package
 from tests.support.environments import REPOSITORY
 
 
@@ -29,6 +29,14 @@ def test_commands_files_and_programs_of_packages_are_completed(home: Path) -> No
     assert completions("cat .h") == [".hidden"]
     assert completions("rosrun rospy_tutorials talker_h") == ["talker_header.py"]
     assert completions("cat nowhere/t") == []
+
+
+def test_rosed_opens_a_file_of_a_package(capsys: pytest.CaptureFixture[str]) -> None:
+    assert edit_in_package(["rospy_tutorials", "AddTwoInts.srv"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith("\033]133;E;/")
+    assert shown.endswith("/rospy_tutorials/srv/AddTwoInts.srv\007")
+    assert edit_in_package(["rospy_tutorials", "nothing"]) == 1
 
 
 def test_the_case_study_of_the_docs_is_typed_in_pyodide() -> None:
