@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 ON_WINDOWS = os.name == "nt"
 
+SETUP_FILE = r"devel\setup.bat" if ON_WINDOWS else "devel/setup.bash"
+"""The setup file of a built workspace, as advice names it."""
+
 CONSOLE_ENCODING = "oem" if hasattr(codecs, "oem_encode") else "utf-8"
 """The encoding of batch files, and of what `for /f` reads from a program."""
 

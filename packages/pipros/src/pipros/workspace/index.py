@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
-from pipros.basics.windows import ON_WINDOWS
+from pipros.basics.windows import ON_WINDOWS, SETUP_FILE
 from pipros.packages import SHARE
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
 from pipros.packages.installed_packages import is_installed_share, share_folders
@@ -120,7 +120,7 @@ class PackageIndex:
             searched = os.pathsep.join(str(folder) for folder in self.folders)
             raise NotFound(
                 f"package [{name}] not found in [{searched}]; "
-                f"is the workspace's devel/setup.bash sourced, or its folder on ROS_PACKAGE_PATH?"
+                f"is the workspace's {SETUP_FILE} sourced, or its folder on ROS_PACKAGE_PATH?"
             )
         return package
 

@@ -9,6 +9,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
 from pipros.basics.windows import ON_WINDOWS
+from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.packages import ImportablePackages
 from pipros.packages import crawl as crawling
 from pipros.packages.installed_packages import share_folders
@@ -129,6 +130,11 @@ def test_windows_has_no_folder_of_debian(tmp_path: Path, monkeypatch: pytest.Mon
         r"ROS_PACKAGE_PATH lists no workspace: run devel\setup.bat of the workspace, "
         "or set ROS_PACKAGE_PATH to the folder of its packages"
     )
+    for module in ("workspace.index", "msg.language.definition_files"):
+        monkeypatch.setattr(f"pipros.{module}.SETUP_FILE", r"devel\setup.bat")
+    for find in (index.find, DefinitionFiles(ImportablePackages().find).folder):
+        with pytest.raises(NotFound, match=r"is .*devel\\setup\.bat.* sourced"):
+            find("nope")
     place = add_package(tmp_path / "found_there")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     assert ImportablePackages().find("found_there") == str(place)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 
 from pipros.basics.errors import NotFound
-from pipros.basics.windows import is_as_written
+from pipros.basics.windows import SETUP_FILE, is_as_written
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _advice(package: str) -> str:
 def _where_packages_are() -> str:
     path = os.environ.get("ROS_PACKAGE_PATH")
     searched = f"ROS_PACKAGE_PATH is {path}" if path else "ROS_PACKAGE_PATH is not set"
-    return f"{searched}; is the setup.bash of its workspace sourced?"
+    return f"{searched}; is {SETUP_FILE} of its workspace sourced?"
 
 
 def _stems(folder: str, extension: str) -> list[str]:
