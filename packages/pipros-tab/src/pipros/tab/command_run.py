@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import re
 import runpy
 import signal
@@ -54,7 +55,9 @@ def _run_command(words: Sequence[str]) -> None:
         _refuse("python3: a browser tab has no interactive Python; write a file, and run it", CANNOT_RUN)
     sys.argv = list(named)
     name = sys.argv[0]
-    if has_interpreter and name == "-m" and len(named) > 1:
+    if has_interpreter and name in ("-V", "--version"):
+        print(f"Python {platform.python_version()}")
+    elif has_interpreter and name == "-m" and len(named) > 1:
         sys.path.insert(0, os.getcwd())
         sys.argv = sys.argv[1:]
         runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
