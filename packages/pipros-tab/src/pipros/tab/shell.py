@@ -162,10 +162,11 @@ def _mkdir(arguments: Sequence[str]) -> int:
 
 
 def _rm(arguments: Sequence[str]) -> int:
+    options = "".join(each for each in arguments if each.startswith("-"))
     for path in arguments:
-        if path.startswith("-"):
+        if path.startswith("-") or ("f" in options and not os.path.lexists(path)):
             continue
-        if "r" in arguments[0] and arguments[0].startswith("-") and os.path.isdir(path):
+        if "r" in options and os.path.isdir(path):
             shutil.rmtree(path)
         else:
             os.unlink(path)

@@ -38,7 +38,7 @@ def test_folders_and_files_are_made_listed_and_shown(home: Path, capsys: pytest.
 def test_output_is_appended_and_files_are_removed(home: Path) -> None:
     assert typed("echo one > a", "echo two >> a") == [0, 0]
     assert (home / "a").read_text() == "one\ntwo\n"
-    assert typed("mkdir b", "rm a", "rm -r b") == [0, 0, 0]
+    assert typed("mkdir b build", "rm a", "rm -r b", "rm -rf devel build", "rm devel") == [0, 0, 0, 0, 1]
     assert list(home.iterdir()) == []
 
 
