@@ -16,8 +16,12 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
+from math import inf
 from pathlib import Path
 
+import yaml
+
+from pipros.cli.complete.running import MANY_LINES
 from pipros.tab import shell
 from pipros.tab.files import SharedFiles
 from pipros.tab.network import Network
@@ -38,9 +42,7 @@ class Terminal:
         self._is_over = False
         for name in _EDITORS:
             shell.BUILT_IN[name] = _edit
-        shell.BUILT_IN.update(
-            exit=self._exit, jobs=self._list_jobs, kill=self._kill, rosed=edit_in_package
-        )
+        shell.BUILT_IN.update(exit=self._exit, jobs=self._list_jobs, kill=self._kill, rosed=edit_in_package)
 
     def run(self) -> int:
         """Run lines until `exit`."""
@@ -139,7 +141,15 @@ def completions(text: str) -> list[str]:
         with contextlib.redirect_stdout(printed):
             command.load()([str(len(words) - 1), *words])
         found = printed.getvalue().splitlines()
+        if printed.getvalue().startswith(MANY_LINES):
+            found = [_on_one_line(printed.getvalue())]
     return sorted(set(found)) or _paths(started)
+
+
+def _on_one_line(template: str) -> str:
+    """Return a quoted message template of several lines on one line, because an entry has only one."""
+    fields = yaml.safe_load(template.strip(f'{MANY_LINES}"\n'))
+    return f'"{yaml.safe_dump(fields, default_flow_style=True, sort_keys=False, width=inf).strip()}"'
 
 
 def _paths(started: str) -> list[str]:

@@ -29,6 +29,10 @@ def test_commands_files_and_programs_of_packages_are_completed(home: Path) -> No
     assert completions("cat .h") == [".hidden"]
     assert completions("rosrun rospy_tutorials talker_h") == ["talker_header.py"]
     assert completions("cat nowhere/t") == []
+    assert completions("rostopic pub /chatter std_msgs/String ") == ["\"{data: ''}\""]
+    zero = "{x: 0.0, y: 0.0, z: 0.0}"
+    twist = completions("rostopic pub -1 /turtle1/cmd_vel geometry_msgs/Twist ")
+    assert twist == [f'"{{linear: {zero}, angular: {zero}}}"']
 
 
 def test_rosed_opens_a_file_of_a_package(capsys: pytest.CaptureFixture[str]) -> None:
