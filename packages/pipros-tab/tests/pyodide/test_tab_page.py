@@ -80,6 +80,11 @@ REFUSE = """const { put } = IDBObjectStore.prototype;
 IDBObjectStore.prototype.put = function (...given) { put.apply(this, given); return this.add(...given); }
 0"""
 """Makes each write of the database fail, as a full one does."""
+PASTE = """(input, text) => {
+  const clipboardData = new DataTransfer();
+  clipboardData.setData("text", text);
+  input.dispatchEvent(new ClipboardEvent("paste", { clipboardData, cancelable: true }));
+}"""
 COLOURS = "(spans) => spans.map((span) => getComputedStyle(span).color)"
 PRINTER = "import itertools\nfor number in itertools.count():\n    print('number', number)\n"
 BUSY = "import rospy\nrospy.init_node('busy')\nprint('computing', flush=True)\nwhile True:\n    pass\n"
@@ -329,6 +334,15 @@ def test_the_editor_helps_and_what_a_tab_lacks_is_one_clear_error(classroom: Pag
     begin(page, "gcc --version; python3")
     shows(page, "gcc: command not found")
     shows(page, "python3: a browser tab has no interactive Python; write a file, and run it")
+    entry = terminal(page, 1).locator(".entry input")
+    entry.fill("mkdir ")
+    entry.evaluate(PASTE, 'made\r\ncd made; echo "a: 1\nb: 2" > two\nls \\\n..; cat t')
+    expect(entry).to_have_value("ls ..; cat t")
+    entry.press_sequentially("wo")
+    entry.press("Enter")
+    shows(page, "madea: 1b: 2", 1)
+    entry.evaluate(PASTE, "echo 'c: 3\nd: 4'")
+    shows(page, "c: 3d: 4", 1)
     begin(page, "ls | wc")
     shows(page, "bash: | is not available in a browser tab")
     page.once("dialog", lambda dialog: dialog.accept("edited.py"))

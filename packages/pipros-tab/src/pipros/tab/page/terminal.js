@@ -4,6 +4,7 @@ import { completed, Output } from "./screen.mjs";
 
 const LINES = 3000;
 const LINE_CHARACTERS = 16384;
+const WHOLE = /^(?:[^"'\\]|\\.|"(?:[^"\\]|\\.)*"|'[^']*')*$/s; // no quote is open
 const history = JSON.parse(localStorage.getItem("pipros-tab-history") ?? "[]");
 
 export class Terminal {
@@ -32,6 +33,7 @@ export class Terminal {
     this.screen.append(this.entry);
     this.line = this.#newLine();
     this.input.addEventListener("keydown", (event) => this.#key(event));
+    this.input.addEventListener("paste", (event) => this.#paste(event));
     this.screen.addEventListener("click", () => getSelection()?.isCollapsed && this.input.focus());
     this.process = hub.start({ argv: ["bash"] }, (text) => this.show(text));
     this.process.ended.then(() => this.element.remove());
@@ -139,8 +141,26 @@ export class Terminal {
     event.preventDefault();
   }
 
-  #enter() {
-    const line = this.input.value;
+  /** Enters the commands of a pasted text, as a terminal does; an entry would join its lines. The last line
+   * stays in the entry, unless it ends a quote that an earlier line began. */
+  #paste(event) {
+    const pasted = event.clipboardData.getData("text").replace(/\\\r?\n/g, "");
+    if (!pasted.includes("\n")) return;
+    event.preventDefault();
+    const { value, selectionStart, selectionEnd } = this.input;
+    const lines = `${value.slice(0, selectionStart)}${pasted}${value.slice(selectionEnd)}`.split(/\r?\n/);
+    const last = lines.pop();
+    let command = "";
+    for (const line of lines) {
+      command += line;
+      if (WHOLE.test(command)) this.#enter(command);
+      command = WHOLE.test(command) ? "" : `${command}\n`;
+    }
+    if (command && WHOLE.test(command + last)) this.#enter(command + last);
+    else this.input.value = command + last;
+  }
+
+  #enter(line = this.input.value) {
     this.input.value = "";
     if (this.#isReady) this.#run(line);
     else this.#waiting.push(line);
