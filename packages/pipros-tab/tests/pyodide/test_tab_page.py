@@ -310,6 +310,9 @@ def test_a_program_that_prints_without_end_delays_nothing_else(classroom: Page) 
     numbers = (re.fullmatch(r"number (\d+)", line) for line in lines)  # Ctrl-C may cut the last one
     printed = [int(number[1]) for number in numbers if number]
     assert printed == list(range(printed[0], printed[-1] + 1))
+    page.get_by_role("button", name="New terminal").click()
+    expect(page.locator(".terminal")).to_have_count(4)
+    wait_until(lambda: screen.evaluate(IS_AT_END))
 
 
 def test_two_tabs_say_that_they_share_files(classroom: Page) -> None:

@@ -16,6 +16,7 @@ export class Terminal {
   #startsAnew = false;
   #length = 0; // of the line that is being written
   #isDrawn = true; // false until the next frame
+  #height = 0; // of the screen before it is resized
 
   /** @param {import("./hub.mjs").Hub} hub @param {string} name @param {(path: string) => void} edit
    * @param {(line: string) => boolean} open shows the page whose address a line contains, if any */
@@ -35,6 +36,7 @@ export class Terminal {
     this.input.addEventListener("keydown", (event) => this.#key(event));
     this.input.addEventListener("paste", (event) => this.#paste(event));
     this.screen.addEventListener("click", () => getSelection()?.isCollapsed && this.input.focus());
+    new ResizeObserver(() => this.#keepEnd()).observe(this.screen);
     this.process = hub.start({ argv: ["bash"] }, (text) => this.show(text));
     this.process.ended.then(() => this.element.remove());
   }
@@ -52,12 +54,23 @@ export class Terminal {
 
   /** Scrolls to the end with the next frame if the end is seen now. To ask it at each piece of output would take most of the time. */
   #follow() {
-    const isAtEnd = this.screen.scrollTop + this.screen.clientHeight > this.screen.scrollHeight - 40;
+    const isAtEnd = this.#isAtEnd();
     this.#isDrawn = false;
     requestAnimationFrame(() => {
       this.#isDrawn = true;
       if (isAtEnd) this.screen.scrollTop = this.screen.scrollHeight;
     });
+  }
+
+  /** A further terminal makes the others smaller: if the end was seen before, it is seen after. */
+  #keepEnd() {
+    if (this.#isAtEnd()) this.screen.scrollTop = this.screen.scrollHeight;
+    this.#height = this.screen.clientHeight;
+  }
+
+  #isAtEnd() {
+    const { scrollTop, scrollHeight, clientHeight } = this.screen;
+    return scrollTop + Math.max(clientHeight, this.#height) > scrollHeight - 40;
   }
 
   #write(text, style) {
