@@ -12,6 +12,9 @@ class MessagePattern:
 
     Strings that begin with "==" are not evaluated. See `pipros.safe.expr` for the functions, such as `sin`.
 
+    Attributes:
+        has_expressions: whether a string is an expression.
+
     >>> MessagePattern({"x": "=2 * i", "name": "arm", "all": ["=round(sin(t))"]}).value(3, 0.0)
     {'x': 6, 'name': 'arm', 'all': [0]}
     """
@@ -19,6 +22,7 @@ class MessagePattern:
     def __init__(self, value: object) -> None:
         """Parse the expressions. Raise `ExpressionError` if one is malformed."""
         self._value = _parsed(value)
+        self.has_expressions = self._value != value
 
     def value(self, number: int, seconds: float) -> Any:
         """Return the value with the results of the expressions. Raise `ExpressionError` if one fails."""

@@ -72,13 +72,13 @@ class ActionViews:
         """Send a goal in YAML once the action's server has connected, and return the goal's id."""
         name, value, goal_class = (
             topic_name(arguments),
-            yaml_in(arguments, "goal"),
+            await yaml_in(self._system, arguments, "goal"),
             message_class_in(arguments),
         )
         now_ns = time.time_ns()
         goal_id = f"{self._system.node.name}-{next(self._numbers)}-{now_ns / 1e9:.3f}"
         values = {"header": "auto", "goal_id": {"stamp": "now", "id": goal_id}, "goal": value or {}}
-        message = message_from_yaml(goal_class, values, now_ns)
+        message = await self._system.computations.run(message_from_yaml, goal_class, values, now_ns)
         kept = self._kept.setdefault(name, deque())
         kept.append(await self._publish(f"{name}/goal", goal_class, message))
         if len(kept) > KEPT_GOALS:

@@ -30,6 +30,8 @@ from pipros.workspace.type_catalogue import SERVICES
 
 FASTEST_HZ = 1000.0
 TELL_INTERVAL_S = 0.5
+QUICK_CHARACTERS = 10_000
+"""Maximum length of a published message without expressions that is made in the event loop."""
 
 
 class CallViews:
@@ -60,7 +62,7 @@ class CallViews:
 
     async def call_service(self, arguments: Mapping[str, object]) -> Any:
         """Call a service with a request in YAML. Return the response and the duration (s)."""
-        name, value = topic_name(arguments), yaml_in(arguments, "request")
+        name, value = topic_name(arguments), await yaml_in(self._system, arguments, "request")
 
         def call(master: MasterClient, calls: OpenCalls) -> Any:
             caller = ServiceCaller(master, name, calls=calls)
@@ -90,16 +92,21 @@ class CallViews:
         Strings that begin with "=" are evaluated as expressions of `i`, the message's number, counted from 0,
         and `t`, the seconds since the first message.
         """
-        topic, value = topic_name(arguments), yaml_in(arguments, "message")
+        topic, value = topic_name(arguments), await yaml_in(self._system, arguments, "message")
         rate = arguments.get("rate", 1.0)
         if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
             raise RequestRefused(f"rate must be from 0 to {FASTEST_HZ:.0f} Hz, got {rate!r}")
-        message_class, pattern = message_class_in(arguments), MessagePattern(value)
+        message_class, compute = message_class_in(arguments), self._system.computations.run
+        pattern = await compute(MessagePattern, value)
+        is_quick = not pattern.has_expressions and len(str(arguments.get("message", ""))) <= QUICK_CHARACTERS
 
-        def message(number: int, seconds: float) -> Any:
+        def made(number: int, seconds: float) -> Any:
             return message_from_yaml(message_class, pattern.value(number, seconds), time.time_ns())
 
-        message(0, 0.0)  # raise errors before advertising the topic
+        async def message(number: int, seconds: float) -> Any:
+            return made(number, seconds) if is_quick else await compute(made, number, seconds)
+
+        await message(0, 0.0)  # raise errors before advertising the topic
         advertising = self._system.questions.start(
             self._system.gate.advertise, topic, message_class, queue_size=10, latch=not rate
         )
@@ -108,7 +115,7 @@ class CallViews:
             count = 0
             begin_s = told_s = time.monotonic()
             while True:
-                publisher.publish(message(count, count / rate if rate else 0.0))
+                publisher.publish(await message(count, count / rate if rate else 0.0))
                 count += 1
                 now_s = time.monotonic()
                 if not rate or now_s - told_s >= TELL_INTERVAL_S or count == 1:
@@ -146,9 +153,9 @@ def message_class_in(arguments: Mapping[str, object]) -> Any:
         raise RequestRefused(f"cannot load type {name}: {error}") from None
 
 
-def yaml_in(arguments: Mapping[str, object], key: str) -> Any:
-    """Parse the YAML string in a request's argument `key`."""
+async def yaml_in(system: WatchedSystem, arguments: Mapping[str, object], key: str) -> Any:
+    """Parse the YAML string in a request's argument `key`, in a thread, because it may be large."""
     text = arguments.get(key, "")
     if not isinstance(text, str):
         raise RequestRefused(f"{key} must be a YAML string, got {type(text).__name__}")
-    return load(text, key, angles=False)
+    return await system.computations.run(load, text, key, angles=False)

@@ -57,7 +57,7 @@ class ParamViews:
         name, text = topic_name(arguments), arguments.get("value")
         if not isinstance(text, str):
             raise RequestRefused(f"value must be a YAML string, got {type(text).__name__}")
-        value = load(text, "value", angles=False) if text else ""
+        value = await self._system.computations.run(load, text, "value", angles=False) if text else ""
         self._system.gate.check_parameter(name, value)
         await self._system.questions.run(params.write, self._system.graph.master, name, value)
         return True
