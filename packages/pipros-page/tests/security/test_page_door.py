@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import fcntl
 import json
@@ -12,6 +13,7 @@ import ssl
 import struct
 import sys
 import termios
+import time
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import ExitStack
 from typing import Any
@@ -438,6 +440,50 @@ def test_a_refused_view_is_not_tried_again(serve: Callable[[ServedViews], Access
     with browser_of(serve(served)) as browser:
         assert "read-only" in next(browser.watch("changing"))["error"]
         assert browser.act("alive") is True
+
+
+def test_the_views_of_a_busy_browser_do_not_keep_another_one_waiting(
+    serve: Callable[[ServedViews], Access],
+) -> None:
+    steps = 0
+
+    async def busy(_: Mapping[str, Any]) -> AsyncIterator[Any]:
+        nonlocal steps
+        while True:
+            time.sleep(0.02)
+            steps += 1
+            await asyncio.sleep(0)
+            yield steps
+
+    async def count(_: Mapping[str, Any]) -> int:
+        return steps
+
+    access = serve(ServedViews({"busy": busy}, {"count": count}))
+    with browser_of(access) as greedy, browser_of(access) as other:
+        for number in range(1, 101):
+            greedy.socket.send(json.dumps({"id": number, "view": "busy"}))
+        greedy.socket.recv(timeout=30)
+        counts = [other.act("count") for _ in range(6)]
+    assert counts[-1] - counts[0] < 5 * 50  # without a share, each act waits for 100 steps and more
+
+
+def test_the_arguments_of_open_views_are_limited(serve: Callable[[ServedViews], Access]) -> None:
+    async def view(_: Mapping[str, Any]) -> AsyncIterator[Any]:
+        yield 1
+        await asyncio.Event().wait()
+
+    with browser_of(serve(ServedViews({"view": view}))) as browser:
+
+        def opened(number: int) -> Any:
+            browser.socket.send(json.dumps({"id": number, "view": "view", "args": {"x": "x" * 900_000}}))
+            while (answer := json.loads(browser.socket.recv(timeout=30)))["id"] != number:
+                pass
+            return answer
+
+        assert [opened(number).get("data") for number in (1, 2)] == [1, 1]
+        assert "more than 2000000 characters; close some of them" in opened(3)["error"]
+        browser.socket.send(json.dumps({"id": 1, "stop": True}))
+        wait_until(lambda: opened(3).get("data") == 1)
 
 
 def test_infinite_numbers_do_not_stop_a_view(serve: Callable[[ServedViews], Access]) -> None:

@@ -46,6 +46,7 @@ from pipros.server.access import LOOPBACK_HOSTS, Access
 from pipros.server.browser_share import set_current_browser
 from pipros.server.json_text import json_text
 from pipros.server.listener import Listener
+from pipros.server.loop_share import LoopShare
 from pipros.server.port import ServerPort
 from pipros.server.port_connection import READ_AHEAD_BYTES, PortConnection
 from pipros.server.secret import Denied, Secret
@@ -59,6 +60,8 @@ SOCKET_PATH = "/live"
 VENDORED = "vendor/"
 VIEWS_OF_A_BROWSER = 200
 REQUEST_BYTES = 1_000_000
+OPEN_CHARACTERS: Final = 2 * REQUEST_BYTES
+"""Maximum total size of the requests for a browser's open views, whose arguments need far more."""
 BROWSERS = 100
 BROWSERS_SHARE: Final = 3 / 4
 """Share of the connections that browsers may keep open. The rest is reserved for files and new browsers."""
@@ -242,6 +245,8 @@ class _Browser:
         self._served = served
         self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
+        self._share = LoopShare()
+        self._open_characters = 0
         self._beats = asyncio.create_task(self._beat())
 
     async def _beat(self) -> None:
@@ -259,6 +264,9 @@ class _Browser:
 
     async def handle(self, text: str | bytes) -> None:
         """Start the requested view or action, or stop a view."""
+        await self._share.run(self._handle(text))
+
+    async def _handle(self, text: str | bytes) -> None:
         try:
             request = json.loads(text)
             number = request["id"]
@@ -277,9 +285,19 @@ class _Browser:
                 {"id": number, "error": f"{VIEWS_OF_A_BROWSER} views are already open; close some of them"}
             )
             return
-        task = asyncio.create_task(self._serve(number, request))
+        if self._open_characters + len(text) > OPEN_CHARACTERS:
+            what = f"the requests for the open views have more than {OPEN_CHARACTERS} characters"
+            await self._send({"id": number, "error": f"{what}; close some of them"})
+            return
+        self._open_characters += len(text)
+        task = asyncio.create_task(self._share.run(self._serve(number, request)))
         self._tasks[number] = task
-        task.add_done_callback(lambda done: self._tasks.get(number) is done and self._tasks.pop(number))
+        task.add_done_callback(lambda done: self._ended(number, done, len(text)))
+
+    def _ended(self, number: int, task: asyncio.Task[None], characters: int) -> None:
+        self._open_characters -= characters
+        if self._tasks.get(number) is task:
+            del self._tasks[number]
 
     async def close(self) -> None:
         tasks = [self._beats, *self._tasks.values()]
