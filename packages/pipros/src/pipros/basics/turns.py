@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict, deque
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import Generic, TypeVar
 
 User = TypeVar("User", bound=Hashable)
@@ -34,15 +34,18 @@ class Turns(Generic[User, Item]):
         self._queues.setdefault(user, deque()).append(item)
         self._count += 1
 
-    def pop(self) -> tuple[User, Item]:
-        """Remove and return the first item of the user whose turn it is.
+    def pop(self, may: Callable[[User], bool] | None = None) -> tuple[User, Item]:
+        """Remove and return the first item of the user whose turn it is, of the users that `may` admits.
 
         Raises:
-            IndexError: there are no items.
+            IndexError: these users have no items.
         """
-        if not self._queues:
+        for user in self._queues:
+            if may is None or may(user):
+                break
+        else:
             raise IndexError("pop from empty turns")
-        user, queue = self._queues.popitem(last=False)
+        queue = self._queues.pop(user)
         item = queue.popleft()
         self._count -= 1
         if queue:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection
 from contextvars import ContextVar
 
@@ -10,17 +11,35 @@ from pipros.node.service_connection import Slots
 CALLS_OF_A_BROWSER = 4
 
 
+class SpentTime:
+    """Processor time spent in the current second."""
+
+    __slots__ = ("_second", "_spent_s")
+
+    def __init__(self) -> None:
+        self._second, self._spent_s = 0, 0.0
+
+    def add(self, spent_s: float) -> float:
+        """Add time (s), and return the sum."""
+        if (second := int(time.monotonic())) != self._second:
+            self._second, self._spent_s = second, 0.0
+        self._spent_s += spent_s
+        return self._spent_s
+
+
 class Browser:
     """One connected browser. Compared by identity, so that other modules can keep state for it.
 
     Attributes:
         calls: its slots for service calls.
+        plotting: the time spent on the messages that it plots.
     """
 
-    __slots__ = ("calls",)
+    __slots__ = ("calls", "plotting")
 
     def __init__(self) -> None:
         self.calls = Slots(CALLS_OF_A_BROWSER)
+        self.plotting = SpentTime()
 
 
 _BROWSER: ContextVar[Browser] = ContextVar("browser")

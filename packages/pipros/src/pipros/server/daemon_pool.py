@@ -26,10 +26,13 @@ class DaemonPool:
     def __init__(self, name: str, limit: int) -> None:
         """Create a pool that runs up to `limit` functions at a time.
 
-        Excess functions are queued: those of each browser in order, and the browsers in turn.
+        Excess functions are queued: those of each browser in order, and the browsers in turn. A browser may
+        use up to half of the threads that others leave.
         """
         self._workers = Workers(name, limit)
-        self._turns = Turns[Browser | None, Callable[[], bool]]()
+        self._limit = limit
+        self._running: list[Browser | None] = []
+        self._turns = Turns[Browser | None, Callable[[], None]]()
         self._lock = threading.Lock()
 
     async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -48,16 +51,15 @@ class DaemonPool:
         """
         future: Future[T] = Future()
 
-        def work() -> bool:
+        def work() -> None:
             if not future.set_running_or_notify_cancel():
-                return False
+                return
             try:
                 result = function(*args, **kwargs)
             except BaseException as error:
                 future.set_exception(error)
             else:
                 future.set_result(result)
-            return True
 
         with self._lock:
             self._turns.put(browser_or_none(), work)
@@ -69,11 +71,18 @@ class DaemonPool:
         return future
 
     def _take_turn(self) -> None:
-        """Run the next function that is not cancelled."""
+        """Run functions until none is left that may run now."""
         while True:
             with self._lock:
-                if not self._turns:
+                try:
+                    browser, work = self._turns.pop(self._may_run)
+                except IndexError:
                     return
-                _, work = self._turns.pop()
-            if work():
-                return
+                self._running.append(browser)
+            work()
+            with self._lock:
+                self._running.remove(browser)
+
+    def _may_run(self, browser: Browser | None) -> bool:
+        own = self._running.count(browser)
+        return 2 * own < self._limit - (len(self._running) - own)

@@ -30,6 +30,19 @@ def test_a_browser_with_many_functions_does_not_delay_another_one() -> None:
     assert order == ["second", "first 1", "first 2", "first 3", "first 4"]
 
 
+def test_a_browser_with_slow_functions_leaves_threads_to_another_one() -> None:
+    pool, is_free = DaemonPool("test", 4), threading.Event()
+    first, second = contextvars.copy_context(), contextvars.copy_context()
+    first.run(set_current_browser)
+    second.run(set_current_browser)
+
+    slow = [first.run(pool.start, is_free.wait, 60.0) for _ in range(8)]
+    assert second.run(pool.start, is_free.is_set).result(30.0) is False
+    is_free.set()
+
+    assert [each.result(60.0) for each in slow] == [True] * 8
+
+
 def test_greedy_browsers_leave_a_share_for_the_next() -> None:
     contexts = [contextvars.copy_context() for _ in range(6)]
     holders = []

@@ -10,6 +10,7 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.node.any_msg import AnyMsg
+from pipros.server.browser_share import SpentTime, browser_or_none
 from pipros.server.view_server import RequestRefused
 from pipros.web.curve_samples import Axis, CurveField, NotANumber, find_field, mark_of, sample_of
 from pipros.web.messages.known_topic import KnownTopic
@@ -30,6 +31,8 @@ COMPUTED_S = 0.2
 If a single sample of an expression takes longer, its plot ends, because browsers may send any expression.
 This also applies to plots of whole bags.
 """
+COMPUTED_OF_A_BROWSER_S = 0.5
+"""Maximum processor time per second spent on all plotted fields of a browser."""
 CLOCK_TOPIC = "/clock"
 
 
@@ -141,6 +144,8 @@ class _Curve:
         self._second = 0
         self._decoded = 0
         self._spent_s = 0.0
+        browser = browser_or_none()
+        self._of_browser = SpentTime() if browser is None else browser.plotting
         self._is_over = False
 
     def add(self, message: AnyMsg, wall_s: float) -> None:
@@ -148,7 +153,8 @@ class _Curve:
         if second != self._second:
             self._second, self._decoded, self._spent_s = second, 0, 0.0
         self._decoded += 1
-        if self._is_over or self._decoded > DECODED_A_SECOND or self._spent_s > COMPUTED_S:
+        is_busy = self._spent_s > COMPUTED_S or self._of_browser.add(0.0) > COMPUTED_OF_A_BROWSER_S
+        if self._is_over or self._decoded > DECODED_A_SECOND or is_busy:
             self.samples.lose()
             return
         try:
@@ -163,6 +169,7 @@ class _Curve:
         finally:
             sample_s = time.thread_time() - begin_s
             self._spent_s += sample_s
+            self._of_browser.add(sample_s)
             if sample_s > COMPUTED_S and self._field.has_expression:
                 self._is_over = True
                 self.error = (
