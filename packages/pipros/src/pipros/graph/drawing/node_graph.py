@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -21,6 +21,9 @@ _QUIET_TOPICS = frozenset({"/rosout", "/rosout_agg", "/clock", "/statistics"})
 _QUIET_NODES = re.compile(
     r"/(.*/)?(rosout|rosapi|rosbridge_websocket|(rostopic|record|rqt\w*|pipros_doctor)_\d[_\d]*)"
 )
+MAX_GUESSED = 20_000
+"""Maximum number of possible connections between nodes that did not answer. Registrations of n nodes for one
+topic make up to n² of them."""
 _TF_TOPICS = frozenset({"/tf", "/tf_static"})
 _PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
 
@@ -141,7 +144,11 @@ class _Builder:
         self._state = state
         self._wrong = wrong_types
         self._wrong_ends = {(each.topic, each.subscriber): types for each, types in wrong_types.items()}
-        self._connections = connections
+        self._connections: dict[str, list[TopicConnection]] = {}
+        for each in connections:
+            self._connections.setdefault(each.topic, []).append(each)
+        self._pairs: dict[str, list[TopicConnection]] = {}
+        self._guesses_left = MAX_GUESSED
         self._unreachable = unreachable
         self._options = options
         self._keeps_node = NameFilter(options.nodes)
@@ -152,11 +159,9 @@ class _Builder:
         topics = self._topics(set(nodes))
         if self._options.mode == "nodes":
             arrows = [
-                Arrow(Key("node", publisher), Key("node", subscriber), topic, self._wrong.get(connection))
-                for topic, (publishers, subscribers) in topics.items()
-                for publisher in publishers
-                for subscriber in subscribers
-                if self._is_connected(connection := TopicConnection(publisher, topic, subscriber))
+                Arrow(Key("node", each.publisher), Key("node", each.subscriber), topic, self._wrong.get(each))
+                for topic in topics
+                for each in self._pairs[topic]
             ]
             shown_topics: list[str] = []
         else:
@@ -222,23 +227,32 @@ class _Builder:
     def _connected(
         self, topic: str, publishers: list[str], subscribers: list[str]
     ) -> tuple[list[str], list[str]]:
-        pairs = [
-            (publisher, subscriber)
-            for publisher in publishers
-            for subscriber in subscribers
-            if self._is_connected(TopicConnection(publisher, topic, subscriber))
+        first, last = ({node: at for at, node in enumerate(nodes)} for nodes in (publishers, subscribers))
+        reported = [
+            each
+            for each in self._connections.get(topic, ())
+            if each.publisher in first and each.subscriber in last
         ]
-        sending, receiving = {pair[0] for pair in pairs}, {pair[1] for pair in pairs}
+        pairs = {*reported, *self._guessed(topic, publishers, subscribers)}
+        self._pairs[topic] = sorted(pairs, key=lambda each: (first[each.publisher], last[each.subscriber]))
+        sending, receiving = {each.publisher for each in pairs}, {each.subscriber for each in pairs}
         return [node for node in publishers if node in sending], [
             node for node in subscribers if node in receiving
         ]
 
-    def _is_connected(self, connection: TopicConnection) -> bool:
-        """Return True if either end reported the connection, or if neither end answered."""
-        return (
-            connection in self._connections
-            or {connection.publisher, connection.subscriber} <= self._unreachable
-        )
+    def _guessed(
+        self, topic: str, publishers: list[str], subscribers: list[str]
+    ) -> Iterator[TopicConnection]:
+        """Yield the possible connections between nodes that did not answer, up to `MAX_GUESSED` in total."""
+        silent = [node for node in subscribers if node in self._unreachable]
+        for publisher in publishers:
+            if publisher not in self._unreachable:
+                continue
+            for subscriber in silent:
+                if not self._guesses_left:
+                    return
+                self._guesses_left -= 1
+                yield TopicConnection(publisher, topic, subscriber)
 
 
 def _groups(nodes: Iterable[str]) -> set[str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pipros.graph.drawing.name_filter import NameFilter
-from pipros.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
+from pipros.graph.drawing.node_graph import MAX_GUESSED, GraphOptions, Key, NodeGraph, node_graph
 from pipros.graph.system_state import SystemState, TopicConnection
 
 STATE = SystemState(
@@ -94,6 +94,13 @@ def test_an_unreachable_node_keeps_what_it_registered() -> None:
     assert names(graph, "topic") == {"/battery_topic"}
     assert not graph.vertices[Key("node", "/talker")].is_reachable
     assert graph.vertices[Key("node", "/robot/base")].is_reachable
+
+
+def test_connections_between_many_unreachable_nodes_are_limited() -> None:
+    first, last = ([f"/{kind}{number}" for number in range(500)] for kind in "ps")
+    state = SystemState({"/t": first}, {"/t": last}, {})
+    graph = node_graph(state, (), [*first, *last], GraphOptions(mode="nodes"))
+    assert len(graph.arrows) == MAX_GUESSED
 
 
 def test_unreachable_nodes_can_be_hidden() -> None:
