@@ -266,8 +266,9 @@ def file_in_package(arguments: Sequence[str], command: str) -> str:
     if len(arguments) < 2:
         raise ValueError("package and file name are needed")
     place = _place(arguments[0], command)
-    for path in sorted(Path(place).rglob(arguments[1])) if place else ():
-        return str(path)
+    with contextlib.suppress(NotImplementedError):  # an absolute path
+        for path in sorted(Path(place).rglob(arguments[1])) if place else ():
+            return str(path)
     print("That file does not exist in that package.", file=sys.stderr)
     return ""
 

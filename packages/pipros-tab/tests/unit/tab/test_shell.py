@@ -121,7 +121,9 @@ def test_packages_are_entered_listed_and_copied_from(home: Path, capsys: pytest.
     assert typed("roscat rospy_tutorials AddTwoInts.srv") == [0]
     assert capsys.readouterr().out == (home / "a.srv").read_text()
     assert typed("roscd nothing", "rosls nothing", "roscp rospy_tutorials nothing a") == [1, 1, 1]
-    assert typed("roscat nothing", "roscat rospy_tutorials nothing") == [1, 1]
+    assert (
+        typed("roscat nothing", "roscat rospy_tutorials nothing", "roscat rospy_tutorials /tmp/a") == [1] * 3
+    )
     assert "roscd: No such package/stack 'nothing'\n" in capsys.readouterr().err
 
 

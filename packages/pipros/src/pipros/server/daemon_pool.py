@@ -27,7 +27,7 @@ class DaemonPool:
         """Create a pool that runs up to `limit` functions at a time.
 
         Excess functions are queued: those of each browser in order, and the browsers in turn. A browser may
-        use up to half of the threads that others leave.
+        use up to half of the threads that others leave; what starts outside of browsers may use all threads.
         """
         self._workers = Workers(name, limit)
         self._limit = limit
@@ -85,4 +85,4 @@ class DaemonPool:
 
     def _may_run(self, browser: Browser | None) -> bool:
         own = self._running.count(browser)
-        return 2 * own < self._limit - (len(self._running) - own)
+        return browser is None or 2 * own < self._limit - (len(self._running) - own)

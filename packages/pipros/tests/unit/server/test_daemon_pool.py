@@ -43,6 +43,15 @@ def test_a_browser_with_slow_functions_leaves_threads_to_another_one() -> None:
     assert [each.result(60.0) for each in slow] == [True] * 8
 
 
+def test_what_starts_outside_of_browsers_may_use_all_threads() -> None:
+    pool, all_run = DaemonPool("test", 4), threading.Barrier(5)
+
+    waiting = [pool.start(all_run.wait, 60.0) for _ in range(4)]
+    all_run.wait(60.0)
+
+    assert len({each.result(60.0) for each in waiting}) == 4
+
+
 def test_greedy_browsers_leave_a_share_for_the_next() -> None:
     contexts = [contextvars.copy_context() for _ in range(6)]
     holders = []
