@@ -21,7 +21,7 @@ from pathlib import Path
 
 import yaml
 
-from pipros.cli.complete.running import MANY_LINES
+from pipros.safe.yaml import load
 from pipros.tab import shell
 from pipros.tab.files import SharedFiles
 from pipros.tab.network import Network
@@ -30,6 +30,9 @@ from pipros.tab.turns import WorkerTurns
 
 INTERRUPTED = 130
 _EDITORS = ("code", "edit", "gedit", "nano", "vim")
+
+_TEMPLATE = "\x1f"
+"""Begins a completion that is a message template of several lines."""
 
 
 class Terminal:
@@ -141,14 +144,14 @@ def completions(text: str) -> list[str]:
         with contextlib.redirect_stdout(printed):
             command.load()([str(len(words) - 1), *words])
         found = printed.getvalue().splitlines()
-        if printed.getvalue().startswith(MANY_LINES):
+        if printed.getvalue().startswith(_TEMPLATE):
             found = [_on_one_line(printed.getvalue())]
     return sorted(set(found)) or _paths(started)
 
 
 def _on_one_line(template: str) -> str:
     """Return a quoted message template of several lines on one line, because an entry has only one."""
-    fields = yaml.safe_load(template.strip(f'{MANY_LINES}"\n'))
+    fields = load(template.strip(f'{_TEMPLATE}"\n'))
     return f'"{yaml.safe_dump(fields, default_flow_style=True, sort_keys=False, width=inf).strip()}"'
 
 
