@@ -480,6 +480,7 @@ def test_the_arguments_of_open_views_are_limited(serve: Callable[[ServedViews], 
                 pass
             return answer
 
+        browser.act("nothing")  # the answer shows that the server has admitted the browser
         assert [opened(number).get("data") for number in (1, 2)] == [1, 1]
         assert "more than 2000000 characters; close some of them" in opened(3)["error"]
         browser.socket.send(json.dumps({"id": 1, "stop": True}))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Coroutine, Generator
+from collections.abc import Callable, Coroutine, Generator
 from types import coroutine
-from typing import Any, Final
+from typing import Any, Final, ParamSpec
+
+P = ParamSpec("P")
 
 SHARE: Final = 0.5
 """Part of the event loop's time that a browser may use."""
@@ -20,9 +22,14 @@ class LoopShare:
     def __init__(self) -> None:
         self._due_s = 0.0
 
+    async def run(
+        self, function: Callable[P, Coroutine[Any, None, None]], *args: P.args, **kwargs: P.kwargs
+    ) -> None:
+        """Call a coroutine function. It rests only where it waits anyway, and not after it was cancelled."""
+        await self._steps(function(*args, **kwargs))
+
     @coroutine
-    def run(self, work: Coroutine[Any, None, None]) -> Generator[Any, None, None]:
-        """Run a coroutine. It rests only where it waits anyway, and not after it has been cancelled."""
+    def _steps(self, work: Coroutine[Any, None, None]) -> Generator[Any, None, None]:
         thrown: BaseException | None = None
         while True:
             try:

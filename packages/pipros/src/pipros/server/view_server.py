@@ -264,7 +264,7 @@ class _Browser:
 
     async def handle(self, text: str | bytes) -> None:
         """Start the requested view or action, or stop a view."""
-        await self._share.run(self._handle(text))
+        await self._share.run(self._handle, text)
 
     async def _handle(self, text: str | bytes) -> None:
         try:
@@ -290,7 +290,7 @@ class _Browser:
             await self._send({"id": number, "error": f"{what}; close some of them"})
             return
         self._open_characters += len(text)
-        task = asyncio.create_task(self._share.run(self._serve(number, request)))
+        task = asyncio.create_task(self._share.run(self._serve, number, request))
         self._tasks[number] = task
         task.add_done_callback(lambda done: self._ended(number, done, len(text)))
 

@@ -24,7 +24,7 @@ def test_many_busy_views_of_a_browser_take_few_steps_while_another_takes_one() -
                 steps += 1
                 await asyncio.sleep(0)
 
-        views = [asyncio.create_task(share.run(view())) for _ in range(30)]
+        views = [asyncio.create_task(share.run(view)) for _ in range(30)]
         counts = []
         for _ in range(10):
             before = steps
@@ -56,8 +56,8 @@ def test_a_cancelled_coroutine_does_not_rest_and_its_exceptions_pass() -> None:
             raise ConnectionError
 
         with pytest.raises(ConnectionError):
-            await share.run(failing())
-        task = asyncio.create_task(share.run(view()))
+            await share.run(failing)
+        task = asyncio.create_task(share.run(view))
         await asyncio.sleep(0.001)
         task.cancel()  # its rest would be as long as its work
         with contextlib.suppress(asyncio.CancelledError):
