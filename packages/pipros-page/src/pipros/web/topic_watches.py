@@ -15,7 +15,7 @@ from pipros.graph.raw_decoder import RawDecoder
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
-from pipros.server.browser_share import has_share
+from pipros.server.browser_share import browser_or_none, has_share
 from pipros.web.limits import PageLimits
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class TopicWatches:
             watch = self._watches.get(topic)
             if watch is None:
                 limit = self._limits.of(PageLimits).page_topics
-                if not has_share([each.browser for each in self._watches.values()], limit):
+                if not has_share(browser_or_none(), [each.browser for each in self._watches.values()], limit):
                     what = "this browser watches half of the topics that others leave"
                     raise LimitExceeded(f"{what}; {limit_text('page_topics', limit)}")
                 watch = self._watches[topic] = self._new_watch(topic, queue_size)

@@ -60,14 +60,14 @@ def browser_or_none() -> Browser | None:
     return _BROWSER.get(None)
 
 
-def has_share(holders: Collection[Browser | None], limit: int) -> bool:
-    """Return whether the current browser may hold one more of `limit` things: half of what others leave.
+def has_share(browser: Browser | None, holders: Collection[Browser | None], limit: int) -> bool:
+    """Return whether a browser may hold one more of `limit` things: half of what others leave.
 
-    Any number of greedy browsers thus leave something for the next one.
+    Any number of greedy browsers thus leave something for the next one. None, which is no browser, may hold
+    all that is left.
 
     Args:
         holders: the browser of each thing that is held now.
     """
-    browser = browser_or_none()
-    own = sum(each is browser for each in holders)
+    own = 0 if browser is None else sum(each is browser for each in holders)
     return 2 * own < limit - (len(holders) - own)

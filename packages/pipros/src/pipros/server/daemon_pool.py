@@ -14,7 +14,7 @@ from typing import ParamSpec, TypeVar
 
 from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
-from pipros.server.browser_share import Browser, browser_or_none
+from pipros.server.browser_share import Browser, browser_or_none, has_share
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -84,5 +84,4 @@ class DaemonPool:
                 self._running.remove(browser)
 
     def _may_run(self, browser: Browser | None) -> bool:
-        own = self._running.count(browser)
-        return browser is None or 2 * own < self._limit - (len(self._running) - own)
+        return has_share(browser, self._running, self._limit)

@@ -6,7 +6,7 @@ import contextvars
 import threading
 from concurrent.futures import Future
 
-from pipros.server.browser_share import browser_or_none, has_share, set_current_browser
+from pipros.server.browser_share import Browser, has_share, set_current_browser
 from pipros.server.daemon_pool import DaemonPool
 
 
@@ -53,13 +53,10 @@ def test_what_starts_outside_of_browsers_may_use_all_threads() -> None:
 
 
 def test_greedy_browsers_leave_a_share_for_the_next() -> None:
-    contexts = [contextvars.copy_context() for _ in range(6)]
-    holders = []
+    holders: list[Browser | None] = []
     counts = []
-    for context in contexts:
-        context.run(set_current_browser)
-        browser = context.run(browser_or_none)
-        while context.run(has_share, holders, 100):
+    for browser in [Browser() for _ in range(6)] + [None]:
+        while has_share(browser, holders, 100):
             holders.append(browser)
         counts.append(holders.count(browser))
-    assert counts == [50, 25, 13, 6, 3, 2]
+    assert counts == [50, 25, 13, 6, 3, 2, 1]

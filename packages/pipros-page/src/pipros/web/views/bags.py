@@ -329,10 +329,11 @@ class BagViews:
         wanted = {topic_name({"name": each}) for each in topics}
         work = self._system.computations.run
         limit = process_limits().of(PageLimits).page_exports
-        if not has_share(self._exporting, limit):
+        browser = browser_or_none()
+        if not has_share(browser, self._exporting, limit):
             what = "too many exports are running; try again when one has ended"
             raise RequestRefused(f"{what}; {limit_text('page_exports', limit)}")
-        self._exporting.append(browser := browser_or_none())
+        self._exporting.append(browser)
         try:
             with tempfile.TemporaryFile() as file:
                 await work(_export, read, wanted, (range_ns[0], range_ns[1]), form, file)
