@@ -88,6 +88,7 @@ LEFT_OUT: Final = {
     "test_registration": ASYNCIO,
     "test_shared_memory": STREAMS,
     "test_shutdown_joins_running_threads_and_forgets_ended_ones": THREADS,
+    "test_shutdown_waits_for_a_running_callback_that_ends_in_time": HELD,
     "test_simulated_time_follows_clock": THREADS,
     "test_the_end_of_a_node_ends_its_calls": THREADS,
     "test_the_last_published_message_arrives_although_the_node_ends": "the receiver is in the same worker",

@@ -211,8 +211,14 @@ class TabSocket:
     def setsockopt(self, *_: object) -> None:
         """Do nothing: streams between workers have no options."""
 
-    def getsockopt(self, _level: int, option: int, *_: object) -> int:
-        """Return the error of a failed connection for SO_ERROR, and 0 for other options."""
+    def getsockopt(self, _level: int, option: int, *size: int) -> int:
+        """Return the error of a failed connection for SO_ERROR, and 0 for other options.
+
+        Raises:
+            OSError: `size` is given; there are no options with a structure, such as TCP_INFO.
+        """
+        if size:
+            raise OSError(errno.ENOPROTOOPT, os.strerror(errno.ENOPROTOOPT))
         return self._stream.error if option == socket.SO_ERROR and self._stream is not None else 0
 
     def _connected(self) -> Stream:

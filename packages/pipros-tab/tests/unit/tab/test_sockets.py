@@ -111,6 +111,8 @@ def test_sockets_have_names_and_no_options(pair: Pair) -> None:
     first.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     first.set_inheritable(False)
     assert first.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF) == 0
+    with pytest.raises(OSError, match="not available"):
+        first.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 232)
 
 
 def test_a_socket_of_another_class_takes_over_a_detached_connection(pair: Pair) -> None:
