@@ -3,7 +3,7 @@
 # `script/fresh SUITE pip` runs it on a bare Debian. Each step that fails ends it with the line.
 set -euo pipefail
 trap 'echo "lab: line $LINENO failed" >&2' ERR
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../../.." && pwd)
 export PIP_DISABLE_PIP_VERSION_CHECK=1
 pip wheel --quiet --wheel-dir found "$here" # the page says why
 sed -n '/^from pathlib import Path$/,/^```$/p' "$here/docs/pip.md" | sed '$d' >make_lab.py
