@@ -22,7 +22,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from table import options_of
+from table import heed_interrupts, options_of
 
 ROOT = Path(__file__).resolve().parents[3]
 PATCH = Path(__file__).with_name("finished_drafts.patch")
@@ -145,6 +145,7 @@ def problems(python, seconds, drafts):
 
 def main():
     options = options_of(__doc__, distro="jazzy", seconds=12.0)
+    heed_interrupts()
     python = environment_with_messages(options.distro)
     with tempfile.TemporaryDirectory() as name, tempfile.NamedTemporaryFile() as output:
         folder = Path(name)

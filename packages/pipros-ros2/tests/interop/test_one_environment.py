@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from pipros.ros2.interfaces.installed import installed_definitions
+from pipros.ros2.port.draft import draft_of
 from tests.support.dds_peers import enable_multicast
 from tests.support.environments import REPOSITORY, TESTS, make_tool_folder
 from tests.support.network import LoneNetwork, needs_network
@@ -106,6 +108,20 @@ USES = {
     "rospy.Service('/s', SetBool, print)": "std_srvs.srv.SetBool",
     "rospy.Publisher('/c', rospy.Header, queue_size=1).publish(String())": "std_msgs.msg.String",
 }
+
+WAITING = """
+import rospy
+from std_srvs.srv import Empty
+rospy.init_node("waiting")
+empty = rospy.ServiceProxy("empty", Empty)
+"""
+UNNOTICED_END = """
+import time
+time.sleep(1)
+handle = rclpy.get_default_context().handle
+with handle:
+    handle.shutdown()
+"""
 
 
 class Shared:
@@ -304,3 +320,10 @@ def test_only_messages_are_converted(shared: Shared) -> None:
         "from pipros.ros2 import to_ros2; from pipros.ros1.nav_msgs.msg import Path; to_ros2(Path())"
     )
     assert "this environment has no ROS 2 class nav_msgs.msg.Path" in unknown.stderr[-1]
+
+
+def test_a_draft_ends_if_its_callbacks_are_not_woken(shared: Shared) -> None:
+    ended = shared.python(
+        draft_of(WAITING, installed_definitions()).text + UNNOTICED_END
+    )  # as Ctrl-C sometimes does
+    assert ended.returncode == 0, ended.output

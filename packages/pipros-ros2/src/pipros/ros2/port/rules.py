@@ -171,8 +171,11 @@ IMPLIED: Final = {
 
 HELPERS: Final = {
     "thread": """def run_callbacks():
+    executor = MultiThreadedExecutor()
+    executor.add_node(NODE)
     try:
-        rclpy.spin(NODE, MultiThreadedExecutor())
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=0.5)  # Ctrl-C does not always wake it
     except ExternalShutdownException:
         pass
     except RuntimeError as error:
