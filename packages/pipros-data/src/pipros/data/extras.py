@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 
 
 def library(name: str, purpose: str) -> Any:
@@ -23,8 +23,7 @@ def library(name: str, purpose: str) -> Any:
 
 def missing_extra(error: ImportError, purpose: str) -> MissingExtra:
     """Return an error that names the library of a failed import and the command that installs it."""
-    what = f"{error.name}, which is not installed" if error.name else f"a library that fails: {error}"
-    return MissingExtra(f"{purpose} needs {what}. Try: {install_command('data')}", name=error.name)
+    return missing(f"{purpose} needs {error.name or 'a library'}", "data", error)
 
 
 def user_library(name: str, purpose: str) -> Any:

@@ -6,8 +6,7 @@ import os
 import sys
 from importlib import import_module
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 
 
 def run_program(module: str, *arguments: str) -> int:
@@ -22,23 +21,7 @@ def run_program(module: str, *arguments: str) -> int:
     except ImportError as error:
         if error.name not in ("numpy", "cv2", None):
             raise
-        print(f"ERROR: {missing_extra(error)}", file=sys.stderr)
+        what = f"this node needs {error.name or 'a library'}"
+        print(f"ERROR: {missing(what, 'navigation', error)}", file=sys.stderr)
         return 1
     return int(program.main(*arguments))
-
-
-def missing_extra(error: ImportError) -> MissingExtra:
-    """Return an error that names the missing library and the command that installs it.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C interrupted the import of numpy. In this case, numpy's C code prints the
-            exception, which sets `sys.last_type`, and raises ImportError.
-    """
-    if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
-        raise KeyboardInterrupt from None
-    what = (
-        f"{error.name}, which is not installed"
-        if error.name
-        else f"a library that cannot be imported: {error}"
-    )
-    return MissingExtra(f"this node needs {what}. Try: {install_command('navigation')}", name=error.name)

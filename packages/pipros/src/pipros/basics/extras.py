@@ -21,12 +21,19 @@ def install_command(*extras: str) -> str:
 
 
 def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
-    """Return the error for a missing optional library.
+    """Return the error for an optional library that is missing or cannot be imported.
 
     `what` is the start of the error text. It ends with the library's name, as in `images and cameras need
     numpy`.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C interrupted the import of numpy. In this case, numpy's C code prints the
+            exception, which sets `sys.last_type`, and raises ImportError.
     """
-    return MissingExtra(f"{what}, which is not installed. Try: {install_command(extra)}", name=error.name)
+    if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
+        raise KeyboardInterrupt from None
+    problem = f"cannot be imported: {error}" if error.name is None else "is not installed"
+    return MissingExtra(f"{what}, which {problem}. Try: {install_command(extra)}", name=error.name)
 
 
 def _pip() -> str:

@@ -10,7 +10,9 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.extras import install_command
+from pipros.basics.extras import install_command, missing
+
+NUMPY = ImportError("numpy.core.multiarray failed to import")
 
 
 @pytest.fixture
@@ -57,3 +59,26 @@ def test_pip_of_another_environment_is_not_used(
     python = str(tmp_path / "my env" / "python")
     monkeypatch.setattr(sys, "executable", python)
     assert install_command("numpy") == f"'{python}' -m pip install 'pipros[numpy]'"
+
+
+def test_a_missing_library_is_named_with_the_command_that_installs_it() -> None:
+    error = missing("this node needs scipy", "navigation", ModuleNotFoundError("no scipy", name="scipy"))
+
+    assert str(error).startswith("this node needs scipy, which is not installed. Try: ")
+    assert "[navigation]" in str(error)
+    assert error.name == "scipy"
+
+
+def test_ctrl_c_during_the_import_of_numpy_stays_ctrl_c(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "last_type", KeyboardInterrupt, raising=False)
+
+    with pytest.raises(KeyboardInterrupt):
+        missing("images need numpy", "images", NUMPY)
+
+
+def test_a_numpy_that_cannot_be_imported_is_not_called_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(sys, "last_type", raising=False)
+
+    said = str(missing("images need numpy", "images", NUMPY))
+
+    assert "images need numpy, which cannot be imported: numpy.core.multiarray failed to import. Try" in said
