@@ -10,9 +10,10 @@ import { Hub } from "./hub.mjs";
 import { Pictures } from "./pictures.js";
 import { keepFiles } from "./store.js";
 import { Terminal } from "./terminal.js";
-import { filesOf, zipOf } from "./zip.mjs";
 
 const HOME = "/home/student";
+const PACKED = `${HOME}/.ros/student.zip`; // neither listed nor kept
+const OPENED = "/tmp/opened.zip"; // in one worker alone
 const TERMINALS = 3;
 const IS_FOLDER = 0o040000;
 const NOT_LISTED = /\/\.ros(\/|$)|\/(build|devel)\//;
@@ -106,23 +107,25 @@ function listFiles(hub, editor) {
   );
 }
 
-function download(hub) {
-  const files = new Map();
-  for (const [path, state] of hub.files) if (!NOT_LISTED.test(path)) files.set(path.slice(HOME.length + 1), state);
-  const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(zipOf(files)), download: "student.zip" });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+/** Packs or unpacks an archive with Python. Returns what it prints. */
+async function archive(hub, order, path, files = {}) {
+  let printed = "";
+  const argv = ["python3", "-m", "pipros.tab.archives", order, path];
+  await hub.start({ argv, files }, (text) => (printed += text)).ended;
+  return printed.trim();
+}
+
+async function download(hub) {
+  say(await archive(hub, "pack", PACKED));
+  const href = URL.createObjectURL(new Blob([hub.files.get(PACKED)[1]], { type: "application/zip" }));
+  hub.writeFile(PACKED, null);
+  Object.assign(document.createElement("a"), { href, download: "student.zip" }).click();
+  setTimeout(() => URL.revokeObjectURL(href), 10_000);
 }
 
 async function openZip(hub, file) {
-  try {
-    const { files, leftOut } = await filesOf(new Uint8Array(await file.arrayBuffer()));
-    for (const [name, [mode, content]] of files) hub.writeFile(`${HOME}/${name}`, content, mode);
-    const lost = leftOut.length ? `; ${leftOut.length} are left out, such as ${leftOut[0]}` : "";
-    say(`opened ${file.name}: ${files.size} files and folders${lost}`);
-  } catch (error) {
-    say(error.message);
-  }
+  const content = new Uint8Array(await file.arrayBuffer());
+  say(`${file.name}: ${await archive(hub, "unpack", OPENED, { [OPENED]: [0o644, content] })}`);
 }
 
 async function main() {
