@@ -68,6 +68,36 @@ def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
     assert missing.output == "rosfoo: command not found\n"
 
 
+def test_a_loop_that_never_sleeps_gets_messages(tab: TabHub) -> None:
+    tab.start("talker", TALKER)
+    source = """
+import rospy
+from std_msgs.msg import String
+
+rospy.init_node("listener")
+heard = []
+rospy.Subscriber("latched", String, heard.append)
+while not rospy.is_shutdown():
+    if not heard:
+        continue  # as in the tutorials, which look up transforms
+    print(heard[0].data)
+    break
+"""
+    assert output_of(tab.start("listener", source)) == "kept\n"
+
+
+def test_programs_that_read_keys_end_with_one_line(tab: TabHub) -> None:
+    teleop = tab.run("rosrun", "turtlesim", "turtle_teleop_key")
+    assert teleop.wait() == 1
+    assert teleop.output.splitlines()[-2:] == [
+        "Use arrow keys to move the turtle. 'q' to quit.",
+        "the programs of a browser tab read no keys: use arguments, parameters or topics",
+    ]
+    asking = tab.start("asking", "input('name? ')\n")
+    assert asking.wait() == 1
+    assert 'asking.py", line 1, in <module>' in asking.output
+
+
 def test_a_node_follows_simulated_time(tab: TabHub) -> None:
     source = """
 import rospy

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
+from pipros.basics import one_thread
 from pipros.basics.shared_names import share_names
 from pipros.basics.uri import split_uri
 from pipros.net.argument_checks import below_root
@@ -91,6 +92,7 @@ def is_shutdown() -> bool:
 
     The client and preshutdown hooks can still publish, so the result is still False in these hooks.
     """
+    one_thread.take_turn()  # loops that never sleep wait for callbacks, too
     return session.is_shutdown
 
 

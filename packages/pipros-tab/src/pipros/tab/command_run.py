@@ -15,6 +15,7 @@ from types import FrameType
 from typing import NoReturn
 
 from pipros.tab.processes import ONLY_PYTHON
+from pipros.tab.tab_socket import NO_KEYS
 
 INTERRUPTED = 130
 NOT_FOUND = 127
@@ -133,6 +134,10 @@ def code_of(call: Callable[[], object]) -> int:
         frames = error.__traceback__
         while frames is not None and _is_own(frames.tb_frame):
             frames = frames.tb_next
+        home = os.path.expanduser("~")
+        if str(error) == NO_KEYS and not any(home in each.filename for each in traceback.extract_tb(frames)):
+            print(error, file=sys.stderr)  # a program of pipros
+            return 1
         traceback.print_exception(type(error), error, frames)
         ends_by_ctrl_c = isinstance if sys.version_info >= (3, 14) else _is_exactly
         return INTERRUPTED if ends_by_ctrl_c(error, KeyboardInterrupt) else 1

@@ -56,3 +56,9 @@ def start_thread(function: Callable[..., object], *args: Any, name: str) -> None
         threading.Thread(target=function, args=args, name=name, daemon=True).start()
     else:
         turns.later(function, *args)
+
+
+def take_turn() -> None:
+    """Without threads, run what is due."""
+    if turns is not None:
+        turns.wait(lambda: False, 0.0)

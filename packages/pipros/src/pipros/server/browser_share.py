@@ -63,7 +63,7 @@ def browser_or_none() -> Browser | None:
 def has_share(browser: Browser | None, holders: Collection[Browser | None], limit: int) -> bool:
     """Return whether a browser may hold one more of `limit` things: half of what others leave.
 
-    Any number of greedy browsers thus leave something for the next one. None, which is no browser, may hold
+    Any number of greedy browsers thus leave something for the next one. None, not a browser, may hold
     all that is left.
 
     Args:
