@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import IO, Any, ClassVar, Final, NoReturn
 
 from pipros.tab.files import SharedFiles
+from pipros.tab.filters import Filters
 from pipros.tab.network import Network
 from pipros.tab.packets import NUMBER, Kind
 from pipros.tab.tab_socket import NO_KEYS
@@ -33,6 +34,7 @@ class TabProcess:
     network: ClassVar[Network]
     turns: ClassVar[WorkerTurns]
     files: ClassVar[SharedFiles]
+    filters: ClassVar[Filters] = ()
 
     def __init__(
         self,
@@ -43,9 +45,13 @@ class TabProcess:
         stdin: _Output = None,
         stdout: _Output = None,
         stderr: _Output = None,
+        filters: Filters = (),
         **_: object,
     ) -> None:
         """Start a program.
+
+        Args:
+            filters: through which its output passes, by default as that of this program.
 
         Raises:
             OSError: it would need a pipe or a shell, which a tab lacks.
@@ -64,6 +70,7 @@ class TabProcess:
                 "folder": os.fspath(cwd) if cwd is not None else os.getcwd(),
                 "stdout": _path_of(stdout),
                 "stderr": _path_of(stderr),
+                "filters": filters or (self.filters if stdout is None else ()),
             }
         )
 

@@ -20,6 +20,7 @@ import pipros
 from pipros.basics import one_thread
 from pipros.tab import files, processes
 from pipros.tab.command_run import Replaced, code_of, run_words
+from pipros.tab.filters import run_before
 from pipros.tab.network import Network, Port
 from pipros.tab.packets import Kind
 from pipros.tab.sockets import install
@@ -103,7 +104,8 @@ class Worker:
             program: `argv`, the command line, whose first item is a script or the name of a command, or
                 `bash` for a terminal; `files`, text, or mode and bytes, by path; `environment`, all
                 variables, or `env`, further ones; `folder`, where it begins, the home folder by default;
-                `stdout` and `stderr`, paths, or None for the terminal; `number`, of the process.
+                `stdout` and `stderr`, paths, or None for the terminal; `filters`, through which
+                its output passes; `number`, of the process.
         """
         if "environment" in program:
             os.environ.clear()
@@ -122,12 +124,13 @@ class Worker:
         for descriptor, stream in ((1, "stdout"), (2, "stderr")):
             if program.get(stream):
                 _redirect(descriptor, program[stream])
+        filters = processes.TabProcess.filters = program.get("filters") or ()
         if program["argv"][0] == "bash":
             from pipros.tab.terminal import Terminal
 
             code = Terminal(self._network, self._turns, shared).run()
         else:
-            code = run_words(program["argv"])
+            code = run_before(filters, lambda: run_words(program["argv"]), sys.stdout)
         code = code_of(atexit._run_exitfuncs) or code
         sys.stdout.flush()
         sys.stderr.flush()

@@ -1,39 +1,45 @@
 """A small shell for the terminals of a tab: one line of built-in commands and programs.
 
-It knows quotes, `$NAME`, `$?`, `~`, `*`, `;`, `&&`, `&`, and `>` and `>>` at the end of a command.
-`source` sets what the setup file of a built workspace sets, and runs the lines of other files. Everything
-else is a program.
+It knows quotes, `$NAME`, `$?`, `~`, `*`, `;`, `&&`, `||`, `&`, `NAME=value` before a command,
+`>` and `>>` at its end, and filters after `|` (`filters.py`). `source` sets what the setup file of a built
+workspace sets, and runs the lines of other files. Everything else is a program.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import glob
+import io
 import os
 import re
-import shlex
 import shutil
 import stat
 import sys
 from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
+
+from pipros.tab.filters import FILTERS, Pipe, run_before, run_on_files
 
 MISUSE: Final = 2
-_SEPARATORS: Final = (";", "&&", "&")
+_SEPARATORS: Final = (";", "&&", "||", "&")
 _SOURCES: Final = ("source", ".")
-_NOT_HERE: Final = ("|", "||", "<", "<<", "<<<", ">&", "&>")
 _REDIRECTIONS: Final = {">": "w", ">>": "a"}
-_VARIABLE: Final = re.compile(r"\$(?:\{(\w+)\}|(\w+|\?))")
-_last: Final = {"?": "0"}
-"""The exit code of the last command."""
+_TOKEN: Final = re.compile(
+    r"""\s*(\#.*|[12]>+&?|[;&|<>]+|(?:\\.|"(?:[^"\\]|\\.)*"|'[^']*'|[^\s;&|<>"'\\])+)\s*""", re.DOTALL
+)
+_PART: Final = re.compile(r"""'([^']*)'|"((?:[^"\\]|\\.)*)"|\\(.)|([^"'\\]+)""", re.DOTALL)
+_VARIABLE: Final = re.compile(r"(?<!\\)\$\{?(\w+|\?)\}?")
+_ASSIGNMENT: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
+_variables: Final = {"?": "0"}
+"""The exit code of the last command, and variables that programs do not get."""
 
 
-class Run(Protocol):
-    """Starts a program."""
-
-    def __call__(self, words: list[str], output: str | None = None, /, *, waits: bool = True) -> int:
-        """Return the exit code, or 0 at once if `waits` is False. Append its output to a file, if given."""
+Run = Callable[..., int]
+"""`run(words, output, waits=True, filters=())` starts a program. It returns the exit code, or 0 at once if it
+does not wait. The output passes through the filters, and is appended to the file `output`, unless None."""
 
 
 def run_line(line: str, run: Run) -> int:
@@ -42,55 +48,78 @@ def run_line(line: str, run: Run) -> int:
     Args:
         run: starts a program; see `Run`.
     """
-    try:
-        lexer = shlex.shlex(line, posix=False, punctuation_chars=";&>|<")
-        lexer.whitespace_split = True
-        words = list(lexer)
-    except ValueError as error:
-        return _misuse(str(error))
-    for word in words:
-        if word in _NOT_HERE:
+    words: list[str] = []
+    at = 0
+    while line[at:].strip():
+        found = _TOKEN.match(line, at)
+        if found is None:
+            return _misuse(f"unexpected EOF while looking for matching `{line[at:].lstrip()[0]}'")
+        word, at = found[1], found.end()
+        if re.fullmatch("[12]?[;&|<>]+", word) and word not in (*_SEPARATORS, *_REDIRECTIONS, "|"):
             return _misuse(f"{word} is not available in a browser tab")
-    code = 0
+        if re.search(r"^[^']*\$\(", word):
+            return _misuse("$( ) is not available in a browser tab")
+        words += [word] if not word.startswith("#") else []
+    code, is_skipped = 0, False
     while words:
         end = next((at for at, word in enumerate(words) if word in _SEPARATORS), len(words))
         separator = words[end] if end < len(words) else ";"
-        code = _run_command(words[:end], run, waits=separator != "&")
-        _last["?"] = str(code)
-        if code and separator == "&&":
-            break
+        if not is_skipped:
+            code = _run_command(words[:end], run, waits=separator != "&")
+            _variables["?"] = str(code)
+        is_skipped = code == 0 if separator == "||" else code != 0 and separator == "&&"
         words = words[end + 1 :]
     return code
 
 
 def _misuse(reason: str) -> int:
     print(f"bash: {reason}", file=sys.stderr)
-    _last["?"] = str(MISUSE)
+    _variables["?"] = str(MISUSE)
     return MISUSE
 
 
 def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
+    """Run a command, and the filters after it."""
     name = words[0] if words else "bash"
+    environment = {}
+    before = dict(os.environ)
     try:
         words, output = _redirection(words)
-        name, *arguments = [part for word in words for part in _expanded(word)] or [""]
-        built_in = BUILT_IN.get(name)
-        if name in _SOURCES:
-            return _source(arguments, run)
+        filters: list[list[str]] = []
+        while "|" in words:
+            at = len(words) - 1 - [*reversed(words)].index("|")
+            filters.insert(0, _arguments(words[at + 1 :]) or [""])
+            words, name = words[:at], filters[0][0]
+            if name not in FILTERS:
+                return _misuse(f"after |, a browser tab has only {', '.join(FILTERS)}, not {name}")
+            Pipe(filters[0], io.StringIO())  # reports invalid options before anything runs
+        while words and (found := _ASSIGNMENT.fullmatch(words[0])):
+            environment[found[1]] = "".join(_arguments([found[2]]) if found[2] else ())
+            words = words[1:]
+        name, *arguments = _arguments(words) or [""]
+        if not name:
+            _variables.update(environment)
+            before.update({each: value for each, value in environment.items() if each in before})
+            return 0
+        os.environ.update(environment)
+        built_in = functools.partial(_source, run=run) if name in _SOURCES else BUILT_IN.get(name)
         if built_in is None:
-            return run([name, *arguments], output, waits=waits) if name else 0
-        if output is None:
-            return built_in(arguments)
-        with open(output, "a", encoding="utf-8") as file, contextlib.redirect_stdout(file):
-            return built_in(arguments)
-    except OSError as error:
-        shown = f"bash: {name}" if name in ("cd", *_SOURCES) else name
-        place = f"{shown}: {error.filename}" if error.filename else "bash"
-        print(f"{place}: {error.strerror or error}", file=sys.stderr)
-        return 1
-    except ValueError as error:
-        print(f"{name}: {error}", file=sys.stderr)
-        return 1
+            return run([name, *arguments], output, waits=waits, filters=filters)
+        with open(output or os.devnull, "a", encoding="utf-8") as file:
+            out = file if output else sys.stdout
+            return run_before(filters, functools.partial(built_in, arguments), out)
+    except BrokenPipeError:
+        return 0  # `head` needs no more lines
+    except (OSError, ValueError) as error:
+        place = f"bash: {name}" if name in ("cd", *_SOURCES) else name
+        if isinstance(error, OSError):
+            place = f"{place}: {error.filename}" if error.filename else "bash"
+        print(f"{place}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
+        return 2 if name == "grep" else 1
+    finally:
+        if environment:
+            os.environ.clear()
+            os.environ.update(before)
 
 
 def _redirection(words: Sequence[str]) -> tuple[Sequence[str], str | None]:
@@ -102,15 +131,26 @@ def _redirection(words: Sequence[str]) -> tuple[Sequence[str], str | None]:
     return words[:-2], path
 
 
+def _arguments(words: Sequence[str]) -> list[str]:
+    return [part for word in words for part in _expanded(word)]
+
+
 def _expanded(word: str) -> list[str]:
     """Return the arguments that a word stands for, with variables, `~` and `*` replaced, without quotes."""
-    if word.startswith("'"):
-        return [word.strip("'")]
-    text = _VARIABLE.sub(lambda found: {**os.environ, **_last}.get(found[1] or found[2], ""), word)
-    if '"' in text or "'" in text or "\\" in text:
-        return shlex.split(text) or [""]
-    text = os.path.expanduser(text)
-    return (sorted(glob.glob(text)) or [text]) if "*" in text else [text]
+    variables = {**os.environ, **_variables}
+
+    def substituted(text: str) -> str:
+        return _VARIABLE.sub(lambda found: variables.get(found[1], ""), text)
+
+    text = pattern = ""
+    for single, double, escaped, plain in _PART.findall(word):
+        quoted = single or escaped or re.sub(r"\\([\"\\$`])", r"\1", substituted(double))
+        given = substituted(plain if text else os.path.expanduser(plain))
+        text += quoted + given
+        pattern += glob.escape(quoted) + given
+    if word.startswith("$") and not text:
+        return []
+    return (sorted(glob.glob(pattern)) if "*" in pattern else []) or [text]
 
 
 def _ls(arguments: Sequence[str]) -> int:
@@ -129,12 +169,20 @@ def _ls(arguments: Sequence[str]) -> int:
                 about = os.stat(os.path.join(path, name) if name != path else path)
                 print(stat.filemode(about.st_mode), f"{about.st_size:>8}", name)
         elif names:
-            print("  ".join(names))
+            print(("\n" if isinstance(sys.stdout, Pipe) else "  ").join(names))
     return 0
 
 
 def _cd(arguments: Sequence[str]) -> int:
-    os.chdir(arguments[0] if arguments else os.path.expanduser("~"))
+    target = arguments[0] if arguments else os.path.expanduser("~")
+    before = os.getcwd()
+    if target == "-":
+        if "OLDPWD" not in _variables:
+            raise ValueError("OLDPWD not set")
+        target = _variables["OLDPWD"]
+        print(target)
+    os.chdir(target)
+    _variables["OLDPWD"] = before
     return 0
 
 
@@ -152,6 +200,20 @@ def _cat(arguments: Sequence[str]) -> int:
 def _echo(arguments: Sequence[str]) -> int:
     print(*arguments)
     return 0
+
+
+def _which(names: Sequence[str]) -> int:
+    programs = {*BUILT_IN, "python3", *(each.name for each in entry_points(group="console_scripts"))}
+    found = [name for name in names if name in programs - {"cd", "exit", "export", "jobs"}]
+    for name in found:
+        print(f"/usr/bin/{name}")
+    return 0 if found and len(found) == len(names) else 1
+
+
+def _env(names: Sequence[str]) -> int:
+    for name in sorted(os.environ.keys() & set(names or os.environ)):
+        print(os.environ[name] if names else f"{name}={os.environ[name]}")
+    return 0 if os.environ.keys() >= set(names) else 1
 
 
 def _mkdir(arguments: Sequence[str]) -> int:
@@ -175,56 +237,33 @@ def _rm(arguments: Sequence[str]) -> int:
 
 def _chmod(arguments: Sequence[str]) -> int:
     mode, *paths = arguments or ("",)
-    if not (re.fullmatch(r"[0-7]{3}|[ugoa]*[+-][rwx]+", mode) and paths):
-        print("Usage: chmod +x FILE..., chmod 755 FILE...", file=sys.stderr)
-        return 1
+    changed = re.fullmatch("([ugoa]*)([+-])([rwx]+)", mode)
+    if not (paths and (changed or re.fullmatch("[0-7]{3}", mode))):
+        raise ValueError("use chmod +x FILE..., or chmod 755 FILE...")
+    who, sign, what = changed.groups() if changed else ("", "", "")
+    people = "ugo" if who in ("", "a") else who
+    bits = sum(1 << 3 * "ogu".index(person) + "xwr".index(each) for person in people for each in set(what))
     for path in paths:
-        if mode.isdigit():
-            os.chmod(path, int(mode, 8))
-            continue
-        who, sign, what = re.split("([+-])", mode)
-        people = "ugo" if who in ("", "a") else who
-        bits = sum(1 << "xwr".index(each) for each in set(what))
-        bits = sum(bits << 3 * "ogu".index(person) for person in people)
         before = stat.S_IMODE(os.stat(path).st_mode)
-        os.chmod(path, before | bits if sign == "+" else before & ~bits)
+        os.chmod(path, before | bits if sign == "+" else before & ~bits if sign else int(mode, 8))
     return 0
 
 
 def _export(arguments: Sequence[str]) -> int:
     for each in arguments:
-        name, _, value = each.partition("=")
-        os.environ[name] = value
+        name, has_value, value = each.partition("=")
+        os.environ[name] = value if has_value else {**os.environ, **_variables}.get(name, "")
     return 0
 
 
-def _sources_and_target(arguments: Sequence[str]) -> tuple[Sequence[str], str]:
-    """Split the arguments of a command, without its options.
-
-    Raises:
-        ValueError: there are fewer than two.
-    """
-    paths = [each for each in arguments if not each.startswith("-")]
-    if len(paths) < 2:
+def _cp(arguments: Sequence[str], moves: bool = False) -> int:
+    *sources, target = [each for each in arguments if not each.startswith("-")] or [""]
+    if not sources:
         raise ValueError("missing file operand")
-    return paths[:-1], paths[-1]
-
-
-def _cp(arguments: Sequence[str]) -> int:
-    sources, target = _sources_and_target(arguments)
     for path in sources:
         to = os.path.join(target, os.path.basename(path.rstrip("/"))) if os.path.isdir(target) else target
-        if os.path.isdir(path) and set(arguments) & {"-r", "-R", "-a"}:
-            shutil.copytree(path, to)
-        else:
-            shutil.copy(path, to)
-    return 0
-
-
-def _mv(arguments: Sequence[str]) -> int:
-    sources, target = _sources_and_target(arguments)
-    for path in sources:
-        shutil.move(path, target)
+        copies_folder = os.path.isdir(path) and set(arguments) & {"-r", "-R", "-a"}
+        (shutil.move if moves else shutil.copytree if copies_folder else shutil.copy)(path, to)
     return 0
 
 
@@ -274,11 +313,8 @@ def file_in_package(arguments: Sequence[str], command: str) -> str:
 
 
 def _roscp(arguments: Sequence[str]) -> int:
-    if len(arguments) != 3:
-        print("usage: roscp package filename target", file=sys.stderr)
-        return 1
     path = file_in_package(arguments, "roscp")
-    return _cp([path, arguments[2]]) if path else 1
+    return _cp([path, *arguments[2:]]) if path else 1
 
 
 def _roscat(arguments: Sequence[str]) -> int:
@@ -311,10 +347,12 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "clear": _clear,
     "cp": _cp,
     "echo": _echo,
+    "env": _env,
     "export": _export,
     "ls": _ls,
     "mkdir": _mkdir,
-    "mv": _mv,
+    "mv": functools.partial(_cp, moves=True),
+    "printenv": _env,
     "pwd": _pwd,
     "rm": _rm,
     "roscat": _roscat,
@@ -322,4 +360,6 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "roscp": _roscp,
     "rosls": _rosls,
     "touch": _touch,
+    "which": _which,
+    **{name: functools.partial(run_on_files, name) for name in FILTERS},
 }

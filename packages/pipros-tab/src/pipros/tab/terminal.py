@@ -14,10 +14,11 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import entry_points
 from math import inf
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -75,12 +76,12 @@ class Terminal:
         if self._foreground is not None:
             self._foreground.send_signal(signal.SIGINT)
 
-    def _start(self, words: list[str], output: str | None = None, *, waits: bool = True) -> int:
+    def _start(self, words: list[str], output: str | None = None, *, waits: bool = True, **more: Any) -> int:
         """Start a program, and wait for its end unless it runs in the background."""
         sys.stdout.flush()
         self._files.push()
         with open(output or os.devnull, "a", encoding="utf-8") as file:
-            process = TabProcess(words, stdout=file if output else None)
+            process = TabProcess(words, stdout=file if output else None, **more)
         if not waits:
             number = max((each[0] for each in self._jobs), default=0) + 1
             self._jobs.append((number, process, " ".join(words)))
@@ -116,7 +117,7 @@ class Terminal:
 
     def _kill(self, words: Sequence[str]) -> int:
         """Send SIGINT, or SIGKILL with -9, to jobs (`%1`) or numbers of processes started here."""
-        send: Callable[[TabProcess], None] = TabProcess.kill if "-9" in words else _send_interrupt
+        number = 9 if "-9" in words else signal.SIGINT
         code = 0
         for word in words:
             if word.startswith("-"):
@@ -126,7 +127,7 @@ class Terminal:
                 print(f"bash: kill: {word}: no such job", file=sys.stderr)
                 code = 1
             for _, process, _line in found:
-                send(process)
+                process.send_signal(number)
         return code
 
 
@@ -136,7 +137,8 @@ def completions(text: str) -> list[str]:
     started = words[-1]
     words = [word for word in words[:-1] if word] + [started]
     if len(words) == 1 and "/" not in started:
-        return sorted({name for name in (*_commands(), *shell.BUILT_IN) if name.startswith(started)})
+        names = {each.name for each in entry_points(group="console_scripts")} | shell.BUILT_IN.keys()
+        return sorted(name for name in names if name.startswith(started))
     found: list[str] = []
     if words[0] not in shell.BUILT_IN:
         (command,) = {*entry_points(group="console_scripts", name="pipros-complete")}
@@ -165,14 +167,6 @@ def _paths(started: str) -> list[str]:
         for each in place.iterdir()
         if each.name.startswith(name) and (name.startswith(".") or not each.name.startswith("."))
     )
-
-
-def _commands() -> list[str]:
-    return [each.name for each in entry_points(group="console_scripts")]
-
-
-def _send_interrupt(process: TabProcess) -> None:
-    process.send_signal(signal.SIGINT)
 
 
 def _state(process: TabProcess) -> str:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from pipros.tab import shell
+from pipros.tab.filters import run_before
 from pipros.tab.shell import run_line
 from pipros.workspace.overlays import MARKER
 
@@ -19,7 +24,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def no_program(words: list[str], _output: str | None = None, *, waits: bool = True) -> int:
+def no_program(words: list[str], _output: str | None = None, /, **_: object) -> int:
     raise AssertionError(words)
 
 
@@ -55,7 +60,7 @@ def test_programs_get_their_arguments_without_quotes(home: Path) -> None:
     (home / "b.bag").touch()
     started: list[list[str]] = []
 
-    def run(words: list[str], _output: str | None = None, *, waits: bool = True) -> int:
+    def run(words: list[str], _output: str | None = None, /, **_: object) -> int:
         started.append(words)
         return 3
 
@@ -87,12 +92,12 @@ def test_wrong_arguments_and_binary_files_do_not_close_the_terminal(
     home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (home / "a.bag").write_bytes(b"\xff\n")
-    assert typed("cp", "cp a.bag", "mv -f a.bag", "echo a\\", "cat a.bag") == [1, 1, 1, 1, 0]
+    assert typed("cp", "cp a.bag", "mv -f a.bag", "echo a\\", "cat a.bag") == [1, 1, 1, 2, 0]
     shown = capsys.readouterr()
     assert shown.err.splitlines() == [
         *("cp: missing file operand",) * 2,
         "mv: missing file operand",
-        "echo: No escaped character",
+        r"bash: unexpected EOF while looking for matching `\'",
     ]
     assert shown.out == "\N{REPLACEMENT CHARACTER}\n"
 
@@ -100,7 +105,7 @@ def test_wrong_arguments_and_binary_files_do_not_close_the_terminal(
 def test_programs_run_in_the_background_and_write_to_files(home: Path) -> None:
     started = []
 
-    def run(words: list[str], output: str | None = None, /, *, waits: bool = True) -> int:
+    def run(words: list[str], output: str | None = None, /, *, waits: bool = True, **_: object) -> int:
         started.append((words, output, waits))
         return 0
 
@@ -133,8 +138,19 @@ def test_files_are_copied_and_moved(home: Path) -> None:
 
 
 def test_what_a_tab_lacks_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert typed("rostopic list | sort") == [2]
-    assert capsys.readouterr().err == "bash: | is not available in a browser tab\n"
+    assert (
+        typed(
+            "rostopic list | sort", "rosnode list 2>&1", "cat << END", "ls |& wc", "cd $(rospack find rospy)"
+        )
+        == [2] * 5
+    )
+    assert capsys.readouterr().err.splitlines() == [
+        "bash: after |, a browser tab has only grep, head, tail, wc, not sort",
+        "bash: 2>& is not available in a browser tab",
+        "bash: << is not available in a browser tab",
+        "bash: |& is not available in a browser tab",
+        "bash: $( ) is not available in a browser tab",
+    ]
 
 
 def test_the_exit_code_of_the_last_command_is_known(capsys: pytest.CaptureFixture[str]) -> None:
@@ -142,6 +158,112 @@ def test_the_exit_code_of_the_last_command_is_known(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out == "1\n0\ncode 2\n"
     assert run_line("rosrun; echo $?", lambda *_, **__: 3) == 0
     assert capsys.readouterr().out == "3\n"
+    typed("cd nowhere && echo never || echo else; echo after; ls nowhere && echo never; echo last")
+    assert capsys.readouterr().out == "else\nafter\nlast\n"
+
+
+def test_variables_are_set_for_one_command_or_for_the_shell(capsys: pytest.CaptureFixture[str]) -> None:
+    started = []
+
+    def run(words: list[str], _output: str | None = None, /, **_: object) -> int:
+        started.append((words, os.environ.get("ROS_NAMESPACE")))
+        return 0
+
+    for line in (
+        'ROS_NAMESPACE="robot 1" rosrun a b _c:="d e"',
+        "NAME=x",
+        "rosrun a $NAME ${NONE}",
+        "printenv NAME",
+    ):
+        run_line(line, run)
+    assert started == [(["rosrun", "a", "b", "_c:=d e"], "robot 1"), (["rosrun", "a", "x"], None)]
+    assert typed("export NAME; printenv NAME", "A=1 env | grep ^A=") == [0, 0]
+    assert capsys.readouterr().out == "x\nA=1\n"
+
+
+def test_folders_are_left_and_entered_again(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shell._variables.pop("OLDPWD", None)
+    assert typed("cd -", "mkdir a; cd a", "cd -", "cd -; pwd", "cd nowhere", "cd -") == [1, 0, 0, 0, 1, 0]
+    shown = capsys.readouterr()
+    assert shown.out.splitlines() == [str(home), *(f"{home}/a",) * 2, str(home)]
+    assert shown.err.splitlines()[0] == "bash: cd: OLDPWD not set"
+
+
+def test_programs_are_found(capsys: pytest.CaptureFixture[str]) -> None:
+    assert typed("which rostopic ls", "which gcc rosrun", "which cd") == [0, 1, 1]
+    assert capsys.readouterr().out.splitlines() == ["/usr/bin/rostopic", "/usr/bin/ls", "/usr/bin/rosrun"]
+
+
+def test_words_are_expanded_as_in_bash(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    typed("mkdir -p ws/src a b", "ls; ls ws", "touch 'x y'", 'ls x*; echo "x*"')
+    typed("echo '$HOME' # no", 'echo "\\$A" \'a\'"b"c "x  y"', "echo ${NONE} $NONE '$(ls)'")
+    assert capsys.readouterr().out == "a  b  ws\nsrc\nx y\nx*\n$HOME\n$A abc x  y\n$(ls)\n"
+
+
+def print_topics(_: list[str], output: str | None = None, /, **more: Any) -> int:
+    """Do what a program does in a worker: print three names through the filters."""
+    with open(output or os.devnull, "a", encoding="utf-8") as file:
+        out = file if output else sys.stdout
+        return run_before(more["filters"], lambda: print("/odom\n/scan\n/Odom/x") or 0, out)
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "printed"),
+    [
+        ("rostopic list | grep odom", 0, "/odom\n"),
+        ("rostopic list | grep -i -n ODOM", 0, "1:/odom\n3:/Odom/x\n"),
+        ("rostopic list | grep -v odom | head -1", 0, "/scan\n"),
+        ("rostopic list | head -n 2 | tail -n 1", 0, "/scan\n"),
+        ("rostopic list | tail -n 1; echo 2; echo 1&&ls", 0, "/Odom/x\n2\n1\n"),
+        ("rostopic list | grep nothing", 1, ""),
+        ("rostopic list | grep -v nothing | wc -l", 0, "3\n"),
+        ("rostopic list | wc", 0, "3 3 20\n"),
+        (r"rostopic list | grep '^/o\|^/s'", 0, "/odom\n/scan\n"),
+        ("rostopic list | grep -E '^/(o|s)' > found; cat found", 0, "/odom\n/scan\n"),
+        ("touch a b; ls | grep -n b", 0, "2:b\n"),
+        ("A=1 env | grep ^A= && printenv A", 1, "A=1\n"),
+        ("rostopic list | grep -Z", 2, ""),
+    ],
+)
+def test_filters_read_what_commands_print(
+    line: str, code: int, printed: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_line(line, print_topics) == code
+    assert capsys.readouterr().out == printed
+
+
+def test_a_program_ends_if_head_needs_no_more_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    def count() -> int:
+        for number in itertools.count():
+            print(number)
+        return 0
+
+    with pytest.raises(BrokenPipeError):
+        run_before([["grep", "1"], ["head", "-2"]], count, sys.stdout)
+    assert capsys.readouterr().out == "1\n10\n"
+
+
+def test_filters_read_files(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (home / "a/b").mkdir(parents=True)
+    (home / "a/b/c").write_text("one\ntwo\n")
+    (home / "d").write_text("two\nOne")
+    assert typed("grep -n two a/b/c", "grep -r two", "grep -r One .", "grep -i one a/b/c d") == [0] * 4
+    assert typed("head -1 a/b/c d", "tail -n1 d", "wc a/b/c", "wc -l d") == [0] * 4
+    assert capsys.readouterr().out.splitlines() == [
+        *("2:two", "a/b/c:two", "d:two", "d:One", "a/b/c:one", "d:One", "==> a/b/c <==", "one"),
+        *("==> d <==", "two", "One2 2 8 a/b/c", "1 d"),
+    ]
+    wrong = ("grep two a", "grep no d", "grep x none", "grep [ d", "grep -Z d", "grep", "head -x d", "wc")
+    assert typed(*wrong) == [2, 1, 2, 2, 2, 2, 1, 1]
+    assert capsys.readouterr().err.splitlines() == [
+        "grep: a: Is a directory",
+        "grep: none: No such file or directory",
+        "grep: [: unterminated character set at position 0",
+        "grep: invalid option -- 'Z'",
+        "grep: a pattern is needed: grep [-Einrv] PATTERN [FILE]...",
+        "head: invalid option -- 'x'",
+        "wc: files are needed: the terminals of a browser tab pass no lines to commands",
+    ]
 
 
 def test_the_lines_of_other_files_are_run(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
