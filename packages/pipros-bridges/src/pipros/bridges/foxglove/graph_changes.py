@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from pipros.bridges.foxglove import frames
 from pipros.bridges.outbox import WebSocketFrame
 from pipros.graph.system_state import Registrations, SystemState
 
 EMPTY = SystemState({}, {}, {})
+
+
+class GraphUpdates:
+    """Computes each update once, however many clients request it, and however often. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self._newest = deque[tuple[SystemState, SystemState, WebSocketFrame | None]](maxlen=2)
+
+    def find(self, before: SystemState, after: SystemState) -> WebSocketFrame | None:
+        """Return what `graph_update` returns, which is kept for the latest two pairs of states."""
+        for old, new, update in self._newest:
+            if old is before and new is after:
+                return update
+        self._newest.append((before, after, graph_update(before, after)))
+        return self._newest[-1][2]
 
 
 def graph_update(before: SystemState, after: SystemState) -> WebSocketFrame | None:

@@ -15,7 +15,7 @@ from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.client import BridgeClient
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import TopicCatalog
-from pipros.bridges.foxglove.graph_changes import EMPTY
+from pipros.bridges.foxglove.graph_changes import EMPTY, GraphUpdates
 from pipros.bridges.foxglove.graph_watch import GraphSnapshot, GraphWatch, is_allowed
 from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
 from pipros.bridges.foxglove.parameters import flattened
@@ -24,6 +24,7 @@ from pipros.bridges.foxglove.sent_assets import Asset, SentAssets
 from pipros.bridges.foxglove.session import TIME_KEY, FoxgloveSession
 from pipros.bridges.foxglove.shared_answer import SharedAnswer
 from pipros.bridges.limits import BridgeLimits
+from pipros.bridges.outbox import WebSocketFrame
 from pipros.bridges.shared_topics import SharedTopics, TopicMessage
 from pipros.graph.definitions import TopicDefinitions
 from pipros.graph.node_queries import NodeQueries
@@ -90,6 +91,7 @@ class FoxgloveHandler:
         self.topics = topics or SharedTopics(node)
         self.catalog = TopicCatalog()
         self.state: SystemState = EMPTY
+        self.graph_updates = GraphUpdates()
         self.has_control = rules.has_control
         self.threads = DaemonPool("foxglove client", node.limits.of(BridgeLimits).bridge_clients)
         self.call_turns = CallTurns("foxglove call", CALLS_AT_ONCE)
@@ -112,6 +114,7 @@ class FoxgloveHandler:
             max_poll_s=rules.max_poll_s,
         )
         self._session_id = secrets.token_hex(8)
+        self._offers: tuple[WebSocketFrame, ...] = ()  # for new clients; empty after a change
 
     def start(self) -> None:
         """Start watching the graph, and subscribe to `/clock` if time is simulated."""
@@ -134,10 +137,13 @@ class FoxgloveHandler:
         if isinstance(self.node.clock, SimulatedClock):
             capabilities.append("time")
         metadata = {"ROS_DISTRO": "noetic"}
-        client.send(
-            frames.server_info("foxglove_bridge", capabilities, ENCODINGS, metadata, self._session_id),
+        self._offers = self._offers or (
             frames.advertise(self.catalog.channels.values()),
             frames.advertise_services(self.catalog.services.values()),
+        )
+        client.send(
+            frames.server_info("foxglove_bridge", capabilities, ENCODINGS, metadata, self._session_id),
+            *self._offers,
         )
         self._sessions[session] = client
         self._graph_watch.set_needed(True)
@@ -201,6 +207,7 @@ class FoxgloveHandler:
     def _apply(self, snapshot: GraphSnapshot) -> None:
         channels = self.catalog.update_channels(snapshot.topics)
         services = self.catalog.update_services(snapshot.services)
+        self._offers = ()
         news = []
         if channels.removed:
             news.append(frames.unadvertise(channels.removed))

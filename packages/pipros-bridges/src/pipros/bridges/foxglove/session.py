@@ -28,7 +28,7 @@ from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import Channel, TopicCatalog
 from pipros.bridges.foxglove.frames import StatusLevel
-from pipros.bridges.foxglove.graph_changes import EMPTY, graph_update
+from pipros.bridges.foxglove.graph_changes import EMPTY, GraphUpdates
 from pipros.bridges.foxglove.parameter_watch import DELETED, Changes
 from pipros.bridges.foxglove.parameters import from_client, selected, to_client
 from pipros.bridges.foxglove.publishing import ClientPublication, call_service
@@ -109,6 +109,7 @@ class FoxgloveBridge(Protocol):
     topics: SharedTopics
     catalog: TopicCatalog
     state: SystemState
+    graph_updates: GraphUpdates
     has_control: bool
     threads: DaemonPool
     call_turns: CallTurns
@@ -212,7 +213,7 @@ class FoxgloveSession:
     def show_graph(self, state: SystemState) -> None:
         """Send the graph's changes if the client subscribes to the graph."""
         if self._graph is not None:
-            update = graph_update(self._graph, state)
+            update = self._bridge.graph_updates.find(self._graph, state)
             self._graph = state
             if update is not None:
                 self._client.send(update)

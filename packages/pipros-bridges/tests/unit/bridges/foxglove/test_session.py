@@ -6,14 +6,17 @@ import asyncio
 import json
 import struct
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.call_turns import CallTurns
+from pipros.bridges.client import BridgeClient
 from pipros.bridges.foxglove.catalog import TopicCatalog
+from pipros.bridges.foxglove.graph_changes import GraphUpdates
+from pipros.bridges.foxglove.handler import FoxgloveHandler, Rules
 from pipros.bridges.foxglove.parameter_watch import DELETED
 from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.foxglove.session import CHANNEL_SUBSCRIPTIONS, TURN, FoxgloveSession
@@ -23,6 +26,7 @@ from pipros.bridges.shared_topics import TopicMessage
 from pipros.bridges.shares import ServerShares
 from pipros.graph.definitions import Definition
 from pipros.graph.system_state import SystemState
+from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.packages.assets import AssetRefused
 from pipros.server.daemon_pool import DaemonPool
@@ -72,6 +76,7 @@ class FakeBridge:
         self.catalog = TopicCatalog()
         self.catalog.update_channels({"/chatter": TEXT})
         self.state = SystemState({"/chatter": ["/talker"]}, {}, {})
+        self.graph_updates = GraphUpdates()
         self.has_control = has_control
         self.threads = DaemonPool("test", 2)
         self.call_turns = CallTurns("test calls", 2)
@@ -345,6 +350,34 @@ def test_the_graph_is_shown_while_it_is_wanted() -> None:
         assert talk.client.received() == []
 
     run(body)
+
+
+def test_all_clients_are_sent_the_same_copy_of_a_large_graph() -> None:
+    async def body() -> None:
+        first = Conversation()
+        others = [Conversation() for _ in range(3)]
+        sent = []
+        for talk in [first, first, *others]:
+            talk.session = FoxgloveSession(talk.client, first.bridge)
+            await talk.session.receive('{"op": "subscribeConnectionGraph"}')
+            sent += talk.client.outbox.pop() or []
+        assert len(sent) == 5
+        assert len({id(frame) for frame in sent}) == 1
+
+    run(body)
+
+
+def test_all_clients_are_sent_the_same_copy_of_the_list_of_channels() -> None:
+    handler = FoxgloveHandler(Node("bridge"), cast(BackgroundLoop, None), Rules())
+    handler.catalog.update_channels({"/chatter": TEXT})
+    clients = [FakeClient(handler.node.limits) for _ in range(2)]
+    for client in clients:
+        handler.open(cast(BridgeClient, client))
+    first, second = (list(client.outbox.pop() or ()) for client in clients)
+    handler.close()
+    assert len(first) == 3
+    assert first[1] is second[1]
+    assert first[2] is second[2]
 
 
 def test_assets_are_found_or_refused() -> None:
