@@ -254,6 +254,9 @@ class _Walk:
         if growing := operators.GROWING.get(type(node.op)):
             return self._budget.charge(growing(self._budget, left, right))
         if plain := operators.BINARY.get(type(node.op)):
+            if isinstance(left, set) and isinstance(right, set):
+                self._budget.spend_on_reading(left, right)
+                self._budget.spend_on_hashes([*left, *right])
             return self._budget.charge(plain(left, right))
         raise self._error(node, "this operator is not allowed")
 
@@ -428,7 +431,7 @@ class _Walk:
         text = ""
         for part in node.values:
             text = self._budget.add(text, str(self.value(part)))
-        return text
+        return self._budget.charge(text)
 
     def formatted(self, node: ast.FormattedValue) -> Any:
         value = self.value(node.value)

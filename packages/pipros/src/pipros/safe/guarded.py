@@ -133,16 +133,16 @@ class WorkBudget:
 
     def _set(self, values: Iterable[object] = (), /) -> set[Any]:
         members = list(values)
-        self._spend_on_hashes(members)
+        self.spend_on_hashes(members)
         return set(members)
 
     def _dict(self, values: Any = (), /, **named: Any) -> dict[Any, Any]:
         if not isinstance(values, dict):
             values = [tuple(pair) for pair in values]
-            self._spend_on_hashes([pair[0] for pair in values if pair])
+            self.spend_on_hashes([pair[0] for pair in values if pair])
         return dict(values, **named)
 
-    def _spend_on_hashes(self, keys: Iterable[object]) -> None:
+    def spend_on_hashes(self, keys: Iterable[object]) -> None:
         """Charge for comparing keys with equal hashes, because numbers can be chosen so that they collide."""
         first: dict[int, Any] = {}
         collisions: dict[int, int] = {}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import string
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from pipros.safe.guarded import WorkBudget, format_value
@@ -68,6 +69,16 @@ def _padded(method: Method) -> Method:
     return call
 
 
+def _combining(method: Method) -> Method:
+    """Wrap a method that looks up the members of some sets in others."""
+
+    def call(budget: WorkBudget, members: set[Any], *others: Iterable[object]) -> Any:
+        budget.spend_on_hashes(chain(members, *others))
+        return method(members, *others)
+
+    return call
+
+
 def _expand_tabs(budget: WorkBudget, text: str, tabsize: int = 8) -> str:
     budget.foresee(len(text) + text.count("\t") * max(tabsize, 0))
     return text.expandtabs(tabsize)
@@ -108,9 +119,12 @@ _TEXT: Mapping[str, Method] = {
     "join": _join,
     "replace": _replace,
 }  # fmt: skip
-_SET = _plain(
-    set, "difference", "intersection", "isdisjoint", "issubset", "issuperset", "symmetric_difference", "union"
-)
+_SET = {
+    name: _combining(getattr(set, name))
+    for name in (
+        "difference", "intersection", "isdisjoint", "issubset", "issuperset", "symmetric_difference", "union",
+    )
+}  # fmt: skip
 
 METHODS: Mapping[type, Mapping[str, Method]] = {
     str: _TEXT,

@@ -211,6 +211,28 @@ def test_sets_and_dictionaries_are_as_large_as_other_results() -> None:
     assert evaluate("set()") == set()
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[f'{1:999}' for x in range(90000)]",
+        "[f'{text}{text}' for text in ['a' * 49999] for x in range(90000)]",
+        "set().union([x * (2**61 - 1) for x in range(3000)])",
+        "{0}.symmetric_difference([x * (2**61 - 1) for x in range(3000)])",
+        "{x * (2**61 - 1) for x in range(1500)} | {x * (2**61 - 1) for x in range(1500, 3000)}",
+        "[s - s for s in [set(range(30000))] for x in range(1000)]",
+    ],
+)
+def test_texts_and_sets_count_as_work(text: str) -> None:
+    with pytest.raises(ExpressionError, match="does too much work"):
+        evaluate(text)
+
+
+def test_sets_are_combined() -> None:
+    assert evaluate("{1, 2}.union([2, 3], {4})") == {1, 2, 3, 4}
+    assert evaluate("{1, 2} | {3}") == {1, 2, 3}
+    assert evaluate("{1, 2}.issubset(range(5))") is True
+
+
 def test_the_callers_limits_apply() -> None:
     for text, limits, words in [
         ("1 + 1", Limits(expression_characters=4), "longer than 4 characters"),
