@@ -6,7 +6,6 @@ import io
 import struct
 import subprocess
 import sys
-import zlib
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,8 @@ from pipros.libraries.vision.compressed_images import (
     decompressed,
     read_settings,
 )
-from pipros.pictures.codecs import OpenCVCodec, PillowCodec, codec
+from pipros.pictures.codecs import OpenCVCodec, PillowCodec, codec, pixel_count
+from pipros.pictures.compressed import PNG as PNG_START
 from pipros.pictures.errors import PictureError
 
 PILLOW = PillowCodec(Pictures)
@@ -191,13 +191,28 @@ def test_opencv_is_preferred_if_it_is_installed(monkeypatch: pytest.MonkeyPatch)
             opencv.encode(image, "png", 3)
 
 
-def test_opencv_refuses_pictures_with_too_many_pixels() -> None:
+@pytest.mark.parametrize(
+    "picture",
+    [
+        PNG_START + struct.pack(">I4sII", 13, b"IHDR", 14_000, 14_000),
+        b"\xff\xd8\xff\xfe\0\x04abpadding\xff\xff\xc2\0\x11\x08" + struct.pack(">HH", 14_000, 14_000),
+        b"II*\0" + struct.pack("<IHHHIIHHII", 8, 2, 256, 4, 1, 14_000, 257, 3, 1, 14_000),
+        b"MM\0*" + struct.pack(">IHHHIHHHHII", 8, 2, 256, 3, 1, 14_000, 0, 257, 4, 1, 14_000),
+    ],
+    ids=["PNG", "JPEG", "TIFF", "big-endian TIFF"],
+)
+def test_opencv_does_not_decode_pictures_with_too_many_pixels(picture: bytes) -> None:
+    """14,000 x 14,000 pixels with four channels take 784 MB; a PNG file needs less than 1 MB for them."""
+    with pytest.raises(PictureError, match="must have at most 178956970 pixels, got 196000000"):
+        OpenCVCodec(FakeOpenCV).decode(picture)
+
+
+def test_the_headers_that_opencv_writes_are_understood() -> None:
     cv2 = pytest.importorskip("cv2")
-    picture = bytearray(cv2.imencode(".png", np.zeros((1, 1), np.uint8))[1])
-    picture[16:24] = struct.pack(">II", 60_000, 60_000)
-    picture[29:33] = struct.pack(">I", zlib.crc32(picture[12:29]))
-    with pytest.raises(PictureError, match="OpenCV cannot decode"):
-        OpenCVCodec(cv2).decode(bytes(picture))
+    for kind, pixels in ((".png", 91), (".jpg", 91), (".tiff", 91), (".bmp", 0)):
+        assert pixel_count(bytes(cv2.imencode(kind, np.zeros((7, 13, 3), np.uint8))[1])) == pixels
+    for cut in (b"", PNG_START, b"II*\0", b"\xff\xd8", b"\xff\xd8\xff\xe0"):
+        assert pixel_count(cut) == 0
 
 
 def test_without_either_library_the_error_names_the_extras() -> None:
