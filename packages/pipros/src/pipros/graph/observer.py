@@ -36,8 +36,10 @@ class ObservedMaster(Protocol):
 
 CALLS_PER_POLL = 60
 """Maximum number of nodes called per `poll`. The other nodes are called in later polls."""
-ASKED_AT_ONCE = 6
+ASKED_AT_ONCE = 16
+"""Maximum number of concurrent calls; also of unresponsive nodes that are called again per `poll`."""
 ANSWER_DEADLINE_S = 1.5
+"""Timeout of a call; also the time after which a `poll` starts no more calls."""
 NODE_INTERVAL_S = 1.0
 """Minimum interval (s) between calls to the same node."""
 RATE_ANSWERS = 6
@@ -199,9 +201,11 @@ class SystemObserver:
         names = state.nodes()
         self._nodes = {name: self._nodes.get(name) or _Node() for name in names}
         now_s = self._now_s()
+        until_s = now_s + ANSWER_DEADLINE_S
         due = sorted((node.called_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
-        batch = [name for _, name in due[:CALLS_PER_POLL]]
-        in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
+        silent = [name for _, name in due if self._nodes[name].failures][:ASKED_AT_ONCE]
+        batch = [name for _, name in due if not self._nodes[name].failures][: CALLS_PER_POLL - len(silent)]
+        in_parallel(batch + silent, lambda name: self._query_until(until_s, name), at_once=ASKED_AT_ONCE)
         self._clients.keep_only({node.uri for node in self._nodes.values()})
         connections, transports = self._connections({*state.topics()})
         uris = {name: node.uri for name, node in self._nodes.items() if node.counts}  # nodes that answered
@@ -214,6 +218,10 @@ class SystemObserver:
             self._types.find(state, uris, connections),
         )
         return self._last
+
+    def _query_until(self, until_s: float, name: str) -> None:
+        if self._now_s() <= until_s:
+            self._query(name, self._nodes[name])
 
     def _query(self, name: str, node: _Node) -> None:
         node.called_s = now_s = self._now_s()

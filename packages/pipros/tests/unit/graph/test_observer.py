@@ -7,7 +7,13 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.observer import CALLS_PER_POLL, SystemObserver, Traffic
+from pipros.graph.observer import (
+    ANSWER_DEADLINE_S,
+    ASKED_AT_ONCE,
+    CALLS_PER_POLL,
+    SystemObserver,
+    Traffic,
+)
 from pipros.graph.system_state import TopicConnection
 
 LEVEL = TopicConnection("/talker", "/level", "/listener")
@@ -22,6 +28,7 @@ class Nodes:
         self.now_s = 100.0
         self.is_up = True
         self.silent: set[str] = set()
+        self.silence_s = 0.0
         self.asked: list[str] = []
         self.messages = 0
         self.more: list[str] = []
@@ -45,6 +52,7 @@ class Nodes:
         name = "/" + uri.rpartition("/")[2]
         self.asked.append(name)
         if name in self.silent:
+            self.now_s += self.silence_s
             raise Unreachable(name, "no answer")
         return self.answers.get(name) or self.usual_answers(name)
 
@@ -148,6 +156,23 @@ def test_many_nodes_are_polled_in_turn(nodes: Nodes, observer: SystemObserver) -
     for _ in range(2):
         observer.poll()
     assert sorted(nodes.asked) == sorted(["/talker", "/listener", *nodes.more])
+
+
+def test_silent_nodes_delay_a_poll_by_one_timeout_and_do_not_displace_the_others(
+    nodes: Nodes, observer: SystemObserver
+) -> None:
+    nodes.more = [f"/node{number}" for number in range(150)]
+    nodes.silent, nodes.silence_s = set(nodes.more), ANSWER_DEADLINE_S + 0.1
+    observer.poll()
+    assert len(nodes.asked) <= ASKED_AT_ONCE
+    while len(set(nodes.asked)) < 152:  # until each has been called
+        observer.poll()
+    nodes.asked.clear()
+    for _ in range(8):
+        observer.poll()
+        nodes.now_s += 10  # every node is due
+    assert nodes.asked.count("/talker") >= 4
+    assert nodes.asked.count("/listener") >= 4
 
 
 def test_without_its_master_the_last_state_is_kept(nodes: Nodes, observer: SystemObserver) -> None:
