@@ -75,6 +75,15 @@ def of_node(node: str, kind: Registrations) -> list[str]:
     return sorted(name for name, nodes in kind.items() if node in nodes)
 
 
+def by_node(kind: Registrations) -> dict[str, list[str]]:
+    """Return what `of_node` returns for each node that has a registration."""
+    found: dict[str, list[str]] = {}
+    for name in sorted(kind):
+        for node in dict.fromkeys(kind[name]):
+            found.setdefault(node, []).append(name)
+    return found
+
+
 def is_below(name: str, ns: str) -> bool:
     """Return whether `name` is `ns` or is inside it. Every name is in `/`.
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.system_state import SystemState, is_below, of_node
+from pipros.graph.system_state import SystemState, by_node, is_below, of_node
 
 STATE = [
     [["/chatter", ["/talker", "/other"]], ["/rosout", ["/talker"]]],
@@ -26,6 +26,15 @@ def test_topics_and_nodes_are_sorted_and_named_once() -> None:
 
 def test_topics_of_a_node_are_found() -> None:
     assert of_node("/talker", SystemState.from_state(STATE).publishers) == ["/chatter", "/rosout"]
+
+
+def test_the_topics_of_all_nodes_are_found_without_a_search_for_each_node() -> None:
+    class Unsearched(list[str]):
+        def __contains__(self, _: object) -> bool:
+            raise AssertionError("each of many topics is searched for each of many nodes")
+
+    publishers = {"/scan": Unsearched(["/b"]), "/chatter": Unsearched(["/a", "/b", "/b"])}
+    assert by_node(publishers) == {"/a": ["/chatter"], "/b": ["/chatter", "/scan"]}
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from pipros.assistants.answer import Answer, ToolRefused
 from pipros.assistants.robot import RobotAccess
 from pipros.assistants.tools.arguments import Cursor, Name, Namespace, Wait
 from pipros.basics.errors import PiprosError
-from pipros.graph.system_state import is_below, of_node
+from pipros.graph.system_state import by_node, is_below
 from pipros.msg import load_message_class, load_service_class
 
 SHOWN_NAMES: Final = 100
@@ -34,13 +34,13 @@ class GraphTools:
         with self._robot.client() as client:
             ns = client.resolve(below)
         state, _ = self._robot.state()
+        names = {
+            "publishes": by_node(state.publishers),
+            "subscribes": by_node(state.subscribers),
+            "services": by_node(state.services),
+        }
         rows = [
-            {
-                "node": node,
-                "publishes": _some(of_node(node, state.publishers)),
-                "subscribes": _some(of_node(node, state.subscribers)),
-                "services": _some(of_node(node, state.services)),
-            }
+            {"node": node, **{key: _some(found.get(node, ())) for key, found in names.items()}}
             for node in state.nodes()
             if is_below(node, ns)
         ]
