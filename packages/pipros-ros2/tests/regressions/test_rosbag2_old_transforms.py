@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,8 @@ def test_renamed_types_get_their_later_names_if_they_are_the_same(
     assert main(["convert", "--ros2", "humble", "old.bag", "new"]) == 0
 
     (path,) = Path("new").glob("*.db3")
-    found = dict(sqlite3.connect(path).execute("SELECT name, type FROM topics"))
+    with closing(sqlite3.connect(path)) as database:
+        found = dict(database.execute("SELECT name, type FROM topics"))
     if not is_same:
         assert not {"tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log"} & set(found.values())
         return

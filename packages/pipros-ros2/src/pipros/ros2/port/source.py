@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from pipros.ros2.interfaces.catalog import Ros1Definitions
 from pipros.ros2.port.kinds import Kinds
+
+_QUOTE: Final = re.compile(r"\"\"\"|'''|\"|'")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +85,10 @@ class PortedText:
         return self._render(node, *self._span(node))
 
     def _f_string(self, node: ast.JoinedStr) -> str:
-        """Return the text of an f-string. Before 3.12, Python does not know where some of its parts are."""
+        """Return the text of an f-string.
+
+        Before 3.12, Python does not know where some of its parts are, and allows no quotes of its own inside.
+        """
         original, changes, todos = self._original(node), len(self._changes), len(self._todos)
         try:
             for each in self._children(node):
@@ -89,6 +96,9 @@ class PortedText:
                     raise ValueError
             new = self._render(node, *self._span(node))
             ast.parse(new)
+            quote = _QUOTE.search(original)
+            if quote and new.count(quote[0]) != original.count(quote[0]):
+                raise ValueError
         except (SyntaxError, ValueError, LookupError):
             del self._changes[changes:], self._todos[todos:]
             if any(self._kinds.full_name(each).startswith("rospy.") for each in ast.walk(node)):
