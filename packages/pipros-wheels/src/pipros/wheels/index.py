@@ -122,11 +122,11 @@ def read_wheel(file: Path) -> IndexedWheel:
         OSError: the file cannot be read.
     """
     name, version = read_wheel_name(file.name)
+    metadata = metadata_of_wheel(file)
     digest = hashlib.sha256()
     with file.open("rb") as opened:
         while chunk := opened.read(_CHUNK_BYTES):
             digest.update(chunk)
-    metadata = metadata_of_wheel(file)
     return IndexedWheel(
         file,
         name,
@@ -141,8 +141,10 @@ def metadata_of_wheel(file: Path) -> Message:
     """Return the headers in a wheel's `METADATA`.
 
     Raises:
-        BadWheel: the file is not a wheel.
+        BadWheel: the file is not a wheel. A pipe is not read, because a read might never end.
     """
+    if file.exists() and not file.is_file():
+        raise BadWheel(f"{file} is not a wheel: it is not a regular file")
     try:
         with zipfile.ZipFile(file) as archive:
             for info in archive.infolist():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import subprocess
 import sys
@@ -71,6 +72,16 @@ def test_files_that_are_not_wheels_are_refused(tmp_path: Path) -> None:
         write_index(tmp_path, [])
     assert index_command.main([str(tmp_path)]) == 1
     assert not (tmp_path / "simple").exists()
+
+
+@pytest.mark.needs("named pipes")
+def test_a_pipe_beside_the_wheels_is_left_out(tmp_path: Path) -> None:
+    add_wheel(tmp_path, "good", "1.0")
+    os.mkfifo(tmp_path / "pipe-1.0-py3-none-any.whl")
+    errors: list[str] = []
+    write_index(tmp_path, errors)
+    assert "pipe-1.0-py3-none-any.whl is not a wheel: it is not a regular file" in errors[0]
+    assert (tmp_path / "simple" / "good" / "index.html").exists()
 
 
 def test_metadata_is_not_decompressed_beyond_the_size_that_it_claims(tmp_path: Path) -> None:
