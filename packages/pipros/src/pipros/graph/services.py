@@ -111,13 +111,26 @@ def argument_names(service_class: ServiceClass) -> str:
 
 
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """Return the services of a type, in the order of registration. Unresponsive servers are skipped."""
+    """Return the services of a type, in the order of registration. Unresponsive servers are skipped.
+
+    An address that has timed out is not called for its other services.
+    """
+    import time
+
     from pipros.net.in_parallel import in_parallel
 
+    silent: set[str] = set()
+
     def is_of_type(service: str) -> bool:
+        uri = uri_of(master, service)
+        if uri is None or uri in silent:
+            return False
+        began_s = time.monotonic()
         try:
             return type_of(master, service) == type_name
         except GraphError:
+            if time.monotonic() - began_s >= PROBE_DEADLINE_S:
+                silent.add(uri)
             return False
 
     found = in_parallel(nodes_by_service(master), is_of_type, at_once=ASKED_AT_ONCE)
