@@ -8,14 +8,12 @@ import stat
 import sys
 import zipfile
 import zlib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from pipros.tab.files import write
 
 MOST_BYTES: Final = 256 * 2**20
-_NOT_PACKED: Final = (".ros", "__pycache__", "build", "devel")
 _ODD_NAME: Final = re.compile(r"/|.*//|(.*/)?\.{1,2}(/|$)|.*[\x00-\x1f\x7f-\x9f\\]|$", re.DOTALL)
 
 
@@ -24,7 +22,9 @@ def pack(home: Path, path: Path) -> tuple[int, list[str]]:
     path.parent.mkdir(exist_ok=True)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive:
         for parent, folders, names in os.walk(home):
-            folders[:] = sorted(name for name in folders if name not in _NOT_PACKED)
+            folders[:] = sorted(
+                name for name in folders if name not in (".ros", "__pycache__", "build", "devel")
+            )
             for file in (Path(parent, name) for name in (*folders, *sorted(names))):
                 archive.write(file, file.relative_to(home))
         return len(archive.filelist), []
@@ -52,7 +52,7 @@ def unpack(home: Path, path: Path, most: int = MOST_BYTES) -> tuple[int, list[st
     return len(entries) - len(left_out), left_out
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(arguments: list[str]) -> int:
     """Run `pack ARCHIVE` or `unpack ARCHIVE`, and print one line for the page."""
     order, path = arguments
     try:

@@ -12,12 +12,12 @@ import contextlib
 import getopt
 import io
 import re
+import signal
 import sys
 from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-Filters = Sequence[Sequence[str]]  # names, options and patterns
 _Filter = Generator[None, str | None, int]
 _Options = Mapping[str, str]
 _SWAPPED: Final = re.compile(r"^\*|\\?[|+?(){}]")
@@ -31,12 +31,16 @@ class Pipe(io.TextIOBase):
         """Prepare a filter that prints to `out`. Raises ValueError if an option or the pattern is invalid."""
         self.code: int | None = None
         self._filter = FILTERS[words[0]][0](*_parsed(words), file, out)
-        self._rest = ""
+        self._rest, self._is_broken = "", False
         self._send(None)  # starts it
 
     def write(self, text: str) -> int:
-        """Pass whole lines on."""
+        """Pass whole lines on. End a program that goes on printing, as SIGPIPE does."""
         if self.code is not None and text.strip():
+            handler = signal.getsignal(signal.SIGINT)
+            if self._is_broken and callable(handler):
+                handler(signal.SIGINT, None)
+            self._is_broken = True
             raise BrokenPipeError
         *lines, self._rest = (self._rest + text).split("\n")
         for line in lines:
@@ -60,7 +64,7 @@ class Pipe(io.TextIOBase):
                 self.code = 0
 
 
-def run_before(filters: Filters, call: Callable[[], int], out: Any) -> int:
+def run_before(filters: Sequence[Sequence[str]], call: Callable[[], int], out: Any) -> int:
     """Call a function whose output passes through filters to `out`. Return the exit code of the last."""
     pipes = [out]
     for words in reversed(filters):
@@ -126,10 +130,9 @@ def _swapped(found: re.Match[str]) -> str:
 
 def _head(options: _Options, _: Sequence[str], file: str, out: Any) -> _Filter:
     out.write(f"==> {file} <==\n" if file else "")
-    for _line in range(int(options.get("-n", "10"))):
-        line = yield
-        if line is None:
-            break
+    left = int(options.get("-n", "10"))
+    while left and (line := (yield)) is not None:
+        left -= 1
         out.write(line)
         out.flush()
     return 0
@@ -158,5 +161,4 @@ FILTERS: Final[Mapping[str, tuple[Callable[[_Options, Sequence[str], str, Any], 
     "head": (_head, "n:"),
     "tail": (_tail, "n:"),
     "wc": (_wc, "clw"),
-}
-"""Functions, and the letters of their options."""
+}  # functions, and the letters of their options

@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import IO, Any, ClassVar, Final, NoReturn
 
 from pipros.tab.files import SharedFiles
-from pipros.tab.filters import Filters
 from pipros.tab.network import Network
 from pipros.tab.packets import NUMBER, Kind
 from pipros.tab.tab_socket import NO_KEYS
@@ -34,7 +33,7 @@ class TabProcess:
     network: ClassVar[Network]
     turns: ClassVar[WorkerTurns]
     files: ClassVar[SharedFiles]
-    filters: ClassVar[Filters] = ()
+    filters: ClassVar[Sequence[Sequence[str]]] = ()
 
     def __init__(
         self,
@@ -45,13 +44,10 @@ class TabProcess:
         stdin: _Output = None,
         stdout: _Output = None,
         stderr: _Output = None,
-        filters: Filters = (),
+        filters: Sequence[Sequence[str]] = (),
         **_: object,
     ) -> None:
-        """Start a program.
-
-        Args:
-            filters: through which its output passes, by default as that of this program.
+        """Start a program. Its output passes through the filters, by default those of this program.
 
         Raises:
             OSError: it would need a pipe or a shell, which a tab lacks.

@@ -55,10 +55,9 @@ def run_line(line: str, run: Run) -> int:
         if found is None:
             return _misuse(f"unexpected EOF while looking for matching `{line[at:].lstrip()[0]}'")
         word, at = found[1], found.end()
-        if re.fullmatch("[12]?[;&|<>]+", word) and word not in (*_SEPARATORS, *_REDIRECTIONS, "|"):
+        is_operator = re.fullmatch(r"[12]?[;&|<>]+|[^']*\$\(.*", word, re.DOTALL)
+        if is_operator and word not in (*_SEPARATORS, *_REDIRECTIONS, "|"):
             return _misuse(f"{word} is not available in a browser tab")
-        if re.search(r"^[^']*\$\(", word):
-            return _misuse("$( ) is not available in a browser tab")
         words += [word] if not word.startswith("#") else []
     code, is_skipped = 0, False
     while words:
@@ -138,10 +137,7 @@ def _arguments(words: Sequence[str]) -> list[str]:
 def _expanded(word: str) -> list[str]:
     """Return the arguments that a word stands for, with variables, `~` and `*` replaced, without quotes."""
     variables = {**os.environ, **_variables}
-
-    def substituted(text: str) -> str:
-        return _VARIABLE.sub(lambda found: variables.get(found[1], ""), text)
-
+    substituted = functools.partial(_VARIABLE.sub, lambda found: variables.get(found[1], ""))
     text = pattern = ""
     for single, double, escaped, plain in _PART.findall(word):
         quoted = single or escaped or re.sub(r"\\([\"\\$`])", r"\1", substituted(double))

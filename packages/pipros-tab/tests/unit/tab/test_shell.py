@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import sys
@@ -149,7 +150,7 @@ def test_what_a_tab_lacks_is_named(capsys: pytest.CaptureFixture[str]) -> None:
         "bash: 2>& is not available in a browser tab",
         "bash: << is not available in a browser tab",
         "bash: |& is not available in a browser tab",
-        "bash: $( ) is not available in a browser tab",
+        "bash: $(rospack is not available in a browser tab",
     ]
 
 
@@ -241,6 +242,18 @@ def test_a_program_ends_if_head_needs_no_more_lines(capsys: pytest.CaptureFixtur
     with pytest.raises(BrokenPipeError):
         run_before([["grep", "1"], ["head", "-2"]], count, sys.stdout)
     assert capsys.readouterr().out == "1\n10\n"
+
+
+def test_a_program_that_ignores_the_end_of_head_is_interrupted(capsys: pytest.CaptureFixture[str]) -> None:
+    def log() -> int:
+        for number in itertools.count():
+            with contextlib.suppress(BrokenPipeError):  # as logging does
+                print(number)
+        return 0
+
+    with pytest.raises(KeyboardInterrupt):
+        run_before([["head", "-1"]], log, sys.stdout)
+    assert capsys.readouterr().out == "0\n"
 
 
 def test_filters_read_files(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
