@@ -13,7 +13,7 @@ from pipros.basics.errors import PiprosError, Refused, Unreachable
 from pipros.basics.uri import split_uri
 from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
-from pipros.graph.services import header_of
+from pipros.graph.services import PROBE_DEADLINE_S, header_of
 from pipros.graph.system_state import SystemState
 from pipros.health.gather_publisher import CALLER_ID, ask_publisher, failure_of
 from pipros.health.nodelet_checks import services_of_managers
@@ -51,7 +51,10 @@ def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float
         types = dict(master.get_topic_types())
         system = SystemReport(master_uri, state, types, is_time_simulated=_is_simulated(master))
         asked = state if topic is None else state.of_topic(topic)
-        nodes = in_parallel(asked.nodes(), lambda node: _ask_node(master, node, timeout_s), at_once=AT_ONCE)
+        silent: dict[str, Failure] = {}
+        nodes = in_parallel(
+            asked.nodes(), lambda node: _ask_node(master, node, timeout_s, silent), at_once=AT_ONCE
+        )
         ends = [
             (name, node)
             for name, senders in asked.publishers.items()
@@ -64,7 +67,7 @@ def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float
         servers = {name: names[0] for name, names in asked.services.items() if names}
         clock_offset_s = _clock_offset(master_uri, timeout_s)
         services = in_parallel(
-            servers, lambda name: _ask_service(master, name, servers[name]), at_once=AT_ONCE
+            servers, lambda name: _ask_service(master, name, servers[name], silent), at_once=AT_ONCE
         )
         checks = room_checks()
         judged = {
@@ -104,11 +107,15 @@ def _is_simulated(master: MasterClient) -> bool:
         return False
 
 
-def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
+def _ask_node(master: MasterClient, node: str, timeout_s: float, silent: dict[str, Failure]) -> NodeReport:
+    """Call a node, unless its address is in `silent`, to which an address that times out is added."""
     try:
         api = master.lookup_node(node)
     except PiprosError as problem:
         return NodeReport("", Failure(str(problem)))
+    if api in silent:
+        return NodeReport(api, silent[api])
+    began_s = time.monotonic()
     try:
         with RpcClient(api, timeout_s=timeout_s) as client:
             client.call("getPid", CALLER_ID)
@@ -120,7 +127,10 @@ def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
                 publications=_pairs(_value(client, "getPublications")),
             )
     except (PiprosError, ValueError) as problem:
-        return NodeReport(api, failure_of(problem))
+        failure = failure_of(problem)
+        if time.monotonic() - began_s >= timeout_s:
+            silent[api] = failure
+        return NodeReport(api, failure)
 
 
 def _value(client: RpcClient, method: str) -> Any:
@@ -174,13 +184,19 @@ def _clock_offset(uri: str, timeout_s: float) -> float | None:
         connection.close()
 
 
-def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport:
+def _ask_service(master: MasterClient, service: str, node: str, silent: dict[str, Failure]) -> ServiceReport:
     uri = ""
+    began_s = time.monotonic()
     try:
         uri = master.lookup_service(service)
+        if uri in silent:
+            return ServiceReport(node, uri, silent[uri])
         header_of(master, service)
     except GraphError as problem:
-        return ServiceReport(node, uri, failure_of(_origin(problem)))
+        failure = failure_of(_origin(problem))
+        if time.monotonic() - began_s >= PROBE_DEADLINE_S:
+            silent[uri] = failure
+        return ServiceReport(node, uri, failure)
     except (PiprosError, ValueError) as problem:
         return ServiceReport(node, uri, failure_of(problem))
     return ServiceReport(node, uri)
