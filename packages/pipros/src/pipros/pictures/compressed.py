@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.printable import printable
 from pipros.pictures.errors import PictureError
+from pipros.pictures.headers import PNG
 
 if TYPE_CHECKING:
     from pipros.pictures.codecs import Codec
 
 DEPTH_HEADER = struct.Struct("<iff")
 """Header of a compressed depth image: format, quotient and offset of the quantised inverse depths."""
-PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8"
 _KINDS = (
     (_JPEG, ".jpg"),

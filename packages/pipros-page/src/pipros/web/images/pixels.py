@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipros.basics.printable import printable
-from pipros.pictures.compressed import DEPTH_HEADER, PNG
+from pipros.pictures.compressed import DEPTH_HEADER
 from pipros.pictures.encodings import Color
 from pipros.pictures.errors import PictureError
+from pipros.pictures.headers import PNG
 from pipros.pictures.image_message import encoding_of
 from pipros.server.view_server import RequestRefused
 from pipros.web.messages.known_topic import LONGEST_NAME
