@@ -386,7 +386,7 @@ def test_stageros_without_a_world_prints_its_usage(ros: RosSystem) -> None:
 def test_without_numpy_one_line_names_the_command_that_installs_it(
     ros: RosSystem, tmp_path: Path, program: tuple[str, str]
 ) -> None:
-    (tmp_path / "numpy.py").write_text("raise ImportError('numpy is hidden')\n")
+    (tmp_path / "numpy.py").write_text("raise ModuleNotFoundError(name='numpy')\n")
     ended = ros.pipros.run("rosrun", *program, PYTHONPATH=str(tmp_path))
     assert ended.returncode == 1
     (line,) = ended.output.splitlines()

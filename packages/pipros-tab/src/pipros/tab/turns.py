@@ -46,6 +46,7 @@ class WorkerTurns:
         self._repeated: list[tuple[float, int, Callable[[], float | None]]] = []  # a heap, by time
         self._numbers = itertools.count()
         self._depth = 0  # number of jobs that run inside of each other
+        self._waits = 0  # likewise
         self._last: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._ending_depth = math.inf  # jobs that are deeper than this end
         self._end_s = 0.0
@@ -56,9 +57,12 @@ class WorkerTurns:
 
     def sleep(self, seconds: float | SupportsIndex) -> None:
         """Take turns for some time, and at least one. Replaces `time.sleep`."""
-        self._network.receive(0.0)
-        self._take_turn()
         self.wait(lambda: False, float(seconds))
+
+    def take_turn(self) -> None:
+        """Take one turn, but not in a callback or signal handler during a wait, which takes turns itself."""
+        if not self._waits:
+            self.sleep(0.0)
 
     def wait_for_condition(self, condition: Any, timeout: float | None = None) -> bool:
         """Take turns until a condition, or its event, is notified. Replaces `threading.Condition.wait`."""
@@ -82,15 +86,19 @@ class WorkerTurns:
         self, is_over: Callable[[], bool], timeout_s: float | None, take_turn: Callable[[], bool]
     ) -> bool:
         end_s = math.inf if timeout_s is None else time.monotonic() + timeout_s
-        while not is_over():
-            self._network.receive(0.0)
-            has_run = take_turn()
-            left_s = end_s - time.monotonic()
-            if left_s <= 0:
-                return is_over()
-            if not has_run and not is_over():
-                self._network.receive(max(0.0, min(left_s, LONGEST_WAIT_S, self._idle_s())))
-        return True
+        self._waits += 1
+        try:
+            while not is_over():
+                self._network.receive(0.0)
+                has_run = take_turn()
+                left_s = end_s - time.monotonic()
+                if left_s <= 0:
+                    return is_over()
+                if not has_run and not is_over():
+                    self._network.receive(max(0.0, min(left_s, LONGEST_WAIT_S, self._idle_s())))
+            return True
+        finally:
+            self._waits -= 1
 
     def later(self, job: Callable[..., object], *args: Any) -> None:
         """Call `job` in a later turn."""
@@ -128,8 +136,7 @@ class WorkerTurns:
 
         def publish_and_take_turn(message: Any) -> None:
             publish(message)
-            self._network.receive(0.0)
-            self._take_turn()
+            self.sleep(0.0)
 
         return publish_and_take_turn
 

@@ -60,7 +60,8 @@ def _plain_numbers(code: str, data: Any, offset: int, count: int) -> Any:
     # float32 values are encoded with the digits of float64, as Python does.
     kind = "f8" if code == "f" else None
     found = numpy_numbers(numpy, code, data, offset, count)
-    return found.astype(kind or found.dtype.newbyteorder("="))
+    with numpy.errstate(invalid="ignore"):  # newer versions of numpy warn of signalling NaN
+        return found.astype(kind or found.dtype.newbyteorder("="))
 
 
 @cache
