@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from page_sheet import addresses, empty_system, take_sheet
 from PIL import Image
 from playwright.sync_api import Browser, sync_playwright
 from playwright.sync_api import Page as Tab
@@ -25,6 +24,7 @@ from tests.browser.test_reconfigure_tab import CFG
 from tests.support.browser import find_chromium
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page
+from tests.support.page_sheet import addresses, empty_system, take_sheet
 from tests.support.ros import RosSystem
 
 PROGRAMS = REPOSITORY / "build" / "tests" / "browser" / "programs"
