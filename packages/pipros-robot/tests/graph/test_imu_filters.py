@@ -13,7 +13,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.perception.imu.nodes import ComplementaryNode, MadgwickNode
-from tests.support.nodes import Inbox
+from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import UnlinkedNode, message
 from tests.support.waiting import wait_until
@@ -138,7 +138,7 @@ def test_the_program_filters_an_imu(ros: RosSystem, program: str) -> None:
     found = Inbox()
     kind: Any = load_message_class("sensor_msgs/Imu")
     with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
-        robot.subscribe("/imu/data", kind, found)
+        wait_until_connected(robot.subscribe("/imu/data", kind, found))  # the first message is exact
         raw = robot.advertise("/imu/data_raw", kind, queue_size=5)
 
         def is_filtered() -> bool:
