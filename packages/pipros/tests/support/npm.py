@@ -13,7 +13,8 @@ from pathlib import Path
 from tests.support.environments import TESTS
 
 MODULES = Path(sys.prefix) / "node_modules"
-_LISTED = json.loads((TESTS / "page" / "package.json").read_text())["devDependencies"]
+_FILE = TESTS / "page" / "package.json"  # absent if the page's package is taken out
+_LISTED = json.loads(_FILE.read_text())["devDependencies"] if _FILE.exists() else {}
 PACKAGES = tuple(f"{name}@{version}" for name, version in _LISTED.items())
 """Installed by one command, because npm removes packages that its command line does not name."""
 INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"
