@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 from typing import Any
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 from pipros.basics.printable import printable
 from pipros.pictures.encodings import Color, Encoding, UnknownEncoding, encoding, shown_encoding
 from pipros.pictures.errors import PictureError
@@ -127,8 +126,7 @@ def _yuv_png(message: Any) -> bytes:
     try:
         import numpy
     except ImportError as error:
-        needed = f"images in YUV need numpy, which is not installed. Try: {install_command('numpy')}"
-        raise MissingExtra(needed, name=error.name) from error
+        raise missing("images in YUV need numpy", "numpy", error) from error
     pixels = numpy.load(io.BytesIO(content))
     rgb = rgb_rows(message.encoding, message.width, pixels.reshape(len(pixels), -1))
     return png(rgb.shape[1], rgb.shape[0], 3, 8, map(bytes, rgb))
