@@ -14,7 +14,7 @@ import io
 import re
 import signal
 import sys
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -64,6 +64,27 @@ class Pipe(io.TextIOBase):
                 self.code = 0
 
 
+def complain(name: str, error: Exception) -> None:
+    """Print why a command failed, as bash does."""
+    if isinstance(error, OSError):
+        name = f"{name}: {error.filename}" if error.filename else "bash"
+    print(f"{name}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
+
+
+def for_each(name: str, paths: Iterable[str], act: Callable[[str], object]) -> int:
+    """Call a function with each path. Report those that fail, and return 1 if there are any."""
+    code = 0
+    for path in paths:
+        try:
+            act(path)
+        except BrokenPipeError:  # `head` needs no more lines
+            raise
+        except OSError as error:
+            complain(name, error)
+            code = 1
+    return code
+
+
 def run_before(filters: Sequence[Sequence[str]], call: Callable[[], int], out: Any) -> int:
     """Call a function whose output passes through filters to `out`. Return the exit code of the last."""
     pipes = [out]
@@ -86,13 +107,18 @@ def run_on_files(name: str, arguments: Sequence[str]) -> int:
         files = [str(file) for file in found if not file.is_dir()]
     if not files:
         raise ValueError("files are needed: the terminals of a browser tab pass no lines to commands")
+    is_named = len(files) > 1 or "-r" in options or name == "wc"
+    words = [name, *map("".join, options.items()), "--", *(operands[:1] if name == "grep" else ())]
     codes = []
-    for file in files:
-        is_named = len(files) > 1 or "-r" in options or name == "wc"
-        words = [each for each in arguments if each not in given]
-        pipe = Pipe([name, *words], sys.stdout, file if is_named else "")
-        pipe.write(Path(file).read_text(encoding="utf-8", errors="replace"))
+
+    def run(file: str) -> None:
+        text = Path(file).read_text(encoding="utf-8", errors="replace")
+        pipe = Pipe(words, sys.stdout, file if is_named else "")
+        pipe.write(text)
         codes.append(pipe.end())
+
+    if for_each(name, files, run):
+        return 2 if name == "grep" else 1
     return min(codes)
 
 
@@ -104,6 +130,9 @@ def _parsed(words: Sequence[str]) -> tuple[_Options, list[str]]:
         raise ValueError(f"invalid option -- '{error.opt}'") from None
     if name == "grep" and not operands:
         raise ValueError("a pattern is needed: grep [-Einrv] PATTERN [FILE]...")
+    for _, value in options if name in ("head", "tail") else ():
+        if not value.isdigit():
+            raise ValueError(f"invalid number of lines: '{value}'")
     return dict(options), operands
 
 
@@ -147,10 +176,11 @@ def _tail(options: _Options, _: Sequence[str], file: str, out: Any) -> _Filter:
 
 
 def _wc(options: _Options, _: Sequence[str], file: str, out: Any) -> _Filter:
-    text = ""
+    counts = {"-l": 0, "-w": 0, "-c": 0}
     while (line := (yield)) is not None:
-        text += line
-    counts = {"-l": text.count("\n"), "-w": len(text.split()), "-c": len(text.encode())}
+        counts["-l"] += line.endswith("\n")
+        counts["-w"] += len(line.split())
+        counts["-c"] += len(line.encode())
     shown = [str(count) for option, count in counts.items() if option in options or not options]
     out.write(" ".join([*shown, *([file] if file else ())]) + "\n")
     return 0

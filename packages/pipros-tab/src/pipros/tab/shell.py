@@ -18,10 +18,11 @@ import stat
 import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-from pipros.tab.filters import FILTERS, Pipe, run_before, run_on_files
+from pipros.tab.filters import FILTERS, Pipe, complain, for_each, run_before, run_on_files
 
 MISUSE: Final = 2
 _SEPARATORS: Final = (";", "&&", "||", "&")
@@ -31,7 +32,7 @@ _TOKEN: Final = re.compile(
     r"""\s*(\#.*|[12]>+&?|[;&|<>]+|(?:\\.|"(?:[^"\\]|\\.)*"|'[^']*'|[^\s;&|<>"'\\])+)\s*""", re.DOTALL
 )
 _PART: Final = re.compile(r"""'([^']*)'|"((?:[^"\\]|\\.)*)"|\\(.)|([^"'\\]+)""", re.DOTALL)
-_VARIABLE: Final = re.compile(r"(?<!\\)\$\{?(\w+|\?)\}?")
+_VARIABLE: Final = re.compile(r"(?<!\\)\$(?:\{(\w+|\?)\}|(\w+|\?))")
 _ASSIGNMENT: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _variables: Final = {"?": "0"}
 """The exit code of the last command, and variables that programs do not get."""
@@ -110,10 +111,7 @@ def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
     except BrokenPipeError:
         return 0  # `head` needs no more lines
     except (OSError, ValueError) as error:
-        place = f"bash: {name}" if name in ("cd", *_SOURCES) else name
-        if isinstance(error, OSError):
-            place = f"{place}: {error.filename}" if error.filename else "bash"
-        print(f"{place}: {getattr(error, 'strerror', None) or error}", file=sys.stderr)
+        complain(f"bash: {name}" if name in ("cd", *_SOURCES) else name, error)
         return 2 if name == "grep" else 1
     finally:
         if environment:
@@ -137,7 +135,7 @@ def _arguments(words: Sequence[str]) -> list[str]:
 def _expanded(word: str) -> list[str]:
     """Return the arguments that a word stands for, with variables, `~` and `*` replaced, without quotes."""
     variables = {**os.environ, **_variables}
-    substituted = functools.partial(_VARIABLE.sub, lambda found: variables.get(found[1], ""))
+    substituted = functools.partial(_VARIABLE.sub, lambda found: variables.get(found[1] or found[2], ""))
     text = pattern = ""
     for single, double, escaped, plain in _PART.findall(word):
         quoted = single or escaped or re.sub(r"\\([\"\\$`])", r"\1", substituted(double))
@@ -152,7 +150,8 @@ def _expanded(word: str) -> list[str]:
 def _ls(arguments: Sequence[str]) -> int:
     options = "".join(each[1:] for each in arguments if each.startswith("-"))
     paths = [each for each in arguments if not each.startswith("-")] or ["."]
-    for path in paths:
+
+    def show(path: str) -> None:
         if not os.path.isdir(path):
             os.stat(path)
             names = [path]
@@ -166,7 +165,8 @@ def _ls(arguments: Sequence[str]) -> int:
                 print(stat.filemode(about.st_mode), f"{about.st_size:>8}", name)
         elif names:
             print(("\n" if isinstance(sys.stdout, Pipe) else "  ").join(names))
-    return 0
+
+    return for_each("ls", paths, show)
 
 
 def _cd(arguments: Sequence[str]) -> int:
@@ -188,9 +188,10 @@ def _pwd(_: Sequence[str]) -> int:
 
 
 def _cat(arguments: Sequence[str]) -> int:
-    for path in arguments:
+    def show(path: str) -> None:
         sys.stdout.write(Path(path).read_text(encoding="utf-8", errors="replace"))
-    return 0
+
+    return for_each("cat", arguments, show)
 
 
 def _echo(arguments: Sequence[str]) -> int:
@@ -199,11 +200,12 @@ def _echo(arguments: Sequence[str]) -> int:
 
 
 def _which(names: Sequence[str]) -> int:
-    programs = {*BUILT_IN, "python3", *(each.name for each in entry_points(group="console_scripts"))}
-    found = [name for name in names if name in programs - {"cd", "exit", "export", "jobs"}]
-    for name in found:
-        print(f"/usr/bin/{name}")
-    return 0 if found and len(found) == len(names) else 1
+    """Print the files of programs, of which built-in commands have none."""
+    modules = {each.name: each.module for each in entry_points(group="console_scripts")}
+    specs = [find_spec(modules[name]) for name in names if name in modules]
+    for spec in specs:
+        print(spec.origin if spec else "")
+    return 0 if specs and len(specs) == len(names) else 1
 
 
 def _env(names: Sequence[str]) -> int:
@@ -213,22 +215,21 @@ def _env(names: Sequence[str]) -> int:
 
 
 def _mkdir(arguments: Sequence[str]) -> int:
-    for path in arguments:
-        if path != "-p":
-            Path(path).mkdir(parents="-p" in arguments, exist_ok="-p" in arguments)
-    return 0
+    paths = [path for path in arguments if path != "-p"]
+    is_lenient = "-p" in arguments
+    return for_each("mkdir", paths, lambda path: Path(path).mkdir(parents=is_lenient, exist_ok=is_lenient))
 
 
 def _rm(arguments: Sequence[str]) -> int:
     options = "".join(each for each in arguments if each.startswith("-"))
-    for path in arguments:
-        if path.startswith("-") or ("f" in options and not os.path.lexists(path)):
-            continue
+
+    def remove(path: str) -> None:
         if "r" in options and os.path.isdir(path):
             shutil.rmtree(path)
-        else:
+        elif "f" not in options or os.path.lexists(path):
             os.unlink(path)
-    return 0
+
+    return for_each("rm", [path for path in arguments if not path.startswith("-")], remove)
 
 
 def _chmod(arguments: Sequence[str]) -> int:
@@ -239,10 +240,12 @@ def _chmod(arguments: Sequence[str]) -> int:
     who, sign, what = changed.groups() if changed else ("", "", "")
     people = "ugo" if who in ("", "a") else who
     bits = sum(1 << 3 * "ogu".index(person) + "xwr".index(each) for person in people for each in set(what))
-    for path in paths:
+
+    def change(path: str) -> None:
         before = stat.S_IMODE(os.stat(path).st_mode)
         os.chmod(path, before | bits if sign == "+" else before & ~bits if sign else int(mode, 8))
-    return 0
+
+    return for_each("chmod", paths, change)
 
 
 def _export(arguments: Sequence[str]) -> int:
@@ -256,17 +259,17 @@ def _cp(arguments: Sequence[str], moves: bool = False) -> int:
     *sources, target = [each for each in arguments if not each.startswith("-")] or [""]
     if not sources:
         raise ValueError("missing file operand")
-    for path in sources:
+
+    def copy(path: str) -> None:
         to = os.path.join(target, os.path.basename(path.rstrip("/"))) if os.path.isdir(target) else target
         copies_folder = os.path.isdir(path) and set(arguments) & {"-r", "-R", "-a"}
         (shutil.move if moves else shutil.copytree if copies_folder else shutil.copy)(path, to)
-    return 0
+
+    return for_each("mv" if moves else "cp", sources, copy)
 
 
 def _touch(arguments: Sequence[str]) -> int:
-    for path in arguments:
-        Path(path).touch()
-    return 0
+    return for_each("touch", arguments, lambda path: Path(path).touch())
 
 
 def _clear(_: Sequence[str]) -> int:

@@ -191,8 +191,41 @@ def test_folders_are_left_and_entered_again(home: Path, capsys: pytest.CaptureFi
 
 
 def test_programs_are_found(capsys: pytest.CaptureFixture[str]) -> None:
-    assert typed("which rostopic ls", "which gcc rosrun", "which cd") == [0, 1, 1]
-    assert capsys.readouterr().out.splitlines() == ["/usr/bin/rostopic", "/usr/bin/ls", "/usr/bin/rosrun"]
+    assert typed("which rostopic rosrun", "which gcc rosrun", "which cd") == [0, 1, 1]
+    first, second, third = capsys.readouterr().out.splitlines()
+    assert Path(first).is_file()
+    assert Path(second).is_file()
+    assert second == third
+
+
+def test_a_brace_after_a_variable_is_kept(capsys: pytest.CaptureFixture[str]) -> None:
+    assert typed("X=5", 'echo "{data: $X}" {$X} ${X}} "${X}" \\$X') == [0, 0]
+    assert capsys.readouterr().out == "{data: 5} {5} 5} 5 $X\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "printed"),
+    [
+        ("cat a none b", 1, "one\ntwo\n"),
+        ("grep -h a none b", 2, ""),
+        ("grep o a none b", 2, "a:one\nb:two\n"),
+        ("head -1 a none b", 1, "==> a <==\none\n==> b <==\ntwo\n"),
+        ("grep a a", 1, ""),
+        ("ls a none b", 1, "a\nb\n"),
+        ("mkdir a c; ls", 0, "a  b  c\n"),
+        ("rm none a; ls", 0, "b\n"),
+        ("mkdir c; cp none a c; ls c", 0, "a\n"),
+    ],
+)
+def test_a_missing_file_does_not_affect_the_others(
+    line: str, code: int, printed: str, home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "a").write_text("one\n")
+    (home / "b").write_text("two\n")
+    assert typed(line) == [code]
+    shown = capsys.readouterr()
+    assert shown.out == printed
+    assert len(shown.err.splitlines()) == (line != "grep a a")
 
 
 def test_words_are_expanded_as_in_bash(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -267,7 +300,7 @@ def test_filters_read_files(home: Path, capsys: pytest.CaptureFixture[str]) -> N
         *("==> d <==", "two", "One2 2 8 a/b/c", "1 d"),
     ]
     wrong = ("grep two a", "grep no d", "grep x none", "grep [ d", "grep -Z d", "grep", "head -x d", "wc")
-    assert typed(*wrong) == [2, 1, 2, 2, 2, 2, 1, 1]
+    assert typed(*wrong, "tail -n x d") == [2, 1, 2, 2, 2, 2, 1, 1, 1]
     assert capsys.readouterr().err.splitlines() == [
         "grep: a: Is a directory",
         "grep: none: No such file or directory",
@@ -276,6 +309,7 @@ def test_filters_read_files(home: Path, capsys: pytest.CaptureFixture[str]) -> N
         "grep: a pattern is needed: grep [-Einrv] PATTERN [FILE]...",
         "head: invalid option -- 'x'",
         "wc: files are needed: the terminals of a browser tab pass no lines to commands",
+        "tail: invalid number of lines: 'x'",
     ]
 
 

@@ -117,7 +117,9 @@ async function archive(hub, order, path, files = {}) {
 
 async function download(hub) {
   say(await archive(hub, "pack", PACKED));
-  const href = URL.createObjectURL(new Blob([hub.files.get(PACKED)[1]], { type: "application/zip" }));
+  const packed = hub.files.get(PACKED);
+  if (!packed) return; // it said why
+  const href = URL.createObjectURL(new Blob([packed[1]], { type: "application/zip" }));
   hub.writeFile(PACKED, null);
   Object.assign(document.createElement("a"), { href, download: "student.zip" }).click();
   setTimeout(() => URL.revokeObjectURL(href), 10_000);
