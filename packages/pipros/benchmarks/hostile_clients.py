@@ -165,10 +165,12 @@ def main() -> int:
         )
         wait_for_port(port)
         waits = Waits()
-        threading.Thread(target=waits.run, args=(port,), daemon=True).start()
+        other = threading.Thread(target=waits.run, args=(port,), daemon=True)
+        other.start()
         time.sleep(3)  # until rosapi is offered and the first imports are done
         results = [measure(attack, n, server.pid, port, waits) for n in MAX_MIB for attack in ATTACKS]
         waits.is_over = True
+        other.join(120)
     return 0 if all(results) else 1
 
 

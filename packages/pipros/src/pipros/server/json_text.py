@@ -22,6 +22,8 @@ else:
 
 LARGE_VALUES: Final = 20_000
 LARGE_CHARACTERS: Final = 1_000_000
+_COPIED_BYTES: Final = 4096
+"""Shorter results of `orjson` are copied, because it keeps all of the 4 KiB into which it wrote them."""
 
 _OPTIONS: Final = (
     ORJSON and ORJSON.OPT_SERIALIZE_NUMPY | ORJSON.OPT_PASSTHROUGH_DATACLASS | ORJSON.OPT_PASSTHROUGH_DATETIME
@@ -62,7 +64,7 @@ def json_bytes(value: object) -> bytes | None:
         data: bytes = ORJSON.dumps(value, _other, _OPTIONS)
     except TypeError:
         return None
-    return data
+    return data if len(data) > _COPIED_BYTES else bytes(memoryview(data))
 
 
 def _other(value: object) -> Any:

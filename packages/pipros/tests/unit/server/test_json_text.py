@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
+import tracemalloc
 from datetime import datetime, timezone
 from enum import IntEnum
 from functools import partial
@@ -17,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pipros.server import json_text as json_module
-from pipros.server.json_text import LARGE_CHARACTERS, LARGE_VALUES, is_large, json_text
+from pipros.server.json_text import LARGE_CHARACTERS, LARGE_VALUES, is_large, json_bytes, json_text
 
 INF, NAN = float("inf"), float("nan")
 
@@ -136,3 +137,16 @@ def test_a_list_that_contains_itself_raises() -> None:
     value.append(value)
     with pytest.raises((RecursionError, ValueError)):
         text(value)
+
+
+def test_short_bytes_in_a_queue_hold_no_more_memory_than_they_need() -> None:
+    if (data := json_bytes({"op": "status"})) is None:  # the standard library returns text
+        return
+    tracemalloc.start()
+    try:
+        queued = [json_bytes({"op": "status"}) for _ in range(1000)]
+        held_bytes, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+
+    assert held_bytes < len(queued) * (len(data) + 200)
