@@ -9,7 +9,7 @@ import pytest
 
 from tests.pyodide.conftest import pyodide_files  # noqa: F401 # a fixture
 from tests.support.pyodide_tab import PyodideTab
-from tests.support.tab_programs import BUSY, CLIENT, LIMITS, SERVER, TALKER
+from tests.support.tab_programs import BROADCASTER, BUSY, CLIENT, FRAME_LISTENER, LIMITS, SERVER, TALKER
 
 pytestmark = pytest.mark.timeout(900)  # several workers start Pyodide at the same time, on a busy machine
 
@@ -40,6 +40,12 @@ def test_nodes_in_workers_talk_call_each_other_and_end(tab: PyodideTab) -> None:
     assert talker.interrupt() < ENDS_WITHIN_S
     assert talker.code == 0
     assert talker.output.endswith("the hook ran\nthe talker ended\n")
+
+
+def test_a_transform_passes_from_a_node_to_another_without_numpy(tab: PyodideTab) -> None:
+    broadcaster, listener = tab.start("broadcaster", BROADCASTER), tab.start("frame_listener", FRAME_LISTENER)
+    assert listener.wait() == 0, listener.output + broadcaster.output
+    assert "turned" in listener.output
 
 
 def test_a_program_in_a_worker_reaches_no_other_machine_and_starts_no_thread(pyodide_files: Path) -> None:  # noqa: F811

@@ -87,6 +87,42 @@ except rospy.ROSException as error:
 print("the client is done")
 """
 
+BROADCASTER = """
+import rospy
+import tf
+import tf_conversions
+
+rospy.init_node("broadcaster")
+broadcaster = tf.TransformBroadcaster()
+rate = rospy.Rate(20)
+assert tuple(tf_conversions.transformations.quaternion_from_euler(0, 0, 0)) == (0, 0, 0, 1)
+while not rospy.is_shutdown():
+    turned = tf.transformations.quaternion_from_euler(0, 0, 0.5)
+    broadcaster.sendTransform((1, 2, 0), turned, rospy.Time.now(), "turtle1", "world")
+    rate.sleep()
+"""
+
+FRAME_LISTENER = """
+import math
+import rospy
+import tf
+from tf.transformations import euler_from_quaternion
+
+rospy.init_node("frame_listener")
+listener = tf.TransformListener()
+rate = rospy.Rate(20)
+while not rospy.is_shutdown():
+    try:
+        position, turned = listener.lookupTransform("world", "turtle1", rospy.Time(0))
+    except (tf.LookupException, tf.ConnectivityException, tf.ExtrapolationException):
+        rate.sleep()
+        continue
+    assert tuple(position) == (1, 2, 0)
+    assert math.isclose(euler_from_quaternion(turned)[2], 0.5)
+    print("turned")
+    break
+"""
+
 BUSY = """
 import rospy
 rospy.init_node("busy")

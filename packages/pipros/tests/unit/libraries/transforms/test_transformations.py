@@ -121,12 +121,24 @@ def test_invalid_arguments_are_refused(wrong: object) -> None:
         wrong()
 
 
-def test_without_numpy_the_error_names_the_extra() -> None:
+def test_without_numpy_common_functions_of_quaternions_work_and_the_error_for_others_names_the_extra() -> (
+    None
+):
     program = (
         "import sys; sys.modules['numpy'] = None\n"
-        "import tf\ntry:\n    tf.transformations\nexcept ImportError as error:\n    print(error)"
+        "import tf\nfrom tf.transformations import quaternion_from_euler, quaternion_inverse\n"
+        "turned = quaternion_from_euler(0.1, 0.2, 0.3)\n"
+        "back = tf.transformations.quaternion_multiply(turned, quaternion_inverse(turned))\n"
+        "print(*turned, *back, *tf.transformations.euler_from_quaternion(turned, 'rxyz'))\n"
+        "try:\n    from tf.transformations import euler_matrix\n"
+        "except ImportError as error:\n    print(error)"
     )
 
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
-    assert install_command("numpy") in ended.stdout
+    numbers, error = ended.stdout.splitlines()
+    turned = tf.quaternion_from_euler(0.1, 0.2, 0.3)
+    expected = (*turned, 0.0, 0.0, 0.0, 1.0, *tf.euler_from_quaternion(turned, "rxyz"))
+    assert [float(number) for number in numbers.split()] == pytest.approx(expected, abs=1e-15)
+    assert error.startswith("tf.transformations needs numpy")
+    assert install_command("numpy") in error

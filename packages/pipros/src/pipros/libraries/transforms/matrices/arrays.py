@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pipros.libraries.transforms.rotations import EPSILON as EPSILON
+
 Array = NDArray[np.float64]
 """Array of floats.
 
 Its shape is (4, 4), (4,) or (3,), as described in the package's docstring, unless stated otherwise.
 """
-
-EPSILON = float(np.finfo(float).eps) * 4.0
-"""Threshold below which numbers are treated as zero: tf's `_EPS`."""
 
 EIGENVALUE_TOLERANCE = 1e-8
 

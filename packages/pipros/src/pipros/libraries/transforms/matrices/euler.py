@@ -1,9 +1,4 @@
-"""Euler angles in their 24 conventions, after K. Shoemake, "Euler angle conversion", Graphics Gems IV.
-
-A convention is a string such as "sxyz": rotations about static (s) or rotating (r) axes, in this order. It is
-equivalent to four numbers: the innermost axis (0 to 2), the parity (1 if the order is opposite to x, y, z),
-whether the first axis is repeated as the last axis (0 or 1), and whether the axes rotate (0 or 1).
-"""
+"""Matrices of Euler angles, in the 24 conventions of `transforms.rotations`."""
 
 from __future__ import annotations
 
@@ -12,42 +7,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pipros.libraries.transforms.matrices.arrays import EPSILON, Array
-
-Convention = tuple[int, int, int, int]
-
-
-def _conventions() -> dict[str, Convention]:
-    found: dict[str, Convention] = {}
-    for rotating in (0, 1):
-        for inner in range(3):
-            for parity in (0, 1):
-                for repeated in (0, 1):
-                    i, j, k = axes_of(inner, parity)
-                    letters = "".join("xyz"[axis] for axis in (i, j, i if repeated else k))
-                    name = "r" + letters[::-1] if rotating else "s" + letters
-                    found[name] = (inner, parity, repeated, rotating)
-    return found
-
-
-def axes_of(inner: int, parity: int) -> tuple[int, int, int]:
-    """Return the indices of the three axes, in the order that a convention specifies."""
-    if parity:
-        return inner, (inner + 2) % 3, (inner + 1) % 3
-    return inner, (inner + 1) % 3, (inner + 2) % 3
-
-
-CONVENTIONS = _conventions()
-NAMES = {convention: name for name, convention in CONVENTIONS.items()}
-
-
-def convention_of(axes: str | Convention) -> Convention:
-    """Return the four numbers of a convention. Raises KeyError if the convention is unknown."""
-    name = axes.lower() if isinstance(axes, str) else NAMES.get(axes, "")
-    found = CONVENTIONS.get(name)
-    if found is None:
-        raise KeyError(axes)
-    return found
+from pipros.libraries.transforms.matrices.arrays import Array
+from pipros.libraries.transforms.rotations import CONVENTIONS as CONVENTIONS
+from pipros.libraries.transforms.rotations import NAMES as NAMES
+from pipros.libraries.transforms.rotations import Convention, axes_of, convention_of, euler_from_rows
 
 
 def euler_matrix(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz") -> Array:
@@ -78,21 +41,4 @@ def euler_from_matrix(matrix: ArrayLike, axes: str | Convention = "sxyz") -> tup
 
     `matrix` has at least 3 rows and columns. Raises KeyError for an unknown convention.
     """
-    inner, parity, repeated, rotating = convention_of(axes)
-    i, j, k = axes_of(inner, parity)
-    m = np.asarray(matrix, dtype=np.float64)[:3, :3].tolist()
-    if repeated:
-        sine = math.sqrt(m[i][j] ** 2 + m[i][k] ** 2)
-        degenerate = sine <= EPSILON
-        first = math.atan2(-m[j][k], m[j][j]) if degenerate else math.atan2(m[i][j], m[i][k])
-        middle = math.atan2(sine, m[i][i])
-        last = 0.0 if degenerate else math.atan2(m[j][i], -m[k][i])
-    else:
-        cosine = math.sqrt(m[i][i] ** 2 + m[j][i] ** 2)
-        degenerate = cosine <= EPSILON
-        first = math.atan2(-m[j][k], m[j][j]) if degenerate else math.atan2(m[k][j], m[k][k])
-        middle = math.atan2(-m[k][i], cosine)
-        last = 0.0 if degenerate else math.atan2(m[j][i], m[i][i])
-    if parity:
-        first, middle, last = -first, -middle, -last
-    return (last, middle, first) if rotating else (first, middle, last)
+    return euler_from_rows(np.asarray(matrix, dtype=np.float64)[:3, :3].tolist(), axes)

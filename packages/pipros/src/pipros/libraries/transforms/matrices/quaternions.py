@@ -7,33 +7,21 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pipros.libraries.transforms import rotations
 from pipros.libraries.transforms.matrices.arrays import EPSILON, Array, unit_vector
-from pipros.libraries.transforms.matrices.euler import Convention, axes_of, convention_of, euler_from_matrix
+from pipros.libraries.transforms.rotations import Convention
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
     """Return the quaternion for a rotation by `angle` about `axis`, a vector of any length except 0."""
-    x, y, z = np.asarray(axis, dtype=np.float64)[:3].tolist()
-    length = math.sqrt(x * x + y * y + z * z)
-    factor = math.sin(angle / 2.0) / length if length > EPSILON else 1.0
-    return np.array((x * factor, y * factor, z * factor, math.cos(angle / 2.0)))
+    return np.array(rotations.quaternion_about_axis(angle, np.asarray(axis, dtype=np.float64).tolist()))
 
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
     """Return the 4x4 rotation matrix for a quaternion of any norm, or the identity if the norm is 0."""
-    qx, qy, qz, qw = np.asarray(quaternion, dtype=np.float64)[:4].tolist()
-    square = qx * qx + qy * qy + qz * qz + qw * qw
-    if square < EPSILON:
-        return np.identity(4)
-    s = 2.0 / square
-    return np.array(
-        (
-            (1.0 - s * (qy * qy + qz * qz), s * (qx * qy - qz * qw), s * (qx * qz + qy * qw), 0.0),
-            (s * (qx * qy + qz * qw), 1.0 - s * (qx * qx + qz * qz), s * (qy * qz - qx * qw), 0.0),
-            (s * (qx * qz - qy * qw), s * (qy * qz + qx * qw), 1.0 - s * (qx * qx + qy * qy), 0.0),
-            (0.0, 0.0, 0.0, 1.0),
-        )
-    )
+    result = np.identity(4)
+    result[:3, :3] = rotations.rows_of(np.asarray(quaternion, dtype=np.float64).tolist())
+    return result
 
 
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
@@ -63,56 +51,25 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz") -> Array:
     """Return the quaternion for three Euler angles. Raises KeyError for an unknown convention."""
-    inner, parity, repeated, rotating = convention_of(axes)
-    i, j, k = axes_of(inner, parity)
-    if rotating:
-        ai, ak = ak, ai
-    if parity:
-        aj = -aj
-    si, sj, sk = math.sin(ai / 2.0), math.sin(aj / 2.0), math.sin(ak / 2.0)
-    ci, cj, ck = math.cos(ai / 2.0), math.cos(aj / 2.0), math.cos(ak / 2.0)
-    cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
-    parts = [0.0, 0.0, 0.0, 0.0]
-    if repeated:
-        parts[i], parts[j], parts[k], parts[3] = (
-            cj * (cs + sc),
-            sj * (cc + ss),
-            sj * (cs - sc),
-            cj * (cc - ss),
-        )
-    else:
-        parts[i], parts[j], parts[k] = cj * sc - sj * cs, cj * ss + sj * cc, cj * cs - sj * sc
-        parts[3] = cj * cc + sj * ss
-    if parity:
-        parts[j] = -parts[j]
-    return np.array(parts)
+    return np.array(rotations.quaternion_from_euler(ai, aj, ak, axes))
 
 
 def euler_from_quaternion(
     quaternion: ArrayLike, axes: str | Convention = "sxyz"
 ) -> tuple[float, float, float]:
     """Return three Euler angles for a quaternion. Raises KeyError for an unknown convention."""
-    return euler_from_matrix(quaternion_matrix(quaternion), axes)
+    return rotations.euler_from_quaternion(np.asarray(quaternion, dtype=np.float64).tolist(), axes)
 
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
     """Return the product `quaternion1 * quaternion0`, which applies the rotation `quaternion0` first."""
-    qx0, qy0, qz0, qw0 = np.asarray(quaternion0, dtype=np.float64).tolist()
-    qx1, qy1, qz1, qw1 = np.asarray(quaternion1, dtype=np.float64).tolist()
-    return np.array(
-        (
-            qw1 * qx0 + qx1 * qw0 + qy1 * qz0 - qz1 * qy0,
-            qw1 * qy0 + qy1 * qw0 + qz1 * qx0 - qx1 * qz0,
-            qw1 * qz0 + qz1 * qw0 + qx1 * qy0 - qy1 * qx0,
-            qw1 * qw0 - qx1 * qx0 - qy1 * qy0 - qz1 * qz0,
-        )
-    )
+    first, second = (np.asarray(each, dtype=np.float64).tolist() for each in (quaternion0, quaternion1))
+    return np.array(rotations.quaternion_multiply(second, first))
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
     """Return the conjugate (-qx, -qy, -qz, qw)."""
-    qx, qy, qz, qw = np.asarray(quaternion, dtype=np.float64).tolist()
-    return np.array((-qx, -qy, -qz, qw))
+    return np.array(rotations.quaternion_conjugate(np.asarray(quaternion, dtype=np.float64).tolist()))
 
 
 def quaternion_inverse(quaternion: ArrayLike) -> Array:
