@@ -76,7 +76,12 @@ class OpenCVCodec:
         self._cv2 = cv2
 
     def decode(self, data: bytes) -> Any:
-        if (pixels := pixel_count(data)) > MAX_PIXELS:
+        pixels = pixel_count(data)
+        if data and pixels is None:
+            raise PictureError(
+                f"the image ({len(data)} bytes) must be a JPEG, PNG, TIFF, BMP, WebP or JPEG 2000 image"
+            )
+        if pixels and pixels > MAX_PIXELS:
             raise PictureError(
                 f"the image ({len(data)} bytes) must have at most {MAX_PIXELS} pixels, got {pixels}"
             )

@@ -166,7 +166,7 @@ class FakeOpenCV:
 
     @staticmethod
     def imdecode(octets: Any, flags: int) -> Any:
-        return RAMP if octets.tobytes() == b"good" else None
+        return RAMP if octets.tobytes() == b"\xff\xd8good" else None
 
     @staticmethod
     def imencode(ending: str, image: Any, options: list[int]) -> tuple[bool, Any]:
@@ -182,8 +182,8 @@ def test_opencv_is_preferred_if_it_is_installed(monkeypatch: pytest.MonkeyPatch)
 
     assert opencv.encode(RAMP, "jpeg", 70) == b".jpg [1, 70]"
     assert opencv.encode(RAMP, "png", 3) == b".png [16, 3]"
-    assert opencv.decode(b"good") is RAMP
-    for wrong in (b"", b"bad"):
+    assert opencv.decode(b"\xff\xd8good") is RAMP
+    for wrong in (b"", b"\xff\xd8bad"):
         with pytest.raises(PictureError, match="OpenCV cannot decode"):
             opencv.decode(wrong)
     for image in (RAMP.astype(np.int8), RAMP[:0]):
@@ -198,8 +198,11 @@ def test_opencv_is_preferred_if_it_is_installed(monkeypatch: pytest.MonkeyPatch)
         b"\xff\xd8\xff\xfe\0\x04abpadding\xff\xff\xc2\0\x11\x08" + struct.pack(">HH", 14_000, 14_000),
         b"II*\0" + struct.pack("<IHHHIIHHII", 8, 2, 256, 4, 1, 14_000, 257, 3, 1, 14_000),
         b"MM\0*" + struct.pack(">IHHHIHHHHII", 8, 2, 256, 3, 1, 14_000, 0, 257, 4, 1, 14_000),
+        b"BM" + bytes(12) + struct.pack("<Iii", 40, 14_000, -14_000),
+        b"RIFF\0\0\0\0WEBPVP8X" + bytes(8) + (13_999).to_bytes(3, "little") * 2,
+        b"\xff\x4f\xff\x51" + struct.pack(">HHIIII", 41, 0, 14_007, 14_003, 7, 3),
     ],
-    ids=["PNG", "JPEG", "TIFF", "big-endian TIFF"],
+    ids=["PNG", "JPEG", "TIFF", "big-endian TIFF", "BMP", "WebP", "JPEG 2000"],
 )
 def test_opencv_does_not_decode_pictures_with_too_many_pixels(picture: bytes) -> None:
     """14,000 x 14,000 pixels with four channels take 784 MB; a PNG file needs less than 1 MB for them."""
@@ -209,10 +212,17 @@ def test_opencv_does_not_decode_pictures_with_too_many_pixels(picture: bytes) ->
 
 def test_the_headers_that_opencv_writes_are_understood() -> None:
     cv2 = pytest.importorskip("cv2")
-    for kind, pixels in ((".png", 91), (".jpg", 91), (".tiff", 91), (".bmp", 0)):
-        assert pixel_count(bytes(cv2.imencode(kind, np.zeros((7, 13, 3), np.uint8))[1])) == pixels
-    for cut in (b"", PNG_START, b"II*\0", b"\xff\xd8", b"\xff\xd8\xff\xe0"):
+    for kind in (".png", ".jpg", ".tiff", ".bmp", ".webp", ".jp2"):
+        for channels in (3, 4):
+            picture = np.full((70, 130, channels), 128, np.uint8)
+            assert pixel_count(bytes(cv2.imencode(kind, picture)[1])) == 9100, (kind, channels)
+    lossy = cv2.imencode(".webp", np.zeros((7, 13, 3), np.uint8), [cv2.IMWRITE_WEBP_QUALITY, 50])[1]
+    assert bytes(lossy[12:16]) == b"VP8 "
+    assert pixel_count(bytes(lossy)) == 91
+    for cut in (PNG_START, b"II*\0", b"\xff\xd8", b"\xff\xd8\xff\xe0", b"BM", b"RIFF\0\0\0\0WEBPVP8 "):
         assert pixel_count(cut) == 0
+    with pytest.raises(PictureError, match="must be a JPEG, PNG, TIFF, BMP, WebP or JPEG 2000 image"):
+        OpenCVCodec(cv2).decode(b"P5 30000 30000 255\n")
 
 
 def test_without_either_library_the_error_names_the_extras() -> None:
