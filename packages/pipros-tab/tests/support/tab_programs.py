@@ -95,6 +95,8 @@ import tf_conversions
 rospy.init_node("broadcaster")
 broadcaster = tf.TransformBroadcaster()
 rate = rospy.Rate(20)
+stamps = [rospy.Time.now() for _ in range(100)]
+assert len(set(stamps)) == len(stamps), "a browser's clock shows milliseconds"
 assert tuple(tf_conversions.transformations.quaternion_from_euler(0, 0, 0)) == (0, 0, 0, 1)
 while not rospy.is_shutdown():
     turned = tf.transformations.quaternion_from_euler(0, 0, 0.5)

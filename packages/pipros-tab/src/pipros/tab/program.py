@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -25,7 +26,7 @@ from pipros.tab.network import Network, Port
 from pipros.tab.packets import Kind
 from pipros.tab.sockets import install
 from pipros.tab.tab_socket import HERE
-from pipros.tab.turns import WorkerTurns
+from pipros.tab.turns import WorkerTurns, distinct_ns
 
 HOME = "/home/student"
 _PYTHON = "/usr/bin/python3"
@@ -89,6 +90,7 @@ class Worker:
         install(self._network, turns.wait_for_network)
         one_thread.turns = turns
         time.sleep = turns.sleep  # callbacks run while a program sleeps
+        time.time_ns = partial(next, distinct_ns(time.time_ns))
         threading.Condition.wait = lambda *args, **more: turns.wait_for_condition(*args, **more)  # type: ignore[method-assign]
         signal.set_wakeup_fd = lambda *_args, **_options: -1  # a tab's sockets have no descriptors
         os.execve = os.execvpe = _replace  # type: ignore[assignment]

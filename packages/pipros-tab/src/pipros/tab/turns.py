@@ -17,7 +17,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final, SupportsIndex, TypeVar
 
 from pipros.tab.network import LONGEST_WAIT_S, Network
@@ -216,3 +216,14 @@ class WorkerTurns:
 
 def _next_timer_s(loop: Any) -> float:
     return float(loop._scheduled[0]._when) if loop._scheduled else math.inf
+
+
+def distinct_ns(clock: Callable[[], int]) -> Iterator[int]:
+    """Yield the times of a clock that shows milliseconds, such as a browser's, at least 1 us apart.
+
+    Otherwise, messages of a burst had the same stamp, and tf drops all but the first.
+    """
+    last_ns = 0
+    while True:
+        last_ns = max(clock(), last_ns + 1000)
+        yield last_ns

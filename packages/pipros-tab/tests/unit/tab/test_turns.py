@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import sys
 import threading
 import time
@@ -12,7 +13,7 @@ import pytest
 from pipros.tab.network import Network
 from pipros.tab.sockets import TabSelector, socketpair
 from pipros.tab.tab_socket import TabSocket
-from pipros.tab.turns import DEEPEST, END_S, WorkerTurns
+from pipros.tab.turns import DEEPEST, END_S, WorkerTurns, distinct_ns
 from tests.support.tab_hub import MemoryPort, Switch
 
 
@@ -218,3 +219,9 @@ def test_jobs_run_while_an_event_is_awaited(turns: WorkerTurns, monkeypatch: pyt
     assert not event.wait(0.01)
     turns.later(event.set)
     assert event.wait(5.0)
+
+
+def test_the_times_of_a_coarse_clock_differ() -> None:
+    shown = iter((5_000_000, 5_000_000, 5_000_000, 6_000_000, 4_000_000))
+    times = list(itertools.islice(distinct_ns(lambda: next(shown)), 5))
+    assert times == [5_000_000, 5_001_000, 5_002_000, 6_000_000, 6_001_000]
