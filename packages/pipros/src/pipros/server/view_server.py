@@ -46,7 +46,7 @@ from pipros.server.access import LOOPBACK_HOSTS, Access
 from pipros.server.browser_share import set_current_browser
 from pipros.server.json_text import json_text
 from pipros.server.listener import Listener
-from pipros.server.loop_share import LoopShare
+from pipros.server.loop_share import LoopShare, LoopShares
 from pipros.server.port import ServerPort
 from pipros.server.port_connection import READ_AHEAD_BYTES, PortConnection
 from pipros.server.secret import Denied, Secret
@@ -139,6 +139,7 @@ class PageServer:
         self._browsers = 0
         self._input = Budget(BROWSERS * REQUEST_BYTES // 2)
         self._logged: set[tuple[str, type[BaseException]]] = set()
+        self._shares = LoopShares()
         self.access = Access(0, secret=self._secret)
 
     async def start(
@@ -213,7 +214,7 @@ class PageServer:
         budget = Budget(with_spare, self._input, part=0.5, own=READ_AHEAD_BYTES)
         connection.admit(budget, REQUEST_BYTES)
         self._browsers += 1
-        browser = _Browser(connection, self._served, self._logged)
+        browser = _Browser(connection, self._served, self._logged, LoopShare(self._shares))
         try:
             await browser.welcome(self.access.secret.token)
             async for text in connection:
@@ -234,18 +235,20 @@ class _Browser:
         connection: ServerConnection,
         served: ServedViews,
         logged: set[tuple[str, type[BaseException]]],
+        share: LoopShare,
     ) -> None:
         """Create the state of a browser.
 
         Args:
             logged: the errors already logged for any browser, as pairs of view or action name and exception
                 type. Updated in place.
+            share: its share of the event loop, which `close` closes.
         """
         self._connection = connection
         self._served = served
         self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
-        self._share = LoopShare()
+        self._share = share
         self._open_characters = 0
         self._beats = asyncio.create_task(self._beat())
 
@@ -304,6 +307,7 @@ class _Browser:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+        self._share.close()
 
     async def _serve(self, number: int, request: Mapping[str, object]) -> None:
         """Serve a request. A read-only view is retried after an error."""

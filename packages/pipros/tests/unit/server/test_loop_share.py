@@ -5,17 +5,19 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
+from types import SimpleNamespace
 
 import pytest
 
-from pipros.server.loop_share import BURST_S, SHARE, LoopShare
+from pipros.server import loop_share
+from pipros.server.loop_share import BURST_S, SHARE, LoopShare, LoopShares
 
 STEP_S = 0.02
 
 
 def test_many_busy_views_of_a_browser_take_few_steps_while_another_takes_one() -> None:
     async def scenario() -> list[int]:
-        share, steps = LoopShare(), 0
+        share, steps = LoopShare(LoopShares()), 0
 
         async def view() -> None:
             nonlocal steps
@@ -40,7 +42,7 @@ def test_many_busy_views_of_a_browser_take_few_steps_while_another_takes_one() -
 
 def test_a_cancelled_coroutine_does_not_rest_and_its_exceptions_pass() -> None:
     async def scenario() -> list[str]:
-        share, ends = LoopShare(), list[str]()
+        share, ends = LoopShare(LoopShares()), list[str]()
 
         async def view() -> None:
             for _ in range(20):
@@ -65,3 +67,45 @@ def test_a_cancelled_coroutine_does_not_rest_and_its_exceptions_pass() -> None:
         return ends
 
     assert asyncio.run(scenario()) == ["cancelled"]
+
+
+def test_several_busy_browsers_leave_half_of_the_loop_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = 0.0
+    pass_on = asyncio.sleep
+
+    async def sleep(duration_s: float) -> None:
+        end_s = now_s + duration_s
+        while now_s < end_s:
+            await pass_on(0)
+
+    monkeypatch.setattr(loop_share, "time", SimpleNamespace(monotonic=lambda: now_s))
+    monkeypatch.setattr(loop_share, "asyncio", SimpleNamespace(sleep=sleep, Lock=asyncio.Lock))
+
+    async def scenario() -> list[float]:
+        nonlocal now_s
+        shares, worked_s = LoopShares(), [0.0] * 4
+
+        async def view(number: int) -> None:
+            nonlocal now_s
+            while True:
+                now_s += STEP_S
+                worked_s[number] += STEP_S
+                await pass_on(0)
+
+        browsers = [LoopShare(shares) for _ in worked_s]
+        views = [asyncio.create_task(each.run(view, number)) for number, each in enumerate(browsers)]
+        while now_s < 20.0:
+            now_s += STEP_S / 20  # the others do little
+            await pass_on(0)
+        for each in views:
+            each.cancel()
+        await asyncio.gather(*views, return_exceptions=True)
+        assert shares.busy == {*browsers}
+        for browser in browsers:
+            browser.close()
+        assert not shares.busy
+        return worked_s
+
+    worked_s = asyncio.run(scenario())
+    assert sum(worked_s) <= 1.1 * SHARE * 20.0
+    assert max(worked_s) <= 1.2 * min(worked_s)
