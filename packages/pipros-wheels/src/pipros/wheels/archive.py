@@ -15,7 +15,8 @@ import tarfile
 import tempfile
 import time
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,7 +53,7 @@ def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> N
     """
     date = time.gmtime(_timestamp())[:6]
     record = []
-    with tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
+    with _named(file), tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
         made = Path(folder, file.name)
         with zipfile.ZipFile(made, "w") as archive:
             for path in _in_order(entries, info):
@@ -74,7 +75,7 @@ def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> N
 def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> None:
     """Write a `.tar.gz` file. The file appears only when it is complete."""
     date = _timestamp()
-    with tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
+    with _named(file), tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
         made = Path(folder, file.name)
         with (
             made.open("wb") as raw,
@@ -90,6 +91,17 @@ def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> Non
                     info.mode = 0o755 if entries[path].is_program else 0o644
                     archive.addfile(info, source)
         replace_file(made, file)
+
+
+@contextmanager
+def _named(file: Path) -> Iterator[None]:
+    """Context manager that adds the file's name to an error without one, such as that of a full disk."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(file)
+        raise
 
 
 def _timestamp() -> int:

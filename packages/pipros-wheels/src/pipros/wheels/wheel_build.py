@@ -179,13 +179,12 @@ class _Builder:
                     f"packages {other} and {package.name} both install {path.removeprefix('data/')}"
                 )
         dependencies = self._surroundings.dependencies_of(package, project, self._options.keys)
-        made = self._folder / f"{base_name(package)}-{TAG}.whl"
+        made = output / f"{base_name(package)}-{TAG}.whl"
         _write(package, files.entries, metadata_text(package, project, dependencies), made)
-        shutil.move(made, output / made.name)
         shutil.rmtree(folder / "install", ignore_errors=True)  # but not `build`, which has CFG_EXTRAS
         self._installed |= dict.fromkeys((path.removeprefix("data/") for path in files.entries), package.name)
         notes = [*files.notes, *_advice(dependencies)]
-        return BuiltWheel(package, output / made.name, tuple(notes))
+        return BuiltWheel(package, made, tuple(notes))
 
     def _read(self, package: SourcePackage, say: Say) -> Project:
         project = self._projects.get(package.name)

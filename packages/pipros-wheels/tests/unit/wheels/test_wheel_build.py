@@ -110,6 +110,26 @@ def test_a_wheel_has_the_files_of_the_install_space(workspace: Workspace) -> Non
     assert programs == ["lib/arm/move", "lib/arm/tool", "bin/tool"]
 
 
+@pytest.mark.skipif(os.name == "nt", reason="a limit stands for the full disk")
+def test_a_wheel_for_which_there_is_no_room_leaves_the_old_one(workspace: Workspace) -> None:
+    import resource
+
+    add_arm(workspace)
+    wheel = wheels(workspace)["arm"].file
+    old = wheel.read_bytes()
+    for number in range(3):
+        (workspace.base / "src" / "arm" / "launch" / f"{number}.launch").write_bytes(os.urandom(60_000))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
+    try:
+        with pytest.raises(PiprosError, match=rf"arm: .*File too large: .*{wheel.name}'$"):
+            wheels(workspace)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert wheel.read_bytes() == old
+    assert list(wheel.parent.iterdir()) == [wheel]
+
+
 def test_twelve_forms_of_packages_have_their_program_and_launch_file(workspace: Workspace) -> None:
     write_forms(workspace.base / "src")
     built = wheels(workspace)
