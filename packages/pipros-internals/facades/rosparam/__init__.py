@@ -17,6 +17,7 @@ from yaml.constructor import ConstructorError
 
 import rosgraph
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.replaced_file import overwritten_file as _overwritten_file
 from pipros.cli.rosparam import main as _main
 from pipros.graph import param_files as _documents
 from pipros.graph import param_text as _rendering
@@ -177,7 +178,8 @@ def dump_params(filename: str | None, param: str, verbose: bool = False) -> None
         print_params(tree, param)
     text = _rendering.as_document(tree)
     if filename:
-        Path(filename).write_text(text, encoding="utf-8")
+        with _overwritten_file(Path(filename)) as file:
+            file.write(text.encode())
     else:
         sys.stdout.write(text)
 

@@ -17,6 +17,7 @@ from dynamic_reconfigure import (
 from dynamic_reconfigure.client import Client
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed, printable_lines
+from pipros.basics.replaced_file import overwritten_file
 from pipros.safe.yaml import load
 
 
@@ -99,7 +100,8 @@ def _run(options: Any) -> None:
     if options.command == "get":
         print(dict(config))
     else:
-        Path(options.file).write_text(_as_yaml(config), encoding="utf-8")
+        with overwritten_file(Path(options.file)) as file:
+            file.write(_as_yaml(config).encode())
 
 
 def main() -> int:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from math import atan2
+from pathlib import Path
 from typing import Any
 
 from nav_msgs.msg import OccupancyGrid
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.replaced_file import overwritten_file
 from pipros.libraries.maps.errors import MapError
 from pipros.libraries.maps.map_file import description_text, grid_pixels
 from pipros.pictures.pgm import write_pgm
@@ -60,7 +62,7 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
 
     Raises:
         MapError: the number of cells is not width times height. Nothing is written.
-        OSError: a file cannot be written.
+        OSError: a file cannot be written. Files of these names stay as they were.
     """
     info = message.info
     rospy.loginfo("Received a %d X %d map @ %.3f m/pix", info.width, info.height, info.resolution)
@@ -68,15 +70,16 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
         raise MapError(f"the map must have {info.width} X {info.height} cells, got {len(message.data)}")
     rospy.loginfo("Writing map occupancy data to %s.pgm", name)
     pixels = grid_pixels(info.width, message.data, free, occupied)
-    with open(f"{name}.pgm", "wb") as file:
-        file.write(
-            write_pgm(info.width, info.height, pixels, f"CREATOR: map_saver.cpp {info.resolution:.3f} m/pix")
-        )
-    rospy.loginfo("Writing map occupancy data to %s.yaml", name)
+    pgm = write_pgm(info.width, info.height, pixels, f"CREATOR: map_saver.cpp {info.resolution:.3f} m/pix")
     position, q = info.origin.position, info.origin.orientation
     yaw = atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-    with open(f"{name}.yaml", "w", encoding="utf-8") as text:
-        text.write(description_text(f"{name}.pgm", info.resolution, (position.x, position.y, yaw)))
+    text = description_text(f"{name}.pgm", info.resolution, (position.x, position.y, yaw))
+    with overwritten_file(Path(f"{name}.yaml")) as described:
+        described.write(text.encode())
+        described.flush()  # so that it has its room before the image is replaced
+        with overwritten_file(Path(f"{name}.pgm")) as image:
+            image.write(pgm)
+        rospy.loginfo("Writing map occupancy data to %s.yaml", name)
 
 
 @exits_after_ctrl_c(1)

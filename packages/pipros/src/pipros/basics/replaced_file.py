@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,5 +29,31 @@ def replaced_file(path: Path) -> Iterator[Any]:
     except BaseException as error:
         unfinished.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.filename is None:
+            error.filename = str(path)
+        raise
+
+
+@contextmanager
+def overwritten_file(path: Path) -> Iterator[Any]:
+    """Context manager that opens a binary file with the new content of `path`, which the user named.
+
+    It is like `replaced_file`, so that an old file is not lost if the disk is full, but keeps links and
+    permissions. What is not a file, such as a terminal, is written directly, and so is a file in a folder
+    in which none can be created. The file name of an OSError is `path`.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        if target.exists() and not (target.is_file() and os.access(target.parent, os.W_OK)):
+            with target.open("wb") as file:
+                yield file
+            return
+        if target.exists():
+            target.open("ab").close()  # a read-only file is not replaced
+        with replaced_file(target) as file:
+            if target.exists():
+                shutil.copymode(target, file.name)
+            yield file
+    except OSError as error:
+        if error.filename in (None, str(target), f"{target}.active"):
             error.filename = str(path)
         raise

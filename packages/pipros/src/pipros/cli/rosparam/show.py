@@ -68,13 +68,16 @@ def dump_parameters(argv: Sequence[str]) -> int:
         return 0
     from pathlib import Path
 
+    from pipros.basics.replaced_file import overwritten_file
+
     file = arguments[0]
     if options.verbose:
         print(f"dumping namespace [{ns}] to file [{file}]")
         for name, value in leaves(ns, tree):
             print(printable_lines(f"{name}={value}"))
     try:
-        Path(file).write_text(as_document(tree), encoding="utf-8")
+        with overwritten_file(Path(file)) as opened:
+            opened.write(as_document(tree).encode())
     except OSError as error:
         raise CommandError(f"cannot write [{file}]: {error.strerror}") from None
     return 0
