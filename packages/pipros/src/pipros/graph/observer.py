@@ -204,7 +204,7 @@ class SystemObserver:
         until_s = now_s + ANSWER_DEADLINE_S
         due = sorted((node.called_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
         silent = [name for _, name in due if self._nodes[name].failures][:ASKED_AT_ONCE]
-        batch = [name for _, name in due if not self._nodes[name].failures][: CALLS_PER_POLL - len(silent)]
+        batch = self._chosen([name for _, name in due if not self._nodes[name].failures], len(silent))
         in_parallel(batch + silent, lambda name: self._query_until(until_s, name), at_once=ASKED_AT_ONCE)
         self._clients.keep_only({node.uri for node in self._nodes.values()})
         connections, transports = self._connections({*state.topics()})
@@ -218,6 +218,17 @@ class SystemObserver:
             self._types.find(state, uris, connections),
         )
         return self._last
+
+    def _chosen(self, due: Sequence[str], silent: int) -> list[str]:
+        """Return the nodes to call besides `silent` others: known ones first, whose rates would stand still.
+
+        Half of the calls are for either kind, known or new, unless the other kind needs fewer.
+        """
+        known = [name for name in due if self._nodes[name].counts]
+        new = [name for name in due if not self._nodes[name].counts]
+        calls = CALLS_PER_POLL - silent
+        known = known[: max(calls // 2, calls - len(new))]
+        return known + new[: calls - len(known)]
 
     def _query_until(self, until_s: float, name: str) -> None:
         if self._now_s() <= until_s:

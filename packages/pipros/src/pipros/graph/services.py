@@ -113,7 +113,8 @@ def argument_names(service_class: ServiceClass) -> str:
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
     """Return the services of a type, in the order of registration. Unresponsive servers are skipped.
 
-    An address that has timed out is not called for its other services.
+    An address that has timed out is not called for its other services, until all others have been called: a
+    busy server may answer then.
     """
     import time
 
@@ -121,17 +122,24 @@ def services_of_type(master: MasterClient, type_name: str) -> list[str]:
 
     silent: set[str] = set()
 
-    def is_of_type(service: str) -> bool:
+    def is_of_type(service: str) -> bool | None:
         uri = uri_of(master, service)
-        if uri is None or uri in silent:
+        if uri is None:
             return False
+        if uri in silent:
+            return None
         began_s = time.monotonic()
         try:
             return type_of(master, service) == type_name
         except GraphError:
-            if time.monotonic() - began_s >= PROBE_DEADLINE_S:
-                silent.add(uri)
-            return False
+            if time.monotonic() - began_s < PROBE_DEADLINE_S:
+                return False
+            silent.add(uri)
+            return None
 
-    found = in_parallel(nodes_by_service(master), is_of_type, at_once=ASKED_AT_ONCE)
+    services = nodes_by_service(master)
+    found = in_parallel(services, is_of_type, at_once=ASKED_AT_ONCE)
+    silent.clear()
+    unanswered = [service for service, is_wanted in found.items() if is_wanted is None]
+    found |= in_parallel(unanswered, is_of_type, at_once=ASKED_AT_ONCE)
     return [service for service, is_wanted in found.items() if is_wanted]

@@ -175,6 +175,36 @@ def test_silent_nodes_delay_a_poll_by_one_timeout_and_do_not_displace_the_others
     assert nodes.asked.count("/listener") >= 4
 
 
+def test_new_silent_nodes_leave_known_ones_their_share_of_the_calls(
+    nodes: Nodes, observer: SystemObserver
+) -> None:
+    observer.poll()
+    nodes.more = [f"/node{number}" for number in range(300)]
+    nodes.silent = set(nodes.more)
+    nodes.asked.clear()
+    for _ in range(4):
+        nodes.now_s += 2
+        nodes.messages += 40
+        observer.poll()
+    assert nodes.asked.count("/talker") == 4
+    assert any(name in nodes.silent for name in nodes.asked)
+
+
+def test_many_known_nodes_leave_new_ones_their_share_of_the_calls(
+    nodes: Nodes, observer: SystemObserver
+) -> None:
+    nodes.more = [f"/known{number}" for number in range(3 * CALLS_PER_POLL)]
+    for _ in range(4):
+        observer.poll()
+    nodes.more += [f"/new{number}" for number in range(CALLS_PER_POLL)]
+    for _ in range(2):
+        nodes.now_s += 2  # every node is due
+        nodes.asked.clear()
+        observer.poll()
+        assert len([name for name in nodes.asked if name.startswith("/new")]) == CALLS_PER_POLL // 2
+        assert len(nodes.asked) == CALLS_PER_POLL
+
+
 def test_without_its_master_the_last_state_is_kept(nodes: Nodes, observer: SystemObserver) -> None:
     before = observer.poll()
     nodes.is_up = False

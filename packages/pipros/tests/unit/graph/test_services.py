@@ -9,10 +9,11 @@ from typing import Any, cast
 import pytest
 
 from pipros.graph import services
+from pipros.graph.errors import GraphError
 from pipros.net.master_client import MasterClient
 
 
-def test_a_silent_address_is_called_once_by_each_thread_whatever_is_registered_there(
+def test_a_silent_address_is_called_twice_by_each_thread_whatever_is_registered_there(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(services, "PROBE_DEADLINE_S", 0.1)
@@ -35,4 +36,28 @@ def test_a_silent_address_is_called_once_by_each_thread_whatever_is_registered_t
             while True:
                 silent.accept()[0].close()
                 called += 1
-    assert 1 <= called <= services.ASKED_AT_ONCE
+    assert 1 <= called <= 2 * services.ASKED_AT_ONCE
+
+
+def test_the_services_of_a_server_that_was_busy_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(services, "PROBE_DEADLINE_S", 0.0)  # every error is taken for a timeout
+    monkeypatch.setattr(services, "ASKED_AT_ONCE", 1)
+    asked: list[str] = []
+
+    def type_of(_: object, service: str) -> str:
+        asked.append(service)
+        if len(asked) == 1:
+            raise GraphError("no answer")
+        return "std_srvs/Empty"
+
+    class Registrations:
+        def get_system_state(self) -> Any:
+            return [[], [], [["/one", ["/busy"]], ["/two", ["/busy"]], ["/three", ["/other"]]]]
+
+        def lookup_service(self, service: str) -> str:
+            return "rosrpc://other:1" if service == "/three" else "rosrpc://busy:1"
+
+    monkeypatch.setattr(services, "type_of", type_of)
+    master = cast(MasterClient, Registrations())
+    assert services.services_of_type(master, "std_srvs/Empty") == ["/one", "/two", "/three"]
+    assert asked == ["/one", "/three", "/one", "/two"]
