@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import itertools
+import json
 import re
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page as Tab
-from playwright.sync_api import expect
+from playwright.sync_api import WebSocketRoute, expect
 
+from pipros.libraries.actions.status import Status
 from pipros.policy.model import ActRefused
 from pipros.server.approvals import Approvals, Question
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots
@@ -82,15 +85,28 @@ def test_a_goal_is_sent_followed_and_cancelled(fibonacci: RosSystem, open_tab: O
     expect(side.locator(".state-preempted")).to_be_visible()
 
 
-def test_a_goal_with_a_time_limit_goes_on_until_the_page_leaves_the_action(
-    fibonacci: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
-    policy = tmp_path / "policy.yaml"
+def limited(system: RosSystem, folder: Path) -> Page:
+    """Serve a page with a policy that sets a time limit for goals."""
+    policy = folder / "policy.yaml"
     policy.write_text(
         "actions:\n"
         "  /fibonacci: {type: actionlib_tutorials/FibonacciAction, fields: any, time_limit_s: 600}\n"
     )
-    page = Page(fibonacci, "--control", "--policy", str(policy))
+    return Page(system, "--control", "--policy", str(policy))
+
+
+def echo(system: RosSystem, part: str) -> Process:
+    """Print one line for each message on a topic of the action, from now on."""
+    process = system.pipros.start("rostopic", "echo", "-p", f"/fibonacci/{part}/status/status")
+    system.wait_for_links(f"/fibonacci/{part}")
+    return process
+
+
+def test_a_goal_with_a_time_limit_goes_on_until_the_page_leaves_the_action(
+    fibonacci: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    results = echo(fibonacci, "result")
+    page = limited(fibonacci, tmp_path)
     tab = open_tab(page, "actions//fibonacci")
     side = tab.get_by_role("complementary", name="Action")
     for order, state in (("3", "succeeded"), ("300", "open")):
@@ -100,10 +116,57 @@ def test_a_goal_with_a_time_limit_goes_on_until_the_page_leaves_the_action(
     other = open_tab(page, "actions//fibonacci")
     expect(other.locator(".state-open")).to_have_text("active")
     tab.close()
+    expect(other.get_by_role("button", name="Send goal")).to_be_enabled()
     expect(other.locator(".state-open")).to_have_text("active")
+    assert Status.PREEMPTED not in statuses(results)
     other.goto("about:blank")
-    again = open_tab(page, "actions//fibonacci")
-    expect(again.locator(".state-preempted")).to_be_visible()
+    wait_until(lambda: len(statuses(results)) == 2, 60, "the end of the goal")  # listed by the server for 5 s
+    assert statuses(results) == [Status.SUCCEEDED, Status.PREEMPTED]
+
+
+def statuses(process: Process) -> list[int]:
+    """Return the goal statuses that `echo` has printed."""
+    return [int(line.split(",")[1]) for line in process.output.splitlines() if line[:1].isdigit()]
+
+
+def test_a_page_that_learns_the_type_of_its_action_loses_neither_goal_nor_text(
+    fibonacci: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    release: list[Callable[[], object]] = []
+
+    def forward(socket: WebSocketRoute) -> None:
+        """Forward all requests but that of the list of actions, as if the first observation never ended."""
+        server = socket.connect_to_server()
+
+        def pass_on(text: str | bytes) -> None:
+            if '"actions"' in str(text):
+                release.append(lambda: server.send(text))
+            else:
+                server.send(text)
+
+        socket.on_message(pass_on)
+
+    feedback = echo(fibonacci, "feedback")
+    page = limited(fibonacci, tmp_path)
+    with page.connect() as first:
+        next(first.watch("action", name="/fibonacci"))
+        kind = "actionlib_tutorials/FibonacciActionGoal"
+        assert "id" in first.act("send_goal", name="/fibonacci", type=kind, goal="order: 300")
+        tab = open_tab(page, "topics")
+        tab.route_web_socket("**/live", forward)
+        tab.reload()
+        tab.evaluate("location.hash = 'actions//fibonacci'")
+        expect(tab.locator(".state-open")).to_have_text("active")
+        expect(tab.get_by_role("button", name="Send goal")).to_be_disabled()
+        tab.get_by_label("Goal in YAML").fill("order: 7")
+        first.socket.send(json.dumps({"id": 1, "stop": True}))
+        first.act("message", type="actionlib_tutorials/FibonacciGoal")  # answered after the stop
+        release.pop()()
+        expect(tab.get_by_role("button", name="Send goal")).to_be_enabled()
+    so_far = len(statuses(feedback))
+    wait_until(lambda: len(statuses(feedback)) >= so_far + 4, 60, "the feedback of a goal that goes on")
+    expect(tab.locator(".state-open")).to_have_text("active")
+    expect(tab.get_by_label("Goal in YAML")).to_have_value("order: 7")
 
 
 SERVER = """

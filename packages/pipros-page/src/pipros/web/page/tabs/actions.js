@@ -32,8 +32,7 @@ export function open(view, argument, context) {
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];
   let selected = "";
-  let shownType = null; // of the selected action; empty until its server is known
-  let closePanel = () => {};
+  let panel = null; // of the selected action
 
   function draw() {
     const wanted = filter.value.trim().toLowerCase();
@@ -52,27 +51,30 @@ export function open(view, argument, context) {
 
   function go(name) {
     selected = name;
-    shownType = typeOf(name);
     table.mark(name);
-    closePanel();
-    closePanel = () => {};
+    panel?.close();
     side.hidden = !name;
     replace(side);
-    if (name) closePanel = actionPanel(side, name, shownType, context, () => choose(""));
+    panel = name ? actionPanel(side, name, context, () => choose("")) : null;
+    panel?.takeType(typeOf(name));
   }
 
   context.watch("actions", {}, (data) => {
     actions = data.actions;
     replace(error, data.error ? `The master does not answer: ${data.error}` : "");
     draw();
-    if (selected && typeOf(selected) !== shownType) go(selected);
+    panel?.takeType(typeOf(selected));
   }, (problem) => replace(error, problem));
   if (argument) go(argument);
   return { go };
 }
 
-// Fills `side`; returns a function that stops the updates.
-function actionPanel(side, name, type, context, onClose) {
+// Fills `side`; returns functions that end the updates and take the action's type, which is empty while its server is unknown.
+// Another type must not end the updates: the server cancels goals that have a time limit when no browser shows the action.
+function actionPanel(side, name, context, onClose) {
+  let type = null;
+  let template = ""; // the goal that the user has not edited
+  const typeText = h("dd", {});
   const error = h("p", { class: "error", role: "alert" });
   const showError = (text) => replace(error, text);
   const label = uniqueId("goal");
@@ -86,7 +88,7 @@ function actionPanel(side, name, type, context, onClose) {
     }
   };
   const cancel = (id) => attempt(() => context.act("cancel_goal", { name, id }));
-  const send = h("button", { disabled: !context.control || !type, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter",
+  const send = h("button", { disabled: true, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter",
     onclick: () => attempt(() => context.act("send_goal", { name, type, goal: goal.value })) }, "Send goal");
   const cancelAll = h("button", { disabled: !context.control, onclick: () => cancel("") }, "Cancel all");
   const live = copiesValues(h("div", {}, h("div", {})), showError);
@@ -94,14 +96,25 @@ function actionPanel(side, name, type, context, onClose) {
     const button = event.target instanceof Element ? event.target.closest("button[data-goal]") : null;
     if (button) cancel(button.getAttribute("data-goal"));
   });
-  side.append(panelHead(name, onClose), h("dl", {}, h("dt", {}, "Type"), h("dd", {}, type.replace(ENDING, "Action") || "unknown")),
+  side.append(panelHead(name, onClose), h("dl", {}, h("dt", {}, "Type"), typeText),
     h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."), error,
       live);
-  if (type) attempt(async () => {
-    goal.value = yaml(await context.act("message", { type: type.replace(ENDING, "Goal") }));
-    if (document.activeElement === goal) goal.select();
-  });
-  return context.watch("action", { name }, (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
+
+  function takeType(found) {
+    if (found === type) return;
+    type = found;
+    replace(typeText, type.replace(ENDING, "Action") || "unknown");
+    send.disabled = !context.control || !type;
+    if (type) attempt(async () => {
+      const fresh = yaml(await context.act("message", { type: found.replace(ENDING, "Goal") }));
+      if (found !== type || goal.value !== template) return;
+      goal.value = template = fresh;
+      if (document.activeElement === goal) goal.select();
+    });
+  }
+
+  const close = context.watch("action", { name }, (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
+  return { close, takeType };
 }
 
 function contents({ goals, feedback, result }, control) {
