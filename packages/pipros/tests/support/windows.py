@@ -34,6 +34,7 @@ from pathlib import Path
 
 from tests.support.environments import REPOSITORY, TESTS
 from tests.support.locks import lock
+from tests.support.waiting import wait_until
 
 PACKAGES = ("wine64", "wine")
 INSTALL = f"apt-get install --no-install-recommends {' '.join(PACKAGES)}"
@@ -140,6 +141,30 @@ class WindowsProgram:
     @property
     def output(self) -> str:
         return "\n".join(self.lines)
+
+    def wait_for(self, pattern: str, seconds: float = 120) -> list[str]:
+        """Return the matches of a pattern in the output, once there are any.
+
+        Raises:
+            AssertionError: the program has ended, or the time has passed. The error has all that is known:
+                the output, the programs that are running, and the ends of the log files of the launch.
+        """
+
+        def found() -> list[str] | str:
+            code = None if self.poll() is None else self.wait(0)  # after which the output is complete
+            return re.findall(pattern, self.output) or ("" if code is None else f"exit code {code}")
+
+        matches = wait_until(found, seconds, lambda: f"{pattern!r}\n{self._report()}")
+        assert not isinstance(matches, str), f"no {pattern!r}: {matches}\n{self._report()}"
+        return matches
+
+    def _report(self) -> str:
+        parts = [f"output:\n{self.output}", "running:\n" + "\n".join(running())]
+        for folder in re.findall(r"logging to C:\\(.*)\\", self.output):
+            for file in sorted((DRIVE / folder.replace("\\", "/")).glob("*.log")):
+                end = file.read_text(encoding="utf-8", errors="replace").splitlines()[-30:]
+                parts.append("\n".join([f"{file.name}:", *end]))
+        return "\n\n".join(parts)
 
     def type(self, text: str) -> None:
         """Type text into the console; `\\x03` is Ctrl-C."""

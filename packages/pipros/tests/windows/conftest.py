@@ -17,6 +17,8 @@ from tests.support.ros import RosSystem
 from tests.support.windows import DRIVE, WindowsProgram
 
 StartOnWindows = Callable[..., WindowsProgram]
+_TRACES = "import faulthandler; faulthandler.dump_traceback_later(60)"
+"""Each Python prints its stacks after a minute. Under a load of 40, nodes print something after 20 s."""
 
 
 @pytest.fixture
@@ -48,7 +50,10 @@ def workspace(environment: None) -> None:
 @pytest.fixture
 def start(ros: RosSystem, workspace: None) -> Iterator[StartOnWindows]:
     """Start a program of Windows in the system of the test, with the built workspace."""
+    (DRIVE / "traces").mkdir(exist_ok=True)
+    (DRIVE / "traces" / "sitecustomize.py").write_text(_TRACES)
     variables = {
+        "PYTHONPATH": r"C:\traces",
         "ROS_MASTER_URI": ros.master_uri,
         "ROS_IP": "127.0.0.1",
         "ROS_PACKAGE_PATH": r"C:\ws\src",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import signal
 
 import pytest
@@ -24,14 +23,8 @@ pytestmark = pytest.mark.timeout(500)  # on busy processors, building a workspac
 def ends_with_nothing_left(program: WindowsProgram, seconds: float = 30) -> int:
     """Return a program's exit code, after checking that no Python of Windows is still running."""
     code = program.wait(seconds)
-    wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
+    wait_until(lambda: not windows.running(), 10, lambda: f"the end of {windows.running()}")
     return code
-
-
-def address_in(program: WindowsProgram) -> str:
-    """Return the address that a program prints, once it serves a page."""
-    found: list[str] = wait_until(lambda: re.findall(ADDRESS, program.output), 60, "the address of a page")
-    return found[0]
 
 
 def test_rostest_passes_and_leaves_no_node(start: StartOnWindows) -> None:
@@ -42,14 +35,14 @@ def test_rostest_passes_and_leaves_no_node(start: StartOnWindows) -> None:
 
 def test_ctrl_c_ends_roslaunch_with_its_nodes_and_master(start: StartOnWindows) -> None:
     launch = start("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
-    wait_until(lambda: "battery" in launch.output.lower().partition("process[")[2], 60, "a battery level")
+    launch.wait_for("Battery level of vehicle: %25")
     launch.type("\x03")
     assert ends_with_nothing_left(launch) == 0, launch.output
 
 
 def test_a_killed_roslaunch_leaves_no_node_and_no_master(start: StartOnWindows) -> None:
     launch = start("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
-    wait_until(lambda: "listener-3]" in launch.output, 60, "the nodes")
+    launch.wait_for(r"listener-3\]")
     launcher = next(
         number
         for line, number in windows.running().items()
@@ -57,7 +50,7 @@ def test_a_killed_roslaunch_leaves_no_node_and_no_master(start: StartOnWindows) 
     )
     assert len(windows.running()) == 4, "the launcher's .exe, the launcher, and two nodes"
     os.kill(launcher, signal.SIGKILL)
-    wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
+    wait_until(lambda: not windows.running(), 10, lambda: f"the end of {windows.running()}")
 
 
 def test_windows_linux_and_genuine_ros_are_one_system(
@@ -85,7 +78,7 @@ def test_windows_linux_and_genuine_ros_are_one_system(
     heard_there = start("rostopic", "echo", "/from_linux")
     wait_until(lambda: {"data: 6", "data: 7"} <= set(heard_there.lines), 90, "pipros and genuine rospy")
     served_there = start("rqt_graph", "--no-browser")
-    for page in (Page(ros), Page.at(address_in(served_there))):
+    for page in (Page(ros), Page.at(served_there.wait_for(ADDRESS)[0])):
         tab = open_tab(page, "graph")
         for node in ("talker_node", "windows_listener", "linux_talker", "linux_listener"):
             expect(tab.locator(f'[data-key="node:/{node}"]')).to_be_visible()

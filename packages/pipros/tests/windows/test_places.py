@@ -134,10 +134,10 @@ def test_names_have_a_case_and_devices_are_not_files(workspace: None) -> None:
 
 def test_closing_the_console_ends_all_programs(start: StartOnWindows) -> None:
     launch = start("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
-    wait_until(lambda: "Battery level" in launch.output, 60, "the nodes")
+    launch.wait_for("Battery level of vehicle")
     launch.close_console()
     launch.wait(20)
-    wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
+    wait_until(lambda: not windows.running(), 10, lambda: f"the end of {windows.running()}")
 
 
 _CLOSE = r"""
