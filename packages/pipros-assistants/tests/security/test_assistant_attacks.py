@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import http.client
 import json
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -121,8 +122,11 @@ def test_an_approval_for_a_minute_is_not_for_another_client(serve: Serve, robot:
     assert len(driven.messages) == 1
 
 
-def opened(port: int, token: str) -> tuple[int, Callable[[], int]]:
-    """Open a session. Return the status, and a function that sends a request in it and returns the status."""
+def opened(port: int, token: str) -> tuple[int, Callable[..., int]]:
+    """Open a session. Return the status, and a function that sends a request in it and returns the status.
+
+    The request lists the tools, or calls the given one.
+    """
     headers = {
         "Authorization": f"Bearer {token}",
         "Content-Type": "application/json",
@@ -141,7 +145,12 @@ def opened(port: int, token: str) -> tuple[int, Callable[[], int]]:
     answer = post(id=1, method="initialize", params=about)
     headers["mcp-session-id"] = answer.headers.get("mcp-session-id", "")
     post(method="notifications/initialized")
-    return answer.status, lambda: int(post(id=2, method="tools/list").status)
+
+    def request(tool: str = "", number: int = 2) -> int:
+        method, params = ("tools/call", {"name": tool, "arguments": {}}) if tool else ("tools/list", {})
+        return int(post(id=number, method=method, params=params).status)
+
+    return answer.status, request
 
 
 def test_a_client_that_opens_many_sessions_does_not_shut_out_others(serve: Serve) -> None:
@@ -160,6 +169,26 @@ def test_a_client_that_never_ends_its_sessions_keeps_the_one_that_it_uses(serve:
     assert lists() == 200
     assert [opened(port, TOKEN)[0] for _ in range(40)] == [200] * 40
     assert lists() == 200
+
+
+def test_slow_calls_of_a_client_do_not_keep_another_one_waiting(serve: Serve) -> None:
+    done: list[int] = []
+    with socket.create_server(("127.0.0.1", 0)) as mute:  # a master that never answers
+        _, port = serve(ROS_MASTER_URI=f"http://127.0.0.1:{mute.getsockname()[1]}")
+        _, slow = opened(port, TOKEN)
+        _, other = opened(port, "another-token-of-this-test")
+        calls = [
+            threading.Thread(target=lambda each=each: done.append(slow("list_topics", each)))  # type: ignore[misc]
+            for each in range(10, 22)
+        ]
+        for each in calls:
+            each.start()
+        wait_until(lambda: done, 60, "the first answer, while all others wait")
+        assert other("list_bags") == 200
+        assert len(done) < len(calls) / 2
+        for each in calls:
+            each.join()
+    assert done == [200] * len(calls)
 
 
 def test_a_robot_stops_soon_after_a_client_over_http_has_gone(serve: Serve, robot: Node) -> None:

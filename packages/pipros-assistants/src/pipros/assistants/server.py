@@ -12,8 +12,10 @@ import functools
 import inspect
 import threading
 from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, get_type_hints
+from weakref import WeakValueDictionary
 
 from mcp.server.mcpserver import Context, MCPServer
 from mcp_types import CallToolResult, ImageContent, TextContent, ToolAnnotations
@@ -31,6 +33,7 @@ from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.msg.errors import MessageException
 from pipros.policy.model import ActRefused
 from pipros.server.approved_acts import ApprovedActs, Caller
+from pipros.server.browser_share import Browser, serving
 from pipros.server.daemon_pool import DaemonPool
 
 CALLS: Final = 4
@@ -42,6 +45,8 @@ GONE_S: Final = 0.2
 
 Tool = Callable[..., Answer]
 Bind = Callable[[Caller], Tool]
+Shares = WeakValueDictionary[Hashable, Browser]
+"""The shares of the threads, by client, of the clients with calls."""
 
 _CANNOT_ACT: Final = "They cannot change anything."
 _CAN_ACT: Final = (
@@ -80,15 +85,16 @@ def make_server(
         "pipros", instructions=instructions, version=__version__, log_level="WARNING", subscriptions=False
     )
 
+    shares = Shares()
     pool = DaemonPool("assistants", CALLS)
     for tool in tools(robot, bag_folder):
-        _add(server, tool, functools.partial(_always, tool), robot, pool)
+        _add(server, tool, functools.partial(_always, tool), robot, pool, shares)
     if acts is not None:
         pool = DaemonPool("acts", ACTS)
         unused = ActTools(acts, robot, bag_folder, Caller(None, threading.Event()))
         for name in names_of_tools(acts.policy):
             bind = functools.partial(_bound, name, acts, robot, bag_folder)
-            _add(server, getattr(unused, name), bind, robot, pool)
+            _add(server, getattr(unused, name), bind, robot, pool, shares)
     return server
 
 
@@ -110,18 +116,22 @@ def tools(robot: RobotAccess, bag_folder: Path | None) -> Iterator[Tool]:
                 yield function
 
 
-def _add(server: MCPServer[Any], tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> None:
+def _add(
+    server: MCPServer[Any], tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool, shares: Shares
+) -> None:
     """Add a tool to the server. `bind` returns the tool's function for a given client."""
     acts = isinstance(getattr(tool, "__self__", None), ActTools) and tool.__name__ not in READING
     server.add_tool(
-        _answering(tool, bind, robot, pool),
+        _answering(tool, bind, robot, pool, shares),
         description=" ".join((inspect.getdoc(tool) or "").split()),
         annotations=_ACTS if acts else _READS,
         structured_output=False,
     )
 
 
-def _answering(tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> Callable[..., Any]:
+def _answering(
+    tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool, shares: Shares
+) -> Callable[..., Any]:
     """Return a coroutine function that has the signature of a tool and runs the tool in a thread."""
 
     async def call(context: Context, **arguments: Any) -> CallToolResult:
@@ -131,7 +141,8 @@ def _answering(tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> 
         watch = asyncio.create_task(_watch(request, over))
         try:
             bound = bind(Caller(_identity(request), over))
-            answer = await asyncio.wait_for(pool.run(bound, **arguments), limits.assistant_call_s)
+            with _share(request, shares):
+                answer = await asyncio.wait_for(pool.run(bound, **arguments), limits.assistant_call_s)
         except ToolRefused as error:
             return _result(error_text(error.rule, error.value), is_error=True)
         except (asyncio.TimeoutError, TimeoutError):
@@ -171,6 +182,17 @@ def _identity(request: Any) -> Hashable:
     """Return a client's identity: token and session over HTTP, a constant over standard input and output."""
     headers = getattr(request, "headers", {})
     return headers.get("authorization", ""), headers.get("mcp-session-id", "")
+
+
+@contextmanager
+def _share(request: Any, shares: Shares) -> Iterator[None]:
+    """Context manager in which threads are those of a client's share. Over stdio, a client may use all."""
+    if request is None:
+        yield
+        return
+    share = shares.setdefault(_identity(request), Browser())
+    with serving(share):
+        yield
 
 
 async def _watch(request: Any, over: threading.Event) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 
 from pipros.node.service_connection import Slots
@@ -35,7 +36,7 @@ class Browser:
         plotting: the time spent on the messages that it plots.
     """
 
-    __slots__ = ("calls", "plotting")
+    __slots__ = ("__weakref__", "calls", "plotting")
 
     def __init__(self) -> None:
         self.calls = Slots(CALLS_OF_A_BROWSER)
@@ -48,6 +49,16 @@ _BROWSER: ContextVar[Browser] = ContextVar("browser")
 def set_current_browser() -> None:
     """Make the current context serve a new browser."""
     _BROWSER.set(Browser())
+
+
+@contextmanager
+def serving(browser: Browser) -> Iterator[None]:
+    """Context manager in which the current context serves a browser, or another client with a share."""
+    before = _BROWSER.set(browser)
+    try:
+        yield
+    finally:
+        _BROWSER.reset(before)
 
 
 def current_browser() -> Browser:
