@@ -17,7 +17,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tarfile
 import tempfile
 import time
 import venv
@@ -135,8 +134,7 @@ def download(requirement: str, folder: Path) -> None:
         command = [*pip, requirement.split("==")[0], "--dest", downloads, requirement]
         subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
         (archive,) = Path(downloads).iterdir()
-        with tarfile.open(archive) as opened:
-            opened.extractall(folder, filter="data")
+        shutil.unpack_archive(archive, folder)
 
 
 def build(sources: dict[str, Path], wheels: Path) -> dict[str, list[str]]:
