@@ -6,6 +6,7 @@ import base64
 import contextlib
 import http.client
 import json
+import os
 import re
 import signal
 import socket
@@ -207,6 +208,28 @@ def test_no_login_is_offered(system: RosSystem) -> None:
         connection.request("GET", "/.well-known/oauth-protected-resource")
         answer = connection.getresponse()
         assert (answer.status, answer.headers.get("WWW-Authenticate")) == (403, None)
+
+
+def test_a_client_that_has_ended_leaves_no_traceback(system: RosSystem) -> None:
+    command = [sys.executable, "-c", "from pipros.cli.pipros import main; main()", "mcp"]
+    about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}}
+    first = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": about})
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        ended = subprocess.run(
+            command,
+            input=f"{first}\n",
+            stdout=writing,
+            stderr=subprocess.PIPE,
+            env=system.pipros.environment,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+    finally:
+        os.close(writing)
+    assert (ended.returncode, ended.stderr) == (0, "")
 
 
 def test_without_a_token_file_a_token_is_printed(system: RosSystem) -> None:

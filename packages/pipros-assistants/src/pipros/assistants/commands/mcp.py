@@ -113,7 +113,14 @@ def _serve(options: Namespace) -> int:
         if sys.stdin.isatty():
             print("This command should be started by an assistant. Press Ctrl-C to end it.", file=sys.stderr)
         _end_at_once_by_signals(stack)
-        asyncio.run(server.run_stdio_async())
+        try:
+            asyncio.run(server.run_stdio_async())
+        except Exception as error:
+            while parts := getattr(error, "exceptions", ()):  # an ExceptionGroup, which Python 3.10 lacks
+                error = parts[0]
+            if isinstance(error, BrokenPipeError):  # the client has ended; `command` ends quietly
+                raise error from None
+            raise
     return 0
 
 
