@@ -12,6 +12,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import socket
 import sys
 from collections.abc import Callable
 from typing import Any, Final
@@ -31,8 +32,15 @@ from pipros.server.token_file import read_tokens
 
 HOST: Final = "127.0.0.1"
 KEEP_ALIVE_S: Final = 30
-CLOSING_S: Final = 1
+CLOSING_S: Final = 0.2
 _LOG: Final = logging.getLogger("pipros.assistants")
+
+
+class _Server(uvicorn.Server):
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Close all connections. Cut off requests are no errors, so uvicorn logs none from here on."""
+        logging.getLogger("uvicorn.error").disabled = True
+        await super().shutdown(sockets)
 
 
 class GuardedApp:
@@ -136,7 +144,7 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
         proxy_headers=False,
         limit_concurrency=8 * own.assistant_sessions,
         timeout_keep_alive=KEEP_ALIVE_S,
-        timeout_graceful_shutdown=CLOSING_S,
+        timeout_graceful_shutdown=CLOSING_S,  # type: ignore[arg-type] # is only waited for
     )
     print(f"Serving MCP at http://{HOST}:{port}{PATH}", file=sys.stderr)
     shown = "one of those in the token file" if has_file else secret.token
@@ -144,6 +152,6 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
         f"Clients need the header Authorization: Bearer TOKEN. TOKEN is {shown}.", file=sys.stderr, flush=True
     )
     try:
-        await uvicorn.Server(config).serve(sockets=listening)
+        await _Server(config).serve(sockets=listening)
     finally:
         listener.close_all()
