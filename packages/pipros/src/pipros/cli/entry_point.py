@@ -15,6 +15,7 @@ from functools import wraps
 from typing import Any, ParamSpec
 
 from pipros.basics import interrupts
+from pipros.basics.errors import MissingExtra
 from pipros.basics.windows import ON_WINDOWS
 
 OUTPUT_FAILED = 120
@@ -42,6 +43,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
       unless the command handles Ctrl-C itself and returns another code.
     - A closed stream (`>&-`) is replaced by `/dev/null`, which child processes inherit, as in Noetic.
       Therefore, no file or socket that is opened later gets the stream's descriptor.
+    - If an optional library is missing, the command ends with one line on standard error and code 1.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character that the stream's encoding lacks is written as an escape such as `\\xe9`.
@@ -73,6 +75,9 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
                 return main(*args, **kwargs)
             finally:
                 sys.stdout.flush()
+        except MissingExtra as error:
+            print(f"ERROR: {error}", file=sys.stderr)
+            return 1
         except OutputFailed as error:
             discard_output()
             with contextlib.suppress(OSError, ValueError):

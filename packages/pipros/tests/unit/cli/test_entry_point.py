@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
+from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.cli.entry_point import command
 
@@ -45,6 +46,15 @@ def test_an_interrupted_command_ends_with_the_code_of_shells_and_prints_nothing(
 
     assert main() == 130
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_missing_library_is_named_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    @command
+    def main() -> int:
+        raise MissingExtra("pictures need OpenCV, which is not installed", name="cv2")
+
+    assert main() == 1
+    assert capsys.readouterr() == ("", "ERROR: pictures need OpenCV, which is not installed\n")
 
 
 def test_ctrl_c_before_the_command_has_begun_prints_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
