@@ -3,9 +3,9 @@
     python -m tests.support.wheel_table [--suite forky]
 
 The packages: all of pipros, those of the tests and examples, twelve of the forms that public repositories
-have, Debian's installed packages of definitions (types must have the genuine MD5 sums), and source archives
-on PyPI with a `package.xml`. `installed_wheels.py` uses the wheels with the running Python, and with that of
-a bare Debian of the suite, if it is named (needs root and debootstrap). The settings of pip lead to PyPI.
+have, and Debian's installed packages of definitions (types must have the genuine MD5 sums).
+`installed_wheels.py` uses the wheels with the running Python, and with that of a bare Debian of the suite, if
+it is named (needs root and debootstrap). The settings of pip lead to PyPI.
 """
 
 from __future__ import annotations
@@ -32,14 +32,13 @@ from tests.support.every_program import NODES
 from tests.support.wheel_forms import FORMS, write_forms
 from tests.support.wheels import build_pipros
 
-SETS = ("pipros", "own", "Debian", "PyPI")
+SETS = ("pipros", "own", "Debian")
 TOOLS = ("twine", "check-wheel-contents")
 EXCEPTED = {
     "W007": "has no Python modules",
     "W002": "has a program under two names, or a file that its sources have twice",
 }
 """Codes of check-wheel-contents that are true of a package, and no mistake."""
-FROM_PYPI = ("ament_lint==0.14.2", "osrf_pycommon==2.0.2", "py_trees==2.6.0", "urdfdom_py==1.2.1.post1")
 NEEDED_ARGUMENT = re.compile(r"<arg\s+name=[^>=]*(doc=[^>=]*)?/>")
 OTHER_FOLDERS = {"cfg", "cmake", "rosbuild", "setup.py", "test"}
 """Folders with executable files that users do not start."""
@@ -108,7 +107,7 @@ def make_table(folder: Path, sets: Sequence[str], suite: str | None) -> int:
 
 
 def write_sources(group: str, folder: Path) -> Path:
-    """Copy or download the packages of a set into a folder."""
+    """Copy the packages of a set into a folder."""
     ignored = shutil.ignore_patterns("__pycache__")
     if group == "pipros":
         shutil.copytree(SHARE, folder, ignore=ignored)
@@ -121,20 +120,7 @@ def write_sources(group: str, folder: Path) -> Path:
         for manifest in Path("/usr/share").glob("*/package.xml"):
             if any((manifest.parent / kind).is_dir() for kind in ("msg", "srv", "action")):
                 shutil.copytree(manifest.parent, folder / manifest.parent.name)
-    else:
-        for requirement in FROM_PYPI:
-            download(requirement, folder)
     return folder
-
-
-def download(requirement: str, folder: Path) -> None:
-    """Download and unpack a source archive from PyPI."""
-    pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--no-binary"]
-    with tempfile.TemporaryDirectory() as downloads:
-        command = [*pip, requirement.split("==")[0], "--dest", downloads, requirement]
-        subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
-        (archive,) = Path(downloads).iterdir()
-        shutil.unpack_archive(archive, folder)
 
 
 def build(sources: dict[str, Path], wheels: Path) -> dict[str, list[str]]:
