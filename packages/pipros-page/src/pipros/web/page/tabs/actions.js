@@ -113,7 +113,8 @@ function actionPanel(side, name, context, onClose) {
     });
   }
 
-  const close = context.watch("action", { name }, (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
+  const close = context.watch("action", { name },
+    (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
   return { close, takeType };
 }
 
