@@ -38,7 +38,7 @@ _LOG: Final = logging.getLogger("pipros.assistants")
 
 class _Server(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Close all connections. Cut off requests are no errors, so uvicorn logs none from here on."""
+        """Close all connections. uvicorn logs nothing from here on, since cut off requests are expected."""
         logging.getLogger("uvicorn.error").disabled = True
         await super().shutdown(sockets)
 
