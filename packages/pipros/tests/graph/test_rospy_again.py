@@ -137,6 +137,37 @@ talk_to_oneself()
     ]
 
 
+def test_a_child_that_is_forked_while_a_thread_imports_may_use_topics(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    code = """
+import importlib.util, threading, time
+from pipros.node import node
+
+class SlowImport:
+    def find_spec(self, name, path, target=None):
+        if name == 'pipros.node.publisher_connector':
+            sys.meta_path.remove(self)
+            spec = importlib.util.find_spec(name)
+            run = spec.loader.exec_module
+            spec.loader.exec_module = lambda module: (begun.set(), time.sleep(0.5), run(module))
+            return spec
+
+begun = threading.Event()
+sys.meta_path.insert(0, SlowImport())
+node._LOAD_LINKS_S = 1.0  # so that `init_node` has returned
+rospy.init_node('parent')
+assert begun.wait(10)
+child = os.fork()
+if not child:
+    from pipros.node.subscriber import Subscriber
+    os._exit(0)
+assert os.waitpid(child, 0)[1] == 0
+"""
+    node = start(processes, tmp_path, master.uri, code)
+    assert node.wait() == 0, node.output
+
+
 def test_a_flag_that_a_program_sets_ends_its_loops(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:

@@ -14,6 +14,7 @@ import sys
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` would take milliseconds
 if TYPE_CHECKING:
     import subprocess
+    import threading
     from collections.abc import Callable
 
 HAS_OWNERS = hasattr(os, "geteuid")
@@ -115,6 +116,15 @@ def call_in_children(callback: Callable[[], object]) -> None:
     """
     if sys.platform != "win32" and hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=callback)
+
+
+def hold_while_forking(lock: threading.Lock) -> None:
+    """Hold a lock whenever a child is forked, so that no other thread is inside of what it guards.
+
+    Does nothing on systems without fork.
+    """
+    if sys.platform != "win32" and hasattr(os, "register_at_fork"):
+        os.register_at_fork(before=lock.acquire, after_in_parent=lock.release, after_in_child=lock.release)
 
 
 def call_in_children_before(callback: Callable[[], object], signals: tuple[int, ...]) -> None:

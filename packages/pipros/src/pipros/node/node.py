@@ -23,6 +23,7 @@ from pipros.basics.errors import Interrupted, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.ports import PortRange
+from pipros.basics.posix import hold_while_forking
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.local_stream import shares_memory
@@ -65,8 +66,12 @@ _ANNOUNCED = -1
 """Stands for the thread that ends the node, while callbacks return that wait. No thread has this number."""
 
 
+_loading = threading.Lock()
+hold_while_forking(_loading)  # a child can never import what another thread was importing during the fork
+
+
 def _load_links() -> None:
-    with suppress(OSError, ImportError):  # without descriptors now, the first link tries again
+    with _loading, suppress(OSError, ImportError):  # without descriptors now, the first link tries again
         import pipros.net.outgoing
         import pipros.node.subscriber
 
