@@ -12,7 +12,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import AsyncIterator
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
@@ -241,8 +240,9 @@ def test_without_a_token_file_a_token_is_printed(system: RosSystem) -> None:
     head = f"POST /mcp HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nAuthorization: Bearer {token}\r\n"
     head += "Accept: application/json, text/event-stream\r\nContent-Type: application/json\r\n"
     with socket.create_connection(("127.0.0.1", port)) as unfinished:
-        unfinished.sendall(f"{head}Content-Length: 9\r\n\r\n".encode())
-        time.sleep(0.5)  # until the request is being served
+        unfinished.sendall(f"{head}Content-Length: 9\r\nExpect: 100-continue\r\n\r\n".encode())
+        unfinished.settimeout(30)
+        assert unfinished.recv(100).startswith(b"HTTP/1.1 100 ")  # the request is being served
         server.press_ctrl_c()
         wait_until(lambda: not server.is_running, 30, "the end")
     assert re.search("Traceback|ERROR|WARNING|Cancel", server.output) is None
