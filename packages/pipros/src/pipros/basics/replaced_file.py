@@ -38,13 +38,14 @@ def overwritten_file(path: Path) -> Iterator[Any]:
     """Context manager that opens a binary file with the new content of `path`, which the user named.
 
     It is like `replaced_file`, so that an old file is not lost if the disk is full, but keeps links and
-    permissions. What is not a file, such as a terminal, is written directly, and so is a file in a folder
-    in which none can be created. The file name of an OSError is `path`.
+    permissions. What is not a file, such as a terminal or a pipe, is written directly, and so are
+    `/dev/stdout` and a file in a folder in which none can be created. The file name of an OSError is `path`.
     """
     target = Path(os.path.realpath(path))
     try:
-        if target.exists() and not (target.is_file() and os.access(target.parent, os.W_OK)):
-            with target.open("wb") as file:
+        is_stream = os.path.abspath(path).startswith(("/dev/", "/proc/")) or not path.is_file()
+        if path.exists() and (is_stream or not os.access(target.parent, os.W_OK)):
+            with path.open("wb") as file:  # the target of a link to a pipe does not exist
                 yield file
             return
         if target.exists():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -70,3 +71,18 @@ def test_what_is_not_a_file_is_written_directly(tmp_path: Path) -> None:
     assert pipe.is_fifo()
     with pytest.raises(IsADirectoryError), overwritten_file(tmp_path):
         pass
+
+
+@UNIX
+def test_standard_output_is_written_directly(tmp_path: Path) -> None:
+    link, output = tmp_path / "link", tmp_path / "output"
+    link.symlink_to("/dev/stdout")
+    code = "import sys\nfrom pathlib import Path\nfrom pipros.basics.replaced_file import overwritten_file\n"
+    code += "with overwritten_file(Path(sys.argv[1])) as file:\n    file.write(b'new')"
+    for path in ("/dev/stdout", str(link)):
+        done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, check=True)
+        assert done.stdout == b"new"
+    with output.open("wb") as file:
+        subprocess.run([sys.executable, "-c", code, "/dev/stdout"], stdout=file, check=True)
+        assert os.path.samestat(os.fstat(file.fileno()), output.stat())
+    assert output.read_bytes() == b"new"
