@@ -60,6 +60,7 @@ STREAMS: Final = "a tab has no Unix streams"
 OUTSIDE: Final = "the test, which is outside, calls the node"
 LEFT_OUT: Final = {
     "test_a_buffer_may_be_used_again_once_publish_has_returned": HELD,
+    "test_a_child_that_is_forked_while_a_thread_imports_may_use_topics": THREADS,
     "test_a_forked_child_ends_by_signals_and_takes_nothing_with_it": CHILDREN,
     "test_a_forked_child_may_start_its_own_node": CHILDREN,
     "test_a_malformed_request_ends_only_its_connection": "reads from a socket while the server must answer",
