@@ -81,7 +81,7 @@ def test_a_call_may_be_given_a_time_limit(make_node: MakeNode) -> None:
     server, client, gate = make_node("server"), make_node("client"), threading.Event()
     server.serve("slow", Empty, lambda _: (gate.wait(10), Empty._response_class())[1])
     with pytest.raises(CallTimeout, match=r"service \[/slow\] did not answer in time"):
-        client.client("slow", Empty).call(Empty._request_class(), timeout_s=0.05)
+        client.client("slow", Empty).call(Empty._request_class(), timeout_s=0.5)
     gate.set()
 
 
