@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import json
 import os
@@ -22,6 +23,7 @@ from pipros.fleet.zenoh_connecting import connect, open_router
 from pipros.fleet.zenoh_session import LinkFailed, SessionLink
 from tests.graph.test_fleet_topics import publish_until
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
+from tests.support.full_disk import files_limited_to
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -214,6 +216,27 @@ def test_an_authority_adds_renews_and_revokes_members(tmp_path: Path) -> None:
     authority.members_file.write_text("nonsense")
     with pytest.raises(KeysFailed, match="cannot read"):
         authority.members()
+
+
+@pytest.mark.needs("resource limits")
+def test_on_a_full_disk_keys_stay_complete(tmp_path: Path) -> None:
+    authority = Authority.create(tmp_path / "fleet")
+    folder = authority.add("bob")
+    before = {path: path.read_bytes() for path in authority.folder.rglob("*") if path.is_file()}
+    full = f"{os.strerror(errno.EFBIG)}"
+
+    with files_limited_to(300):  # enough for a key, but not for its certificate
+        for attempt in (lambda: authority.renew("bob"), lambda: authority.add("ann")):
+            with pytest.raises(KeysFailed, match=rf"cannot issue a certificate .*{full}: '.*(bob|ann)'$"):
+                attempt()
+        with pytest.raises(KeysFailed, match=rf"cannot write .*new\]: {full}$"):
+            Authority.create(tmp_path / "new")
+    with files_limited_to(2), pytest.raises(KeysFailed, match=rf"cannot write .*members\.json: {full}$"):
+        authority.revoke("bob")
+
+    assert {path: path.read_bytes() for path in authority.folder.rglob("*") if path.is_file()} == before
+    assert sorted(os.listdir(folder.parent)) == ["bob", "fleet.crt", "fleet.key", "members.json", "router"]
+    Authority.create(tmp_path / "new").add("ann")
 
 
 def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPort) -> None:

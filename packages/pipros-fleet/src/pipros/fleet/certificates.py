@@ -10,6 +10,7 @@ import contextlib
 import json
 import os
 import shutil
+import tempfile
 from collections.abc import Iterator, Mapping
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
@@ -18,6 +19,7 @@ from typing import Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import missing
 from pipros.basics.input_file import read_file
+from pipros.basics.replaced_file import naming, overwritten_file
 from pipros.basics.windows import replace_file
 from pipros.fleet.access import ROUTER, FleetRole, access_rules
 from pipros.fleet.directory import read_json
@@ -79,16 +81,15 @@ class Authority:
             .sign(key, hashes.SHA256())
         )
         try:
-            with _writable_by_owner_only():
-                folder.mkdir(parents=True, exist_ok=True)
-                _write_key(folder / AUTHORITY_KEY, key)
-                (folder / AUTHORITY).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+            with _writable_by_owner_only(), _completed(folder) as made:
+                _write_key(made / AUTHORITY_KEY, key)
+                (made / AUTHORITY).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+                authority = cls(made)
+                authority._replace_members({})
+                authority._issued(ROUTER, days, is_router=True)
         except OSError as error:
             raise KeysFailed(f"cannot write [{folder}]: {error.strerror or error}") from None
-        authority = cls(folder)
-        authority._write_members({})
-        authority._issue(ROUTER, days, is_router=True)
-        return authority
+        return cls(folder)
 
     def members(self) -> dict[str, FleetRole]:
         """Return the listed members with their roles.
@@ -156,38 +157,60 @@ class Authority:
 
     def _issue(self, name: str, days: int, *, is_router: bool = False) -> Path:
         try:
-            issuer_key = serialization.load_pem_private_key(read_file(self.folder / AUTHORITY_KEY), None)
-            issuer = x509.load_pem_x509_certificate(read_file(self.folder / AUTHORITY))
-            if not isinstance(issuer_key, ec.EllipticCurvePrivateKey):
-                raise KeysFailed(f"{self.folder / AUTHORITY_KEY} must be an elliptic curve private key")
-            key = ec.generate_private_key(ec.SECP256R1())
-            usages = [ExtendedKeyUsageOID.CLIENT_AUTH]
-            if is_router:
-                usages.append(ExtendedKeyUsageOID.SERVER_AUTH)
-            certificate = (
-                _builder(_name(name), issuer.subject, key, days)
-                .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
-                .add_extension(x509.ExtendedKeyUsage(usages), critical=True)
-                .add_extension(x509.SubjectAlternativeName([x509.DNSName(name)]), critical=False)
-                .sign(issuer_key, hashes.SHA256())
-            )
-            folder = self.folder / name
-            with _writable_by_owner_only():
-                folder.mkdir(exist_ok=True)
-                _write_key(folder / KEY, key)
-                (folder / CERTIFICATE).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
-                (folder / NAME).write_text(f"{name}\n")
-                shutil.copyfile(self.folder / AUTHORITY, folder / AUTHORITY)
+            return self._issued(name, days, is_router=is_router)
         except (OSError, ValueError) as error:
             raise KeysFailed(f"cannot issue a certificate in [{self.folder}]: {error}") from None
+
+    def _issued(self, name: str, days: int, *, is_router: bool) -> Path:
+        issuer_key = serialization.load_pem_private_key(read_file(self.folder / AUTHORITY_KEY), None)
+        issuer = x509.load_pem_x509_certificate(read_file(self.folder / AUTHORITY))
+        if not isinstance(issuer_key, ec.EllipticCurvePrivateKey):
+            raise KeysFailed(f"{self.folder / AUTHORITY_KEY} must be an elliptic curve private key")
+        key = ec.generate_private_key(ec.SECP256R1())
+        usages = [ExtendedKeyUsageOID.CLIENT_AUTH]
+        if is_router:
+            usages.append(ExtendedKeyUsageOID.SERVER_AUTH)
+        certificate = (
+            _builder(_name(name), issuer.subject, key, days)
+            .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+            .add_extension(x509.ExtendedKeyUsage(usages), critical=True)
+            .add_extension(x509.SubjectAlternativeName([x509.DNSName(name)]), critical=False)
+            .sign(issuer_key, hashes.SHA256())
+        )
+        folder = self.folder / name
+        with _writable_by_owner_only(), _completed(folder) as made:
+            _write_key(made / KEY, key)
+            (made / CERTIFICATE).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+            (made / NAME).write_text(f"{name}\n")
+            (made / AUTHORITY).write_bytes(read_file(self.folder / AUTHORITY))
         return folder
 
     def _write_members(self, members: Mapping[str, FleetRole]) -> None:
+        try:
+            self._replace_members(members)
+        except OSError as error:
+            raise KeysFailed(f"cannot write {self.members_file}: {error.strerror or error}") from None
+
+    def _replace_members(self, members: Mapping[str, FleetRole]) -> None:
         text = json.dumps({name: role.value for name, role in sorted(members.items())}, indent=1)
-        part = self.members_file.with_suffix(".part")
-        with _writable_by_owner_only():
-            part.write_text(f"{text}\n")
-            replace_file(part, self.members_file)
+        with _writable_by_owner_only(), overwritten_file(self.members_file) as file:
+            file.write(f"{text}\n".encode())
+
+
+@contextlib.contextmanager
+def _completed(folder: Path) -> Iterator[Path]:
+    """Yield a new folder. At the end, its files replace those in `folder`, which stay if the block fails."""
+    with naming(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        made = Path(tempfile.mkdtemp(prefix=".", dir=folder))
+        try:
+            yield made
+            for each in sorted(made.iterdir(), reverse=True):  # the authority last
+                replace_file(each, folder / each.name)
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                folder.rmdir()  # which fails unless it is empty
 
 
 @contextlib.contextmanager

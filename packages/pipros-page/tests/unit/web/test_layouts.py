@@ -9,6 +9,7 @@ import pytest
 
 from pipros.basics.cache_files import Untrusted
 from pipros.web.layouts import MAX_LAYOUTS, BadLayout, OpenedLayout, StoredLayouts, open_layout
+from tests.support.full_disk import files_limited_to
 
 PANELS = "row(plot//imu/x*60~console*40)"
 
@@ -140,3 +141,14 @@ def test_other_files_are_refused(tmp_path: Path, text: str, reason: str) -> None
     file.write_text(text)
     with pytest.raises(BadLayout, match=reason):
         open_layout(str(file))
+
+
+@pytest.mark.needs("resource limits")
+def test_a_full_disk_is_named_and_keeps_the_old_layout(layouts: StoredLayouts, tmp_path: Path) -> None:
+    layouts.save("arm", PANELS)
+
+    with files_limited_to(10), pytest.raises(OSError, match=r"pipros.layouts.arm\.json'$"):
+        layouts.save("arm", "graph")
+
+    assert layouts.load("arm") == PANELS
+    assert len(list(tmp_path.rglob("*arm*"))) == 1

@@ -23,6 +23,7 @@ from pipros.web.scene.topic import MAX_LATCHED, SceneTopic
 from pipros.web.topic_watch import Newest
 from pipros.web.views.scene_clouds import LEAST_POINTS, CloudTopic, fitting_points
 from pipros.web.views.scene_robots import read_named_file
+from tests.support.full_disk import files_limited_to
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
 
@@ -254,6 +255,22 @@ def test_a_file_is_saved_where_it_was_loaded_from(tmp_path: Path) -> None:
     assert "rviz/Grid" in path.read_text()
     assert file.version == version
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.needs("resource limits")
+def test_a_full_disk_keeps_the_old_file_and_its_link(tmp_path: Path) -> None:
+    (tmp_path / "a.rviz").write_text(MINIMAL)
+    link = tmp_path / "b.rviz"
+    link.symlink_to("a.rviz")
+    file, changed = SceneFile(link), {"Visualization Manager": {"Displays": [{"Class": "rviz/Grid"}]}}
+
+    with files_limited_to(10), pytest.raises(OSError, match=r"b\.rviz'$"):
+        file.save(changed)
+    assert link.read_text() == MINIMAL
+
+    file.save(changed)
+    assert link.is_symlink()
+    assert "rviz/Grid" in link.read_text()
 
 
 def test_without_a_file_nothing_is_saved() -> None:

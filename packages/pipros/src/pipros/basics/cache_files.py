@@ -79,18 +79,21 @@ class CacheFolder:
 
         Raises:
             Untrusted: another user could write to the folder.
-            OSError: the file cannot be written.
+            OSError: the file cannot be written. Its file name is the path of the file.
         """
-        unfinished = f".{name}.{os.urandom(6).hex()}"
+        unfinished, path = f".{name}.{os.urandom(6).hex()}", os.path.join(self._path, name)
         self._make()
-        if not HAS_OWNERS:
-            _replace(os.path.join(self._path, unfinished), os.path.join(self._path, name), content, None)
-            return
-        folder = self.enter()
+        folder = self.enter() if HAS_OWNERS else None
         try:
-            _replace(unfinished, name, content, folder)
+            if folder is None:
+                _replace(os.path.join(self._path, unfinished), path, content, None)
+            else:
+                _replace(unfinished, name, content, folder)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, path) from None
         finally:
-            os.close(folder)
+            if folder is not None:
+                os.close(folder)
 
     def names(self) -> list[str]:
         """Return the names of all files, except unfinished files.

@@ -13,28 +13,40 @@ from pipros.basics.windows import replace_file
 
 
 @contextmanager
-def replaced_file(path: Path) -> Iterator[Any]:
-    """Context manager that opens a new binary file, which atomically replaces `path` at the end.
-
-    If the block raises an exception, the new file is removed and `path` stays unchanged. If an OSError does
-    not have a file name (for example, if the disk is full), its file name is set to `path`.
-    """
-    unfinished = path.with_name(path.name + ".active")
+def naming(path: Path) -> Iterator[None]:
+    """Context manager that sets the file name of an OSError that has none, for example of a full disk."""
     try:
-        with unfinished.open("w+b") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        replace_file(unfinished, path)
-    except BaseException as error:
-        unfinished.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.filename is None:
+        yield
+    except OSError as error:
+        if error.filename is None:
             error.filename = str(path)
         raise
 
 
 @contextmanager
-def overwritten_file(path: Path) -> Iterator[Any]:
+def replaced_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
+    """Context manager that opens a new binary file, which atomically replaces `path` at the end.
+
+    If the block raises an exception, the new file is removed and `path` stays unchanged. If an OSError does
+    not have a file name (for example, if the disk is full), its file name is set to `path`. With `is_synced`,
+    the content also survives a power failure right afterwards, which takes milliseconds for each file.
+    """
+    unfinished = path.with_name(path.name + ".active")
+    try:
+        with naming(path):
+            with unfinished.open("w+b") as file:
+                yield file
+                file.flush()
+                if is_synced:
+                    os.fsync(file.fileno())
+            replace_file(unfinished, path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     """Context manager that opens a binary file with the new content of `path`, which the user named.
 
     It is like `replaced_file`, so that an old file is not lost if the disk is full, but keeps links and
@@ -50,7 +62,7 @@ def overwritten_file(path: Path) -> Iterator[Any]:
             return
         if target.exists():
             target.open("ab").close()  # a read-only file is not replaced
-        with replaced_file(target) as file:
+        with replaced_file(target, is_synced=is_synced) as file:
             if target.exists():
                 shutil.copymode(target, file.name)
             yield file
@@ -58,3 +70,9 @@ def overwritten_file(path: Path) -> Iterator[Any]:
         if error.filename in (None, str(target), f"{target}.active"):
             error.filename = str(path)
         raise
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file that can be written again, such as one of a build; see `overwritten_file`."""
+    with overwritten_file(path, is_synced=False) as file:
+        file.write(content)

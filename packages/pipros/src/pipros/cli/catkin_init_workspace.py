@@ -7,6 +7,7 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.basics.replaced_file import write_whole
 from pipros.cli.entry_point import command
 from pipros.workspace.native_tools import find_toplevel
 
@@ -50,7 +51,7 @@ def initialize(source: Path) -> str:
     if toplevel is not None:
         file.symlink_to(toplevel)
         return f'Creating symlink "{file}" pointing to "{toplevel}"'
-    file.write_text(_TOPLEVEL, "utf-8")
+    write_whole(file, _TOPLEVEL.encode())
     return f'Creating file "{file}"'
 
 

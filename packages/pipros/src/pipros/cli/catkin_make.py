@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.replaced_file import write_whole
 from pipros.cli.catkin_init_workspace import initialize
 from pipros.cli.entry_point import command
 from pipros.cli.make_args import MakeArguments, read_make_arguments
@@ -53,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(initialize(layout.source))
         marker = layout.base / WORKSPACE_MARKER
         if not marker.exists():
-            marker.write_text(_MARKER_TEXT)
+            write_whole(marker, _MARKER_TEXT.encode())
         if options.force_cmake or for_make.is_forced:
             shutil.rmtree(layout.build / "pipros", ignore_errors=True)
         result = build(layout, _build_options(options, definitions, for_make), _print_line)
@@ -114,7 +115,7 @@ def _write_error_result(file: Path, test: str, problem: str) -> None:
     from pipros.testing.xunit import format_suite
 
     case = Case("run_tests", test, outcome=Outcome.ERROR, text=problem)
-    file.write_text(format_suite(Suite(test, (case,))), "utf-8")
+    write_whole(file, format_suite(Suite(test, (case,))).encode())
 
 
 def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArguments]:

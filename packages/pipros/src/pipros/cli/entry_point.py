@@ -24,6 +24,9 @@ OUTPUT_FAILED = 120
 INTERRUPTED = 130
 """The exit code that shells report for a command that SIGINT ended."""
 
+DISK_FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+"""Errors of files that could be written if there were more space."""
+
 _Arguments = ParamSpec("_Arguments")
 
 _replaced_streams: list[Any] = []
@@ -44,6 +47,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     - A closed stream (`>&-`) is replaced by `/dev/null`, which child processes inherit, as in Noetic.
       Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If an optional library is missing, the command ends with one line on standard error and code 1.
+    - If the disk of a file is full, and the command has no answer, it ends with one line and code 1.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character that the stream's encoding lacks is written as an escape such as `\\xe9`.
@@ -86,6 +90,12 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
         except BrokenPipeError:
             discard_output()
             return 0
+        except OSError as error:
+            if error.errno not in DISK_FULL:
+                raise
+            name = error.filename2 or error.filename or "a file"
+            print(f"ERROR: cannot write {name}: {error.strerror}", file=sys.stderr)
+            return 1
         finally:
             if sys.stdout is not before:
                 _replaced_streams.append(sys.stdout)

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
+from pipros.basics.replaced_file import write_whole
 from pipros.cmake.condition import is_on
 from pipros.cmake.scope import Scope, check_length
 
@@ -32,7 +33,7 @@ def configure_file(words: list[str], scope: Scope) -> None:
             content = text.encode("utf-8", "surrogateescape")
         target.parent.mkdir(parents=True, exist_ok=True)
         if not target.is_file() or target.read_bytes() != content:
-            target.write_bytes(content)
+            write_whole(target, content)
         target.chmod(source.stat().st_mode)
     except OSError as error:
         raise ValueError(f"{error.filename}: {error.strerror}") from None

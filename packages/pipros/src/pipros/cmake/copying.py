@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.replaced_file import replaced_file
 from pipros.basics.windows import remove_file, with_slashes
 from pipros.cmake import regex
 
@@ -198,11 +199,13 @@ def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) ->
         say(f"-- Up-to-date: {target}")
         return
     say(f"-- Installing: {target}")
-    remove_file(target)
     if source.is_symlink():
+        remove_file(target)
         shutil.copy2(source, target, follow_symlinks=False)
         return
-    shutil.copy2(source, target)
+    with source.open("rb") as content, replaced_file(target, is_synced=False) as file:
+        shutil.copyfileobj(content, file)
+    shutil.copystat(source, target)
     target.chmod(mode)
 
 

@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
+from pipros.basics.replaced_file import naming, write_whole
 from pipros.basics.windows import relative_path, remove_file, replace_file, with_slashes
 from pipros.cmake import regex
 from pipros.cmake.configure import configured
@@ -124,8 +125,12 @@ def _strings(words: list[str], scope: Scope) -> None:
 def _write(words: list[str], scope: Scope, mode: str) -> None:
     path = Path(scope.in_source(words[0]))
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open(mode, encoding="utf-8") as file:
-        file.write("".join(words[1:]))
+    content = "".join(words[1:]).encode()
+    if mode == "w":
+        write_whole(path, content)
+        return
+    with naming(path), path.open("ab") as file:
+        file.write(content)
 
 
 def _touch(words: list[str], scope: Scope, *, makes: bool = True) -> None:
@@ -229,7 +234,7 @@ def _configure(words: list[str], scope: Scope) -> None:
     options = options_of(words, "OUTPUT", "CONTENT")
     target = Path(scope.in_binary(options["OUTPUT"]))
     target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(configured(options["CONTENT"], scope, at_only="@ONLY" in words), "utf-8")
+    write_whole(target, configured(options["CONTENT"], scope, at_only="@ONLY" in words).encode())
 
 
 _OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {

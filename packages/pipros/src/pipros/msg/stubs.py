@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from pipros.basics.printable import printable_lines
+from pipros.basics.replaced_file import write_whole
 from pipros.msg.compile.emitter import python_name
 from pipros.msg.language.comments import comments_of
 from pipros.msg.language.definitions import Definitions
@@ -67,7 +68,7 @@ def write_stubs(
             file.parent.mkdir(parents=True, exist_ok=True)
             # do not rewrite unchanged files, because editors reload files that change
             if not file.is_file() or file.read_bytes() != text.encode():
-                file.write_bytes(text.encode())
+                write_whole(file, text.encode())
             written.append(file)
         outdated = folder / f"{package}{suffix}" / "__init__.pyi"
         if texts and "__init__.pyi" not in texts:

@@ -402,7 +402,7 @@ class _Build:
             is_unchanged = self._state.get(package.name) == digest and not is_broken
             if not is_unchanged:
                 write_devel_files(project, self._layout, definitions, self._say)
-        except PiprosError as error:
+        except (PiprosError, OSError) as error:
             self._fail(package, str(error))
             return
         if is_broken:

@@ -7,6 +7,7 @@ import shutil
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
+from pipros.basics.replaced_file import write_whole
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.cmake_runs import configure, make_all, run
 from pipros.workspace.layout import SourcePackage, WorkspaceFolders
@@ -186,7 +187,7 @@ def use_python_of_environment(prefix: Path) -> None:
             with program.open("rb") as file:
                 if file.readline(len(wrong) + 1).rstrip() != wrong:
                     continue
-            program.write_bytes(b"#!/usr/bin/env python3" + program.read_bytes()[len(wrong) :])
+            write_whole(program, b"#!/usr/bin/env python3" + program.read_bytes()[len(wrong) :])
 
 
 def make(layout: WorkspaceFolders, target: str) -> None:

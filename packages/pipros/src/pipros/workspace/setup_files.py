@@ -10,6 +10,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.basics.replaced_file import write_whole
 from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS
 from pipros.workspace.environment import (
     UNDERLAYS_FILE,
@@ -215,5 +216,5 @@ def write_if_changed(file: Path, content: str) -> bool:
         if file.read_bytes() == data:
             return False
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_bytes(data)
+    write_whole(file, data)
     return True

@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+import errno
+import json
+import os
 from pathlib import Path
 
 import pytest
 
 from pipros.cli import catkin_init_workspace, catkin_make, catkin_test_results
+from tests.support.full_disk import files_limited_to
 
 MANIFEST = (
     '<package format="2"><name>{name}</name><version>0.1.0</version><description>d</description>'
@@ -188,3 +192,39 @@ def test_the_summary_of_a_traceback_has_its_last_line(base: Path, capsys: pytest
         f"\x1b[31m * one: {folder / 'setup.py'} failed: ModuleNotFoundError: "
         "No module named 'no_such_module'\x1b[0m"
     ]
+
+
+@pytest.mark.needs("resource limits")
+def test_on_a_full_disk_the_package_and_its_file_are_named_and_others_are_built(
+    base: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (base / "src" / "one" / "CMakeLists.txt").write_text(
+        "project(one)\nfind_package(catkin REQUIRED COMPONENTS message_generation)\n"
+        "add_message_files(FILES Large.msg)\ngenerate_messages()\ncatkin_package()\n"
+    )
+    (base / "src" / "one" / "msg").mkdir()
+    (base / "src" / "one" / "msg" / "Large.msg").write_text("".join(f"int32 field_{n}\n" for n in range(999)))
+
+    with files_limited_to(10_000):
+        assert catkin_make.main([]) == 1
+
+    stubs = base / "devel/lib/python3/dist-packages/one/msg/__init__.pyi"
+    told = capsys.readouterr()
+    assert f"* one: [Errno {errno.EFBIG}] {os.strerror(errno.EFBIG)}: '{stubs}'" in told.err
+    assert list(json.loads((base / "build/pipros/state.json").read_text())) == ["two"]
+    assert not list(base.rglob("*.active"))
+    assert catkin_make.main([]) == 0
+    assert "field_998" in stubs.read_text()
+
+
+@pytest.mark.needs("resource limits")
+def test_on_a_full_disk_the_marker_of_the_workspace_is_named(
+    base: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(catkin_make, "_MARKER_TEXT", "#" * 9000)
+
+    with files_limited_to(5000):
+        assert catkin_make.main([]) == 1
+
+    assert f"'{base / '.catkin_workspace'}'" in capsys.readouterr().err
+    assert not (base / ".catkin_workspace").exists()

@@ -1,5 +1,6 @@
 """Every command has usable standard streams, also in threads that outlive it."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -119,3 +120,16 @@ def test_output_to_a_closed_pipe_of_windows_ends_silently() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_a_full_disk_without_an_answer_of_the_command_is_named_in_one_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    @command
+    def main(code: int) -> int:
+        raise OSError(code, os.strerror(code), "x.txt")
+
+    assert main(errno.ENOSPC) == 1
+    assert capsys.readouterr().err == f"ERROR: cannot write x.txt: {os.strerror(errno.ENOSPC)}\n"
+    with pytest.raises(OSError, match=r"x\.txt"):
+        main(errno.EIO)

@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from std_msgs.msg import Header, Int32
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header, Int32, String
 
 from pipros.bag import BagReader
 from pipros.basics.replaced_file import replaced_file
 from pipros.cli.rosbag import main
 from pipros.cli.rosbag.progress import Progress
 from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows, values
+from tests.support.full_disk import files_limited_to
 
 ROWS = some_rows()
 
@@ -274,6 +276,35 @@ def test_the_error_about_a_full_disk_names_the_file(tmp_path: Path) -> None:
     ):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.needs("resource limits")
+@pytest.mark.parametrize(("form", "lost"), [("csv", ["image", "text"]), ("npz", ["image"])])
+def test_an_export_to_a_full_disk_leaves_out_topics_and_keeps_old_files(
+    form: str, lost: list[str], bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = Image(height=30, width=30, step=90, encoding="rgb8", data=os.urandom(2700))
+    messages = {"/a": Int32(1), "/image": picture, "/text": String("x" * 3000), "/z": Int32(2)}
+    bag.write_bytes(bag_bytes([(topic, message, 5, 0) for topic, message in messages.items()]))
+    Path("out").mkdir()
+    for name in ("a", "image", "text"):
+        Path("out", f"{name}.{form}").write_text("old")
+
+    with files_limited_to(2000):
+        assert main(["export", "--format", form, "run.bag", "out"]) == 1
+
+    told = capsys.readouterr()
+    for name in lost:
+        file = "out/image/5.000000000.png" if (name, form) == ("image", "csv") else f"out/{name}.{form}"
+        reason = f"[Errno {errno.EFBIG}] {os.strerror(errno.EFBIG)}: '{file}'"
+        assert f"WARNING: /{name} is left out: {reason}" in told.err.splitlines()
+        assert Path("out", f"{name}.{form}").read_text() == "old"
+    assert told.err.count("\n") == len(lost)
+    assert {line.partition(":")[0] for line in told.out.splitlines()} == set(messages) - {
+        f"/{name}" for name in lost
+    }
+    assert all(Path("out", f"{name}.{form}").read_bytes()[:3] != b"old" for name in "az")
+    assert not list(Path("out").rglob("*.active"))
 
 
 def test_filter_keeps_connection_headers_and_times(bag: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ import pytest
 from pipros.cmake.cmake_command import script_interpreter
 from pipros.cmake.language import CMakeError
 from tests.support.cmake_cases import MISTAKES, TOPICS, Case, line_of_mistake, read_cases
+from tests.support.full_disk import files_limited_to
 
 
 def value_of(case: Case, folder: Path) -> str:
@@ -86,3 +88,30 @@ def test_paths_on_another_drive_are_absolute(tmp_path: Path, monkeypatch: pytest
     ):
         interpreter.run_text(script, "case.cmake")
         assert interpreter.scope.values["o"] == f"{tmp_path}/a.txt"
+
+
+@pytest.mark.needs("resource limits")
+@pytest.mark.parametrize(
+    "command",
+    [
+        "file(WRITE ${o} ${c})",
+        "file(APPEND ${o} ${c})",
+        "file(CONFIGURE OUTPUT ${o} CONTENT ${c})",
+        "configure_file(${i} ${o})",
+        "file(INSTALL ${i} DESTINATION ${d} RENAME o)",
+    ],
+)
+def test_a_full_disk_is_named_and_keeps_the_old_file(command: str, tmp_path: Path) -> None:
+    content = "x" * 9000
+    (tmp_path / "i").write_text(content)
+    (tmp_path / "o").write_text("old")
+    interpreter = script_interpreter({})
+    paths = {"i": f"{tmp_path / 'i'}", "o": f"{tmp_path / 'o'}", "d": f"{tmp_path}"}
+    interpreter.scope.values |= {**paths, "c": content}
+
+    with files_limited_to(5000), pytest.raises(CMakeError) as error:
+        interpreter.run_text(command, "case.cmake")
+
+    assert f"{tmp_path / 'o'}: {os.strerror(errno.EFBIG)}" in str(error.value).replace("'", "")
+    assert (tmp_path / "o").read_text().rstrip("x") == "old"
+    assert sorted(os.listdir(tmp_path)) == ["i", "o"]

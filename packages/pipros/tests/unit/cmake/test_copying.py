@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipros.cmake.copying import PROGRAM_MODE, CannotCopy, Copy, copy, read_copies
+from tests.support.full_disk import files_limited_to
 
 
 def in_source(path: str) -> str:
@@ -156,3 +157,15 @@ def test_a_missing_file_is_refused_unless_it_is_optional(tmp_path: Path) -> None
         copy(missing, tmp_path, lambda _line: None)
     copy(Copy(str(tmp_path / "nope"), "t", is_optional=True), tmp_path, lambda _line: None)
     assert not (tmp_path / "t").exists()
+
+
+@pytest.mark.needs("resource limits")
+def test_a_full_disk_keeps_the_old_copy(tmp_path: Path) -> None:
+    (tmp_path / "x").write_text("x" * 9000)
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "x").write_text("old")
+
+    with files_limited_to(5000), pytest.raises(OSError, match=r"d.x'$"):
+        copy(Copy(str(tmp_path / "x"), "d"), tmp_path, print)
+
+    assert [each.read_text() for each in (tmp_path / "d").iterdir()] == ["old"]

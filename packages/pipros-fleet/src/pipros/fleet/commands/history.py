@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.basics.replaced_file import write_whole
 from pipros.cli.runner import CommandError, option_parser
 from pipros.fleet.commands.options import add_link_options, link_of
 
@@ -55,6 +56,6 @@ def _write(path: Path, content: bytes | None) -> None:
         raise CommandError(f"the router can no longer send the file for {path}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+        write_whole(path, content)
     except OSError as error:
         raise CommandError(f"cannot write {path}: {error.strerror or error}") from None

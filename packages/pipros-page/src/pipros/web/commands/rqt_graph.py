@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.replaced_file import write_whole
 from pipros.cli.entry_point import command
 from pipros.cli.runner import CommandError, add_flag, run
 from pipros.cli.server_options import without_remappings
@@ -74,6 +75,6 @@ def _graph_now(options: Any) -> NodeGraph:
 
 def _write(name: str, content: bytes) -> None:
     try:
-        Path(name).write_bytes(content)
+        write_whole(Path(name), content)
     except OSError as error:
         raise CommandError(f"cannot write {name}: {error.strerror}") from None

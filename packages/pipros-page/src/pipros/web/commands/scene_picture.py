@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.basics.posix import user_id
+from pipros.basics.replaced_file import write_whole
 from pipros.basics.windows import ON_WINDOWS
 from pipros.cli.runner import CommandError
 
@@ -88,7 +89,7 @@ def save_picture(
             last = shown
             time.sleep(POLL_S)
     try:
-        target.write_bytes(base64.b64decode(shown["picture"].partition(",")[2]))
+        write_whole(target, base64.b64decode(shown["picture"].partition(",")[2]))
     except OSError as error:
         raise CommandError(f"cannot write {target}: {error.strerror}") from None
     return list(map(str, shown["problems"])), list(map(str, shown["missing"]))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 from pipros.basics.limits import limit_text, process_limits
-from pipros.basics.windows import replace_file
+from pipros.basics.replaced_file import overwritten_file
 from pipros.web.limits import PageLimits
 from pipros.web.scene.rviz_file import RvizFileError, read_rviz, write_rviz
 
@@ -58,11 +57,7 @@ class SceneFile:
         if self.path is None:
             raise RvizFileError("no file was opened; start rviz with -d FILE")
         self.path.parent.mkdir(exist_ok=True)
-        part = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
-        try:
-            part.write_text(text, encoding="utf-8")
-            replace_file(part, self.path)
-        finally:
-            part.unlink(missing_ok=True)
+        with overwritten_file(self.path) as file:
+            file.write(text.encode())
         self.config = config
         return self.path

@@ -13,6 +13,7 @@ from typing import Any
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
 from pipros.basics.errors import PiprosError
+from pipros.basics.replaced_file import naming, write_whole
 from pipros.basics.windows import replace_file
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.full_text import specs_from_text
@@ -208,18 +209,19 @@ def new_ros2_bag(
     try:
         name = f"{folder.name}_0{SUFFIXES[storage]}"
         file: Any = None
-        try:
-            if storage == "mcap":
-                file = McapStorageWriter(unfinished / name, distribution, compression)
-            else:
-                file = SqliteWriter(unfinished / name, distribution)
-            writer = Ros2BagWriter(file, distribution, folders=folders, rules=rules)
-            yield writer
-            metadata = writer.close_storage(storage, name)
-        finally:
-            if file is not None:
-                file.close()
-        (unfinished / "metadata.yaml").write_text(metadata_text(metadata), encoding="utf-8")
+        with naming(folder):
+            try:
+                if storage == "mcap":
+                    file = McapStorageWriter(unfinished / name, distribution, compression)
+                else:
+                    file = SqliteWriter(unfinished / name, distribution)
+                writer = Ros2BagWriter(file, distribution, folders=folders, rules=rules)
+                yield writer
+                metadata = writer.close_storage(storage, name)
+            finally:
+                if file is not None:
+                    file.close()
+        write_whole(unfinished / "metadata.yaml", metadata_text(metadata).encode())
         replace_file(unfinished, folder)
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import sys
 import zipfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
@@ -17,6 +20,8 @@ from pipros.bag.times import received_at
 from pipros.basics.extras import install_command
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed
+from pipros.basics.replaced_file import naming, replaced_file, write_whole
+from pipros.basics.windows import replace_file
 from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.runner import CommandError, option_parser
 from pipros.graph.message_path import Part
@@ -29,7 +34,7 @@ from pipros.pictures.image_message import IMAGE_TYPES
 _LONGEST_NAME: Final = 240  # file systems allow 255 bytes, a number and suffixes included
 _FORMATS = ("csv", "npz")
 _BUFFERED = 1 << 24
-"""Maximum number of characters that wait to be written."""
+"""Maximum number of characters that wait to be written to files, of which few can be open at a time."""
 
 
 def export(argv: Sequence[str]) -> int:
@@ -103,13 +108,24 @@ def _export(
 ) -> None:
     """Write the messages of some topics. What cannot be written is left out, and affects nothing else."""
     sinks: dict[int, _Sink] = {}
-    buffer = _Buffer()
+    failed: set[_Sink] = set()
+
+    def attempt(sink: _Sink, action: Callable[[], int | None]) -> int:
+        """Carry out an action of a sink, unless it failed before. On failure, the old file stays."""
+        try:
+            return 0 if sink in failed else action() or 0
+        except OSError as error:
+            failed.add(sink)
+            sink.discard()
+            left_out.whole(sink.topic, error)
+            return 0
+
     for topic, connections in of_topic.items():
         first = connections[0]
         try:
             bag.class_of(first)
-            sink = _sink(first.type, paths[topic], form, buffer, left_out)
-        except (BagError, MessageException) as error:
+            sink = _sink(first, paths[topic], form, left_out)
+        except (BagError, MessageException, OSError) as error:
             left_out.whole(topic, error)
             continue
         for each in connections:
@@ -123,89 +139,102 @@ def _export(
                 wrong, right = (" ".join(_kind(side)) for side in (each, first))
                 left_out.message(topic, f"their type is {wrong}, not {right}")
     wanted = [each for connections in of_topic.values() for each in connections if each.id in sinks]
+    used, waiting = list(dict.fromkeys(sinks.values())), 0
     try:
         for connection, time_ns, message in bag.decoded(wanted):
-            sinks[connection.id].add(connection, Time(0, time_ns), message)
+            sink = sinks[connection.id]
+            waiting += attempt(sink, partial(sink.add, Time(0, time_ns), message))
+            if waiting > _BUFFERED:
+                waiting = 0
+                for sink in used:
+                    attempt(sink, sink.flush)
     finally:
-        buffer.flush()
-        for sink in set(sinks.values()):
-            sink.finish()
-    for topic, connections in of_topic.items():
-        if connections[0].id in sinks:
-            done = sinks[connections[0].id]
-            print(f"{topic}: {done.count} messages to {done.path}")
+        for sink in used:
+            attempt(sink, sink.finish)
+    for sink in used:
+        if sink not in failed:
+            print(f"{sink.topic}: {sink.count} messages to {sink.path}")
 
 
 def _kind(connection: Connection) -> tuple[str, str]:
     return connection.type, connection.md5sum
 
 
-def _sink(type_name: str, path: Path, form: str, buffer: _Buffer, left_out: LeftOut) -> _Sink:
-    if type_name in IMAGE_TYPES:
-        return _ImageArrays(path, left_out) if form == "npz" else _ImageFiles(path, left_out)
-    return _Arrays(path) if form == "npz" else _Table(path, buffer)
+def _sink(first: Connection, path: Path, form: str, left_out: LeftOut) -> _Sink:
+    if first.type in IMAGE_TYPES:
+        kind = _ImageArrays if form == "npz" else _ImageFiles
+        return kind(first.topic, path, left_out)
+    return _Arrays(first.topic, path) if form == "npz" else _Table(first, path)
 
 
-class _Sink(Protocol):
-    """The output of one topic."""
+class _Sink:
+    """The output of one topic.
 
-    path: Path
-    count: int
+    A file gets its name when it is complete, so that a full disk costs no earlier file.
+    """
 
-    def add(self, connection: Connection, time: Time, message: Any) -> None: ...
-    def finish(self) -> None: ...
+    def __init__(self, topic: str, path: Path) -> None:
+        self.topic = topic
+        self.path = path
+        self.count = 0
 
-
-class _Buffer:
-    """Lines for many files, of which few can be open at a time."""
-
-    def __init__(self) -> None:
-        self._lines: dict[Path, list[str]] = {}
-        self._size = 0
-
-    def add(self, path: Path, line: str) -> None:
-        self._lines.setdefault(path, []).append(line)
-        self._size += len(line)
-        if self._size > _BUFFERED:
-            self.flush()
+    def add(self, time: Time, message: Any) -> int | None:
+        """Add a message. Return the number of its pending characters, if any."""
+        raise NotImplementedError
 
     def flush(self) -> None:
-        for path, lines in self._lines.items():
-            with path.open("a", encoding="utf-8", newline="") as file:
-                file.writelines(lines)
-        self._lines, self._size = {}, 0
+        """Write the pending lines."""
+
+    def finish(self) -> None:
+        """Complete the file."""
+
+    def discard(self) -> None:
+        """Remove the unfinished file."""
 
 
-class _Table:
+class _Table(_Sink):
     """The rows that `rostopic echo -p` prints, with the times from the bag."""
 
-    def __init__(self, path: Path, buffer: _Buffer) -> None:
-        self.path = path.with_name(path.name + ".csv")
-        self.path.write_bytes(b"")
-        self.count = 0
-        self._buffer = buffer
+    def __init__(self, first: Connection, path: Path) -> None:
+        super().__init__(first.topic, path.with_name(path.name + ".csv"))
+        self._type = first.type
         self._rows = MessageRows()
+        self._lines: list[str] = []
+        self._unfinished = path.with_name(path.name + ".csv.active")
+        self._unfinished.write_bytes(b"")
 
-    def add(self, connection: Connection, time: Time, message: Any) -> None:
-        part = Part(message, connection.type)
+    def add(self, time: Time, message: Any) -> int:
+        part = Part(message, self._type)
         if not self.count:
-            self._buffer.add(self.path, self._rows.heading(part) + "\n")
-        self._buffer.add(self.path, self._rows.row(part, time.to_nsec()) + "\n")
+            self._lines.append(self._rows.heading(part) + "\n")
+        self._lines.append(self._rows.row(part, time.to_nsec()) + "\n")
         self.count += 1
+        return len(self._lines[-1])
 
-    def finish(self) -> None: ...
+    def flush(self) -> None:
+        with naming(self.path), self._unfinished.open("a", encoding="utf-8", newline="") as file:
+            file.writelines(self._lines)
+        self._lines = []
+
+    def finish(self) -> None:
+        self.flush()
+        replace_file(self._unfinished, self.path)
+
+    def discard(self) -> None:
+        self._lines = []
+        self._unfinished.unlink(missing_ok=True)
 
 
-class _Images:
+class _Images(_Sink):
     """Images by name, which is their time. Damaged images are left out."""
 
-    def __init__(self, path: Path, left_out: LeftOut) -> None:
-        self.path = path
-        self.count = self._same = 0
+    def __init__(self, topic: str, path: Path, left_out: LeftOut) -> None:
+        super().__init__(topic, path)
+        self._same = 0
         self._left_out = left_out
         self._previous: Time | None = None
 
-    def add(self, connection: Connection, time: Time, message: Any) -> None:
+    def add(self, time: Time, message: Any) -> None:
         self._same = self._same + 1 if time == self._previous else 1
         self._previous = time
         name = f"{time.secs}.{time.nsecs:09d}" + (f"_{self._same}" if self._same > 1 else "")
@@ -213,63 +242,65 @@ class _Images:
             check_image(message)
             self._write(name, message)
         except BagError as error:
-            self._left_out.message(connection.topic, f"{received_at(time.to_nsec())}: {error}")
+            self._left_out.message(self.topic, f"{received_at(time.to_nsec())}: {error}")
         else:
             self.count += 1
 
     def _write(self, name: str, message: Any) -> None:
         raise NotImplementedError
 
-    def finish(self) -> None: ...
-
 
 class _ImageFiles(_Images):
     """A folder with a file for each image."""
 
-    def __init__(self, path: Path, left_out: LeftOut) -> None:
-        super().__init__(path, left_out)
+    def __init__(self, topic: str, path: Path, left_out: LeftOut) -> None:
+        super().__init__(topic, path, left_out)
         path.mkdir(exist_ok=True)
 
     def _write(self, name: str, message: Any) -> None:
         suffix, content = image_file(message)
-        (self.path / (name + suffix)).write_bytes(content)
+        write_whole(self.path / (name + suffix), content)
 
 
 class _ImageArrays(_Images):
     """An array for each image, in one file."""
 
-    def __init__(self, path: Path, left_out: LeftOut) -> None:
-        super().__init__(path.with_name(path.name + ".npz"), left_out)
-        self._file = zipfile.ZipFile(self.path, "w", zipfile.ZIP_DEFLATED)
+    def __init__(self, topic: str, path: Path, left_out: LeftOut) -> None:
+        super().__init__(topic, path.with_name(path.name + ".npz"), left_out)
+        self._stack = ExitStack()
+        file = self._stack.enter_context(replaced_file(self.path, is_synced=False))
+        self._file = self._stack.enter_context(zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED))
 
     def _write(self, name: str, message: Any) -> None:
-        self._file.writestr(f"{name}.npy", image_array_file(message))
+        with naming(self.path):
+            self._file.writestr(f"{name}.npy", image_array_file(message))
 
     def finish(self) -> None:
-        self._file.close()
+        self._stack.close()
+
+    def discard(self) -> None:
+        with suppress(OSError), self._stack:
+            raise OSError
 
 
-class _Arrays:
+class _Arrays(_Sink):
     """One array per field, and an array `time` of the message times.
 
     Times are in ns. Strings, lists of varying length, and lists of strings, times or messages are omitted.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, topic: str, path: Path) -> None:
+        super().__init__(topic, path.with_name(path.name + ".npz"))
         try:
             import numpy
         except ImportError:
             raise CommandError(
                 f"npz files need numpy, which is not installed. Try: {install_command('numpy')}"
             ) from None
-        self.path = path.with_name(path.name + ".npz")
-        self.count = 0
         self._numpy = numpy
-        self._topic = ""
         self._columns: dict[str, list[Any]] = {"time": []}
 
-    def add(self, connection: Connection, time: Time, message: Any) -> None:
-        self._topic = connection.topic
+    def add(self, time: Time, message: Any) -> None:
         self._columns["time"].append(time.to_nsec())
         _flatten("", message, self._columns)
         self.count += 1
@@ -279,11 +310,13 @@ class _Arrays:
         for name, values in self._columns.items():
             sizes = {len(value) if isinstance(value, list | tuple | bytes) else -1 for value in values}
             if len(values) != self.count or len(sizes) > 1:
-                print(f"{self._topic}: {listed(name)} is omitted, because its length varies", file=sys.stderr)
+                print(f"{self.topic}: {listed(name)} is omitted, because its length varies", file=sys.stderr)
                 continue
             lists = [list(value) if isinstance(value, bytes) else value for value in values]
             kept[name] = self._numpy.array(lists)
-        self._numpy.savez_compressed(self.path, **kept)
+        content = io.BytesIO()
+        self._numpy.savez_compressed(content, **kept)
+        write_whole(self.path, content.getvalue())
 
 
 def _flatten(name: str, value: Any, columns: dict[str, list[Any]]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipros.basics.replaced_file import write_whole
 from pipros.cmake.cmake_command import script_interpreter
 from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, read_copies
 from pipros.cmake.scope import Scope
@@ -96,5 +97,5 @@ def _name_python_3(script: Path) -> None:
     first_line, newline, rest = content.partition(b"\n")
     if env := re.fullmatch(rb"#![ \t]*(/[^\r\n]+/env)[ \t]+python[ \t]*(\r?)", first_line):
         times = script.stat()
-        script.write_bytes(b"#!%b python3%b" % env.groups() + newline + rest)
+        write_whole(script, b"#!%b python3%b" % env.groups() + newline + rest)
         os.utime(script, ns=(times.st_atime_ns, times.st_mtime_ns))

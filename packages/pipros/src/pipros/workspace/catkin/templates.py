@@ -15,6 +15,7 @@ from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.extras import install_command
+from pipros.basics.replaced_file import write_whole
 from pipros.cmake.configure import configure_file
 from pipros.cmake.language import Command
 from pipros.workspace.catkin.context import Handler, ReadContext
@@ -104,7 +105,7 @@ def write(file: str, text: str) -> None:
     """Write a file, creating its parent folders. Raise ValueError if that fails."""
     try:
         Path(file).parent.mkdir(parents=True, exist_ok=True)
-        Path(file).write_text(text, "utf-8")
+        write_whole(Path(file), text.encode())
     except OSError as error:
         raise ValueError(f"{error.filename}: {error.strerror}") from None
 
