@@ -201,6 +201,38 @@ def test_large_requests_are_refused(system: RosSystem) -> None:
         assert connection.getresponse().status == 413
 
 
+def test_a_line_that_is_too_long_is_refused_and_later_ones_are_answered(system: RosSystem) -> None:
+    about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}}
+    first = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": about})
+    ping = json.dumps({"jsonrpc": "2.0", "id": 2, "method": "ping"})
+    command = [sys.executable, "-c", "from pipros.cli.pipros import main; main()", "mcp"]
+    settings = {**system.pipros.environment, "PIPROS_LIMITS": "assistant_request_bytes=2000"}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    long, third = f"{ping:<20000}", json.dumps({"jsonrpc": "2.0", "id": 3, "method": "ping"})
+    answers = []
+    with subprocess.Popen(command, env=settings, text=True, **pipes) as program:
+        assert program.stdin is not None
+        assert program.stdout is not None
+        try:
+            for line in (first, f"{ping:<1999}", f"{ping:<2000}", long, third, "{" * 9000):
+                program.stdin.write(f"{line}\n")
+                program.stdin.flush()
+                answers.append(json.loads(program.stdout.readline()))
+            program.stdin.close()
+            assert program.wait(60) == 0
+        finally:
+            program.kill()
+
+    limit = "the limit is 2000 (assistant_request_bytes in PIPROS_LIMITS)"
+    text = f"the line is too long; {limit}. Send shorter requests"
+    refusal = {"jsonrpc": "2.0", "id": None, "error": {"code": -32600, "message": text}}
+    assert answers[0]["result"]["serverInfo"]["name"] == "pipros"
+    assert answers[1] == {"jsonrpc": "2.0", "id": 2, "result": {}}
+    assert answers[2:4] == [refusal, refusal]
+    assert answers[4] == {"jsonrpc": "2.0", "id": 3, "result": {}}
+    assert answers[5] == refusal
+
+
 def test_no_login_is_offered(system: RosSystem) -> None:
     _, port = start_http(system)
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)

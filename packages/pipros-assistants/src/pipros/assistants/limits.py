@@ -18,7 +18,7 @@ class AssistantLimits(NamedTuple):
             picture.
         assistant_sample_bytes: total size of the messages that one call receives. A call that reads a bag may
             read four times as much.
-        assistant_request_bytes: size of an HTTP request.
+        assistant_request_bytes: size of an HTTP request, or of a line over standard input.
         assistant_sessions: number of HTTP sessions; four times as many connections are accepted.
         assistant_call_s: duration of a call.
         assistant_query_s: elapsed time of an SQL query, and its processor time.

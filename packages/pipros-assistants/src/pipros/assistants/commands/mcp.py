@@ -110,11 +110,13 @@ def _serve(options: Namespace) -> int:
             return serve_http(server, options.http, options.token_file)
         import asyncio
 
+        from pipros.assistants.stdio_transport import serve_stdio
+
         if sys.stdin.isatty():
             print("This command should be started by an assistant. Press Ctrl-C to end it.", file=sys.stderr)
         _end_at_once_by_signals(stack)
         try:
-            asyncio.run(server.run_stdio_async())
+            asyncio.run(serve_stdio(server, robot.limits.assistant_request_bytes))
         except Exception as error:
             while parts := getattr(error, "exceptions", ()):  # an ExceptionGroup, which Python 3.10 lacks
                 error = parts[0]
