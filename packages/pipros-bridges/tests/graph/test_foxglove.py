@@ -13,13 +13,14 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.bridges.foxglove.handler import SUBPROTOCOLS, Rules
+from pipros.bridges.foxglove.handler import FETCHED_APART, SUBPROTOCOLS, Rules
 from pipros.bridges.foxglove.session import OPEN_REQUESTS
 from pipros.libraries.topic_tools.raw import class_like
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from tests.support.foxglove import CONTROL, connected, only, serving
 from tests.support.nodes import MakeNode
@@ -282,6 +283,42 @@ def test_parameters_are_read_written_and_watched(make_node: MakeNode) -> None:
         assert not other.params.has("/robot/name")
         client.send("setParameters", parameters=[{"name": "/robot/big", "value": 2**40}])
         assert "/robot/big" in client.next("status", level=2)["message"]
+
+
+def test_only_the_requested_parameters_are_fetched(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = make_node("other")
+    for name in ("/robot/speed", "/robot/arm/joints", "/robots", "/large"):
+        other.params.set(name, 1)
+    fetched: list[str] = []
+    fetch = MasterClient.get_param
+
+    def record(master: MasterClient, name: str) -> Any:
+        fetched.append(name)
+        return fetch(master, name)
+
+    with serving(make_node("bridge")) as address, connected(address) as client:
+        monkeypatch.setattr(MasterClient, "get_param", record)
+
+        def found(*names: str) -> list[str]:
+            fetched.clear()
+            client.send("getParameters", parameterNames=names, id="x")
+            return sorted(each["name"] for each in client.next("parameterValues", id="x")["parameters"])
+
+        assert found("/robot/speed", "/none", "robots") == ["/robot/speed", "/robots"]
+        assert fetched == ["/none", "/robot/speed", "/robots"]
+        assert found("/robot/arm/joints", "/robot") == ["/robot/arm/joints", "/robot/speed"]
+        assert fetched == ["/robot"]
+        for names in (
+            (),
+            ("/",),
+            ("/robot", "/"),
+            tuple(f"/x{number}" for number in range(FETCHED_APART + 1)),
+        ):
+            expected = [] if len(names) > FETCHED_APART else ["/large", "/robot/arm/joints", "/robot/speed"]
+            assert [each for each in found(*names) if each in expected] == expected
+            assert fetched == ["/"]
 
 
 def test_changes_of_other_nodes_reach_subscribers(make_node: MakeNode) -> None:

@@ -6,11 +6,12 @@ import contextlib
 import re
 import secrets
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from pipros.basics.errors import Refused
 from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.client import BridgeClient
 from pipros.bridges.foxglove import frames
@@ -18,7 +19,7 @@ from pipros.bridges.foxglove.catalog import TopicCatalog
 from pipros.bridges.foxglove.graph_changes import EMPTY, GraphUpdates
 from pipros.bridges.foxglove.graph_watch import GraphSnapshot, GraphWatch, is_allowed
 from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
-from pipros.bridges.foxglove.parameters import flattened
+from pipros.bridges.foxglove.parameters import flattened, outermost
 from pipros.bridges.foxglove.publishing import ENCODINGS
 from pipros.bridges.foxglove.sent_assets import Asset, SentAssets
 from pipros.bridges.foxglove.session import TIME_KEY, FoxgloveSession
@@ -42,6 +43,9 @@ from pipros.workspace.index import PackageIndex
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CALLS_AT_ONCE: Final = 256
 """Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
+FETCHED_APART: Final = 20
+"""Maximum number of parameters that are fetched one by one; for more of them, all are fetched at once."""
+ALL: Final = ("/",)
 _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
@@ -96,7 +100,8 @@ class FoxgloveHandler:
         self.threads = DaemonPool("foxglove client", node.limits.of(BridgeLimits).bridge_clients)
         self.call_turns = CallTurns("foxglove call", CALLS_AT_ONCE)
         self._assets = SentAssets(node.limits.of(BridgeLimits).bridge_asset_bytes)
-        self._parameters = SharedAnswer(self._query_parameters)
+        self._all_parameters = SharedAnswer(self._query_parameters)
+        self._some_parameters = SharedAnswer(self._query_parameters)
         self._loop = loop
         self._sessions: dict[FoxgloveSession, BridgeClient] = {}
         self._calls = OpenCalls()
@@ -181,12 +186,18 @@ class FoxgloveHandler:
         """Watch the parameters if any session subscribes to parameters; otherwise stop watching."""
         self._parameter_watch.set_needed(any(session.takes_parameters for session in self._sessions))
 
-    def parameters(self) -> Mapping[str, Any]:
-        """Return all parameters that clients may see. Blocks."""
-        return self._parameters.get()
+    def parameters(self, names: Collection[str] = ()) -> Mapping[str, Any]:
+        """Return all parameters that clients may see, or at least those with these full names. Blocks."""
+        roots = outermost(names)
+        if 0 < len(roots) <= FETCHED_APART and roots != ALL:
+            return self._some_parameters.get(roots)
+        return self._all_parameters.get(ALL)
 
-    def _query_parameters(self) -> Mapping[str, Any]:
-        found = flattened(self.node.params.get("/"))
+    def _query_parameters(self, roots: Sequence[str]) -> Mapping[str, Any]:
+        found: dict[str, Any] = {}
+        for root in roots:
+            with contextlib.suppress(Refused):  # it is not set
+                found |= flattened(self.node.master.get_param(root), root)
         return {name: value for name, value in found.items() if self.allows_parameter(name)}
 
     def read_asset(self, uri: str) -> Asset:

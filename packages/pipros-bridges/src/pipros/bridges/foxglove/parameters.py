@@ -19,13 +19,18 @@ class InvalidClientParameter(ValueError):
     """A client sent a parameter whose type is unknown, or whose value does not match its type."""
 
 
-def flattened(tree: object) -> dict[str, Any]:
-    """Return the individual parameters in a tree, keyed by full name.
+def flattened(value: object, name: str = "/") -> dict[str, Any]:
+    """Return the individual parameters in the value of `name`, keyed by full name."""
+    return dict(names.leaves_below(name, value)) if isinstance(value, dict) or name != "/" else {}
 
-    Args:
-        tree: the value of `/`.
-    """
-    return dict(names.leaves_below("/", tree)) if isinstance(tree, dict) else {}
+
+def outermost(wanted: Iterable[str]) -> tuple[str, ...]:
+    """Return the given full names, sorted, without those in the namespace of another one."""
+    found: list[str] = []
+    for prefix in sorted(map(names.as_namespace, wanted)):
+        if not found or not prefix.startswith(found[-1]):
+            found.append(prefix)
+    return tuple(prefix.rstrip("/") or "/" for prefix in found)
 
 
 def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from collections.abc import (
     AsyncIterator,
     Awaitable,
     Callable,
+    Collection,
     Coroutine,
     Hashable,
     Iterable,
@@ -120,7 +121,7 @@ class FoxgloveBridge(Protocol):
     def leave(self, session: FoxgloveSession) -> None: ...
     def correct(self, topic: str, header: Mapping[str, str]) -> object: ...
     def watch_parameters(self) -> None: ...
-    def parameters(self) -> Mapping[str, Any]: ...
+    def parameters(self, names: Collection[str] = ()) -> Mapping[str, Any]: ...
     def read_asset(self, uri: str) -> Asset: ...
 
 
@@ -387,8 +388,9 @@ class FoxgloveSession:
         Raises:
             LimitExceeded: the answer does not fit into the client's queue.
         """
-        found = self._bridge.parameters()
-        wanted = selected(found, map(self._bridge.node.resolve, names)) if names else found
+        resolved = list(map(self._bridge.node.resolve, names))
+        found = self._bridge.parameters(resolved)
+        wanted = selected(found, resolved) if names else found
         frame = frames.parameter_values([to_client(*pair) for pair in wanted.items()], request)
         limit = self._bridge.node.limits.of(BridgeLimits).bridge_queue_bytes
         if frame.size > limit:

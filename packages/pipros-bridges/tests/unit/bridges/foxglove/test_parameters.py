@@ -11,6 +11,7 @@ from pipros.bridges.foxglove.parameters import (
     InvalidClientParameter,
     flattened,
     from_client,
+    outermost,
     selected,
     to_client,
 )
@@ -42,6 +43,18 @@ def test_a_name_selects_a_parameter_or_those_below_it() -> None:
         "/robot/deep/y",
         "/robot/speed",
     }
+
+
+def test_names_below_other_names_are_not_needed() -> None:
+    assert outermost(["/robot/deep/y", "/a", "/robot", "/robot-b", "/robot/deep", "/a"]) == (
+        "/a",
+        "/robot-b",
+        "/robot",
+    )
+    assert outermost(["/a", "/", "/a/b"]) == ("/",)
+    assert outermost([]) == ()
+    assert flattened(1, "/a") == {"/a": 1}
+    assert flattened({"y": True}, "/robot/deep") == {"/robot/deep/y": True}
 
 
 class CountedNames(dict[str, Any]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import struct
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Collection, Mapping
 from typing import Any, cast
 
 import pytest
@@ -102,7 +102,7 @@ class FakeBridge:
     def watch_parameters(self) -> None:
         self.watched += 1
 
-    def parameters(self) -> Mapping[str, Any]:
+    def parameters(self, names: Collection[str] = ()) -> Mapping[str, Any]:
         return {"/a": 1, "/robot/b": 2.0}
 
     def read_asset(self, uri: str) -> Asset:
