@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from pipros.basics.errors import MissingExtra
 from pipros.basics.limits import Limits
 from pipros.data.commands.dataset import main as dataset
+from pipros.data.extras import missing_extra, user_library
 from tests.unit.data.demonstrations import CONFIG, demonstration, failure, made
 
 
@@ -89,6 +93,67 @@ def test_a_missing_library_is_named_in_one_line(library: str, kind: str) -> None
     assert (ended.returncode, ended.stdout) == (1, "")
     assert f"needs {library}, which is not installed. Try: " in ended.stderr
     assert len(ended.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("files", "name", "text"),
+    [
+        ({}, "robots", "needs robots, which is not installed. Try: pip install robots"),
+        ({}, "robots.arm", "needs robots, which is not installed. Try: pip install robots"),
+        (
+            {"__init__": ""},
+            "robots.arm.left",
+            "needs robots.arm, which the installed robots lacks. Try: pip install --upgrade robots",
+        ),
+        (
+            {"__init__": "", "arm": "\nimport absent_library.part"},
+            "robots.arm",
+            "needs robots, which cannot be imported: ModuleNotFoundError: No module named 'absent_library' "
+            "(arm.py:2). Try: pip install absent_library",
+        ),
+        (
+            {"__init__": "from json import absent_name"},
+            "robots",
+            "needs robots, which cannot be imported: ImportError: cannot import name 'absent_name' from "
+            "'json' (__init__.py:1)",
+        ),
+        (
+            {"__init__": "", "arm": "\n1 +"},
+            "robots.arm",
+            "needs robots, which cannot be imported: SyntaxError: invalid syntax (arm.py, line 2) (arm.py:2)",
+        ),
+        (
+            {"__init__": "\n\nint('x')"},
+            "robots.arm",
+            "needs robots, which cannot be imported: ValueError: invalid literal for int() with base 10: 'x' "
+            "(__init__.py:3)",
+        ),
+    ],
+)
+def test_a_library_that_cannot_be_imported_is_told_apart_from_a_missing_one(
+    files: dict[str, str], name: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "lib" / "robots").mkdir(parents=True)
+    for file, content in files.items():
+        (tmp_path / "lib" / "robots" / f"{file}.py").write_text(content)
+    if not files:
+        (tmp_path / "lib" / "robots").rmdir()
+    monkeypatch.syspath_prepend(tmp_path / "lib")
+    for each in [each for each in sys.modules if each.partition(".")[0] == "robots"]:
+        monkeypatch.delitem(sys.modules, each)
+
+    with pytest.raises(MissingExtra) as error:
+        user_library(name, "the test")
+
+    shown = str(error.value).replace(f"{tmp_path / 'lib' / 'robots'}{os.sep}", "")
+    assert re.sub(r" \(/[^)]*/json/__init__\.py\)", "", shown) == f"the test {text}"
+
+
+def test_an_extra_that_cannot_be_imported_is_not_called_missing() -> None:
+    broken = ImportError("libx.so: cannot open shared object file", name="pyarrow._lib")
+    assert "needs pyarrow._lib, which cannot be imported: libx.so: cannot open" in str(
+        missing_extra(broken, "Parquet")
+    )
 
 
 def test_an_episode_with_too_many_rows_is_an_error(

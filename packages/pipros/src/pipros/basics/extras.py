@@ -32,7 +32,8 @@ def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
     """
     if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
         raise KeyboardInterrupt from None
-    problem = f"cannot be imported: {error}" if error.name is None else "is not installed"
+    is_absent = isinstance(error, ModuleNotFoundError) and error.name is not None
+    problem = "is not installed" if is_absent else f"cannot be imported: {error}"
     return MissingExtra(f"{what}, which {problem}. Try: {install_command(extra)}", name=error.name)
 
 
