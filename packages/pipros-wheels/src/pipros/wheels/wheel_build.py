@@ -184,6 +184,11 @@ class _Builder:
         shutil.rmtree(folder / "install", ignore_errors=True)  # but not `build`, which has CFG_EXTRAS
         self._installed |= dict.fromkeys((path.removeprefix("data/") for path in files.entries), package.name)
         notes = [*files.notes, *_advice(dependencies)]
+        if package.build_type.startswith("ament"):
+            notes.append(
+                f"is a package for ROS 2 (build type {package.build_type}), which rospack and rosrun do not "
+                "find. Check out its branch for ROS 1"
+            )
         return BuiltWheel(package, made, tuple(notes))
 
     def _read(self, package: SourcePackage, say: Say) -> Project:

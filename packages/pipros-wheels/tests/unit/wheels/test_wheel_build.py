@@ -233,6 +233,19 @@ def test_a_macro_that_cannot_be_followed_adds_the_folder(workspace: Workspace) -
     assert not any("hidden" in name for name in names(wheel))
 
 
+def test_a_package_for_ros_2_gets_advice(workspace: Workspace) -> None:
+    manifest = workspace.add("arm", "") / "package.xml"
+    text = manifest.read_text()
+    assert not [note for note in wheels(workspace)["arm"].notes if "ROS 2" in note]
+    both = '<build_type condition="$ROS_VERSION == 2">ament_python</build_type>'
+    for build_type, is_advised in ((both, False), ("<build_type>ament_python</build_type>", True)):
+        manifest.write_text(text.replace("</package>", f"<export>{build_type}</export></package>"))
+        found = [
+            note for note in wheels(workspace)["arm"].notes if "for ROS 2 (build type ament_python)" in note
+        ]
+        assert bool(found) == is_advised
+
+
 def test_a_package_that_installs_nothing_is_added_as_a_whole(workspace: Workspace) -> None:
     folder = workspace.add(
         "arm", MESSAGES, "std_msgs", msg__State_dot_msg="int8 a", launch__a_dot_launch="<launch/>"
