@@ -11,7 +11,7 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -23,7 +23,7 @@ from pipros.bag.mcap_repair import recover
 from pipros.bag.options import FileOptions
 from pipros.bag.record_files import RecordFiles
 from pipros.basics.limits import Limits, process_limits
-from pipros.basics.replaced_file import replaced_file
+from pipros.basics.replaced_file import naming, replaced_file
 from pipros.basics.windows import replace_file
 from pipros.fleet.limits import FleetLimits
 
@@ -167,7 +167,8 @@ class HistoryFiles:
                     options, lambda _: None, self._count_file, avoid_existing=True
                 )
             self._open.add(member)
-            files.write(StoredMessage(connection, time_ns, data))
+            with naming(self._folder / member):
+                files.write(StoredMessage(connection, time_ns, data))
 
     def list(self, member: str) -> list[HistoryFile]:
         """Return the complete files of a member, oldest first.
@@ -208,17 +209,18 @@ class HistoryFiles:
                 self._files[member].forget_latched(topics)
 
     def close(self) -> None:
-        """Complete all current files."""
-        with self._lock:
-            for member in list(self._open):
-                self._complete(member)
+        """Complete all current files, even if some of them fail. Raise the first one's error."""
+        with self._lock, ExitStack() as stack:
+            for member in sorted(self._open, reverse=True):
+                stack.callback(self._complete, member)
 
     # -- methods that require the lock -------------------------------------------------------------
 
     def _complete(self, member: str) -> None:
         if member in self._open:
             self._open.discard(member)
-            self._files[member].close()
+            with naming(self._folder / member):
+                self._files[member].close()
 
     def _count_file(self, _: str) -> None:
         self._count += 1

@@ -26,6 +26,7 @@ from pipros.fleet.history_files import (
 from pipros.fleet.limits import FleetLimits
 from pipros.msg import load_message_class
 from pipros.web.bags.folder import BagFolder
+from tests.support.full_disk import files_limited_to
 
 String: Any = load_message_class("std_msgs/String")
 S = 1_000_000_000
@@ -62,6 +63,23 @@ def test_files_can_be_read_while_recording_continues(tmp_path: Path) -> None:
     assert files.read("robot1", names[0]) == (tmp_path / "robot1" / names[0]).read_bytes()
     assert {name for name, _ in BagFolder(tmp_path).names()} == {f"robot1/{name}" for name in names}
     assert files.list("robot2") == []
+
+
+@pytest.mark.needs("resource limits")
+def test_a_full_disk_names_the_member_and_other_files_are_completed(tmp_path: Path) -> None:
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    files.write("robot2", connection("/robot2/odom"), 1 * S, body("kept"))
+    files.write("robot0", connection("/robot0/odom"), 1 * S, body("kept"))
+    large = body(os.urandom(70_000).hex())
+    with files_limited_to(50_000):
+        with pytest.raises(OSError, match=r"robot1'$"):
+            files.write("robot1", connection("/robot1/odom"), 1 * S, large)
+        with pytest.raises(OSError, match=r"robot1'$"):
+            files.close()
+
+    for member in ("robot0", "robot2"):
+        (file,) = files.list(member)
+        assert texts(tmp_path / member / file.name) == [(f"/{member}/odom", "kept")]
 
 
 def test_requests_complete_a_file_only_at_intervals(tmp_path: Path) -> None:
