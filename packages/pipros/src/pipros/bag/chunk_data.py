@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Protocol
 
 from pipros.bag.compression import BZ2, NONE, ZSTD, decompress
@@ -56,6 +57,15 @@ def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> byte
     where = check_chunk(source, header, limits)
     data = source.read(header.data_position, header.data_size)
     return decompress(header.compression, data, header.size, where)
+
+
+@contextmanager
+def _with_advice() -> Iterator[None]:
+    """Context manager that adds to an error about a damaged chunk what to try."""
+    try:
+        yield
+    except BagFormatError as error:
+        raise BagFormatError(f"{error}. Try rosbag reindex, which leaves out the chunk") from None
 
 
 def are_large(size: int, count: int) -> bool:
@@ -138,14 +148,17 @@ class ChunkStore:
             return None
         self._prepare(upcoming)
         if number in self._ahead:
-            data = self._ahead.pop(number).result()
+            with _with_advice():
+                data = self._ahead.pop(number).result()
         elif is_reusable and header.compression == NONE and header.data_size == header.size:
             check_chunk(self._source, header, self._limits)
             data = self._spare if len(self._spare) == header.size else bytearray(header.size)
             self._spare = bytearray()
             self._source.read_into(data, header.data_position)
         else:
-            data = read_chunk_data(self._source, header, self._limits)
+            check_chunk(self._source, header, self._limits)
+            with _with_advice():
+                data = read_chunk_data(self._source, header, self._limits)
         self._keep(number, data)
         return data
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any
 
@@ -28,8 +27,13 @@ def fields_of_chunks(
     limits: Limits,
     *,
     as_views: bool,
+    on_damage: Callable[[Iterable[str], BagFormatError], None],
 ) -> Iterator[tuple[Connection, int, Any, int, int]]:
-    """Yield what `BagReader.stored_fields` describes."""
+    """Yield what `BagReader.stored_fields` describes.
+
+    `on_damage` is called with the topics of each chunk that cannot be read, which is then left out, and with
+    the error, which it may raise.
+    """
     ranks = {connection.id: rank for rank, connection in enumerate(connections)}
     spans = _spans(bag, ranks, start_ns, end_ns)
     order = [span.number for span in sorted(spans, key=lambda span: (span.start_ns, span.number))]
@@ -38,13 +42,26 @@ def fields_of_chunks(
     store = ChunkStore(bag.source, bag.chunk_header, limits)
     left: dict[int, int] = {}  # number of message bytes still allowed in each chunk
     unpack = U32.unpack_from
+
+    def loaded(number: int) -> list[Entry]:
+        try:
+            return _sorted_entries(bag, ranks, start_ns, end_ns, number)
+        except BagFormatError as error:
+            counts = bag.layout.chunks[number].counts
+            on_damage((each.topic for each in connections if each.id in counts), error)
+            return []
+
     try:
-        for run in runs_in_time_order(spans, partial(_sorted_entries, bag, ranks, start_ns, end_ns)):
+        for run in runs_in_time_order(spans, loaded):
             number = run.number
             size = bag.chunk_header(number).size
             is_view = as_views and are_large(size, len(run.entries))
             upcoming = order[next_of[number] : next_of[number] + 8]
-            data = store.get(number, upcoming, is_reusable=is_view)
+            try:
+                data = store.get(number, upcoming, is_reusable=is_view)
+            except BagFormatError as error:
+                on_damage((known[rank][0].topic for _, rank, _ in run.entries), error)
+                continue
             content: Any = memoryview(data) if is_view and data is not None else data
             whole = 0 if data is None else len(data)
             chunk_position = bag.layout.chunks[number].position

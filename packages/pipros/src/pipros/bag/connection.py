@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from pipros.bag.errors import BagFormatError
+from pipros.bag.errors import BagFormatError, UnusableConnection
 from pipros.bag.records import U32, Fields, Op, field_bytes, number, parse_fields, record_bytes, text_of
 
 
@@ -68,15 +68,20 @@ def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:
     """Parse a connection record.
 
     Raises:
-        BagFormatError: the topic, number or type is missing.
+        UnusableConnection: the connection header is damaged, or the type is missing.
+        BagFormatError: the topic or number is missing.
     """
     identity = number(fields, "conn", 4, where)
     if "topic" not in fields:
         raise BagFormatError(f"{where}: a connection must have a topic")
-    header = parse_fields(data, f"{where}, the connection header")
-    if "type" not in header:
-        raise BagFormatError(f"{where}: a connection must have a type")
-    return Connection(identity, text_of(fields["topic"]), header)
+    topic = text_of(fields["topic"])
+    try:
+        header = parse_fields(data, f"{where}, the connection header")
+    except BagFormatError as error:
+        raise UnusableConnection(topic, str(error)) from None
+    if not header.get("type"):
+        raise UnusableConnection(topic, f"{where}: a connection must have a type")
+    return Connection(identity, topic, header)
 
 
 def connection_record(connection: Connection) -> bytes:

@@ -25,6 +25,14 @@ class BagFormatError(BagError):
     """
 
 
+class UnusableConnection(BagFormatError):
+    """The header of a connection is damaged, or names no type. Only this connection cannot be read."""
+
+    def __init__(self, topic: str, text: str) -> None:
+        super().__init__(text)
+        self.topic = topic
+
+
 class NotIndexed(BagError):
     """A bag has no readable index, for example because its writer was killed.
 

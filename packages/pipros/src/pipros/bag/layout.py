@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from pipros.bag.connection import Connection, parse_connection
-from pipros.bag.errors import BagError, BagFormatError, NotIndexed
+from pipros.bag.errors import BagError, BagFormatError, NotIndexed, UnusableConnection
 from pipros.bag.index import (
     INDEX_RECORD_BYTES,
     ChunkHeader,
@@ -16,7 +16,17 @@ from pipros.bag.index import (
     parse_chunk_info,
     parse_index,
 )
-from pipros.bag.records import ENTRY, MAGIC, Op, Version, number, op_of, parse_fields, parse_version
+from pipros.bag.records import (
+    ENTRY,
+    HEADER_END,
+    MAGIC,
+    Op,
+    Version,
+    number,
+    op_of,
+    parse_fields,
+    parse_version,
+)
 from pipros.bag.source import Source
 
 _LONGEST_FIRST_LINE = 100
@@ -35,7 +45,9 @@ class BagLayout:
         index_bytes: total size of `indexes`.
         headers: chunk headers by position, if they were found by a scan.
         index_position: byte position of the index; 0 if there is none. Always 1 for bags in format 1.2.
+        header_end: byte position after the file header.
         end: byte position after the last chunk.
+        unusable: reasons by topic for connections whose header is damaged.
         damage: descriptions of the damage that a scan found.
     """
 
@@ -46,7 +58,9 @@ class BagLayout:
     index_bytes: int = 0
     headers: dict[int, ChunkHeader] = field(default_factory=dict)
     index_position: int = 0
+    header_end: int = HEADER_END
     end: int = 0
+    unusable: dict[str, str] = field(default_factory=dict)
     damage: list[str] = field(default_factory=list)
 
 
@@ -95,8 +109,10 @@ def read_layout(source: Source, start: int) -> BagLayout:
     if not position or (position >= source.size and counts != (0, 0)):
         reason = "has no index" if not position else "ends before its index"
         raise NotIndexed(f"{source.name} {reason}. {REPAIR}")
-    layout = BagLayout(Version(2, 0), index_position=position, end=position)
-    if position < data_position + data_size:
+    layout = BagLayout(
+        Version(2, 0), index_position=position, header_end=data_position + data_size, end=position
+    )
+    if position < layout.header_end:
         raise BagFormatError(f"{where}: the index must come after the file header, got position {position}")
     try:
         _read_index(source, layout, counts)
@@ -118,8 +134,11 @@ def _read_index(source: Source, layout: BagLayout, counts: tuple[int, int]) -> N
                 raise BagFormatError(f"{where}: the record must be a {wanted.name} ({wanted:d}), got {op}")
             data = source.data(data_position, data_size)
             if wanted is Op.CONNECTION:
-                connection = parse_connection(fields, data, where)
-                layout.connections[connection.id] = connection
+                try:
+                    connection = parse_connection(fields, data, where)
+                    layout.connections[connection.id] = connection
+                except UnusableConnection as error:
+                    layout.unusable[error.topic] = str(error)
             else:
                 layout.chunks.append(parse_chunk_info(fields, data, where))
             position = data_position + data_size

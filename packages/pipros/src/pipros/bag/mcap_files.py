@@ -194,7 +194,16 @@ class McapReader(BagReader):
         first, last = start_ns or 0, AFTER_ALL if end_ns is None else end_ns
         with translated(self.source.name):
             for channel, time_ns, data, chunk, offset in McapMessages(
-                self.source, self._summary.chunk_indexes, self._limits, wanted, first, last, as_views
+                self.source,
+                self._summary.chunk_indexes,
+                self._limits,
+                wanted,
+                first,
+                last,
+                as_views,
+                lambda channels, error: self._chunk_left_out(
+                    (wanted[each].topic for each in channels), error
+                ),
             ):
                 if self._has_valid_time(wanted[channel], time_ns):
                     yield wanted[channel], time_ns, data, chunk, offset

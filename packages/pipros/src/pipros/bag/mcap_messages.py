@@ -7,7 +7,7 @@ chunk contents are cached, and are decompressed again if necessary (`chunk_data.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from pipros.bag.chunk_data import ChunkStore, are_large, check_index_size, read_chunk_data
@@ -36,6 +36,9 @@ from pipros.basics.limits import Limits
 McapMessage = tuple[int, int, Any, int, int]
 """Channel, timestamp (ns), serialized message, position of the chunk, and offset in the chunk."""
 
+OnDamage = Callable[[Iterable[int], BagFormatError], None]
+"""Function that is called with the channels of a chunk that cannot be read, and with the error."""
+
 _INDEX_ENTRY_BYTES = 16
 """Size of a message's entry in the index of its chunk: a time and an offset."""
 
@@ -51,6 +54,8 @@ class McapMessages:
         wanted: IDs of the channels.
         first, last: timestamps (ns).
         as_views: whether to yield large messages as views of their chunk; see `BagReader.stored_fields`.
+        on_damage: called with the channels of each chunk that is left out because it cannot be read, and with
+            the error, which it may raise.
 
     Raises:
         BagFormatError: the constructor or the iteration reaches a damaged part of the file.
@@ -61,19 +66,21 @@ class McapMessages:
         source: Source,
         indexes: Sequence[Any],
         limits: Limits,
-        wanted: Container[int],
+        wanted: Collection[int],
         first: int,
         last: int,
         as_views: bool,
+        on_damage: OnDamage,
     ) -> None:
         self._source = source
         self._limits = limits
         self._wanted, self._first, self._last = wanted, first, last
-        self._as_views = as_views
+        self._as_views, self._on_damage = as_views, on_damage
         self._chunks: dict[int, McapChunk] = {}
         self._entries: dict[int, Entries] = {}
         self._held_bytes = 0
         self._places = [each.chunk_start_offset for each in indexes]
+        self._channels = [each.message_index_offsets.keys() or wanted for each in indexes]
         self._max_messages = [each.message_index_length // _INDEX_ENTRY_BYTES for each in indexes]
         times = [(each.message_start_time, each.message_end_time) for each in indexes]
         self._loose = Entries(array("Q"), array("Q"))
@@ -141,6 +148,14 @@ class McapMessages:
         return chunk
 
     def _load(self, number: int) -> Entries:
+        try:
+            return self._loaded(number)
+        except BagFormatError as error:
+            channels = self._channels[number] if number < len(self._channels) else self._wanted
+            self._on_damage((each for each in channels if each in self._wanted), error)
+            return Entries(array("Q"), array("Q"))
+
+    def _loaded(self, number: int) -> Entries:
         if number == _LOOSE:
             found = self._loose
         else:

@@ -17,6 +17,7 @@ from pipros.bag.chunk_messages import usual_headers
 from pipros.bag.compression import NONE
 from pipros.bag.connection import Connection
 from pipros.bag.contents import BagContents
+from pipros.bag.errors import BagFormatError
 from pipros.bag.records import TIMES_NS
 from pipros.basics.limits import process_limits
 from pipros.msg.bulk.cursors import joined_parts, values_at
@@ -152,9 +153,9 @@ def _of_chunks(
             last = len(times) if end_ns is None else int(np.searchsorted(times, end_ns, "right"))
             rows = slice(first, last)
             yield from collected.add(data, begins[rows], sizes[rows], times[rows])
-    except _Unusual:
+    except (_Unusual, BagFormatError):  # reading the messages one by one reports the damage
         yield from collected.taken()
-        raise
+        raise _Unusual from None
     finally:
         chunk_reader.store.close()
     yield from collected.taken()

@@ -67,8 +67,8 @@ class BagReader(BagContents):
         skipped, skipped_files: map each topic, or file of a bag of several files, that cannot be read to the
             reason. The others are not affected.
         on_bad_message: called with the topic and the reason for each message that does not match its
-            definition, and for each connection without a valid definition, which are then left out; None (the
-            default) to raise an error instead.
+            definition, for each connection without a valid definition, and for each damaged chunk, which are
+            then left out; None (the default) to raise an error instead.
 
     >>> with BagReader("run.bag") as bag:                              # doctest: +SKIP
     ...     for topic, message, time, _ in bag.messages(["/chatter"]):
@@ -101,6 +101,7 @@ class BagReader(BagContents):
         except BaseException:
             self.close()
             raise
+        self.skipped.update(layout.unusable)
         super().__init__(source, layout)
 
     def __enter__(self) -> Self:
@@ -176,7 +177,15 @@ class BagReader(BagContents):
         """
         if connections is None:
             connections = self.connections
-        return fields_of_chunks(self, list(connections), start_ns, end_ns, self._limits, as_views=as_views)
+        return fields_of_chunks(
+            self,
+            list(connections),
+            start_ns,
+            end_ns,
+            self._limits,
+            as_views=as_views,
+            on_damage=self._chunk_left_out,
+        )
 
     def message_groups(
         self, connections: Sequence[Connection], start_ns: int | None, end_ns: int | None, limit: int
@@ -261,6 +270,13 @@ class BagReader(BagContents):
                 raise
             self.on_bad_message(connection.topic, str(error))
             return None
+
+    def _chunk_left_out(self, topics: Iterable[str], error: BagFormatError) -> None:
+        """Report a damaged chunk for each of its topics, or raise the error if nothing is to be left out."""
+        if self.on_bad_message is None:
+            raise error
+        for topic in dict.fromkeys(topics):
+            self.on_bad_message(topic, str(error))
 
     def _has_valid_time(self, connection: Connection, time_ns: int) -> bool:
         """Return whether ROS times include a message's; if not, report it as one that cannot be read."""

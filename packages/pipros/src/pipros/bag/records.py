@@ -15,11 +15,13 @@ from pipros.bag.errors import BagFormatError
 from pipros.msg.time import NS_PER_S
 
 MAGIC = b"#ROSBAG V2.0\n"
-FILE_HEADER_BYTES = 4096
-"""Total size of the header and data in the file header record.
+HEADER_END = len(MAGIC) + 4096 + 8
+"""Byte position after the file header of the bags that rosbag writes. Other writers choose other sizes.
 
-The size is fixed, so that the record can be rewritten when the index is complete.
+The size of a bag's header never changes, so that the header can be rewritten when the index is complete.
 """
+LEAST_HEADER_END = len(MAGIC) + 77
+"""Byte position after a file header without padding."""
 
 U32 = Struct("<I")
 U64 = Struct("<Q")
@@ -192,8 +194,8 @@ def text_of(value: bytes) -> str:
     return value.decode("utf-8", "replace")
 
 
-def file_header(index_position: int, connections: int, chunks: int) -> bytes:
-    """Return the file header record for format 2.0, padded to its fixed size."""
+def file_header(index_position: int, connections: int, chunks: int, end: int = HEADER_END) -> bytes:
+    """Return the file header record for format 2.0, padded up to the byte position `end`."""
     header = field_bytes(
         {
             "op": bytes([Op.FILE_HEADER]),
@@ -202,5 +204,5 @@ def file_header(index_position: int, connections: int, chunks: int) -> bytes:
             "chunk_count": U32.pack(chunks),
         }
     )
-    padding = FILE_HEADER_BYTES - len(header)
+    padding = end - len(MAGIC) - 8 - len(header)
     return U32.pack(len(header)) + header + U32.pack(padding) + b" " * padding

@@ -16,7 +16,7 @@ from pipros.bag.compression import NONE
 from pipros.bag.errors import BagFormatError
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.layout import BagLayout, read_chunk_header, read_chunk_index, read_version
-from pipros.bag.records import Version
+from pipros.bag.records import HEADER_END, LEAST_HEADER_END, Version
 from pipros.bag.scan import Progress, scan
 from pipros.bag.source import Source
 from pipros.bag.writer import BagWriter
@@ -39,7 +39,8 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
     if version.number != 200:
         raise BagFormatError(f"{name}: only bags in format 2.0 can be indexed")
     found = scan(source, start, limits, progress)
-    kept = BagLayout(Version(2, 0), connections=found.connections, end=_after_file_header(source, start))
+    header_end = _after_file_header(source, start)
+    kept = BagLayout(Version(2, 0), connections=found.connections, header_end=header_end, end=header_end)
     rest = list(found.chunks)
     while rest and (end := _end_if_whole(source, found, rest[0])) and rest[0].position == kept.end:
         kept.chunks.append(rest.pop(0))
@@ -64,11 +65,13 @@ def len_written(spool: Any, parts: Iterator[bytes]) -> int:
 
 
 def _after_file_header(source: Source, start: int) -> int:
+    """Return the position after the file header, or after a new one if this one cannot be changed."""
     try:
         _, data_position, data_size = source.header(start)
     except BagFormatError:
-        return start
-    return min(data_position + data_size, source.size)
+        return HEADER_END
+    end = data_position + data_size
+    return end if LEAST_HEADER_END <= end <= source.size else HEADER_END
 
 
 def _end_if_whole(source: Source, found: BagLayout, chunk: ChunkInfo) -> int:

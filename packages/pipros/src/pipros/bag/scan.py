@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from pipros.bag.chunk_data import check_index_size, read_chunk_data
 from pipros.bag.connection import Connection, parse_connection
-from pipros.bag.errors import BagFormatError
+from pipros.bag.errors import BagFormatError, UnusableConnection
 from pipros.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header
 from pipros.bag.layout import BagLayout
 from pipros.bag.records import ENTRY, Op, Version, entry_bytes, number, op_of, parse_fields, time_of
@@ -28,12 +28,13 @@ Progress = Callable[[int], None]
 
 @dataclass(slots=True)
 class Contents:
-    """Connections and index entries found in one chunk.
+    """Connections and index entries found in one chunk, and the errors of unusable connections.
 
     `size` is the number of bytes before the first damaged or truncated record.
     """
 
     connections: list[Connection] = field(default_factory=list)
+    unusable: list[UnusableConnection] = field(default_factory=list)
     entries: dict[int, bytearray] = field(default_factory=dict)
     start_ns: int | None = None
     end_ns: int = 0
@@ -95,11 +96,16 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
             f"{where}: the last message is cut off" if is_cut else f"{where}: a message must be in a chunk"
         )
     elif op == Op.CONNECTION:
-        connection = parse_connection(fields, source.data(data_position, data_size), where)
-        layout.connections.setdefault(connection.id, connection)
+        try:
+            connection = parse_connection(fields, source.data(data_position, data_size), where)
+            layout.connections.setdefault(connection.id, connection)
+        except UnusableConnection as error:
+            _add_unusable(layout, error)
     elif op in (Op.INDEX, Op.CHUNK_INFO, Op.FILE_HEADER):
+        if after > source.size:
+            raise BagFormatError(f"{where}: the record must end within the file, but it ends at byte {after}")
         if op != Op.CHUNK_INFO:
-            layout.end = min(after, source.size)
+            layout.end = after
     else:
         raise BagFormatError(f"{where}: the op {op} is unknown")
     return after
@@ -130,6 +136,8 @@ def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: C
 
 def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: Contents) -> None:
     """Add a chunk's connections and, unless the chunk has no messages, the chunk and its index."""
+    for error in contents.unusable:
+        _add_unusable(layout, error)
     for connection in contents.connections:
         layout.connections.setdefault(connection.id, connection)
     if contents.start_ns is None:
@@ -139,6 +147,12 @@ def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: C
     layout.index_bytes += sum(map(len, contents.entries.values()))
     layout.indexes[position] = {connection: bytes(data) for connection, data in contents.entries.items()}
     layout.headers[position] = header
+
+
+def _add_unusable(layout: BagLayout, error: UnusableConnection) -> None:
+    if error.topic not in layout.unusable:
+        layout.unusable[error.topic] = str(error)
+        layout.damage.append(f"{error.topic} is left out: {error}")
 
 
 def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
@@ -178,7 +192,10 @@ def _scan_inner(
     if op == Op.MESSAGE:
         contents.add(number(fields, "conn", 4, where), time_of(fields, "time", where), offset)
     elif op == Op.CONNECTION:
-        contents.connections.append(parse_connection(fields, read(data_position, data_size), where))
+        try:
+            contents.connections.append(parse_connection(fields, read(data_position, data_size), where))
+        except UnusableConnection as error:
+            contents.unusable.append(error)
     else:
         raise BagFormatError(f"{where}: a chunk cannot contain a record with op {op}")
 

@@ -20,7 +20,7 @@ from pipros.bag.connection import Connection, connection_record
 from pipros.bag.errors import BagError
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.layout import BagLayout
-from pipros.bag.records import ENTRY, MAGIC, U32, Op, Version, field_bytes, file_header
+from pipros.bag.records import ENTRY, LEAST_HEADER_END, MAGIC, U32, Op, Version, field_bytes, file_header
 from pipros.bag.sinks import WritableFile
 from pipros.msg.time import NS_PER_S
 
@@ -85,6 +85,11 @@ class BagWriter:
             self.layout = BagLayout(Version(2, 0), end=len(MAGIC))
             self._write_file_header(0)
         else:
+            if layout.header_end < LEAST_HEADER_END:
+                raise BagError(
+                    f"the bag's file header must be at least {LEAST_HEADER_END - len(MAGIC)} bytes long, got "
+                    f"{layout.header_end - len(MAGIC)}. Rewrite the bag, for example with rosbag reindex"
+                )
             self.layout = layout
             layout.index_position = 0
             # Write the header before truncating, so that readers do not look for the removed index.
@@ -92,7 +97,9 @@ class BagWriter:
             self._file.flush()
             self._file.truncate(layout.end)
             self._file.seek(layout.end)
-        self._next_id = max(self.layout.connections, default=-1) + 1
+        # The numbers of unusable connections stay reserved, because chunks have their messages.
+        used = chain(self.layout.connections, *(chunk.counts for chunk in self.layout.chunks))
+        self._next_id = max(used, default=-1) + 1
         self._topics = {key: _WrittenTopic(value) for key, value in self.layout.connections.items()}
 
     @property
@@ -272,7 +279,8 @@ class BagWriter:
 
     def _write_file_header(self, index_position: int) -> None:
         counts = len(self.layout.connections), len(self.layout.chunks)
-        header = file_header(index_position, *counts if index_position else (0, 0))
+        end = self.layout.header_end
+        header = file_header(index_position, *counts if index_position else (0, 0), end)
         self._file.seek(0)
         self._file.write(MAGIC + header)  # one write, so that a killed process leaves no partial header
-        self.layout.end = max(self.layout.end, len(MAGIC) + len(header))
+        self.layout.end = max(self.layout.end, end)

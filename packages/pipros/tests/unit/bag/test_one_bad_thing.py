@@ -15,11 +15,15 @@ from typing import Any
 
 import numpy
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType
 from mcap.writer import Writer as LibraryWriter
 from sensor_msgs.msg import CompressedImage, Image, Imu
 from std_msgs.msg import Int32, String
 
-from pipros.bag import BagError, BagWriter, open_bag
+import rosbag
+import rospy
+from pipros.bag import BagError, BagFormatError, BagWriter, open_bag
 from pipros.bag.merge import merged
 from pipros.bag.migration import rule_text
 from pipros.cli.rosbag import main
@@ -594,3 +598,102 @@ def test_topics_that_differ_only_in_case_have_separate_tables(capsys: pytest.Cap
         assert capsys.readouterr().out == f'"data"\n{expected}\n'
     assert main(["query", "run.bag", 'SELECT * FROM "/a_B"']) == 1
     assert "/A_B, /a_b, /c" in capsys.readouterr().err
+
+
+def write_chunks(path: str, bad: int) -> list[int]:
+    """Write a bag or an MCAP file with three chunks, of which one is damaged. Return the others' values."""
+    if path.endswith(".mcap"):
+        with open(path, "wb") as file:
+            writer = LibraryWriter(file, chunk_size=1900, compression=CompressionType.NONE)
+            writer.start(profile="ros1", library="x")
+            schema = writer.register_schema("std_msgs/Int32", "ros1msg", b"int32 data")
+            channels = [writer.register_channel(topic, "ros1", schema) for topic in ("/a", "/c")]
+            for n in range(120):
+                writer.add_message(channels[n % 2], (1 + n) * 10**9, struct.pack("<i", n), 0)
+            writer.finish()
+        with open(path, "rb") as file:
+            indexes = make_reader(file).get_summary().chunk_indexes
+        places = [each.chunk_start_offset + each.chunk_length // 2 for each in indexes]
+    else:
+        rows = [(f"/{'ac'[n % 2]}", Int32(n), 1 + n, 0) for n in range(120)]
+        Path(path).write_bytes(bag_bytes(rows, compression="bz2", chunk_bytes=2500))
+        with open_bag(path) as bag:
+            headers = [bag.chunk_header(number) for number in range(len(bag.chunks))]
+        places = [header.data_position + header.data_size // 2 for header in headers]
+    assert len(places) == 3
+    with open_bag(path) as bag:
+        found = [(message.data, chunk) for _, message, _, chunk in chunked(bag)]
+    order = list(dict.fromkeys(chunk for _, chunk in found))
+    data = bytearray(Path(path).read_bytes())
+    data[places[bad]] ^= 0xFF
+    Path(path).write_bytes(data)
+    return [value for value, chunk in found if chunk != order[bad]]
+
+
+def chunked(bag: Any) -> Any:
+    """Yield the topic, message, time and chunk of each message."""
+    for stored in bag.stored_messages():
+        yield stored.connection.topic, bag.decode(stored), stored.time_ns, stored.chunk
+
+
+@pytest.mark.parametrize("bad", POSITIONS)
+@pytest.mark.parametrize("path", ["run.bag", "run.mcap"])
+def test_only_the_messages_of_a_damaged_chunk_are_left_out(
+    path: str, bad: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = write_chunks(path, bad)
+    assert 40 <= len(good) < 120
+
+    for command in (["filter", path, "out.bag", "True"], ["convert", "-q", path, "copy.bag"]):
+        assert main(command) == 1
+        shown = capsys.readouterr().err
+        for topic in ("/a", "/c"):
+            assert f"messages on {topic} are left out: {path}, byte " in shown
+        with open_bag(next(name for name in command[2:] if name.endswith(".bag") and name != path)) as bag:
+            assert [message.data for _, message, _, _ in bag.messages()] == good
+
+    assert main(["export", path, "out"]) == 1
+    assert main(["table", path, "/a", "-q", "-o", "a.csv"]) == 1
+    of_a = [str(value) for value in good if value % 2 == 0]
+    assert [line.split(",")[-1] for line in Path("a.csv").read_text().splitlines()[1:]] == of_a
+    assert len(Path("out/c.csv").read_text().splitlines()) == 1 + sum(value % 2 for value in good)
+
+
+def test_a_damaged_chunk_is_an_error_with_advice_for_programs() -> None:
+    write_chunks("run.bag", 1)
+    with open_bag("run.bag") as bag, pytest.raises(BagFormatError, match=r"chunk: .* Try rosbag reindex"):
+        list(bag.messages())
+
+
+UNUSABLE = {
+    "no type": lambda header: header.pop("type"),
+    "empty type": lambda header: header.update(type=b""),
+    "no fields": lambda header: header.clear(),
+}
+
+
+@pytest.mark.parametrize("bad", POSITIONS)
+@pytest.mark.parametrize("change", UNUSABLE.values(), ids=UNUSABLE)
+def test_only_a_connection_without_a_type_is_left_out(
+    bad: int, change: Change, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = write_bag(bad, change)
+    lost = f"/{'ace'[bad]}"
+
+    assert main(["info", "run.bag"]) == 0
+    assert f"left out:    {lost}: run.bag, byte " in capsys.readouterr().out
+    assert main(["filter", "run.bag", "out.bag", "True"]) == 1
+    assert f"{lost} is left out: run.bag, byte " in capsys.readouterr().err
+    assert main(["table", "run.bag", good[0], "-q", "-o", "good.csv"]) == 0
+    with open_bag("out.bag") as bag:
+        assert sorted({topic for topic, *_ in bag.messages()}) == good
+
+    with rosbag.Bag("run.bag", "a") as added:  # the number of the lost connection is not used again
+        added.write("/new", Int32(7), rospy.Time(9))
+    with open_bag("run.bag") as bag:
+        assert [message.data for topic, message, _, _ in bag.messages() if topic == "/new"] == [7]
+
+    assert main(["reindex", "-q", "-f", "run.bag"]) == 0
+    assert f"{lost} is left out: " in capsys.readouterr().err
+    with open_bag("run.bag") as bag:
+        assert sorted({topic for topic, *_ in bag.messages()}) == sorted([*good, "/new"])

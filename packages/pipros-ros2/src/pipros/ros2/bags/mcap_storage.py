@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pipros.bag.errors import BagError, BagFormatError, NotIndexed
 from pipros.bag.layout import REPAIR
 from pipros.bag.mcap_files import COMPRESSIONS, mcap_library, translated
-from pipros.bag.mcap_messages import McapMessages
+from pipros.bag.mcap_messages import McapMessages, OnDamage
 from pipros.bag.mcap_records import McapSummary, read_profile, read_summary
 from pipros.bag.source import Source
 from pipros.basics.limits import process_limits
@@ -70,9 +70,18 @@ class McapStorage:
             return None
         return statistics.message_start_time, statistics.message_end_time
 
-    def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
+    def messages(
+        self, topics: Collection[int], first_ns: int, last_ns: int, on_damage: OnDamage
+    ) -> Iterator[tuple[int, int, Any]]:
         found = McapMessages(
-            self._source, self._summary.chunk_indexes, self._limits, topics, first_ns, last_ns, False
+            self._source,
+            self._summary.chunk_indexes,
+            self._limits,
+            topics,
+            first_ns,
+            last_ns,
+            False,
+            on_damage,
         )
         with translated(self._source.name):
             for topic, time_ns, data, _, _ in found:

@@ -166,7 +166,11 @@ class Ros2BagReader(BagReader):
             storage: StorageReader, known: dict[int, tuple[Connection, ConversionPlan]]
         ) -> Iterator[Any]:
             topics = {topic for topic, (connection, _) in known.items() if connection.id in wanted}
-            for topic, time_ns, cdr in storage.messages(topics, first_ns, last_ns):
+
+            def chunk_left_out(damaged: Iterable[int], error: BagFormatError) -> None:
+                self._chunk_left_out((known[topic][0].topic for topic in damaged), error)
+
+            for topic, time_ns, cdr in storage.messages(topics, first_ns, last_ns, chunk_left_out):
                 yield (*known[topic], time_ns, cdr)
 
         files = [of_file(*each) for each in zip(self._storages, self._connections, strict=True)]

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from pipros.bag.errors import BagError, BagFormatError
 from pipros.bag.layout import REPAIR
+from pipros.bag.mcap_messages import OnDamage
 from pipros.bag.records import TIMES_NS
 from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
 from pipros.ros2.bags.storage import NewTopic, StoredTopic
@@ -122,7 +123,13 @@ class SqliteReader:
                 raise
             raise BagFormatError(f"{self._name}: a table has a value of the wrong type: {error}") from error
 
-    def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
+    def messages(
+        self,
+        topics: Collection[int],
+        first_ns: int,
+        last_ns: int,
+        on_damage: OnDamage,  # noqa: ARG002 # the rows of a database are not in chunks
+    ) -> Iterator[tuple[int, int, Any]]:
         query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp BETWEEN ? AND ? "
         query += "ORDER BY timestamp, id"
         largest = TIMES_NS - 1

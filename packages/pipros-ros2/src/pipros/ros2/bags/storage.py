@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+from pipros.bag.mcap_messages import OnDamage
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +48,13 @@ class StorageReader(Protocol):
     def range_ns(self) -> tuple[int, int] | None:
         """The times of the first and the last message in ns; None if the file has no messages."""
 
-    def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
+    def messages(
+        self, topics: Collection[int], first_ns: int, last_ns: int, on_damage: OnDamage
+    ) -> Iterator[tuple[int, int, Any]]:
         """Yield the topic ID, time in ns and CDR data of the messages in a time range, in time order.
 
         The range includes `first_ns` and `last_ns`. Messages with invalid times follow, some of each topic.
+        `on_damage` is called with the topic IDs of each chunk that is left out, and may raise the error.
         """
 
     def close(self) -> None: ...
