@@ -480,3 +480,17 @@ def test_only_topics_that_would_be_played_need_legal_names(
     whole = start(ros, master, "play", "-i", "run.bag")
     assert whole.wait() == 1
     assert "[/no topic!] is not a legal topic name" in whole.output
+
+
+def test_a_topic_is_played_without_doubled_slashes(
+    ros: RosSystem, master: Master, make_node: MakeNode
+) -> None:
+    """Nodes that join namespaces by hand leave such names in bags."""
+    (ros.home / "run.bag").write_bytes(bag_bytes([("//robot//number/", Int32(1), 10, 0)]))
+    inbox = Inbox()
+    make_node("listener").subscribe("/robot/number", Int32, inbox)
+
+    player = start(ros, master, "play", "-i", "--wait-for-subscribers", "run.bag")
+
+    assert [message.data for message in inbox.wait(1)] == [1]
+    assert player.wait() == 0

@@ -14,7 +14,7 @@ from pipros.bag.opening import open_bag
 from pipros.bag.options import PlayOptions
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.reader import BagReader
-from pipros.basics.names import is_legal_topic
+from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
@@ -120,7 +120,11 @@ class Player:
             )
 
     def _is_legal(self, connection: Connection) -> bool:
-        return is_legal_topic(self._options.prefix + connection.topic)
+        return is_legal_topic(self._played_name(connection))
+
+    def _played_name(self, connection: Connection) -> str:
+        """Return the name on which a topic is played, without doubled slashes, as rosbag plays it."""
+        return canonicalize(self._options.prefix + connection.topic)
 
     def _is_wanted(self, connection: Connection) -> bool:
         return is_played(self._topics, connection.topic)
@@ -132,7 +136,7 @@ class Player:
         taken: dict[str, str] = {}
         for number, bag in enumerate(self._bags):
             for connection in filter(self._is_legal, filter(self._is_wanted, bag.connections)):
-                topic = self._options.prefix + connection.topic
+                topic = self._played_name(connection)
                 if taken.get(topic, connection.md5sum) != connection.md5sum:
                     kind = listed(connection.type)
                     self._say(f"[{topic}] has several types; messages of type {kind} are not played")
