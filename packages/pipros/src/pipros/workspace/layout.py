@@ -23,6 +23,10 @@ MANIFEST_ELEMENTS = 1000
 """Maximum number of elements in a manifest. catkin_pkg compares each `<depend>` with all others."""
 
 
+_FORMATS = ("1", "2", "3")
+"""Formats of manifests that catkin_pkg reads."""
+
+
 class WorkspaceError(PiprosError):
     """A workspace cannot be built, for example because two packages have the same name."""
 
@@ -125,9 +129,12 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
     warnings: list[str] = []
     try:
         # unlike catkin_pkg, this reports the position of malformed XML
-        elements = len(parse(read_file(file), str(file)).children)
+        root = parse(read_file(file), str(file))
+        elements = len(root.children)
         if elements > MANIFEST_ELEMENTS:
             raise ValueError(f"a manifest must have at most {MANIFEST_ELEMENTS} elements, got {elements}")
+        if (form := root.attributes.get("format", "1")) not in _FORMATS:
+            raise XmlError(str(file), root.line, root.column, f"format must be 1, 2 or 3, got [{form}]")
         manifest = parse_package(str(file), warnings=warnings)
         with catch_warnings():
             simplefilter("ignore")  # catkin_pkg uses deprecated pyparsing names
