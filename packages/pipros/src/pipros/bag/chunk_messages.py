@@ -48,7 +48,8 @@ def fields_of_chunks(
             return _sorted_entries(bag, ranks, start_ns, end_ns, number)
         except BagFormatError as error:
             counts = bag.layout.chunks[number].counts
-            on_damage((each.topic for each in connections if each.id in counts), error)
+            advised = BagFormatError(f"{error}. Try rosbag reindex")
+            on_damage((each.topic for each in connections if each.id in counts), advised)
             return []
 
     try:

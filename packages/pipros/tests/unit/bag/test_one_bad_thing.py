@@ -665,6 +665,22 @@ def test_a_damaged_chunk_is_an_error_with_advice_for_programs() -> None:
         list(bag.messages())
 
 
+def test_a_chunk_without_its_index_is_left_out_until_the_bag_is_reindexed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    rows = [("/a", Int32(n), 1 + n, 0) for n in range(120)]
+    data = bag_bytes(rows, chunk_bytes=2500)
+    Path("run.bag").write_bytes(data.replace(b"op=\x04", b"op=\x09", 1))
+
+    assert main(["filter", "run.bag", "out.bag", "True"]) == 1
+    assert "the record must be an index, got op 9. Try rosbag reindex" in capsys.readouterr().err
+    with open_bag("out.bag") as bag:
+        assert 40 <= len(list(bag.messages())) < 120
+    assert main(["reindex", "-q", "run.bag"]) == 0
+    with open_bag("run.bag") as bag:
+        assert [message.data for _, message, _, _ in bag.messages()] == list(range(120))
+
+
 UNUSABLE = {
     "no type": lambda header: header.pop("type"),
     "empty type": lambda header: header.update(type=b""),

@@ -83,7 +83,10 @@ def test_metapackages_are_built_and_dry_packages_are_not(tmp_path: Path) -> None
         ("<package", "package.xml:1:"),
         ("<package format='2'>\n<name>x</name>\n<oops>\n</package>", "package.xml:4:"),
         ("<package format='2'><name>x</name></package>", "package.xml:1:"),
-        ("<package format='9'><name>x</name></package>", "package.xml:1:1: format must be 1, 2 or 3, got [9]"),
+        (
+            "<package format='9'><name>x</name></package>",
+            "package.xml:1:1: format must be 1, 2 or 3, got [9]",
+        ),
         ("<package format='two'/>", "format must be 1, 2 or 3, got [two]"),
         ("<other/>", "package.xml"),
         ("<!DOCTYPE x []><package/>", "package.xml:1:"),
