@@ -19,16 +19,22 @@ class Elision:
     def of(self, part: Part) -> Any:
         """Return the value of a message part, or the text that replaces this value."""
         value, type_name = part.value, part.type_name or ""
-        if type_name.endswith("]") and self._no_arrays:
-            return f"<array type: {type_name.partition('[')[0]}, length: {len(value)}>"
-        if type_name == "string" and self._no_texts:
-            return f"<string length: {len(value)}>"
+        if self._is_replaced(type_name):
+            kind, bracket, _ = type_name.partition("[")
+            what = f"array type: {kind}," if bracket else "string"
+            return f"<{what} length: {len(value)}>"
         if not isinstance(value, Message):
             return value
         short = object.__new__(self._class_for(type(value)))
         for name, kind in zip(value.__slots__, value._slot_types, strict=True):
             setattr(short, name, self.of(Part(getattr(value, name), kind)))
         return short
+
+    def _is_replaced(self, type_name: str) -> bool:
+        """Return whether fields of a type are replaced. As in rostopic, `--nostr` includes `string[]`."""
+        if self._no_texts and type_name in ("string", "string[]"):
+            return True
+        return self._no_arrays and type_name.endswith("]")
 
     def _class_for(self, original: type[Message]) -> type[Message]:
         """Return a class with the same fields, in which the replaced fields are strings."""
@@ -40,8 +46,7 @@ class Elision:
                     "__slots__": list(original.__slots__),
                     "_type": original._type,
                     "_slot_types": [
-                        "string" if self._no_arrays and kind.endswith("]") else kind
-                        for kind in original._slot_types
+                        "string" if self._is_replaced(kind) else kind for kind in original._slot_types
                     ],
                 },
             )

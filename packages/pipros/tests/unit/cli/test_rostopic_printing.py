@@ -14,6 +14,7 @@ from pipros.node.any_msg import AnyMsg
 
 String = load_message_class("std_msgs/String")
 Image = load_message_class("sensor_msgs/Image")
+JointState = load_message_class("sensor_msgs/JointState")
 LaserScan = load_message_class("sensor_msgs/LaserScan")
 DiagnosticArray = load_message_class("diagnostic_msgs/DiagnosticArray")
 DiagnosticStatus = load_message_class("diagnostic_msgs/DiagnosticStatus")
@@ -31,6 +32,15 @@ def test_texts_become_a_note_of_their_length_but_not_inside_of_arrays() -> None:
     text = strify_message(Elision(no_arrays=False, no_texts=True).of(Part(message, message._type)))
     assert 'frame_id: "<string length: 4>"' in text
     assert 'name: "motor"' in text
+
+
+def test_an_array_of_texts_becomes_a_note_of_its_length() -> None:
+    state = JointState(name=["left", "right"], position=[0.5])
+    text = strify_message(Elision(no_arrays=False, no_texts=True).of(Part(state, state._type)))
+    assert 'name: "<array type: string, length: 2>"\nposition: [0.5]' in text
+    assert Elision(no_arrays=False, no_texts=True).of(Part(["a"], "string[]")) == (
+        "<array type: string, length: 1>"
+    )
 
 
 def test_the_original_is_not_changed() -> None:
