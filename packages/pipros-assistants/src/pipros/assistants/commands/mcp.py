@@ -121,6 +121,7 @@ def _serve(options: Namespace) -> int:
             while parts := getattr(error, "exceptions", ()):  # an ExceptionGroup, which Python 3.10 lacks
                 error = parts[0]
             if isinstance(error, BrokenPipeError):  # the client has ended; `command` ends quietly
+                sys.unraisablehook = lambda _: None  # Python 3.14 reports the answers that are left
                 raise error from None
             raise
     return 0
