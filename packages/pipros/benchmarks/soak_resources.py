@@ -49,7 +49,9 @@ class Held:
 
     def growth(self) -> list[float]:
         """Return the growth of memory, threads and descriptors; 0 for resources that are not sampled."""
-        return [_growth(each, statistics.median) for each in self.resources]
+        # The maxima, because how many nodes are connected at a time depends on the load of the machine.
+        most = [_growth(each, max) for each in (self.threads, self.files)]
+        return [_growth(self.megabytes, statistics.median), *most]
 
     @property
     def is_flat(self) -> bool:
