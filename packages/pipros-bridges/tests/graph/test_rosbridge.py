@@ -457,9 +457,15 @@ def test_rosapi_answers_about_the_system(url: str, robot: Node, make_node: MakeN
         assert ask("get_param", name="/p") == {"value": "null"}
         assert ask("get_param", name="/p", default="5") == {"value": "5"}
         assert ask("search_param", name="p") == {"global_name": ""}
-        for refused in ("null", "not json", str(2**31)):
+        for refused, advice in (
+            ("null", "delete_param deletes it"),
+            ("not json", "a text must be in quotation marks"),
+            (str(2**31), "give it as a float or text"),
+        ):
             answer = client.call("/rosapi/set_param", {"name": "/p", "value": refused})
             assert (answer["result"], "cannot set /p" in answer["values"]) == (False, True)
+            assert advice in answer["values"]
+        assert "TopicsRequest has no fields" in client.call("/rosapi/topics", {"x": 1})["values"]
         details = ask("message_details", type="std_msgs/Header")["typedefs"]
         assert details[0] == {
             "type": "std_msgs/Header",

@@ -185,6 +185,12 @@ class RosApi:
         key = self._param(name)
         try:
             found = json.loads(value)
+        except (ValueError, RecursionError) as error:
+            hint = 'a text must be in quotation marks, such as "text"'
+            raise HandlerError(f"cannot set {key}: value must be JSON: {error}; {hint}") from None
+        if found is None:
+            raise HandlerError(f"cannot set {key}: a parameter cannot be null; delete_param deletes it")
+        try:
             self._check_change(key, found)
             self._master.set_param(key, found)
         except (ValueError, TypeError, OverflowError, RecursionError) as error:

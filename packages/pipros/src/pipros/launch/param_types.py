@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.basics.names import leaves_below
+from pipros.basics.names import is_global, leaves_below
 
 
 def convert(text: str, type_name: str, source: str = "<param>") -> Any:
@@ -67,15 +67,23 @@ def _automatic(text: str) -> Any:
 
 
 def flatten(key: str, value: Any) -> dict[str, Any]:
-    """Flatten a tree of parameters to full names and values; empty dictionaries are dropped.
+    """Flatten a tree of parameters to names and values; empty dictionaries are dropped.
+
+    As in Noetic, a key that is a global name is the name of that parameter, wherever the tree is stored.
 
     Raises:
         InvalidKey: a key is not a string; XML-RPC allows only strings as keys.
 
-    >>> flatten("/a", {"b": 1, "c": {"d": [2]}})
-    {'/a/b': 1, '/a/c/d': [2]}
+    >>> flatten("/a", {"b": 1, "c": {"d": [2], "/e": 3}})
+    {'/a/b': 1, '/a/c/d': [2], '/e': 3}
     """
-    return dict(leaves_below(key, value, lambda ns, name: f"{ns.rstrip('/')}/{name.strip('/')}"))
+    return dict(leaves_below(key, value, _below))
+
+
+def _below(namespace: str, key: str) -> str:
+    if is_global(key):
+        return key.rstrip("/")
+    return f"{namespace.rstrip('/')}/{key.rstrip('/')}" if namespace else key.rstrip("/")
 
 
 def parameters_in(text: str, source: str, key: str, *, is_named: bool) -> dict[str, Any]:

@@ -97,7 +97,7 @@ def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]
         found = parameters_in(text, source, key, is_named=bool(param.strip("/")))
         if param:
             return found
-        return {scope.resolve_param(key.lstrip("/")): leaf for key, leaf in found.items()}
+        return {scope.resolve_param(key): leaf for key, leaf in found.items()}
     except YamlError as error:
         where = f"file {file} contains invalid YAML" if file else "invalid YAML"
         raise _error(reader, f"{where}:\n{error}") from None

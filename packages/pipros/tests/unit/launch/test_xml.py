@@ -77,6 +77,16 @@ def test_bad_inline_yaml_is_named_with_the_line_of_the_launch_file(tmp_path: Pat
         load([file])
 
 
+def test_a_global_key_of_rosparam_keeps_its_name_in_a_namespace(tmp_path: Path) -> None:
+    # as genuine roslaunch: fleets set /use_sim_time or a shared frame in each robot's group
+    yaml = "{/a: 1, b/: 2, c: {/d/e: 3, f: 4}}"
+    places = f'<rosparam>{yaml}</rosparam><rosparam param="k">{{/g: 5, h: 6}}</rosparam>'
+    node = f'<node pkg="p" type="t" name="n"><rosparam>{yaml.replace("a", "i")}</rosparam></node>'
+    file = write(tmp_path, "a.launch", f'<launch><group ns="r">{places}{node}</group></launch>')
+    expected = {"/a": 1, "/r/b": 2, "/d/e": 3, "/r/c/f": 4, "/g": 5, "/r/k/h": 6}
+    assert load([file]).params == {**expected, "/i": 1, "/r/n/b": 2, "/r/n/c/f": 4}
+
+
 def test_an_unset_argument_is_named_with_its_file(tmp_path: Path) -> None:
     file = write(tmp_path, "a.launch", '<launch><arg name="x"/><param name="p" value="$(arg x)"/></launch>')
     with pytest.raises(LaunchError) as error:

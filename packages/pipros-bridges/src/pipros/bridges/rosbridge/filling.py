@@ -114,9 +114,8 @@ class _Filling:
             kind = kinds.get(name)
             if kind is None:
                 shown = printable(name, _SHOWN)
-                raise UnknownField("", f"does not exist: {message._type} has {', '.join(slots)}").within(
-                    shown
-                )
+                known = ", ".join(slots) or "no fields"
+                raise UnknownField("", f"does not exist: {message._type} has {known}").within(shown)
             try:
                 self._set(message, name, kind, value)
             except WrongValue as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -290,6 +291,8 @@ def _rate(parser: OptionParser, text: str | None) -> float | None:
     try:
         rate_hz = float(text)
     except ValueError:
+        rate_hz = math.nan
+    if math.isnan(rate_hz):
         parser.error("rate must be a number")
     if rate_hz <= 0:
         parser.error("rate must be greater than zero")
