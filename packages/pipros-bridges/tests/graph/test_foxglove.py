@@ -203,6 +203,30 @@ def test_channels_that_cannot_be_published_are_refused(
         assert reason in client.next("status", level=2)["message"]
 
 
+def test_a_wrong_entry_of_a_list_leaves_the_others(make_node: MakeNode) -> None:
+    good = {"id": 3, "topic": "/a", "encoding": "ros1", "schemaName": "std_msgs/String"}
+    bad = [{"id": 1}, 7, {**good, "id": 2, "schemaName": "std_msgs/Nope"}]
+    make_node("talker").advertise("/chatter", String, latch=True).publish(String("x"))
+    bridge = make_node("bridge")
+    with serving(bridge) as address, connected(address) as client:
+        client.send("advertise", channels=[*bad, good])
+        expected = "channels[0]: topic must be a string, got NoneType (and 1 more)"
+        assert client.next("status", level=2)["message"] == expected
+        assert "Nope" in client.next("status", level=2)["message"]
+        wait_until(lambda: bridge.endpoints.publication("/a") is not None)
+
+        client.send("setParameters", parameters=[{"name": 5}, {"name": "/p", "value": 1}])
+        assert "parameters[0]" in client.next("status", level=2)["message"]
+        client.send("getParameters", parameterNames=[5, "/p", "/a b"], id="x")
+        assert "parameterNames[0]" in client.next("status", level=2)["message"]
+        assert client.next("parameterValues")["parameters"] == [{"name": "/p", "value": 1}]
+
+        channel = client.until(lambda: client.channels.get("/chatter"))["id"]
+        client.send("subscribe", subscriptions=[{"id": -1, "channelId": 1}, {"id": 1, "channelId": channel}])
+        assert "subscriptions[0]" in client.next("status", level=2)["message"]
+        assert client.next_message()[0] == 1
+
+
 def test_services_are_offered_and_called(make_node: MakeNode) -> None:
     server = make_node("server")
 

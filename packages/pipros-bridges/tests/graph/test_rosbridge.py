@@ -104,6 +104,16 @@ def test_a_topic_of_another_type_is_reported(url: str, robot: Node) -> None:
         assert "/robot publishes [std_msgs/String]" in client.wait_for("status")["msg"]
 
 
+def test_a_client_cannot_replace_the_type_of_a_published_topic(url: str, robot: Node) -> None:
+    # as genuine rosbridge; the master would tell all later subscribers the client's type
+    robot.advertise("/x", STRING)
+    with RosbridgeClient(url) as client:
+        client.send("advertise", topic="/x", type="std_msgs/Int32")
+        reason = "/x is already published with the type std_msgs/String, not std_msgs/Int32"
+        assert reason in client.wait_for("status")["msg"]
+        assert ["/x", "std_msgs/String"] in robot.master.get_topic_types()
+
+
 def test_a_throttled_topic_with_a_queue_sends_the_newest_message_later(url: str, robot: Node) -> None:
     publisher = robot.advertise("/fast", STRING, queue_size=None)
     with RosbridgeClient(url) as client:

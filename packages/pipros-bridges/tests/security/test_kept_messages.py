@@ -63,7 +63,10 @@ class Server:
         self.has_subscribers = True
         self.made: list[FakePublisher] = []
         self._later: list[Callable[[], object]] = []
-        node: Any = SimpleNamespace(limits=LIMITS, advertise=self._advertise, resolve=lambda name: name)
+        master = SimpleNamespace(get_published_topics=list)
+        node: Any = SimpleNamespace(
+            limits=LIMITS, advertise=self._advertise, resolve=lambda name: name, master=master
+        )
         self.publishers = SharedPublishers(
             node,
             Filler(lambda: 0),

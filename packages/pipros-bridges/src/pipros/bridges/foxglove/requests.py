@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from pipros.basics.errors import ProtocolError
 from pipros.basics.printable import printable
+
+T = TypeVar("T")
 
 REQUEST_CHARACTERS: Final = 1_000_000
 """Maximum length of a JSON object from a client."""
@@ -138,8 +140,17 @@ ClientRequest = (
 )
 
 
-def read_request(data: str | bytes) -> ClientRequest:
+Report = Callable[[MalformedRequest], object]
+
+
+def _refuse(error: MalformedRequest) -> None:
+    raise error
+
+
+def read_request(data: str | bytes, report: Report = _refuse) -> ClientRequest:
     """Return the request in a message from a client.
+
+    Wrong entries of a list are left out, and `report` is called once for them, if others are valid.
 
     Raises:
         MalformedRequest: the message is not a valid request.
@@ -160,7 +171,7 @@ def read_request(data: str | bytes) -> ClientRequest:
     read = _READERS.get(op) if isinstance(op, str) else None
     if read is None:
         raise MalformedRequest(f"unknown operation {printable(repr(op), 100)}")
-    return read(_RequestFields(values))
+    return read(_RequestFields(values, report=report))
 
 
 def _read_binary(data: bytes) -> ClientRequest:
@@ -183,10 +194,11 @@ def _read_binary(data: bytes) -> ClientRequest:
 class _RequestFields:
     """Type-checked access to the fields of a JSON object."""
 
-    def __init__(self, values: object, where: str = "") -> None:
+    def __init__(self, values: object, where: str = "", report: Report = _refuse) -> None:
         if not isinstance(values, dict):
             raise MalformedRequest(f"{where} must contain objects, got {type(values).__name__}")
         self.values = values
+        self._report = report
 
     def text(self, name: str) -> str:
         value = self.values.get(name)
@@ -201,18 +213,31 @@ class _RequestFields:
         return _number(self.values.get(name), name)
 
     def numbers(self, name: str) -> list[int]:
-        return [_number(value, name) for value in self._list(name)]
+        return self._valid(name, lambda value: _number(value, name))
 
     def texts(self, name: str) -> list[str]:
-        values = self._list(name) if self.values.get(name) is not None else []
-        if not all(isinstance(value, str) for value in values):
-            raise MalformedRequest(f"{name} must contain strings")
+        if self.values.get(name) is None:
+            return []
+        values = self._valid(name, lambda value: _text(value, name))
         if len(values) > NAMES:
             raise MalformedRequest(f"{name} must contain at most {NAMES} names, got {len(values)}")
         return values
 
-    def objects(self, name: str) -> Iterator[_RequestFields]:
-        return (_RequestFields(value, name) for value in self._list(name))
+    def objects(self, name: str, read: Callable[[_RequestFields], T]) -> list[T]:
+        return self._valid(name, lambda value: read(_RequestFields(value, name)))
+
+    def _valid(self, name: str, read: Callable[[Any], T]) -> list[T]:
+        """Return the valid entries of a list. Without any, an empty list would be another request."""
+        found, wrong = [], []
+        for index, value in enumerate(self._list(name)):
+            try:
+                found.append(read(value))
+            except MalformedRequest as error:
+                wrong.append(f"{name}[{index}]: {error}")
+        if wrong:
+            more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
+            (self._report if found else _refuse)(MalformedRequest(wrong[0] + more))
+        return found
 
     def _list(self, name: str) -> list[Any]:
         value = self.values.get(name)
@@ -224,6 +249,12 @@ class _RequestFields:
 def _number(value: object, name: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < _LIMIT_OF_IDS:
         raise MalformedRequest(f"{name} must be a 32-bit unsigned integer, got {printable(repr(value), 100)}")
+    return value
+
+
+def _text(value: object, name: str) -> str:
+    if not isinstance(value, str):
+        raise MalformedRequest(f"{name} must contain strings, got {type(value).__name__}")
     return value
 
 
@@ -244,15 +275,13 @@ def _parameter(fields: _RequestFields) -> Mapping[str, Any]:
 
 _READERS: Final[Mapping[str, Callable[[_RequestFields], ClientRequest]]] = {
     "subscribe": lambda of: Subscribe(
-        [(each.number("id"), each.number("channelId")) for each in of.objects("subscriptions")]
+        of.objects("subscriptions", lambda each: (each.number("id"), each.number("channelId")))
     ),
     "unsubscribe": lambda of: Unsubscribe(of.numbers("subscriptionIds")),
-    "advertise": lambda of: AdvertiseRequest([_channel(each) for each in of.objects("channels")]),
+    "advertise": lambda of: AdvertiseRequest(of.objects("channels", _channel)),
     "unadvertise": lambda of: UnadvertiseRequest(of.numbers("channelIds")),
     "getParameters": lambda of: GetParameters(of.texts("parameterNames"), of.optional_text("id")),
-    "setParameters": lambda of: SetParameters(
-        [_parameter(each) for each in of.objects("parameters")], of.optional_text("id")
-    ),
+    "setParameters": lambda of: SetParameters(of.objects("parameters", _parameter), of.optional_text("id")),
     "subscribeParameterUpdates": lambda of: SubscribeParameters(of.texts("parameterNames")),
     "unsubscribeParameterUpdates": lambda of: UnsubscribeParameters(of.texts("parameterNames")),
     "subscribeConnectionGraph": lambda _: SubscribeGraph(is_wanted=True),

@@ -159,7 +159,7 @@ class FoxgloveSession:
     async def receive(self, data: str | bytes) -> None:
         """Handle a message. Only service calls and asset requests continue after this returns."""
         try:
-            await self._handle(read_request(data))
+            await self._handle(read_request(data, lambda error: self._report(str(error))))
         except ExceedsShare as error:
             self._client.end(str(error))
         except (PiprosError, ValueError, TypeError, OverflowError, OSError) as error:
@@ -247,7 +247,12 @@ class FoxgloveSession:
                     self._unsubscribe(number)
             case AdvertiseRequest():
                 for each in request.channels:
-                    await self._advertise(each)
+                    try:
+                        await self._advertise(each)
+                    except (ExceedsShare, LimitExceeded):
+                        raise
+                    except (PiprosError, ValueError) as error:
+                        self._report(str(error))
             case UnadvertiseRequest():
                 async for number in _in_turns(request.ids):
                     await self._unadvertise(number)
