@@ -129,7 +129,7 @@ def test_a_file_is_checked(ros: RosSystem) -> None:
 
 def test_without_the_extra_each_command_names_it(ros: RosSystem) -> None:
     """A module of that name that cannot be imported stands for one that is not installed."""
-    (ros.home / "zenoh.py").write_text("raise ImportError('not here', name='zenoh')\n")
+    (ros.home / "zenoh.py").write_text("raise ModuleNotFoundError('not here', name='zenoh')\n")
     for arguments in (["list"], ["join", "a"], ["router"], ["top"], ["info", "a"], ["param", "list", "a"]):
         ended = ros.pipros.run("pipros", "fleet", *arguments, PYTHONPATH=str(ros.home))
         assert ended.returncode == 1, ended.output

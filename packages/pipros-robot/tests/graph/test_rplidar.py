@@ -329,7 +329,7 @@ def test_a_lidar_on_the_network(ros: RosSystem, scans: Inbox, make_lidar: MakeLi
 def test_without_the_extra_one_line_names_it(ros: RosSystem, tmp_path: Path) -> None:
     ros.serve_master()
     (tmp_path / "none").mkdir()
-    (tmp_path / "none" / "serial.py").write_text('raise ImportError("no serial", name="serial")')
+    (tmp_path / "none" / "serial.py").write_text('raise ModuleNotFoundError("no serial", name="serial")')
     node = ros.pipros.start(*ros.pipros.node("rplidar_ros", "rplidarNode"), PYTHONPATH=str(tmp_path / "none"))
     assert node.wait() == 1
     assert len(node.lines) == 1

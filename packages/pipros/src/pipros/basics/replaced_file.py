@@ -53,7 +53,8 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     permissions. What is not a file, such as a terminal or a pipe, is written directly, and so are
     `/dev/stdout` and a file in a folder in which none can be created. The file name of an OSError is `path`.
     """
-    target = Path(os.path.realpath(path))
+    # Wine cannot resolve paths of 260 characters and more.
+    target = Path(os.path.realpath(path)) if path.is_symlink() else path
     try:
         is_stream = os.path.abspath(path).startswith(("/dev/", "/proc/")) or not path.is_file()
         if path.exists() and (is_stream or not os.access(target.parent, os.W_OK)):
