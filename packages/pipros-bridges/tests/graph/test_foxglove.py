@@ -175,6 +175,17 @@ def test_a_client_publishes_in_ros1_and_json(make_node: MakeNode) -> None:
         assert client.next("status")["message"] == "channel 1 is not advertised"
 
 
+def test_a_client_cannot_replace_the_type_of_a_published_topic(make_node: MakeNode) -> None:
+    talker = make_node("talker")
+    talker.advertise("/x", String)
+    channel = {"id": 1, "topic": "/x", "encoding": "ros1", "schemaName": "std_msgs/Int32"}
+    with serving(make_node("bridge")) as address, connected(address) as client:
+        client.send("advertise", channels=[channel])
+        reason = "/x is already published with the type std_msgs/String, not std_msgs/Int32"
+        assert client.next("status", level=2)["message"] == reason
+        assert ["/x", "std_msgs/String"] in talker.master.get_topic_types()
+
+
 def test_publications_end_with_their_client(make_node: MakeNode) -> None:
     bridge = make_node("bridge")
     channel = {"id": 1, "topic": "/a", "encoding": "ros1", "schemaName": "alien_msgs/X", "schema": "int8 x\n"}

@@ -78,6 +78,22 @@ def legal_topic(node: Node, name: str) -> str:
     return node.resolve(name)
 
 
+def check_published_type(node: Node, topic: str, kind: str) -> None:
+    """Refuse a type that would replace, at the master, the type of other nodes' publishers. Blocks.
+
+    Raises:
+        PiprosError: the topic is published with another type.
+    """
+    name = node.resolve(topic)
+    try:
+        published = dict(node.master.get_published_topics())
+    except (PiprosError, OSError):  # registering the publisher waits for the master
+        return
+    known = published.get(name, "*")
+    if known not in ("*", kind):
+        raise PiprosError(f"{name} is already published with the type {known}, not {kind}")
+
+
 class SharedTopics:
     """Subscriptions shared by a bridge's clients. Thread-safe. Only `type_of` and `wait_for_turn` block."""
 

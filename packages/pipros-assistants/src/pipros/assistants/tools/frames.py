@@ -41,8 +41,11 @@ class FrameTools:
         and the age of the transform."""
         samples = self._robot.sample(TOPICS, wait_s)
         buffer = self._buffer(samples)
+        frame, origin = target.lstrip("/"), source.lstrip("/")
         try:
-            time_ns, pose = buffer.lookup(target.lstrip("/"), source.lstrip("/"), 0)
+            if frame == origin and not buffer.frame_exists(frame):  # for which lookup returns the identity
+                raise PiprosError(f"the frame {frame} does not exist")
+            time_ns, pose = buffer.lookup(frame, origin, 0)
         except PiprosError as error:
             known = ", ".join(sorted(buffer.frame_names())[:50])
             raise ToolRefused(

@@ -9,6 +9,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
 from pipros.bridges.foxglove.catalog import Service
 from pipros.bridges.foxglove.requests import ClientChannel
+from pipros.bridges.shared_topics import check_published_type
 from pipros.libraries.topic_tools.raw import class_like
 from pipros.msg import load_service_class
 from pipros.msg.base import Message
@@ -43,12 +44,13 @@ class ClientPublication:
         Raises:
             UnsupportedMessage: the encoding or the type cannot be used.
             ActRefused: the policy does not allow the topic.
-            PiprosError: the node publishes the topic with another type, or its name is invalid.
+            PiprosError: the topic is published with another type, or its name is invalid.
         """
         _check_encoding(channel.encoding)
         self.channel = channel
         found = _class_of(channel)
         gate.check_topic(channel.topic, found._type, found._md5sum)
+        check_published_type(node, channel.topic, found._type)
         self._gate = gate
         header = {"type": found._type, "md5sum": found._md5sum, "message_definition": found._full_text}
         self._class = found

@@ -20,6 +20,7 @@ from pipros.basics.limits import limit_text
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.filling import Filler
 from pipros.bridges.rosbridge.shared_publisher import CallLater, SharedPublisher
+from pipros.bridges.shared_topics import check_published_type
 from pipros.bridges.shares import ClientShares
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -74,7 +75,7 @@ class SharedPublishers:
         message_class = load_message_class(kind)
         self._gate.check_topic(topic, message_class._type, message_class._md5sum, latch=latch)
         if topic not in self._shared:
-            self._check_type(topic, message_class._type)
+            check_published_type(self._node, topic, message_class._type)
         with self._lock:
             found = self._shared.get(topic)
             if found is None:
@@ -87,16 +88,6 @@ class SharedPublishers:
             found.users[user] = shares
         if latch:
             found.latch()
-
-    def _check_type(self, topic: str, kind: str) -> None:
-        """Refuse a type that would replace, at the master, the type of other nodes' publishers. Blocks."""
-        try:
-            published = dict(self._node.master.get_published_topics())
-        except (PiprosError, OSError):  # registering the publisher waits for the master
-            return
-        known = published.get(topic, "*")
-        if known not in ("*", kind):
-            raise PiprosError(f"{topic} is already published with the type {known}, not {kind}")
 
     def publish(
         self,
