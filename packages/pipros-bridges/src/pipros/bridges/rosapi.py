@@ -193,7 +193,9 @@ class RosApi:
         try:
             self._check_change(key, found)
             self._master.set_param(key, found)
-        except (ValueError, TypeError, OverflowError, RecursionError) as error:
+        except OverflowError as error:
+            raise HandlerError(f"cannot set {key}: {error}; give it as a float or text") from None
+        except (ValueError, TypeError, RecursionError) as error:
             raise HandlerError(f"cannot set {key}: {error}") from None
         return {}
 

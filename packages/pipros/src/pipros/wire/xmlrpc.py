@@ -200,7 +200,7 @@ def _encode_scalar(value: Any) -> str:
         return f"<value><double>{value!r}</double></value>"
     if kind is int:
         if not INT_MIN <= value <= INT_MAX:
-            raise OverflowError("int exceeds XML-RPC limits of 32 bits; give it as a float or text")
+            raise OverflowError("int exceeds XML-RPC limits")
         return f"<value><int>{value}</int></value>"
     if kind is str:
         return f"<value><string>{_escape(value)}</string></value>" if len(value) <= SLICE_CHARACTERS else ""
