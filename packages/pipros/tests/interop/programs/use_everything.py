@@ -29,6 +29,9 @@ for name in rospy.myargv()[1:]:
     assert rospy.get_param(name + "/parameter") == "of " + name
     client = actionlib.SimpleActionClient(name + "/act", TestAction)
     assert client.wait_for_server(rospy.Duration(SECONDS))
-    client.send_goal_and_wait(TestGoal(41), rospy.Duration(SECONDS))
+    for _ in range(3):
+        client.send_goal_and_wait(TestGoal(41), rospy.Duration(SECONDS))
+        if client.get_result() is not None:
+            break  # a result may be lost: genuine rospy answers a new link before it publishes to it
     assert client.get_result().result == 42
     print("used " + name, flush=True)

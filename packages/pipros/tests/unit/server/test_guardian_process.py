@@ -93,5 +93,7 @@ def test_a_result_that_arrives_before_the_line_about_its_goal_ends_the_goal(
         requests.close()
         for each in threads[:2]:
             each.join()
+        stdout.close()
+        threads[2].join()
     assert "/fibonacci/cancel" in node.published
     assert json.loads(found[1])["id"] == "mine"
