@@ -214,9 +214,13 @@ def windows_path(path: Path) -> str:
 def end_all() -> None:
     """End every program in this environment, with its children."""
     subprocess.run(["wineserver", "-k"], env=environment(), check=False, capture_output=True, timeout=30)
-    for _, process in _processes():  # a program that was just starting may wait for the ended server
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(process, signal.SIGKILL)
+    # A program that was just starting may wait for the ended server, and have started Wine's own programs.
+    end_s = time.monotonic() + 10.0
+    while (found := [process for _, process in _processes()]) and time.monotonic() < end_s:
+        for process in found:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+        time.sleep(0.1)
 
 
 def keep_wine() -> None:
