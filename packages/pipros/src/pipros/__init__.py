@@ -1,7 +1,7 @@
 """ROS 1 from pip: master, client, messages, launch and tools, without a ROS installation.
 
-Import the public names from here: `from pipros import Node`. docs/api.md describes them. The module that
-defines a name is imported when the name is first used.
+Import the public names from here: `from pipros import Node`. docs/reference/python.md describes them. The
+module that defines a name is imported when the name is first used.
 
 PYTEST_DONT_REWRITE stops pytest from rewriting the asserts of this package. Otherwise, pytest would warn that
 the package is already imported: pipros's import hook imports it when the interpreter starts.
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from pipros.basics.env import Environment
     from pipros.basics.errors import NotFound, PiprosError, Refused, Unreachable
     from pipros.basics.limits import Limits
-    from pipros.launch.roscore import Core
     from pipros.master.master import Master
     from pipros.msg import load_message_class, load_service_class
     from pipros.net.master_client import MasterClient
@@ -45,10 +44,11 @@ if TYPE_CHECKING:
     from pipros.node.service_link import CallTimeout, ServiceFailed
     from pipros.node.service_server import ServiceServer
     from pipros.node.subscriber import Subscriber
+    from pipros_tools.launch.roscore import Core
 
 _MODULES = {
     "CallTimeout": "pipros.node.service_link",
-    "Core": "pipros.launch.roscore",
+    "Core": "pipros_tools.launch.roscore",
     "Environment": "pipros.basics.env",
     "Limits": "pipros.basics.limits",
     "Master": "pipros.master.master",

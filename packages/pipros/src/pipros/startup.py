@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 
+from pipros.msg.importing.hook import give_way as give_way
 from pipros.msg.importing.hook import install
 
 TYPE_CHECKING = False

@@ -168,7 +168,7 @@ def _enter(name: str, above: int | None, path: str) -> int:
         folder = os.open(name, _ENTER, dir_fd=above)
     except OSError as error:
         # The error for a link opened with O_NOFOLLOW and O_DIRECTORY differs between systems.
-        if error.errno in (errno.ELOOP, errno.ENOTDIR, errno.EMLINK):
+        if error.errno in (errno.ELOOP, errno.ENOTDIR, errno.EMLINK) and os.path.lexists(path):
             raise Untrusted(f"{path} is a symbolic link or not a folder") from None
         raise
     try:

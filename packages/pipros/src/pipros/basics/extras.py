@@ -11,13 +11,33 @@ from pipros.basics.errors import MissingExtra
 # All nodes and commands import this module, so each function imports the modules that only it needs.
 
 
-def install_command(*extras: str) -> str:
-    """Return the command that adds pipros extras to this environment.
+def install_command(*wanted: str) -> str:
+    """Return the command that adds extras or plugins of pipros to this environment.
 
     The command installs from the same folder, file or repository as before, because a package index may not
     contain pipros, or may contain a different version.
+
+    Args:
+        wanted: names of extras of pipros, or one plugin, as `pipros-fleet` or `pipros-ros2[zenoh]`.
     """
-    return f"{_pip()} install {_requirement(','.join(extras), _origin())}"
+    origin = _origin()
+    is_plugin = wanted[0].startswith("pipros-")
+    named = _plugin(wanted[0], origin) if is_plugin else _requirement(",".join(wanted), origin)
+    return f"{_pip()} install {named}"
+
+
+def required(module: str, what: str, extra: str) -> Any:
+    """Import and return an optional library. `what` is the start of the error text, as for `missing`.
+
+    Raises:
+        MissingExtra: the library is missing or cannot be imported.
+    """
+    from importlib import import_module
+
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise missing(what, extra, error) from error
 
 
 def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
@@ -58,25 +78,53 @@ def _origin() -> dict[str, Any]:
 
     try:
         noted = json.loads(distribution("pipros").read_text("direct_url.json") or "{}")
-    except (PackageNotFoundError, ValueError):
+    except (PackageNotFoundError, ValueError, RecursionError):
         return {}
     return noted if isinstance(noted, dict) and isinstance(noted.get("url"), str) else {}
 
 
-def _requirement(extras: str, origin: dict[str, Any]) -> str:
+def _plugin(name: str, origin: dict[str, Any]) -> str:
+    """Return the requirement of a plugin: beside the pipros that is installed, if this has a known place."""
+    from pipros.basics.words import quoted
+
+    distribution, bracket, extras = name.partition("[")
+    folder = f"plugins/{distribution}"
+    if "vcs_info" in origin:
+        return quoted(f"{name} @ {_repository(origin)}#subdirectory={folder}")
+    place = _place(origin.get("url", ""))
+    if place is None or not Path(place, folder).is_dir():
+        return quoted(name)
+    path = quoted(f"{Path(place, folder)}{bracket}{extras}")
+    return f"--editable {path}" if origin.get("dir_info", {}).get("editable") else path
+
+
+def _repository(origin: dict[str, Any]) -> str:
+    noted = origin["vcs_info"]
+    return f"{noted.get('vcs')}+{origin['url']}@{noted.get('commit_id')}"
+
+
+def _place(url: str) -> str | None:
+    """Return the path of the folder or file that a URL names, or None if it names none that is there."""
     from urllib.parse import unquote, urlsplit
 
     from pipros.basics.windows import path_of_url
+
+    if not url.startswith("file:"):
+        return None
+    place = path_of_url(f"file://{unquote(urlsplit(url).path)}")
+    return place if Path(place).exists() else None
+
+
+def _requirement(extras: str, origin: dict[str, Any]) -> str:
     from pipros.basics.words import quoted
 
     name, url = f"pipros[{extras}]", origin.get("url", "")
     if "vcs_info" in origin:
-        noted = origin["vcs_info"]
-        return quoted(f"{name} @ {noted.get('vcs')}+{url}@{noted.get('commit_id')}")
+        return quoted(f"{name} @ {_repository(origin)}")
     if not url.startswith("file:"):
         return quoted(f"{name} @ {url}" if url else name)
-    place = path_of_url(f"file://{unquote(urlsplit(url).path)}")
-    if not Path(place).exists():
+    place = _place(url)
+    if place is None:
         return quoted(name)
     if origin.get("dir_info", {}).get("editable"):
         return f"--editable {quoted(f'{place}[{extras}]')}"

@@ -4,9 +4,36 @@ from __future__ import annotations
 
 import errno
 import os
-from stat import S_ISREG
+from stat import S_IFDIR, S_ISDIR, S_ISREG
+from typing import BinaryIO
 
 from pipros.basics.posix import READ
+
+
+def open_file(path: str | os.PathLike[str]) -> BinaryIO:
+    """Open a regular file for reading. A pipe, which may never have a writer, is not waited for.
+
+    Raises:
+        OSError: the file cannot be read, or is not a regular file; `strerror` says which.
+    """
+    return open(path, "rb", opener=_descriptor)  # so that the file's name is the path
+
+
+def _descriptor(path: str, _flags: int) -> int:
+    try:
+        descriptor = os.open(path, READ)
+    except PermissionError:  # so Windows refuses a folder
+        if not os.path.isdir(path):
+            raise
+        mode = S_IFDIR
+    else:
+        mode = os.fstat(descriptor).st_mode
+        if S_ISREG(mode):
+            return descriptor
+        os.close(descriptor)
+    if S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)
+    raise OSError(errno.EINVAL, "it is not a regular file", path)
 
 
 def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> bytes:
@@ -23,14 +50,11 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
         from pipros.basics.limits import process_limits
 
         limit_bytes = process_limits().file_bytes
-    descriptor = os.open(path, READ)
-    with open(descriptor, "rb") as file:
-        status = os.fstat(descriptor)
-        if not S_ISREG(status.st_mode):
-            raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
+    with open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
         # Memory for the limit is allocated only if needed: Wine touches each of its pages.
-        content = file.read(min(status.st_size, limit_bytes) + 1)
-        if len(content) > status.st_size:  # the file grows, or has no size, as in /proc
+        content = file.read(min(size, limit_bytes) + 1)
+        if len(content) > size:  # the file grows, or has no size, as in /proc
             content += file.read(limit_bytes + 1 - len(content))
     if len(content) > limit_bytes:
         raise OSError(errno.EFBIG, f"it is larger than {limit_bytes} bytes", os.fspath(path))
@@ -43,12 +67,8 @@ def read_end(path: str | os.PathLike[str], max_bytes: int) -> str:
     Raises:
         OSError: the file cannot be read, or is not a regular file.
     """
-    descriptor = os.open(path, READ)
-    with open(descriptor, "rb") as file:
-        status = os.fstat(descriptor)
-        if not S_ISREG(status.st_mode):
-            raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
-        begin = max(0, status.st_size - max_bytes)
+    with open_file(path) as file:
+        begin = max(0, os.fstat(file.fileno()).st_size - max_bytes)
         file.seek(begin)
         content = file.read(max_bytes)
     if begin:

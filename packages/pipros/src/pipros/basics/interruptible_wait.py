@@ -138,11 +138,8 @@ def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: flo
             life.over.set()
 
     with set_by_signals(life.over):
-        if one_thread.turns is not None:
-            run()
         thread = threading.Thread(target=run, name="program", daemon=True)
-        if one_thread.turns is None:
-            thread.start()
+        (thread.start if one_thread.has_threads() else run)()
         life.over.wait()
         end_s = time.monotonic() + grace_s
         while thread.is_alive() and time.monotonic() < end_s:
@@ -155,8 +152,8 @@ def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: flo
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:
     """Wait in slices with `wait_for`, such as `event.wait`; return False if the timeout expires first."""
-    if one_thread.turns is not None:
-        return one_thread.turns.wait(lambda: wait_for(0.0), timeout_s)
+    if not one_thread.has_threads():
+        return one_thread.wait(lambda: wait_for(0.0), timeout_s)
     if timeout_s is not None and timeout_s <= SLICE_S:
         return wait_for(max(timeout_s, 0))
     end = None if timeout_s is None else time.monotonic() + timeout_s
@@ -171,8 +168,8 @@ def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = 
 def get_within_slice(queue: SimpleQueue[_Item], timeout_s: float = SLICE_S) -> _Item | None:
     """Return the next item of a queue, or None after the timeout, which is limited to one slice."""
     limit_s = max(0.0, min(SLICE_S, timeout_s))
-    if one_thread.turns is not None:
-        one_thread.turns.wait(lambda: not queue.empty(), limit_s)
+    if not one_thread.has_threads():
+        one_thread.wait(lambda: not queue.empty(), limit_s)
         limit_s = 0.0
     try:
         return queue.get(timeout=limit_s)

@@ -107,32 +107,36 @@ def _target(path: str) -> str:
 class LogFile:
     """Appends lines to a file. The file is rotated when it grows too large. Thread-safe.
 
-    When a line cannot be written, for example because the disk is full, a warning is printed once. Further
-    lines are lost silently until writing succeeds again. The number of lost lines is then written before the
-    next line.
+    A program never ends because of its log. If the file cannot be opened or a line cannot be written, for
+    example because the disk is full or the home is read-only, a warning is printed, once for all log files in
+    a folder. Further lines are lost silently until writing succeeds again. The number of lost lines is then
+    written before the next line.
     """
 
     def __init__(self, path: str | os.PathLike[str], limits: Limits | None = None) -> None:
-        """Open the file in an existing folder.
-
-        Raises:
-            OSError: the file cannot be opened.
-        """
+        """Open the file. Creates it and its folder if they do not exist. Never raises."""
         self._path = os.fspath(path)
         self._limits = limits or process_limits()
         self._lock = threading.Lock()
         self._lost = 0
         self._ends_inside_line = False
         self._is_closed = False
-        self._descriptor: int | None = open_to_write(self._path)
-        self._size = os.fstat(self._descriptor).st_size
+        self._descriptor: int | None = None
+        self._size = 0
+        try:
+            self._reopen()
+        except OSError as error:
+            warn_unwritable(self._path, error)
 
-    def write(self, text: str) -> None:
-        """Append whole lines of text. Never raises, and does nothing after `close`."""
+    def write(self, text: str) -> bool:
+        """Append whole lines of text. Return whether they were written; never raises.
+
+        After `close`, nothing is written.
+        """
         data = text.encode("utf-8", "backslashreplace")
         with self._lock:
             if self._is_closed:
-                return
+                return False
             try:
                 if self._size + len(data) > self._limits.log_bytes and self._size:
                     self._rotate()
@@ -144,10 +148,9 @@ class LogFile:
                 self._append(data)
             except OSError as error:
                 self._lost += text.count("\n")
-                warn_once(
-                    f"WARNING: cannot write to log file [{self._path}]: {error.strerror}. "
-                    "Lines are lost until writing succeeds again"
-                )
+                warn_unwritable(self._path, error)
+                return False
+        return True
 
     def close(self) -> None:
         """Close the file. May be called repeatedly."""
@@ -177,8 +180,7 @@ class LogFile:
         self._reopen(append=self._limits.log_files > 1)
 
     def _reopen(self, *, append: bool = True) -> None:
-        with suppress(OSError):  # the log folder may have been deleted during the run
-            os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
+        os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)  # it may have been deleted
         self._descriptor = open_to_write(self._path, append=append)
         self._size = os.fstat(self._descriptor).st_size
         self._ends_inside_line = False
@@ -189,3 +191,12 @@ class LogFile:
         if descriptor is not None:
             with suppress(OSError):
                 os.close(descriptor)
+
+
+def warn_unwritable(path: str | os.PathLike[str], error: OSError) -> None:
+    """Warn that a log file cannot be written, once for all files in a folder."""
+    warn_once(
+        f"WARNING: cannot write to log file [{os.fspath(path)}]: {error.strerror}. Lines are lost until "
+        "writing succeeds again. Free some space, or set ROS_LOG_DIR to a writable location",
+        about=f"log files in {os.path.dirname(path)}",
+    )

@@ -15,6 +15,11 @@ from typing import Any, NamedTuple
 
 from pipros.basics.errors import InvalidName
 
+NAME_CHARACTERS = 16 * 1024
+"""Limit: a name or a URI in a call to the master. Beyond it, the call is refused; the response names the
+limit.
+"""
+
 REPLACED = "new node registered with same name"
 """The reason that a master gives when it shuts down the older of two nodes with the same name."""
 

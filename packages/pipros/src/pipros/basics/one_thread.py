@@ -1,7 +1,7 @@
-"""Python without threads: code that other systems run in threads runs where the only thread waits.
+"""Threads, and Python without them: there, code for other threads runs where the only thread waits.
 
-`turns` is None wherever Python has threads. A room that gives Python sockets in a browser sets it, before
-other modules are used. Modules that wait, or start threads, then use it instead.
+`turns` is None wherever Python has threads. A plugin that gives Python sockets in a browser sets it, before
+other modules are used. No other module of the core looks at it: they call the functions below.
 """
 
 from __future__ import annotations
@@ -53,12 +53,75 @@ if TYPE_CHECKING:
 turns: Turns | None = None
 
 
+def has_threads() -> bool:
+    """Return whether Python has threads."""
+    return turns is None
+
+
 def start_thread(function: Callable[..., object], *args: Any, name: str) -> None:
     """Call a function in a new daemon thread; without threads, in a later turn."""
     if turns is None:
         threading.Thread(target=function, args=args, name=name, daemon=True).start()
     else:
         turns.later(function, *args)
+
+
+def start_work(run: Callable[[], object], turn: Callable[[], float | None], *, name: str) -> None:
+    """Call `run` in a new daemon thread; without threads, `turn` again and again: see `Turns.repeat`."""
+    if turns is None:
+        start_thread(run, name=name)
+    else:
+        turns.repeat(turn)
+
+
+def start_reader(sock: socket.socket, thread: threading.Thread, turn: Callable[[], bool | None]) -> None:
+    """Start a thread that reads a socket; without threads, call `turn` when it can be read: `Turns.read`."""
+    if turns is None:
+        thread.start()
+    else:
+        sock.setblocking(False)
+        turns.read(sock, turn)
+
+
+def drive(loop: asyncio.AbstractEventLoop) -> bool:
+    """Without threads, run an event loop in all turns. Return False if it needs a thread."""
+    if turns is not None:
+        turns.drive(loop)
+    return turns is not None
+
+
+def wait(is_over: Callable[[], bool], timeout_s: float | None) -> bool:
+    """Without threads, take turns until `is_over` returns True. Return False on timeout, or with threads."""
+    return turns is not None and turns.wait(is_over, timeout_s)
+
+
+def later(job: Callable[..., object], *args: Any) -> None:
+    """Call `job`; without threads, in a later turn."""
+    if turns is None:
+        job(*args)
+    else:
+        turns.later(job, *args)
+
+
+def start_at_last(job: Callable[..., object], *args: Any, name: str) -> None:
+    """Call `job`, which ends the program, in a new thread; without threads, in the outermost wait."""
+    if turns is None:
+        start_thread(job, *args, name=name)
+    else:
+        turns.at_last(job, *args)
+
+
+def while_ending(job: Callable[[], object]) -> None:
+    """Call `job`. Without threads, jobs that wait inside of it soon end with SystemExit."""
+    if turns is None:
+        job()
+    else:
+        turns.while_ending(job)
+
+
+def publishing(publish: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return `publish`; without threads, a function that takes a turn afterwards."""
+    return publish if turns is None else turns.publishing(publish)
 
 
 def take_turn() -> None:

@@ -44,7 +44,7 @@ def require_sockets() -> None:
         from pipros.basics import one_thread
         from pipros.basics.errors import NeedsSockets
 
-        if one_thread.turns is None:
+        if one_thread.has_threads():
             raise NeedsSockets
 
 

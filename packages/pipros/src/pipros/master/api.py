@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Final
 
 from pipros.basics import names
-from pipros.basics.limits import Limits, process_limits
+from pipros.basics.names import NAME_CHARACTERS
 from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer, CallArguments
-from pipros.master.param_notices import param_notices
-from pipros.master.params import NotATree, NotSet, ParamsFull, ParamTree, TooDeep
-from pipros.master.registry import Notice, Registry, Role
+from pipros.master.params import NotATree, NotSet, ParamsFull, ParamTree, TooDeep, value_below
+from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 
 _log = logging.getLogger("rosmaster.master")
 
@@ -43,7 +42,6 @@ class MasterApi:
         *,
         notify: Callable[[Iterable[Notice]], None],
         shutdown: Callable[[str], bool],
-        limits: Limits | None = None,
     ) -> None:
         """Create the method table.
 
@@ -54,7 +52,7 @@ class MasterApi:
             limits: defaults to the process-wide limits.
         """
         self.uri = ""
-        self.arguments = CallArguments((limits or process_limits()).name_characters)
+        self.arguments = CallArguments(NAME_CHARACTERS)
         self._registry = registry
         self._params = params
         self._notify = notify
@@ -96,7 +94,9 @@ class MasterApi:
     def _get_uri(self, _caller: str) -> Answer:
         return [SUCCESS, "", self.uri]
 
-    def _shut_down(self, _caller: str, reason: object) -> Answer:
+    def _shut_down(self, caller: str, reason: object) -> Answer:
+        if caller == MASTER_ID:  # a peer has registered this address with another master, as that of a node
+            return [CALLER_ERROR, "a master does not accept shutdown from a master", 0]
         if not self._shutdown(str(reason)):
             return [CALLER_ERROR, "shutdown is only accepted from this machine", 0]
         return [SUCCESS, "shutdown", 0]
@@ -271,3 +271,32 @@ class MasterApi:
         if self._registry.unregister(Role.PARAM_SUBSCRIBER, caller, key, api)[0]:
             _log.info("-CACHEDPARAM [%s] by %s", key, caller)
         return [SUCCESS, f"Unsubscribe to parameter [{key}]", 1]
+
+
+def param_notices(registry: Registry, key: str, value: object, *, except_node: str) -> Iterator[Notice]:
+    """Return the `paramUpdate` notices for a change of `key` to `value` (`{}` if it was deleted).
+
+    A subscriber at or above the key receives the key and its value. A subscriber below the key receives the
+    part of the value at its own key, or `{}` if there is none. `except_node`, which made the change, receives
+    nothing. Announced keys end with a slash, as in genuine masters.
+
+    The subscribed keys are looked up immediately, but their nodes only as the notices are consumed,
+    because a key can have thousands of subscribers.
+    """
+    return _notices(registry, registry.param_keys_around(key), key, value, except_node)
+
+
+def _notices(
+    registry: Registry, subscribed_keys: Sequence[str], key: str, value: object, except_node: str
+) -> Iterator[Notice]:
+    changed = names.as_namespace(key)
+    for subscribed in subscribed_keys:
+        namespace = names.as_namespace(subscribed)
+        if changed.startswith(namespace):
+            params = (MASTER_ID, changed, value)
+        else:
+            params = (MASTER_ID, namespace, value_below(value, namespace[len(changed) :], {}))
+        # All subscribers to a key share one tuple, so that it is encoded only once.
+        for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed):
+            if name != except_node:
+                yield Notice(name, registry.nodes[name].api, "paramUpdate", params)

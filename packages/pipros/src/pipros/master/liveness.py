@@ -21,10 +21,13 @@ from collections.abc import Awaitable, Callable, Coroutine
 from enum import Enum
 from typing import Any, Final
 
-from pipros.basics.errors import PiprosError, Unreachable
+from pipros.basics.errors import PiprosError, ProtocolError, Unreachable
 from pipros.master.options import Probing
 from pipros.master.registry import MASTER_ID, Registry
+from pipros.net.address import split_uri
+from pipros.net.identify import identification, value_of
 from pipros.net.rpc_async_client import call_async
+from pipros.net.this_machine import is_this_machine
 from pipros.wire.xmlrpc import Fault
 
 _log = logging.getLogger("rosmaster.master")
@@ -50,7 +53,11 @@ class ProbeResult(Enum):
 
 
 class Liveness:
-    """Probes nodes on the event loop on which `start` is called."""
+    """Probes and identifies nodes on the event loop on which `start` is called.
+
+    Attributes:
+        own_port: the port of this master, which must not call itself.
+    """
 
     def __init__(
         self,
@@ -78,7 +85,9 @@ class Liveness:
         self._suspects: set[str] = set()
         self._tasks: set[asyncio.Task[None]] = set()
         self._slots = _ProbeSlots(PROBES_AT_A_TIME)
+        self._identified: set[tuple[str, str]] = set()
         self._is_stopped = False
+        self.own_port = 0
 
     @property
     def unreachable(self) -> list[str]:
@@ -121,19 +130,50 @@ class Liveness:
         """Return whether `api` still belongs to the node with the given name, as far as can be determined.
 
         Return False if no server responds at the URI, if the URI now belongs to another registered node, or
-        if the response contains a different name (only Python nodes report their names) or process id.
+        if the server there is not this node (see `identification`) or has another process id.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
         try:
-            name = await self._ask(api, "getName", self._probing.answer_s)
-        except Fault:
-            name = None  # roscpp nodes lack this method
+            is_node = await self._identify(node, api, self._probing.answer_s)
         except PiprosError:
             return False
-        if isinstance(name, str) and name:
-            return name == node
-        return await self._probe(node, api) is ProbeResult.THERE
+        return is_node and await self._probe(node, api) is ProbeResult.THERE
+
+    async def is_node(self, node: str, api: str, timeout_s: float) -> bool:
+        """Return whether the server at `api` is the node. A node is identified once for each address.
+
+        Raises:
+            PiprosError: the server did not respond, or its responses are invalid.
+        """
+        if (node, api) not in self._identified and await self._identify(node, api, timeout_s):
+            self._identified.add((node, api))
+        return (node, api) in self._identified
+
+    async def _identify(self, node: str, api: str, timeout_s: float) -> bool:
+        queries = identification(node)
+        method = next(queries)
+        while True:
+            try:
+                value = await self._call(api, method, timeout_s)
+            except Fault:
+                value = None
+            try:
+                method = queries.send(value)
+            except StopIteration as end:
+                return bool(end.value)
+
+    async def _call(self, api: str, method: str, timeout_s: float) -> Any:
+        if await self._is_own(api):
+            raise ProtocolError(f"{api} is the address of this master")
+        return await self._ask(api, method, timeout_s)
+
+    async def _is_own(self, api: str) -> bool:
+        try:
+            host, port, _ = split_uri(api)
+        except ValueError:  # the call reports the error
+            return False
+        return port == self.own_port and await asyncio.to_thread(is_this_machine, host)
 
     def _spawn(self, coroutine: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(coroutine)
@@ -160,6 +200,7 @@ class Liveness:
     def _forget_the_gone(self) -> None:
         self._pids = {key: pid for key, pid in self._pids.items() if self._is_current(*key)}
         self._met = {key for key in self._met if self._is_current(*key)}
+        self._identified = {key for key in self._identified if self._is_current(*key)}
         self._unreachable &= set(self._registry.nodes)
 
     async def _probe_once(self, node: str, api: str, release: Callable[[], None]) -> None:
@@ -194,7 +235,7 @@ class Liveness:
 
     async def _probe(self, node: str, api: str) -> ProbeResult:
         try:
-            pid = await self._ask(api, "getPid", self._probing.answer_s)
+            pid = await self._call(api, "getPid", self._probing.answer_s)
         except Unreachable as error:
             if isinstance(error.__cause__, ConnectionRefusedError):
                 return ProbeResult.REFUSED
@@ -256,7 +297,7 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
         answer = await call_async(api, method, MASTER_ID, timeout_s=timeout_s)
     except ValueError as error:
         raise Unreachable(api, str(error)) from None
-    return answer[2] if isinstance(answer, list) and len(answer) == 3 and answer[0] == 1 else None
+    return value_of(answer)
 
 
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> dict[str, bool]:

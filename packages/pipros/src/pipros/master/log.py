@@ -20,7 +20,7 @@ from pipros.basics.log_file import LogFile
 from pipros.basics.printable import printable
 
 LEVELS: Final = ("debug", "info", "warn", "error", "fatal")
-LOGGERS: Final = ("rosmaster", "pipros.rpc")
+CAPTURED: Final = ("rosmaster", "pipros.rpc")
 MESSAGE_LIMIT: Final = 2_000
 PAUSE_S: Final = 0.1
 
@@ -38,11 +38,11 @@ class MasterLog(logging.Handler):
         self,
         file: Path,
         level: str | None = None,
-        loggers: Sequence[str] = LOGGERS,
+        loggers: Sequence[str] = CAPTURED,
         *,
         limits: Limits | None = None,
     ) -> None:
-        """Open the file; create it and its folder if they do not exist.
+        """Open the file, as a `LogFile` does.
 
         Args:
             level: one of `LEVELS`, for the master's own messages; defaults to `info`.
@@ -50,20 +50,16 @@ class MasterLog(logging.Handler):
                 the process.
             limits: `log_bytes` and `log_files` limit the size and number of this file and its predecessors
                 (`x.log.1`, …); defaults to the process-wide limits.
-
-        Raises:
-            OSError: the folder or the file cannot be created.
         """
         super().__init__()
-        file.parent.mkdir(parents=True, exist_ok=True)
         self._file = LogFile(file, limits)
         self._pending: queue.SimpleQueue[logging.LogRecord | None] = queue.SimpleQueue()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="master log", daemon=True)
-        if one_thread.turns is None:
+        if one_thread.has_threads():
             self._thread.start()
         else:
-            one_thread.turns.repeat(self._write_turn)
+            one_thread.start_work(self._write, self._write_turn, name="master log")
         self.setFormatter(_Lines(_FORMAT))
         master = logging.getLogger("rosmaster.master")
         self._loggers = [logging.getLogger(name) for name in loggers]
@@ -90,7 +86,7 @@ class MasterLog(logging.Handler):
                 logger.setLevel(level)
             self._closing.set()
             self._pending.put(None)
-            if one_thread.turns is None:
+            if one_thread.has_threads():
                 self._thread.join()
             else:
                 self._write_turn()

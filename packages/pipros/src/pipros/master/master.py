@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import ipaddress
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -12,18 +13,18 @@ from typing import TYPE_CHECKING, Final
 from pipros.basics.env import Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.ports import AdvertisedAddress
 from pipros.basics.posix import make_room_for_descriptors, raise_descriptor_limit
-from pipros.master.admission import AllowedNetworks
 from pipros.master.options import MasterOptions
 from pipros.master.server import MasterServer
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.sockets import connections_that_fit
-from pipros.net.this_machine import addresses_of
+from pipros.net.this_machine import ThisMachineCaller, addresses_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from pipros.master.options import MasterSettings
+
 
 _DESCRIPTORS: Final = 65536
 
@@ -106,8 +107,7 @@ class Master:
         """Open the port. The master accepts calls by the time this method returns.
 
         Raises:
-            OSError: the port is in use, the address does not belong to this machine, or the store cannot be
-                created.
+            OSError: the port is in use, or the address does not belong to this machine.
             StoreUntrusted: another user could have written to the store.
         """
         self._loop.start()
@@ -174,3 +174,34 @@ def _advertised(options: MasterOptions, environment: Environment) -> AdvertisedA
     if host and not (environment.hostname or environment.ip) and address.is_master_local(environment):
         return AdvertisedAddress(address.own_name(environment))
     return AdvertisedAddress(address.advertised_host(environment))
+
+
+class AllowedNetworks:
+    """The networks from which callers may connect. Callers on this machine may always connect.
+
+    >>> allowed = AllowedNetworks(["10.0.0.0/8", "192.168.1.7"])
+    >>> str(allowed)
+    '10.0.0.0/8, 192.168.1.7/32'
+    """
+
+    def __init__(self, networks: Sequence[str]) -> None:
+        """Parse the networks. Raises ValueError if one is invalid."""
+        self._networks = [_network(network) for network in networks]
+
+    def admits(self, caller: ThisMachineCaller) -> bool:
+        """Return whether a caller is in one of the networks, or on this machine."""
+        try:
+            ip = ipaddress.ip_address(caller.host)
+        except ValueError:
+            return False
+        return any(ip in network for network in self._networks) or caller.is_here
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self._networks))
+
+
+def _network(text: str) -> ipaddress.IPv4Network | ipaddress.IPv6Network:
+    try:
+        return ipaddress.ip_network(text, strict=False)
+    except ValueError:
+        raise ValueError(f"an allowed network must be like 10.0.0.0/8 or 10.0.0.7, got [{text}]") from None

@@ -25,6 +25,11 @@ from pipros.master.registry import Notice
 from pipros.net.rpc_async_client import AsyncRpcClient
 from pipros.wire.xmlrpc import ValueTooLarge, encode_call
 
+NOTICES = 1000
+"""Limit: calls that a master has queued for one node. Beyond it, the oldest queued call to the node is
+dropped and counted; at most one call is queued for each topic and parameter.
+"""
+
 _log = logging.getLogger("rosmaster.master")
 
 TURNS_AT_A_TIME: Final = 16
@@ -42,14 +47,10 @@ KEEP_CONNECTION_S: Final = 30.0
 class Recipients(Protocol):
     """The registered nodes, which receive notices. Methods are called in the notifier's event loop."""
 
-    def is_current(self, notice: Notice) -> bool:
-        """Return whether the node still uses the notice's URI. Called before an update is delivered."""
-        ...
+    async def may_deliver(self, notice: Notice) -> bool:
+        """Return whether the notice is still due, and the server at its URI is the node.
 
-    async def may_shut_down(self, notice: Notice) -> bool:
-        """Return whether the process at the notice's URI is still the node to which the notice is addressed.
-
-        Called before a `shutdown` is delivered.
+        Called before each delivery. Raises PiprosError if the server does not respond.
         """
         ...
 
@@ -102,7 +103,7 @@ class Notifier:
         self._connect = connect
         limits = limits or process_limits()
         self._timeout_s = limits.notice_s
-        self._queue_limit = limits.notices
+        self._queue_limit = NOTICES
         self._unqueued: deque[Iterator[Notice]] = deque()
         self._queues: dict[str, _Queue] = {}
         self._in_line: deque[_Queue] = deque()
@@ -221,10 +222,7 @@ class Notifier:
             self._start_turns()
 
     async def _deliver(self, queue: _Queue, notice: Notice) -> None:
-        if notice.method == "shutdown":
-            if not await self._recipients.may_shut_down(notice):
-                return
-        elif not self._recipients.is_current(notice):
+        if not await self._recipients.may_deliver(notice):
             return
         await queue.client.post(await self._document(notice), timeout_s=self._timeout_s)
         self.delivered += 1

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, cast
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
@@ -50,9 +50,10 @@ class ParamJournal(Protocol):
 class ParamTree:
     """One master's parameters. Not thread-safe.
 
-    Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the path to the key.
-    A value returned by `get` therefore never changes, and other threads may read it. Callers must not
-    change a value that they have passed in or received.
+    Values that callers have passed in or received never change, and other threads may read them: `set` and
+    `delete` copy such dictionaries on the path to the key. They change their own copies in place until a
+    caller receives these, so that setting many keys takes a time proportional to their number. Callers must
+    not change a value that they have passed in or received.
 
     Attributes:
         held_bytes: the weight of all parameters together, keys included (see `param_weight`).
@@ -65,6 +66,7 @@ class ParamTree:
         `parameter_bytes`.
         """
         self._root: Tree = {} if tree is None else tree
+        self._own: set[int] = set()  # the `id` of each dictionary in the tree that no caller has
         self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
         self._known_weights: Mapping[int, int] = {}
         self.held_bytes = self._weight_of(self._root)
@@ -79,6 +81,7 @@ class ParamTree:
         value = value_below(self._root, key, _NOTHING)
         if value is _NOTHING:
             raise NotSet(key)
+        self._share(value)
         return value
 
     def has(self, key: str) -> bool:
@@ -110,6 +113,7 @@ class ParamTree:
                 f"the limit is {self._limit_bytes}"
             )
         self.held_bytes += growth
+        self._share(former)
         if parts:
             self._put(parts, value)
         else:
@@ -123,6 +127,7 @@ class ParamTree:
         This may be a plain value above `key`.
         """
         former = self._place(_parts(key))[0]
+        self._share(former)
         return None if former is _NOTHING else former
 
     @contextmanager
@@ -150,12 +155,30 @@ class ParamTree:
         return value, []
 
     def _put(self, parts: list[str], value: object) -> None:
-        tree = self._root = self._root.copy()
-        for part in parts[:-1]:
-            below = tree.get(part)
-            tree[part] = below = below.copy() if type(below) is dict else {}
+        self._own_namespace(parts[:-1])[parts[-1]] = value
+
+    def _own_namespace(self, parts: list[str]) -> Tree:
+        """Return the dictionary at a path, in which missing parts are created, so that it may be changed."""
+        tree = self._root = self._owned(self._root)
+        for part in parts:
+            tree[part] = below = self._owned(tree.get(part))
             tree = below
-        tree[parts[-1]] = value
+        return tree
+
+    def _owned(self, tree: Any) -> Tree:
+        if id(tree) not in self._own:
+            tree = tree.copy() if type(tree) is dict else {}
+            self._own.add(id(tree))
+        return cast(Tree, tree)
+
+    def _share(self, value: object) -> None:
+        """Let a caller have a value, or leave it out of the tree: `value` is not changed any more."""
+        stack = [value]
+        while stack:
+            tree = stack.pop()
+            if id(tree) in self._own:  # otherwise, it contains no dictionary that is
+                self._own.remove(id(tree))
+                stack += cast(Tree, tree).values()
 
     def delete(self, key: str) -> None:
         """Delete a value or a whole namespace.
@@ -167,11 +190,7 @@ class ParamTree:
         if not parts or not self.has(key):
             raise NotSet(key)
         self.held_bytes -= self._weight_of(self.get(key)) + entry_weight(parts[-1])
-        tree = self._root = self._root.copy()
-        for part in parts[:-1]:
-            tree[part] = below = tree[part].copy()
-            tree = below
-        del tree[parts[-1]]
+        del self._own_namespace(parts[:-1])[parts[-1]]
         if self.journal:
             self.journal.param_deleted(key)
 

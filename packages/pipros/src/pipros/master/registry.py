@@ -15,8 +15,19 @@ from typing import Any, Final, NamedTuple, Protocol
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits, process_limits
-from pipros.master.unused_types import UnusedTypes
+
+REGISTRATIONS_BYTES = 128 * 1024 * 1024
+"""Limit: the names, types and URIs of all registrations of a master together. Beyond it, the registration is
+refused; a registration counts with the size of its names, URIs and type plus 256 bytes.
+"""
+TOPIC_TYPES = 10_000
+"""Limit: types that a master keeps for topics that have neither publishers nor subscribers. Beyond it, the
+type of the topic that has been unused longest is discarded.
+"""
+TOPIC_TYPE_BYTES = 1024 * 1024
+"""Limit: the names and types of all these topics together. Beyond it, the type of the topic that has been
+unused longest is discarded.
+"""
 
 ANY_TYPE = "*"
 MASTER_ID = "/master"
@@ -42,7 +53,7 @@ class Notice(NamedTuple):
 
 
 class RegistryFull(PiprosError, ValueError):
-    """A registration would exceed the master's limit `registration_bytes`."""
+    """A registration would exceed the master's limit `REGISTRATIONS_BYTES`."""
 
 
 class Role(Enum):
@@ -100,7 +111,7 @@ class Registry:
     but only for as many unused topics as the limits allow. The type that has been unused for longest is
     forgotten first.
 
-    If all registrations together would exceed `registration_bytes`, the methods that register raise
+    If all registrations together would exceed `REGISTRATIONS_BYTES`, the methods that register raise
     `RegistryFull` and change nothing.
 
     Attributes:
@@ -108,11 +119,10 @@ class Registry:
         held_bytes: approximate memory used by all registrations and topic types.
     """
 
-    def __init__(self, limits: Limits | None = None) -> None:
-        """Create an empty registry; `limits` defaults to the process-wide limits."""
-        self._limits = limits or process_limits()
+    def __init__(self) -> None:
+        """Create an empty registry."""
         self.held_bytes = 0
-        self._unused_types = UnusedTypes(self._limits)
+        self._unused_types = UnusedTypes()
         self.journal: RegistryJournal | None = None
         self.nodes: dict[str, NodeEntry] = {}
         self.replaced: set[tuple[str, str]] = set()
@@ -262,10 +272,10 @@ class Registry:
         entry = self.nodes.get(node)
         if not entry or entry.api != api or key not in entry.names[role]:
             growth += _weight(node, key, api)
-        if growth > 0 and self.held_bytes + growth > self._limits.registration_bytes:
+        if growth > 0 and self.held_bytes + growth > REGISTRATIONS_BYTES:
             raise RegistryFull(
                 f"this would bring the master's registrations to {self.held_bytes + growth} bytes; "
-                f"the limit is {self._limits.registration_bytes}"
+                f"the limit is {REGISTRATIONS_BYTES}"
             )
 
     def _note_unused(self, topic: str) -> None:
@@ -343,3 +353,32 @@ _ROLES_WITH_TYPES: Final = (Role.PUBLISHER, Role.SUBSCRIBER)
 def _weight(node: str, key: str, api: str) -> int:
     """Return the approximate size of a registration in bytes: its strings and their dictionary entries."""
     return REGISTRATION_BYTES + len(node) + len(key) + len(api)
+
+
+class UnusedTypes:
+    """Topics with a known type but no publishers or subscribers, ordered by when they became unused.
+
+    >>> unused = UnusedTypes()
+    >>> unused.add("/a", "x/Y"), unused.add("/b", "x" * TOPIC_TYPE_BYTES)
+    ([], ['/a', '/b'])
+    """
+
+    def __init__(self) -> None:
+        self._bytes_of: dict[str, int] = {}
+        self._bytes = 0
+
+    def add(self, topic: str, type_name: str) -> list[str]:
+        """Add a topic that became unused; return the topics whose types must be discarded."""
+        self.remove(topic)
+        self._bytes_of[topic] = size = len(topic) + len(type_name)
+        self._bytes += size
+        forgotten = []
+        while len(self._bytes_of) > TOPIC_TYPES or self._bytes > TOPIC_TYPE_BYTES:
+            oldest = next(iter(self._bytes_of))
+            self.remove(oldest)
+            forgotten.append(oldest)
+        return forgotten
+
+    def remove(self, topic: str) -> None:
+        """Remove a topic that is in use again, or whose type was discarded."""
+        self._bytes -= self._bytes_of.pop(topic, 0)

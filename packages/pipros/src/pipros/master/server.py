@@ -9,7 +9,9 @@ from functools import partial
 from typing import Any
 
 from pipros.basics import names
-from pipros.basics.limits import process_limits
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, process_limits
+from pipros.basics.names import NAME_CHARACTERS
 from pipros.basics.ports import AdvertisedAddress
 from pipros.basics.printable import printable
 from pipros.master import statistics
@@ -19,8 +21,7 @@ from pipros.master.notifier import Notifier
 from pipros.master.options import MasterOptions
 from pipros.master.param_weight import SMALL, TooManyElements, weigh
 from pipros.master.params import ParamTree
-from pipros.master.recipients import RegisteredNodes
-from pipros.master.registry import Registry
+from pipros.master.registry import Notice, Registry
 from pipros.master.store import Store, restore_params, restore_registrations
 from pipros.net import address
 from pipros.net.rpc_server import RpcServer, current_caller
@@ -53,17 +54,16 @@ class MasterServer:
         self._options = options
         self._advertised = advertised
         self._store: Store | None = None
-        self._limits = limits = options.limits or process_limits()
-        self.registry = Registry(limits)
+        limits = options.limits or process_limits()
+        self.registry = Registry()
         self.params = ParamTree(limit_bytes=limits.parameter_bytes)
         self.liveness = Liveness(self.registry, self._remove_node, options.probing)
-        self.notifier = Notifier(RegisteredNodes(self.registry, self.liveness), limits)
+        self.notifier = Notifier(RegisteredNodes(self.registry, self.liveness, limits), limits)
         self._api = MasterApi(
             self.registry,
             self.params,
             notify=self.notifier.notify,
             shutdown=self._shut_down,
-            limits=limits,
         )
         methods: dict[str, Callable[..., Any]] = {
             **self._api.methods,
@@ -84,8 +84,7 @@ class MasterServer:
         """Restore the store's contents, set the parameters, then open the port.
 
         Raises:
-            OSError: the port is in use, the address does not belong to this machine, or the store cannot be
-                created.
+            OSError: the port is in use, or the address does not belong to this machine.
             StoreUntrusted: another user could have written to the store.
         """
         if self._options.store:
@@ -100,6 +99,7 @@ class MasterServer:
             raise
         self._api.uri = address.uri(*self._advertised.outside(self.rpc.port))
         _log.info("Master initialized: port[%d], uri[%s]", self.rpc.port, self._api.uri)
+        self.liveness.own_port = self.rpc.port
         self.liveness.start()
         self._started_at = asyncio.get_running_loop().time()
         self._sample()
@@ -178,7 +178,7 @@ class MasterServer:
         """Return the value that a call would replace, or None if there is none or an argument is invalid."""
         if len(params) < 2 or type(params[0]) is not str or type(params[1]) is not str:
             return None
-        if not params[1] or max(map(len, params[:2])) > self._limits.name_characters:
+        if not params[1] or max(map(len, params[:2])) > NAME_CHARACTERS:
             return None
         return self.params.former(names.resolve(params[1], params[0]))
 
@@ -200,3 +200,57 @@ class MasterServer:
             rate=self._rate,
         )
         return [1, "statistics", figures]
+
+
+class RegisteredNodes:
+    """The `Recipients` of a master's `Notifier`.
+
+    It decides whether notices are still due, and reports the outcome of deliveries to `Liveness`.
+    """
+
+    def __init__(self, registry: Registry, liveness: Liveness, limits: Limits | None = None) -> None:
+        self._registry = registry
+        self._liveness = liveness
+        self._timeout_s = (limits or process_limits()).notice_s
+
+    async def may_deliver(self, notice: Notice) -> bool:
+        """Return whether a notice is still due, and the server at its URI is the node.
+
+        A peer can register any address, so other servers get no notices (`pipros.net.identify`).
+        """
+        if notice.method == "shutdown":
+            return await self.may_shut_down(notice)
+        if not self.is_current(notice):
+            return False
+        if await self._liveness.is_node(notice.node, notice.api, self._timeout_s):
+            return self.is_current(notice)
+        _log.info("%s: the server at %s is not this node; nothing is sent there", notice.node, notice.api)
+        return False
+
+    def is_current(self, notice: Notice) -> bool:
+        """Return whether the node still uses the notice's URI."""
+        return self._registry.api_of(notice.node) == notice.api
+
+    async def may_shut_down(self, notice: Notice) -> bool:
+        """Return True if the address still belongs to the replaced process, which must then be shut down.
+
+        See ros_comm#2241.
+        """
+        if await self._liveness.is_at(notice.node, notice.api):
+            _log.info("%s: shutting down its former process at %s", notice.params[1], notice.api)
+            return True
+        _log.info(
+            "%s: its former process is no longer at %s; nothing is shut down", notice.params[1], notice.api
+        )
+        return False
+
+    def on_delivered(self, notice: Notice) -> None:
+        self._liveness.note_reached(notice.node)
+
+    def on_failed(self, notice: Notice, error: PiprosError) -> None:
+        _log.info("%s could not be delivered to %s: %s", notice.method, notice.node, error)
+        if self.is_current(notice):
+            self._liveness.suspect(notice.node)
+
+    def on_finished(self, notice: Notice) -> None:
+        self._registry.notice_done(notice)

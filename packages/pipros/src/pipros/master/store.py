@@ -26,6 +26,7 @@ from typing import Any, Final, NamedTuple
 from pipros.basics.cache_files import Untrusted, check_owner
 from pipros.basics.errors import PiprosError
 from pipros.basics.posix import HAS_OWNERS, NO_LINK, user_id
+from pipros.basics.warn_once import warn_once
 from pipros.basics.windows import replace_file
 from pipros.master.params import ParamsFull, ParamTree
 from pipros.master.registry import Registry, Role
@@ -88,27 +89,31 @@ class Store:
     """The journal of a registry and a parameter tree (`RegistryJournal`, `ParamJournal`) in a file.
 
     Attributes:
-        restored: the contents of the file when it was opened.
+        restored: the contents of the file when it was opened, as far as it could be read.
         set_aside: the new path of an unusable file; None if the file was usable or new.
     """
 
     def __init__(self, file: Path, pause_s: float = PAUSE_S) -> None:
         """Open or create the file. A damaged or foreign file is moved aside unchanged.
 
+        If the file cannot be written, for example because the disk is full, a warning is printed, and what
+        the file contains is restored, but nothing is stored: a robot needs its master.
+
         Raises:
-            OSError: the folder cannot be created or the unusable file cannot be moved.
             StoreUntrusted: another user could have written to the file.
         """
         self.file = file
         self._pause_s = pause_s
         self.set_aside: Path | None = None
-        _make_private(file)
         try:
-            self._database, self.restored = _open(file)
-        except (sqlite3.Error, PiprosError, ValueError, KeyError) as error:
-            self.set_aside = _move_aside(file)
-            _log.error("%s is not a usable master store (%s); moved to %s", file, error, self.set_aside)
-            self._database, self.restored = _open(file)
+            _make_private(file)
+            self._database, self.restored = self._open_or_move()
+        except (OSError, sqlite3.Error) as error:
+            warn_once(
+                f"WARNING: cannot store parameters and registrations in [{file}]: {error}. This master "
+                "continues without it: free some space, or fix the permissions, for the next one"
+            )
+            self._database, self.restored = _in_memory(), _read_unwritable(file)
         self._changes: queue.SimpleQueue[tuple[str, tuple[Any, ...]] | None] = queue.SimpleQueue()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="master store", daemon=True)
@@ -119,6 +124,16 @@ class Store:
         self._closing.set()
         self._changes.put(None)
         self._thread.join()
+
+    def _open_or_move(self) -> tuple[sqlite3.Connection, StoredState]:
+        try:
+            return _open(self.file)
+        except (sqlite3.Error, PiprosError, ValueError, KeyError) as error:
+            if _is_of_the_disk(error):
+                raise
+            self.set_aside = _move_aside(self.file)
+            _log.error("%s is not a usable master store (%s); moved to %s", self.file, error, self.set_aside)
+            return _open(self.file)
 
     # ---- the journal
 
@@ -255,6 +270,27 @@ def _open(file: Path) -> tuple[sqlite3.Connection, StoredState]:
     except BaseException:
         database.close()
         raise
+
+
+def _is_of_the_disk(error: Exception) -> bool:
+    """Whether the disk or another process prevents the access: the file itself may be good."""
+    return isinstance(error, sqlite3.OperationalError) and not str(error).startswith("no such")
+
+
+def _in_memory() -> sqlite3.Connection:
+    database = sqlite3.connect(":memory:", check_same_thread=False)
+    database.executescript(_SCHEMA)
+    return database
+
+
+def _read_unwritable(file: Path) -> StoredState:
+    """Return the content of a file on a disk to which SQLite cannot write even its auxiliary files."""
+    try:
+        with contextlib.closing(sqlite3.connect(f"{file.as_uri()}?immutable=1", uri=True)) as database:
+            _check(database)
+            return _read(database)
+    except (OSError, sqlite3.Error, PiprosError, ValueError, KeyError):
+        return StoredState((), (), {})
 
 
 def _check(database: sqlite3.Connection) -> None:

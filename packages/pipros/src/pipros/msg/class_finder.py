@@ -11,11 +11,15 @@ from __future__ import annotations
 import re
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.basics.limits import Limits, process_limits
 from pipros.msg.base import Message
 from pipros.msg.language.digest import complete
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError, MessageSpec
+
+DEFINITION_CACHE_BYTES = 64 * 1024 * 1024
+"""Limit: definitions from peers and bags whose classes are kept for further messages. Beyond it, the cached
+classes are discarded, and created again when they are needed.
+"""
 
 _CLASS_BYTES = 20_000
 """Approximate memory that the class for a small definition uses."""
@@ -30,16 +34,16 @@ class ClassFinder:
     """Finder and cache of message classes by type and MD5 sum.
 
     A peer could send new definitions forever, so the cache is emptied when it would exceed
-    `Limits.definition_cache_bytes`.
+    `DEFINITION_CACHE_BYTES`.
     """
 
-    def __init__(self, limits: Limits | None = None) -> None:
-        self._max_bytes = (limits or process_limits()).definition_cache_bytes
+    def __init__(self) -> None:
+        self._max_bytes = DEFINITION_CACHE_BYTES
         self._bytes = 0
         self._known: dict[tuple[str, str, str], type[Message]] = {}
 
     def find(self, type_name: str, md5sum: str, definition: str) -> type[Message]:
-        """Return the class for the type with the given MD5 sum.
+        """Return the class for the type with the given MD5 sum, which is empty if it is not known.
 
         Raises:
             MissingDefinition: `definition` is empty although the type has fields, and no installed type has
@@ -55,7 +59,8 @@ class ClassFinder:
                 self._bytes = 0
                 self._known.clear()
             self._bytes += size
-            self._known[key] = found
+            found = self._known.setdefault(key, found)  # another thread may have found it, too
+            self._known.setdefault((type_name, found._md5sum, definition), found)  # if `md5sum` is not known
         return found
 
 

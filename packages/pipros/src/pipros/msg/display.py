@@ -53,8 +53,8 @@ def _picture(message: Any) -> str:
     Return an empty string if the message cannot be drawn, or Pillow is not installed.
     """
     try:
-        from pipros.pictures.drawn import picture_of
-        from pipros.pictures.errors import PictureError
+        from pipros_libraries.pictures.drawn import picture_of
+        from pipros_libraries.pictures.errors import PictureError
     except ImportError:
         return ""
     try:

@@ -22,6 +22,11 @@ from pipros.msg.language.digest import check_nesting, embedded_types
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import DefinitionError, MessageSpec
 
+DEFINITION_COPIES_BYTES = 64 * 1024 * 1024
+"""Limit: the definitions of all types in one definition, each including its embedded types. Beyond it, the
+definition is refused.
+"""
+
 
 def message_classes_from_text(
     type_name: str, full_text: str, limits: Limits | None = None
@@ -57,7 +62,7 @@ def message_classes_from_text(
 def checked_specs(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
     """Return the types defined in a full definition, by name; see `message_classes_from_text` for errors."""
     limits = limits or process_limits()
-    specs = specs_from_text(type_name, full_text, limits)
+    specs = specs_from_text(type_name, full_text)
     _check_together(specs, limits)
     return specs
 
@@ -76,13 +81,13 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
     if fields > limits.definition_fields:
         limit = limit_text("definition_fields", limits.definition_fields)
         raise DefinitionError(f"the types in the text have {fields} fields in total; {limit}", file=where)
-    bytes_left = limits.definition_copies_bytes
+    bytes_left = DEFINITION_COPIES_BYTES
     for spec in specs.values():
         bytes_left -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
         if bytes_left < 0:
             raise DefinitionError(
                 f"the definitions of the types in the text, each with its embedded types, exceed "
-                f"{limits.definition_copies_bytes} bytes in total",
+                f"{DEFINITION_COPIES_BYTES} bytes in total",
                 file=where,
             )
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pipros.msg.base import Message
 from pipros.msg.time import TVal
-from pipros.safe.expr import TYPE_NAMES
+from pipros.safe.expr_walk import TYPE_NAMES
 
 _OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero")
 

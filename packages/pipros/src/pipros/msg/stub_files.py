@@ -12,6 +12,7 @@ from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definition_files import NOUNS, DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.stubs import write_stubs
+from pipros.packages import has_only_messages
 
 
 class StubFiles:
@@ -82,4 +83,6 @@ def has_python_modules(package: str) -> bool:
         spec = importlib.util.find_spec(package)
     except (ImportError, ValueError):
         return False
-    return spec is not None and spec.origin is not None and os.path.isfile(spec.origin)
+    if spec is None or spec.origin is None or not os.path.isfile(spec.origin):
+        return False
+    return not has_only_messages(os.path.dirname(spec.origin))

@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from pipros.basics.input_file import read_file
 from pipros.basics.printable import printable_lines
 from pipros.basics.replaced_file import write_whole
 from pipros.msg.compile.emitter import python_name
@@ -67,7 +68,7 @@ def write_stubs(
             file = folder / f"{package}{suffix}" / name
             file.parent.mkdir(parents=True, exist_ok=True)
             # do not rewrite unchanged files, because editors reload files that change
-            if not file.is_file() or file.read_bytes() != text.encode():
+            if not file.is_file() or read_file(file) != text.encode():
                 write_whole(file, text.encode())
             written.append(file)
         outdated = folder / f"{package}{suffix}" / "__init__.pyi"

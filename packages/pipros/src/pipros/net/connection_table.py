@@ -10,6 +10,11 @@ from typing import Protocol
 from pipros.net.address import is_loopback
 from pipros.net.refusals import Refusals
 
+WHOLE_REQUEST_S = 30.0
+"""Limit: the time for an XML-RPC request to arrive, and for its sender to read the response; also for
+service calls, for which it restarts after every MiB. Beyond it, the connection is closed.
+"""
+
 
 class TableEntry(Protocol):
     """The attributes and methods of a connection that the table uses."""

@@ -5,6 +5,12 @@ from __future__ import annotations
 from pipros.net.connection_table import TableEntry
 from pipros.net.refusals import Refusals
 
+BODIES_BYTES = 256 * 1024 * 1024
+"""Limit: all incomplete XML-RPC requests to one server together; also, separately, all of a node's service
+replies that clients have not read. Beyond it, the connection whose incomplete request or unread service
+response is oldest is closed.
+"""
+
 
 class HeldBytes:
     """Counts the bytes that a server holds for its peers: incomplete messages and unread replies.

@@ -193,11 +193,7 @@ class IncomingLink:
         Raises:
             RuntimeError: the system cannot start another thread.
         """
-        if one_thread.turns is None:
-            self._thread.start()
-        else:
-            self._sock.setblocking(False)
-            one_thread.turns.read(self._sock, self._take_turn)
+        one_thread.start_reader(self._sock, self._thread, self._take_turn)
 
     def close(self) -> None:
         """Close the link now. A running delivery is not interrupted. May be called repeatedly."""
@@ -226,7 +222,7 @@ class IncomingLink:
             error = None  # the traceback would keep this frame, and thus shared memory, alive
 
     def _take_turn(self) -> bool | None:
-        """Without a thread: deliver one message; see `one_thread.Turns.read`."""
+        """Without a thread: deliver one message; see `one_thread.start_reader`."""
         if self._delivery_lock.is_held():
             return None  # a callback of the topic is running
         try:

@@ -21,6 +21,11 @@ from pipros.basics.errors import Interrupted
 if TYPE_CHECKING:
     from pipros.net.workers import Workers
 
+LOOKUPS = 64
+"""Limit: concurrent lookups of host names. Beyond it, further lookups wait; lookups of blocking calls are
+counted separately, with the same limit.
+"""
+
 FOUND_S: Final = 10.0
 FAILED_S: Final = 2.0
 """How long addresses (FOUND_S) and failures (FAILED_S) are cached."""
@@ -207,6 +212,5 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
 @cache
 def process_lookups() -> Lookups:
     """Return the process-wide lookups. A node's event loop uses its own."""
-    from pipros.basics.limits import process_limits
 
-    return Lookups(process_limits().lookups)
+    return Lookups(LOOKUPS)

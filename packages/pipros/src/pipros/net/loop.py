@@ -57,8 +57,7 @@ class BackgroundLoop:
         require_sockets()
         # Use a selector loop on every system, because links are watched by their file descriptors.
         self.asyncio = _Loop(f"{self._name}: blocking", self._lookups)
-        if one_thread.turns is not None:
-            one_thread.turns.drive(self.asyncio)
+        if one_thread.drive(self.asyncio):
             return
         started = OnceEvent()
         self.asyncio.call_soon(started.set)
@@ -113,7 +112,7 @@ class BackgroundLoop:
     def stop(self, timeout_s: float | None = None) -> None:
         """Cancel running tasks, stop the loop and wait for its thread. May be called repeatedly."""
         thread, self._thread = self._thread, None
-        if one_thread.turns is not None:
+        if not one_thread.has_threads():
             if not self.asyncio.is_closed():
                 self._close()
             return
@@ -174,7 +173,7 @@ class _Loop(asyncio.SelectorEventLoop):
         return answer.addresses(port)
 
     def run_in_executor(self, executor: Any, function: Callable[..., T], *args: Any) -> asyncio.Future[T]:  # type: ignore[override]
-        if executor is not None and one_thread.turns is None:
+        if executor is not None and one_thread.has_threads():
             return super().run_in_executor(executor, function, *args)
         return _outcome(self, self._workers.run, function, *args)
 

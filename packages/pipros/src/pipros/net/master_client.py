@@ -87,8 +87,8 @@ class MasterClient:
         together = [{"methodName": name, "params": [self.caller_id, *params]} for name, *params in calls]
         self._rpc.call("system.multicall", together)
 
-    def _call_for_number(self, method: str, *params: Any) -> int:
-        value = self.call(method, *params)
+    def _call_for_number(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> int:
+        value = self.call(method, *params, timeout_s=timeout_s)
         if not isinstance(value, int):
             raise self._malformed(method, value)
         return int(value)
@@ -188,8 +188,8 @@ class MasterClient:
     def get_uri(self) -> str:
         return str(self.call("getUri"))
 
-    def get_pid(self) -> int:
-        return self._call_for_number("getPid")
+    def get_pid(self, *, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> int:
+        return self._call_for_number("getPid", timeout_s=timeout_s)
 
     # ---- parameters
 

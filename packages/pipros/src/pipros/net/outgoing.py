@@ -41,6 +41,11 @@ from pipros.net.outgoing_state import (
 )
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 
+SUBSCRIBER_BYTES = 4 * 1024
+"""Limit: the bytes that a subscriber may send on a topic link after its header. Beyond it, the link is
+closed, with a log entry; the limit counts the bytes that a subscriber sends after its header.
+"""
+
 CHECK_STALLED_INTERVAL_S = 0.1
 """Interval between checks of whether a stalled link has caught up."""
 
@@ -72,6 +77,7 @@ class OutgoingLink:
     Attributes:
         state: changed while the lock is held; read without the lock to decide whether to call
             `flush_or_queue`.
+        may_share_packets: whether `share_packets` has an effect: over TCP, unless the link has `tcp_nodelay`.
         end_reason: why this side closed the link; empty if the peer or the owner closed it.
     """
 
@@ -98,7 +104,7 @@ class OutgoingLink:
         self._limits = limits
         self._timings = timings
         self._is_local = local_stream.is_local(sock)
-        self._may_share_packets = may_share_packets and not self._is_local
+        self.may_share_packets = may_share_packets and not self._is_local
         self._loop = loop
         self._on_closed = on_closed
         self._lock = threading.Lock()
@@ -170,7 +176,7 @@ class OutgoingLink:
 
         This is Nagle's algorithm. Does nothing for a link with `tcp_nodelay`.
         """
-        if self._may_share_packets:
+        if self.may_share_packets:
             sockets.share_packets(self.sock, share=share)
 
     @property
@@ -323,8 +329,8 @@ class OutgoingLink:
         except OSError:
             received = 0  # the peer reset the connection
         self._received_bytes += received
-        if received and self._received_bytes > self._limits.subscriber_bytes:
-            self.end_reason = f"it sent more than {self._limits.subscriber_bytes} bytes after its header"
+        if received and self._received_bytes > SUBSCRIBER_BYTES:
+            self.end_reason = f"it sent more than {SUBSCRIBER_BYTES} bytes after its header"
         elif received:
             return
         self.close()

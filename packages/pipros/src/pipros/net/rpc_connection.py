@@ -19,7 +19,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from pipros.basics.errors import ProtocolError
-from pipros.net.connection_table import ConnectionTable
+from pipros.net.connection_table import WHOLE_REQUEST_S, ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_state import BUSY, FINAL, RpcEvent, RpcState, Step, after, next_step
@@ -205,7 +205,7 @@ class RpcConnection(asyncio.Protocol):
             self._server.connections.clear_deadline(self)
 
     def _expect_progress(self) -> None:
-        self._server.connections.set_deadline(self, self._loop.time() + self._server.limits.request_s)
+        self._server.connections.set_deadline(self, self._loop.time() + WHOLE_REQUEST_S)
 
     # ---- responding
 

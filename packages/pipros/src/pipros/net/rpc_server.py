@@ -17,16 +17,27 @@ from contextvars import ContextVar
 from typing import Any, Final
 
 from pipros.basics.errors import LimitExceeded
-from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.basics.limits import Limits, process_limits
 from pipros.basics.ports import PortRange
 from pipros.net.address import LOOPBACK
 from pipros.net.connection_table import ConnectionTable
-from pipros.net.held_bytes import HeldBytes
+from pipros.net.held_bytes import BODIES_BYTES, HeldBytes
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
 from pipros.net.sockets import connections_that_fit, listen_all
 from pipros.net.this_machine import ThisMachineCaller
 from pipros.wire.xmlrpc import Encoded, ValueTooLarge
+
+IDLE_S = 900.0
+"""Limit: the time that an XML-RPC connection may stay open without a request. Beyond it, the connection is
+closed.
+"""
+MULTICALL_ANSWER_BYTES = 16 * 1024 * 1024
+"""Limit: all responses to one `system.multicall` together. Beyond it, the remaining calls return a fault."""
+RPC_CONNECTIONS_PER_PEER = 4096
+"""Limit: xML-RPC connections to one server from one address. Beyond it, like `rpc_connections`, among the
+connections from one address.
+"""
 
 Method = Callable[..., Any]
 """The implementation of a method. It takes the decoded parameters and returns the value to encode.
@@ -103,10 +114,10 @@ class RpcServer:
         self.large_values: Executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="large values")
         self.connections = ConnectionTable(
             limit=self.limits.rpc_connections or connections_that_fit(),
-            limit_per_peer=self.limits.rpc_connections_per_peer,
+            limit_per_peer=RPC_CONNECTIONS_PER_PEER,
             refusals=self.refusals,
         )
-        self.bodies = HeldBytes(limit_bytes=self.limits.bodies_bytes, refusals=self.refusals)
+        self.bodies = HeldBytes(limit_bytes=BODIES_BYTES, refusals=self.refusals)
 
     @property
     def port(self) -> int:
@@ -173,7 +184,7 @@ class RpcServer:
                 await asyncio.wait_for(server.wait_closed(), 1.0)
 
     def _close_overdue(self, loop: asyncio.AbstractEventLoop) -> None:
-        self.connections.close_overdue(loop.time(), self.limits.idle_s)
+        self.connections.close_overdue(loop.time(), IDLE_S)
         self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
 
     # ---- called by connections
@@ -217,7 +228,7 @@ class RpcServer:
         loop = asyncio.get_running_loop()
         caller = current_caller.get()
         answers: list[Any] = []
-        bytes_left = self.limits.multicall_answer_bytes
+        bytes_left = MULTICALL_ANSWER_BYTES
         turn_ends = loop.time() + _TURN_S
         calls = calls if type(calls) is list else list(calls)
         calls.reverse()
@@ -229,7 +240,7 @@ class RpcServer:
                 encoded = await self._encode([await answer if inspect.isawaitable(answer) else answer])
                 bytes_left -= len(encoded.text)
                 if bytes_left < 0:
-                    limit = limit_text("multicall_answer_bytes", self.limits.multicall_answer_bytes)
+                    limit = f"the limit is {MULTICALL_ANSWER_BYTES} bytes"
                     raise LimitExceeded(
                         f"the combined responses to a system.multicall are too large; {limit}"
                     )

@@ -29,7 +29,7 @@ from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import ProtocolError
-from pipros.basics.limits import Limits, limit_text
+from pipros.basics.limits import limit_text
 from pipros.basics.posix import call_in_children
 from pipros.net.backlog import WireMessage
 from pipros.net.link_memory import LinkMemory, MemorySharingLink, PlacedMessage
@@ -37,6 +37,12 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.shared_segment import Segment
 from pipros.net.slot_table import FEWEST_SLOTS, QUOTA, SLOTS, SlotTable
 from pipros.wire.slot_frames import DROP, SLOT, ControlFrame, Slot, decode_acknowledgements, encode
+
+SHARED_TOPIC_BYTES = 64 * 1024 * 1024
+"""Limit: the memory that a node shares with the subscribers of one topic on this machine. Messages that do
+not fit are sent through sockets. Beyond it, if shared memory for two messages would exceed the limit,
+messages are sent through sockets, with a log entry; slots count from their first use.
+"""
 
 LEAST_BYTES: Final = 128 * 1024
 """Minimum size of a message in shared memory. Smaller messages are cheaper to send than to share."""
@@ -70,7 +76,6 @@ class TopicMemory:
         self,
         topic: str,
         loop: BackgroundLoop,
-        limits: Limits,
         budget: Budget,
         log: logging.Logger,
         keep_s: float,
@@ -78,7 +83,7 @@ class TopicMemory:
         self._keep_s = keep_s
         self._topic = topic
         self._loop = loop
-        self.limit_bytes = limits.shared_topic_bytes
+        self.limit_bytes = SHARED_TOPIC_BYTES
         self._budget = budget
         self._log = log
         self._lock = threading.Lock()
@@ -283,7 +288,7 @@ class TopicMemory:
         slot_bytes = -(-int(size * _HEADROOM) // _PAGE_BYTES) * _PAGE_BYTES
         slots = min(SLOTS, (self.limit_bytes - self.used_bytes) // slot_bytes)
         if slots < FEWEST_SLOTS:
-            limit = limit_text("shared_topic_bytes", self.limit_bytes)
+            limit = f"the limit is {self.limit_bytes} bytes"
             self._refuse(f"{FEWEST_SLOTS} messages of {size} bytes do not fit; {limit}")
             return None
         if not self._budget.take(slot_bytes * FEWEST_SLOTS):

@@ -24,6 +24,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import ProtocolError
+from pipros.basics.extras import required
 from pipros.basics.posix import call_in_children
 from pipros.wire.slot_frames import (
     OFFER,
@@ -181,8 +182,7 @@ class HeldSlot:
 
     def lend(self) -> memoryview:
         """Return a read-only view of an array over the message. It is valid as long as it is referenced."""
-        import numpy
-
+        numpy = required("numpy", "zero_copy=True needs numpy", "numpy")
         lent: Any = numpy.frombuffer(self._memory, numpy.uint8, self.size, self._start)
         pipe, self._pipe = self._pipe, None
         if pipe is not None:

@@ -15,20 +15,33 @@ import contextlib
 import logging
 import math
 import socket
-from collections.abc import Awaitable, Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
-from pipros.basics.errors import ProtocolError, Unreachable
+from pipros.basics.errors import ProtocolError
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.ports import PortRange
 from pipros.net import local_stream, sockets
-from pipros.net.address import LOOPBACK, address_here, plain_address
+from pipros.net.address import LOOPBACK, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
-from pipros.net.rpc_client import reason_of
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
-from pipros.wire.handshake import refuse
-from pipros.wire.header import HeaderReader, encode_header
+from pipros.wire.handshake import HANDSHAKE_S, refuse
+from pipros.wire.header import HEADER_BYTES, HeaderReader, encode_header
+
+HANDSHAKES = 256
+"""Limit: concurrent connections to a node on which neither a TCPROS header nor the beginning of an HTTP
+request has arrived yet; at most a quarter of `tcpros_connections`. Beyond it, the oldest of these
+connections is closed to make room for the new one; the limit, which is at most a quarter of
+`tcpros_connections`, counts connections to a node that have sent neither a complete header nor the beginning
+of an HTTP request.
+"""
+TCPROS_CONNECTIONS_PER_PEER = 0
+"""Limit: the TCPROS connections that one address may open; 0 means half of the difference between
+`tcpros_connections` and `handshakes`, or all of it for loopback. Beyond it, as for `tcpros_connections`, but
+only connections from the same address are closed. 0 means half of the difference between
+`tcpros_connections` and `handshakes`, or all of it for loopback.
+"""
 
 RETRY_ACCEPT_S = 0.1
 """Delay before the next attempt if no descriptors were left for a new connection."""
@@ -48,7 +61,7 @@ _ACCEPTED_AT_A_TIME = 4
 clients connect at the same time.
 """
 
-_CHUNK_BYTES = 16 * 1024
+CHUNK_BYTES = 16 * 1024
 
 _TELLING_BYTES = 4
 """Number of leading bytes that distinguish HTTP from TCPROS."""
@@ -122,15 +135,15 @@ class TcprosServer:
         self._on_connection = on_connection
         self._on_http = on_http
         self._timings = timings
-        self._limits = limits = limits or process_limits()
+        limits = limits or process_limits()
         total = limits.tcpros_connections or sockets.connections_that_fit(DESCRIPTORS_SHARE)
-        self._handshakes_limit = min(limits.handshakes, max(1, total // 4))
+        self._handshakes_limit = min(HANDSHAKES, max(1, total // 4))
         links_limit = max(1, total - self._handshakes_limit)
         self.refusals = Refusals(log)
         self.connections = ConnectionTable(
             limit=links_limit,
-            limit_per_peer=limits.tcpros_connections_per_peer or max(1, links_limit // 2),
-            spares_loopback=not limits.tcpros_connections_per_peer,
+            limit_per_peer=TCPROS_CONNECTIONS_PER_PEER or max(1, links_limit // 2),
+            spares_loopback=not TCPROS_CONNECTIONS_PER_PEER,
             refusals=self.refusals,
         )
         self._local: socket.socket | None = None
@@ -195,7 +208,7 @@ class TcprosServer:
             peer, on_http = LOOPBACK, None
         else:
             peer = plain_address(str(address[0]))
-        handshake = _Handshake(sock, peer, self._limits, self._timings, self._on_connection, on_http)
+        handshake = _Handshake(sock, peer, self._timings, self._on_connection, on_http)
         if not handshake.read():  # the header has usually arrived by now
             handshake.wait(self._loop, self._forget)
             self._handshakes[handshake] = None
@@ -224,7 +237,6 @@ class _Handshake:
         self,
         sock: socket.socket,
         peer: str,
-        limits: Limits,
         timings: LinkTimings,
         on_connection: Callable[[TcprosConnection], None],
         on_http: OnHttp | None,
@@ -232,12 +244,12 @@ class _Handshake:
         sock.setblocking(False)
         self.peer = peer
         self._sock = sock
-        self._limit_s = limits.handshake_s
+        self._limit_s = HANDSHAKE_S
         self._timings = timings
         self._on_connection = on_connection
         self._on_http = on_http
         self._start = b""  # received bytes, too few to determine the protocol
-        self._reader = HeaderReader(limits.header_bytes)
+        self._reader = HeaderReader(HEADER_BYTES)
         self._unregister: Callable[[], None] = _nothing
 
     def wait(self, loop: asyncio.AbstractEventLoop, on_end: Callable[[_Handshake], None]) -> None:
@@ -261,7 +273,7 @@ class _Handshake:
     def read(self) -> bool:
         """Read the available bytes; return False if more are needed."""
         try:
-            data = self._sock.recv(_CHUNK_BYTES)
+            data = self._sock.recv(CHUNK_BYTES)
             if data and self._on_http is not None:
                 data, self._start = self._start + data, b""
                 if len(data) < _TELLING_BYTES:
@@ -298,116 +310,8 @@ def _nothing() -> None:
     pass
 
 
-async def connect(
-    host: str,
-    port: int,
-    fields: Mapping[str, str],
-    *,
-    no_delay: bool = True,
-    limits: Limits | None = None,
-    timings: LinkTimings = LINK_TIMINGS,
-) -> TcprosConnection:
-    """Connect to a TCPROS server, send `fields`, and return the connection with the peer's reply header.
-
-    Raises:
-        Unreachable: the connection failed, or the peer did not respond within `Limits.handshake_s`.
-        ProtocolError: the port is impossible, the peer closed the connection without a reply, or its reply is
-            malformed.
-    """
-
-    async def open_socket() -> socket.socket:
-        with sockets.closed_on_error(await _connect_first(asyncio.get_running_loop(), host, port)) as sock:
-            sockets.prepare(sock, no_delay=no_delay, timings=timings)
-            return sock
-
-    if not 0 < port < 65536:
-        raise ProtocolError(f"impossible address {host}:{port}: a port must be between 1 and 65535")
-    return await _shake_hands(open_socket, f"{host}:{port}", fields, limits)
-
-
-async def connect_locally(
-    name: str, fields: Mapping[str, str], *, shares_memory: bool = False, limits: Limits | None = None
-) -> TcprosConnection:
-    """Connect like `connect`, but over a Unix stream to an abstract socket name.
-
-    If `shares_memory` is true, the socket is a `DescriptorSocket`.
-    """
-
-    async def open_socket() -> socket.socket:
-        sock = local_stream.connect(name)
-        if not shares_memory:
-            return sock
-        from pipros.net.shared_receiver import DescriptorSocket
-
-        return DescriptorSocket(sock)
-
-    return await _shake_hands(open_socket, name, fields, limits)
-
-
-async def _shake_hands(
-    open_socket: Callable[[], Awaitable[socket.socket]],
-    peer: str,
-    fields: Mapping[str, str],
-    limits: Limits | None,
-) -> TcprosConnection:
-    bounds = limits or process_limits()
-
-    async def exchange() -> TcprosConnection:
-        with sockets.closed_on_error(await open_socket()) as sock:
-            await asyncio.get_running_loop().sock_sendall(sock, encode_header(fields))
-            answer, rest = await _read_header(sock, bounds.header_bytes)
-        return TcprosConnection(sock, answer, rest)
-
-    try:
-        return await asyncio.wait_for(exchange(), bounds.handshake_s)
-    except asyncio.TimeoutError:
-        raise Unreachable(peer, f"no response within {bounds.handshake_s:g} s") from None
-    except OSError as error:
-        raise Unreachable(peer, reason_of(error)) from error
-
-
 def refuse_connection(sock: socket.socket, reason: str) -> None:
     """Send a peer the reason for a refusal, if the socket accepts it at once, and close the socket."""
     with contextlib.suppress(OSError):
         sock.send(encode_header(refuse(reason)))
     sock.close()
-
-
-async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:
-    """Return a socket connected to the first of the host's addresses that accepts a connection."""
-    host, port = address_here(host, port)
-    failure: OSError = OSError(f"the name {host} has no address")
-    for family, kind, protocol, _, address in await _addresses(loop, host, port):
-        try:
-            with sockets.closed_on_error(socket.socket(family, kind, protocol)) as sock:
-                sock.setblocking(False)
-                await loop.sock_connect(sock, address)
-        except OSError as error:
-            failure = error
-        else:
-            return sock
-    raise failure
-
-
-async def _addresses(
-    loop: asyncio.AbstractEventLoop, host: str, port: int
-) -> Sequence[tuple[int, int, int, str, Any]]:
-    """Return a host's addresses.
-
-    Names are looked up in a limited number of threads. Addresses are returned unchanged.
-    """
-    with contextlib.suppress(socket.gaierror, UnicodeError):
-        return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)
-    return await loop.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-
-
-async def _read_header(sock: socket.socket, limit_bytes: int) -> tuple[Mapping[str, str], bytes]:
-    loop = asyncio.get_running_loop()
-    reader = HeaderReader(limit_bytes)
-    while True:
-        data = await loop.sock_recv(sock, _CHUNK_BYTES)
-        if not data:
-            raise ProtocolError("the peer closed the connection before it sent a header")
-        fields = reader.feed(data)
-        if fields is not None:
-            return fields, reader.rest

@@ -15,9 +15,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from pipros.basics.limits import Limits, process_limits
 from pipros.net.address import ANY, ANY_IPV6, LOOPBACK, is_loopback, plain_address
 from pipros.net.lookup import Lookups, process_lookups
+
+LOOKUP_S = 5.0
+"""Limit: the time for looking up a configured host name to determine whether it belongs to this machine.
+Beyond it, the name is treated as the name of another machine.
+"""
 
 _DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
 """Addresses for documentation (RFC 5737, RFC 3849). If the system lets a socket bind even to these, a
@@ -145,13 +149,13 @@ def own_address() -> str:
     return next((found for found in own_addresses() if not is_loopback(found)), LOOPBACK)
 
 
-def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | None = None) -> tuple[str, ...]:
+def addresses_of(host: str, lookups: Lookups | None = None) -> tuple[str, ...]:
     """Return the IP addresses of a host name or address.
 
-    The result is empty if the name was not resolved within `lookup_s`. Blocks, so do not call this in an
+    The result is empty if the name was not resolved within `LOOKUP_S`. Blocks, so do not call this in an
     event loop.
     """
-    deadline = time.monotonic() + (limits or process_limits()).lookup_s
+    deadline = time.monotonic() + LOOKUP_S
     try:
         found = (lookups or process_lookups()).find(host, None, deadline=deadline, type=socket.SOCK_STREAM)
     except OSError:

@@ -35,7 +35,7 @@ class Workers:
     def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:
         self._name = name
         self._limit = limit
-        self._kept_idle = kept_idle if one_thread.turns is None else 0
+        self._kept_idle = kept_idle if one_thread.has_threads() else 0
         self._jobs: SimpleQueue[Job | None] = SimpleQueue()
         self._waiting: deque[Job] = deque()
         self._threads = 0

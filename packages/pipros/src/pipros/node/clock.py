@@ -75,9 +75,9 @@ class WallClock:
         if self._exempt == threading.get_ident():
             time.sleep(max(duration_s, 0))
             return True
-        if one_thread.turns is not None and self._interrupted.is_set():
+        if not one_thread.has_threads() and self._interrupted.is_set():
             time.sleep(0)  # takes a turn, also in a loop that ignores the end
-        if duration_s <= 0 and one_thread.turns is None:
+        if duration_s <= 0 and one_thread.has_threads():
             return not self._interrupted.is_set()
         return not self._interrupted.wait(duration_s)
 

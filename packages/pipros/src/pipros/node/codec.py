@@ -6,6 +6,7 @@ import io
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from pipros.basics.extras import required
 from pipros.net.backlog import Buffer
 
 if TYPE_CHECKING:
@@ -56,10 +57,9 @@ def view_decoder(message_class: type[Message]) -> Callable[[memoryview | bytes],
     generators, and `AnyMsg`, are decoded as usual.
 
     Raises:
-        ModuleNotFoundError: numpy is not installed.
+        MissingExtra: numpy is not installed.
     """
-    import numpy
-
+    numpy = required("numpy", "zero_copy=True needs numpy", "numpy")
     if not hasattr(message_class, "_deserialize_views"):
         return decoder(message_class)
     has_numbers = bool(getattr(message_class, "_has_numpy_arrays", False))

@@ -34,6 +34,8 @@ class NodeContext(NamedTuple):
         received: counter that changes whenever the node has received messages on a topic.
         memory: budget for the memory that the node shares with subscribers on this machine.
         incomplete: the bytes of requests and messages whose rest has not arrived; for use in the event loop.
+        reported: the URIs of nodes that are reported as unreachable: each is reported once, not per topic;
+            for use in the event loop.
         timings: the node's delays and timeouts.
     """
 
@@ -48,4 +50,5 @@ class NodeContext(NamedTuple):
     received: PublishCount
     memory: Budget
     incomplete: HeldBytes
+    reported: set[str]
     timings: NodeTimings = NODE_TIMINGS

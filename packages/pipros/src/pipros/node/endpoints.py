@@ -17,7 +17,7 @@ from pipros.basics.ports import AdvertisedAddress
 from pipros.net.address import uri
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
-from pipros.net.held_bytes import HeldBytes
+from pipros.net.held_bytes import BODIES_BYTES, HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
@@ -45,6 +45,11 @@ if TYPE_CHECKING:
         SubscriberCallback,
         Subscription,
     )
+
+CONNECTION_ATTEMPTS = 20
+"""Limit: publishers that a node tries to connect to at the same time. Beyond it, further attempts wait;
+attempts that take longer than a second do not count, unless they exceed ten times the limit.
+"""
 
 
 TOPICS_LISTED = 50
@@ -89,7 +94,7 @@ class Endpoints:
         self.local_name: str | None = None
         self.own_uri: str | None = None
         numbers = itertools.count(1)
-        self.attempts = Attempts(limits.connection_attempts, slow_s=timings.slow_attempt_s)
+        self.attempts = Attempts(CONNECTION_ATTEMPTS, slow_s=timings.slow_attempt_s)
         self._context = NodeContext(
             node_name,
             loop,
@@ -102,6 +107,7 @@ class Endpoints:
             PublishCount(),
             Budget(limits.shared_bytes),
             HeldBytes(limit_bytes=limits.frame_bytes, refusals=connections.refusals),
+            set(),
             timings,
         )
         self.service_uri = uri(*self.address, "rosrpc")
@@ -111,7 +117,7 @@ class Endpoints:
         self._services: dict[str, tuple[ServiceServer, Entry]] = {}
         self._workers = Workers(f"service of {node_name}", limits.service_threads)
         self._waiting_threads = Slots(WAITING_THREADS)
-        self._unread = HeldBytes(limit_bytes=limits.bodies_bytes, refusals=connections.refusals)
+        self._unread = HeldBytes(limit_bytes=BODIES_BYTES, refusals=connections.refusals)
         self._observer: MessageObserver | None = None
         self._lock = threading.RLock()
 
@@ -174,8 +180,8 @@ class Endpoints:
                 publication = Publication(topic, message_class, self._context)
                 entry = PublicationEntry(topic, publication.interface.type)
                 self._publications[topic] = publication, entry
-                if one_thread.turns is not None:
-                    publication.publish = one_thread.turns.publishing(publication.publish)  # type: ignore[assignment,method-assign]
+                if not one_thread.has_threads():
+                    publication.publish = one_thread.publishing(publication.publish)  # type: ignore[assignment,method-assign]
             else:
                 publication = found[0]
                 _same_type(publication.interface.md5sum, message_class, topic)

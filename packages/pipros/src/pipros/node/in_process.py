@@ -14,6 +14,7 @@ from functools import cache
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final
 
+from pipros.basics.extras import required
 from pipros.msg import load_message_class
 from pipros.msg.compile.arrays import octets
 from pipros.net.incoming import DeliveryLock, ReceiveStatistics
@@ -122,8 +123,7 @@ def with_octets(message: Any, *, as_arrays: bool) -> Any:
 def _octets(value: Any, as_array: bool) -> Any:
     if not as_array:
         return value if isinstance(value, bytes) else bytes(octets(value))
-    import numpy
-
+    numpy = required("numpy", "zero_copy=True needs numpy", "numpy")
     if isinstance(value, numpy.ndarray) and value.dtype == numpy.uint8 and value.ndim == 1:
         if not value.flags.writeable:
             return value

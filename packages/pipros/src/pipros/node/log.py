@@ -12,6 +12,7 @@ import re
 import sys
 import threading
 from collections.abc import Callable, Iterable
+from io import StringIO
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
@@ -19,7 +20,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from pipros.basics.cache_files import Untrusted, check_owner
 from pipros.basics.errors import PiprosError
 from pipros.basics.file_names import is_device
-from pipros.basics.log_file import LogFile
+from pipros.basics.input_file import read_text
+from pipros.basics.log_file import LogFile, warn_unwritable
 from pipros.basics.posix import HAS_OWNERS
 from pipros.basics.printable import write_line
 from pipros.basics.warn_once import warn_once
@@ -242,12 +244,7 @@ class FileHandler(logging.Handler):
 
 
 def open_file_handler(path: Path) -> FileHandler:
-    """Return a handler that appends to `path`, rotating files that grow too large. Creates the folder.
-
-    Raises:
-        OSError: the folder or the file cannot be created, or the file is unsafe; see `open_to_write`.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Return a handler that appends to `path`, as a `LogFile` does."""
     return FileHandler(LogFile(path))
 
 
@@ -275,9 +272,10 @@ def find_log_config(environment: Environment) -> Path | None:
     return None
 
 
-def configure_by_file(config: Path, log_path: Path) -> None:
+def configure_by_file(config: Path, log_path: Path) -> bool:
     """Configure Python's logging from a file in the `logging.config` format or in YAML.
 
+    Return False, after a warning, if it is valid but names a log file that cannot be written.
     The environment variable `ROS_LOG_FILENAME` is set to `log_path`, so that the file can refer to it.
 
     Raises:
@@ -291,12 +289,16 @@ def configure_by_file(config: Path, log_path: Path) -> None:
     try:
         log_path.parent.mkdir(parents=True, exist_ok=True)
         if config.suffix in (".yaml", ".yml"):
-            logging.config.dictConfig({"version": 1, **yaml.load(config.read_text(), str(config))})
+            logging.config.dictConfig({"version": 1, **yaml.load(read_text(config), str(config))})
         else:
-            with config.open() as file:
-                logging.config.fileConfig(file, disable_existing_loggers=False)
+            logging.config.fileConfig(StringIO(read_text(config)), disable_existing_loggers=False)
     except Exception as error:
+        for cause in (error, error.__cause__):  # dictConfig wraps it
+            if isinstance(cause, OSError) and cause.filename not in (None, str(config)):
+                warn_unwritable(cause.filename, cause)
+                return False
         raise PiprosError(f"the logging configuration [{config}] cannot be used: {error}") from error
+    return True
 
 
 def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +36,11 @@ def open_console_and_file(
 ) -> list[logging.Handler]:
     """Write `logger`'s records to the console, and all loggers' records to a file, as in Noetic.
 
-    If there is a Python logging configuration (`find_log_config`), it is used instead. `level` is a ROS level
-    number; None keeps the configured level. For `is_roscpp`, see `ConsoleHandler`.
+    If there is a usable Python logging configuration (`find_log_config`), it is used instead.
+
+    Args:
+        level: a ROS level number; None keeps the configured level.
+        is_roscpp: see `ConsoleHandler`.
 
     Returns:
         The handlers that were added to the logger and to the root logger; an empty list if such a
@@ -47,9 +49,8 @@ def open_console_and_file(
     handlers: list[logging.Handler] = []
     given = node.identity.arguments.special.get("__log")
     path = log_file(node.environment.log_dir, node.name, given)
-    if config := find_log_config(node.environment):
-        configure_by_file(config, path)
-    else:
+    config = find_log_config(node.environment)
+    if config is None or not configure_by_file(config, path):
         logger.setLevel(logging.INFO)
         for handler in logger.handlers[:]:
             # an output that the program opened before it started the node
@@ -59,26 +60,17 @@ def open_console_and_file(
             node.name, lambda: node.clock, node.environment.console_format, is_roscpp=is_roscpp
         )
         logger.addHandler(console)
-        handlers = [console, *_log_to_file(path)]
+        handlers = [console, _log_to_file(path)]
     if level is not None:
         logger.setLevel(_LOGGING_LEVELS.get(level, logging.INFO))
     return handlers
 
 
-def _log_to_file(path: Path) -> list[logging.Handler]:
-    root = logging.getLogger()
-    try:
-        handler = open_file_handler(path)
-    except OSError as error:
-        print(
-            f"WARNING: cannot log to [{path}]: {error.strerror}. "
-            "Please set ROS_LOG_DIR to a writable location.",
-            file=sys.stderr,
-        )
-        return []
+def _log_to_file(path: Path) -> logging.Handler:
+    root, handler = logging.getLogger(), open_file_handler(path)
     root.addHandler(handler)
     root.setLevel(min(root.level or logging.INFO, logging.INFO))
-    return [handler]
+    return handler
 
 
 def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pipros.basics.limits import limit_text
 from pipros.msg import load_message_class, load_service_class
 from pipros.node.log import logger_count, logger_exists, logger_levels, set_logger_level
 
 if TYPE_CHECKING:
     from pipros.node.node import Node
+
+LOGGERS = 1000
+"""Limit: loggers that callers of `~set_logger_level` create in a node. Beyond it, the level is not set,
+which is logged once; the names of new loggers can have at most 200 characters; the limit does not count
+loggers that the program creates.
+"""
 
 _NAME_CHARACTERS = 200
 
@@ -35,7 +40,7 @@ def serve_loggers(node: Node) -> None:
         name = request.logger
         if logger_exists(name):
             set_logger_level(name, request.level)
-        elif len(name) <= _NAME_CHARACTERS and created < node.limits.loggers:
+        elif len(name) <= _NAME_CHARACTERS and created < LOGGERS:
             before = logger_count()
             set_logger_level(name, request.level)
             created += logger_count() - before
@@ -44,7 +49,7 @@ def serve_loggers(node: Node) -> None:
             node.log.warning(
                 "~set_logger_level did not create a logger: names have at most %d characters, and %s",
                 _NAME_CHARACTERS,
-                limit_text("loggers", node.limits.loggers),
+                f"the limit is {LOGGERS}",
             )
         return set_class._response_class()
 

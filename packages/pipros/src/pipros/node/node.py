@@ -27,7 +27,7 @@ from pipros.basics.posix import hold_while_forking
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.local_stream import shares_memory
-from pipros.net.lookup import Lookups
+from pipros.net.lookup import LOOKUPS, Lookups
 from pipros.net.loop import BackgroundLoop, in_daemon_thread
 from pipros.net.master_client import MasterClient
 from pipros.net.sockets import close_in_children
@@ -37,6 +37,7 @@ from pipros.node.codec import AnyMessage, class_named
 from pipros.node.context import NO_ARGS
 from pipros.node.endpoints import Endpoints
 from pipros.node.identity import Identity
+from pipros.node.missing_master import ANSWER_LIMIT_S, MasterWait
 from pipros.node.open_calls import OpenCalls
 from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
@@ -51,6 +52,11 @@ if TYPE_CHECKING:
     from pipros.node.service_client import ServiceClient
     from pipros.node.subscriber import Subscriber
     from pipros.node.topic_statistics import WindowLimits
+
+STATISTICS_LINKS = 1000
+"""Limit: links for which topic statistics are kept. Beyond it, the figures of the link that has been silent
+longest are reset.
+"""
 
 
 MASTER_RETRY_S = 0.2
@@ -152,7 +158,7 @@ class Node:
         self.clock: Clock = WallClock()
         self._on_shutdown_request = on_shutdown_request or self._end_by_request
         self.calls = OpenCalls()  # the running service calls, which the shutdown interrupts
-        self._loop = BackgroundLoop(f"node {self.name}", Lookups(self.limits.lookups))
+        self._loop = BackgroundLoop(f"node {self.name}", Lookups(LOOKUPS))
         self._running: RunningNode | None = None
         self._lock = threading.Lock()
         self._ending_thread: int | None = None
@@ -176,7 +182,7 @@ class Node:
             self._loop.stop()
             raise
         self._loop.spawn(self.registrations.watch())
-        if one_thread.turns is None:
+        if one_thread.has_threads():
             self._loop.call(self._loop.asyncio.call_later, _LOAD_LINKS_S, _load_links)
         myself = weakref.ref(self)
         close_in_children(lambda: node._started.descriptors if (node := myself()) else ())
@@ -184,7 +190,7 @@ class Node:
     async def _open(self, bind_host: str) -> None:
         running = RunningNode(self.name, self.master, self._loop, self.log, self._timings)
         await running.open(
-            slave_methods(self, self.environment.master_uri, self.limits),
+            slave_methods(self, self.environment.master_uri),
             advertised=self._advertised,
             bind_host=bind_host,
             ports=self._ports,
@@ -224,19 +230,25 @@ class Node:
     def wait_for_master(self, on_missing: Callable[[Unreachable], object] | None = None) -> None:
         """Wait until the master responds. If the first attempt fails, call `on_missing` once.
 
+        A program that accepts connections at the master's address but does not respond, such as a suspended
+        master, fails an attempt after `ANSWER_LIMIT_S`.
+
         Raises:
             Interrupted: the node was shut down while waiting.
+            NoMaster: the process runs pytest, where this wait ends after some seconds.
             Fault, ProtocolError: the server at the master's URI is not a ROS master.
         """
         is_reported = False
+        wait = MasterWait()
         while not self.is_shutdown:
             try:
-                self.master.get_pid()
+                self.master.get_pid(timeout_s=ANSWER_LIMIT_S)
                 return
             except Unreachable as error:
                 if on_missing is not None and not is_reported:
                     is_reported = True
                     on_missing(error)
+                wait.check(error)
             self.clock.sleep(MASTER_RETRY_S)
         raise Interrupted(f"{self.name} was shut down while it waited for the master")
 
@@ -281,7 +293,7 @@ class Node:
                 self.advertise,
                 lambda: self.clock.now_ns(),
                 limits or WindowLimits(),
-                self.limits.statistics_links,
+                STATISTICS_LINKS,
             ).arrived
         )
 
@@ -330,12 +342,10 @@ class Node:
 
         Without threads, the waits of callbacks end first.
         """
-        if one_thread.turns is None:
-            one_thread.start_thread(end, reason, name=f"end {self.name}")
-            return
-        self._ending_thread = self._ending_thread or _ANNOUNCED
-        self.clock.interrupt()
-        one_thread.turns.at_last(end, reason)
+        if not one_thread.has_threads():
+            self._ending_thread = self._ending_thread or _ANNOUNCED
+            self.clock.interrupt()
+        one_thread.start_at_last(end, reason, name=f"end {self.name}")
 
     def _end_by_request(self, reason: str) -> None:
         if reason.endswith(names.REPLACED):
@@ -359,10 +369,7 @@ class Node:
                 self._ended.wait()
             return
         self.log.debug("signal_shutdown [%s]", reason)
-        if one_thread.turns is None:
-            self._shut_down()
-        else:
-            one_thread.turns.while_ending(self._shut_down)
+        one_thread.while_ending(self._shut_down)
 
     def _shut_down(self) -> None:
         running = self._running
@@ -497,7 +504,7 @@ class Node:
             message_class: a message class, or the name of its type, such as `sensor_msgs/LaserScan`.
 
         Raises:
-            ModuleNotFoundError: `zero_copy` is true, and numpy is not installed.
+            MissingExtra: `zero_copy` is true, and numpy is not installed.
             NotFound: there is no type with the given name.
             TypeConflict: this node already subscribes to the topic with another type.
 

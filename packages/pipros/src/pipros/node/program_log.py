@@ -25,7 +25,7 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
         The file; None if its folder cannot be created, which is reported on stderr.
 
     Raises:
-        PiprosError: the log folder is a file, or the log file or the logging configuration cannot be used.
+        PiprosError: the log folder is a file, or the logging configuration cannot be used.
     """
     path = environment.log_dir / (filename or f"{logname or 'unknown'}-{os.getpid()}.log")
     folder = path.parent
@@ -43,14 +43,11 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
     if folder != environment.log_dir:
         _link(folder)
     os.environ["ROS_LOG_FILENAME"] = str(path)
-    if config := find_log_config(environment):
-        configure_by_file(config, path)
+    config = find_log_config(environment)
+    if config is not None and configure_by_file(config, path):
         return path
     root = logging.getLogger()
-    try:
-        root.addHandler(open_file_handler(path))
-    except OSError as error:
-        raise PiprosError(f"cannot log to [{path}]: {error}") from error
+    root.addHandler(open_file_handler(path))
     root.setLevel(min(root.level or level, level))
     return path
 

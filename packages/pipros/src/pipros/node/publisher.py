@@ -89,7 +89,7 @@ class Publication:
         self._encode = encoder(message_class)
         self._has_header = bool(getattr(message_class, "_has_header", False))
         self._sequence = 0
-        self._latched: Message | None = None
+        self._latched: dict[str, Message] = {}  # by the recorded publisher, in a bag that is played
         self._lock = threading.Lock()
         self._links_lock = threading.Lock()
         self._batch = MessageBatch()
@@ -100,7 +100,13 @@ class Publication:
             context.loop, self._lock, lambda: [peer.link for peer in self.links], self._leave_batch_to_loop
         )
         self._burst = self._packet_sharing.detector
+        self._may_share_packets = False  # whether a burst has an effect on any link so far
         self._is_closed = False
+
+    @property
+    def is_received(self) -> bool:
+        """Whether a message that is published now has a subscriber, or is latched for later ones."""
+        return self.is_latching or bool(self.links or self._joining or self.links_in_process)
 
     def publish(self, message: Message) -> None:
         """Send a message to every subscriber.
@@ -117,7 +123,7 @@ class Publication:
             return
         with self._lock:
             if self.is_latching:
-                self._latched = message
+                self._latch(message)
             if not self.links and not self._joining:
                 if self.links_in_process:
                     self._number(message)
@@ -131,13 +137,14 @@ class Publication:
                 self._admit()
             links = self.links
             batch: Sequence[Buffer] | None = None
+            is_shared = False
             if size > PACKET_SHARING_BYTES:
                 self._send_batch()
+                is_shared = self._memory_sharing is not None and self._memory_sharing.send(links, data, size)
             elif (batch := self._collect(data)) is not None:
                 if not batch:
                     return
                 self._send_together(batch)
-            is_shared = self._memory_sharing is not None and self._memory_sharing.send(links, data, size)
             if batch is None and not is_shared:
                 for peer in links:
                     peer.link.send(data, size)
@@ -151,6 +158,13 @@ class Publication:
                 links, limit_s if self.queue_size is None else min(limit_s, LARGE_MESSAGE_WAIT_S)
             )
 
+    def _latch(self, message: Message) -> None:
+        """Keep a message for later subscribers, in place of the last one of the same recorded publisher."""
+        publisher = getattr(message, "_recorded_publisher", "")
+        if publisher is not None:
+            self._latched.pop(publisher, None)  # so that the newest is the last
+            self._latched[publisher] = message
+
     def _hand_over(self, message: Message) -> None:
         for link in self.links_in_process:
             link.put(message)
@@ -158,9 +172,9 @@ class Publication:
     def hand_over_to(self, link: InProcessLink) -> None:
         """Add a subscription of the same node, which gets the latched message, if there is one."""
         with self._lock:
-            if self.is_latching and self._latched is not None:
-                self._number(self._latched)
-                link.put(self._latched)
+            for message in self._latched.values():
+                self._number(message)
+                link.put(message)
             with self._links_lock:
                 self.links_in_process = (*self.links_in_process, link)
         self._notify_listeners(lambda listener: listener.peer_subscribe(self.topic, self.publish, link.put))
@@ -193,6 +207,9 @@ class Publication:
         Return the messages to send now; an empty list if the message waits for others. Return None if the
         message must be sent by itself; the messages collected before it have then been sent.
         """
+        if self.queue_size is None and not self._may_share_packets:
+            self._send_batch()  # of messages from before `queue_size` changed
+            return None
         now_s, burst = time.monotonic(), self._burst
         if self._packet_sharing.note(now_s):
             self._packet_sharing.apply()
@@ -249,7 +266,7 @@ class Publication:
             link.send_header(header)
         if self._lock.acquire(blocking=False):
             try:
-                if self._latched is None:
+                if not self._latched:
                     self._admit()
                     return
             finally:
@@ -302,14 +319,17 @@ class Publication:
         with self._lock:
             if not self._joining:
                 return
-            try:
-                data = self._serialized(self._latched) if self._latched is not None else None
-            except Exception as error:
-                # the message was published without subscribers, so it is serialized here for the first time
-                self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
-                data = None
+            latched = []
+            for message in self._latched.values():
+                try:
+                    latched.append(self._serialized(message))
+                except Exception as error:
+                    # it was published without subscribers, so it is serialized here for the first time
+                    self._context.log.error(
+                        "the latched message of [%s] cannot be sent: %s", self.topic, error
+                    )
             for link in self._admit():
-                if data is not None:
+                for data in latched:
                     link.send(*data)
                     link.queue_for_loop()
 
@@ -320,6 +340,7 @@ class Publication:
             joining, self._joining = self._joining, ()
             for peer in joining:
                 self._packet_sharing.apply_to(peer.link)
+                self._may_share_packets |= peer.link.may_share_packets
                 self.links = (*self.links, peer)
                 self._notify_of_new(peer)
                 if self._is_closed:  # `close` may have run before the link was added
@@ -369,7 +390,8 @@ class Publication:
 
     def _serialized(self, message: Message) -> tuple[WireMessage, int]:
         """Return the message in wire format, and its size including the length field."""
-        self._number(message)
+        if self._has_header:
+            self._number(message)
         buffers = self._encode(message)
         if len(buffers) == 1 and len(buffers[0]) <= JOIN_LIMIT_BYTES:
             size = len(buffers[0])

@@ -9,7 +9,7 @@ from pipros.basics.errors import PiprosError, Refused, Unreachable
 from pipros.basics.printable import printable
 from pipros.net import unreachable
 from pipros.node.context import NodeContext
-from pipros.node.publisher_dialer import LOG_TOPICS
+from pipros.node.publisher_dialer import LOG_TOPICS, PUBLISHERS_PER_TOPIC
 from pipros.node.throttled_warnings import ThrottledWarnings
 
 RETRY_FIRST_S = 0.1
@@ -60,11 +60,11 @@ class PublisherConnector:
         if self._is_stopped:
             return
         listed = list(dict.fromkeys(uri for uri in uris if isinstance(uri, str)))
-        limit = self._context.limits.publishers_per_topic
+        limit = PUBLISHERS_PER_TOPIC
         if len(listed) > limit:
-            if self._warnings.should_log(f"beyond the limit publishers_per_topic of {limit}"):
+            if self._warnings.should_log(f"beyond the limit of {limit}"):
                 self._context.log.warning(
-                    "[%s] has %d publishers; the limit publishers_per_topic is %d",
+                    "[%s] has %d publishers; the limit is %d",
                     self._topic,
                     len(listed),
                     limit,
@@ -113,12 +113,14 @@ class PublisherConnector:
                         refused_s = await self._wait_refused(uri, refused_s)
                         continue
                 else:
+                    self._context.reported.discard(uri)
                     if await self._wait_for_end(uri, ended):
                         delay_s, explained, is_first = RETRY_FIRST_S, "", True
                     quiet_until = now() + LOST_GRACE_S
                 await asyncio.sleep(delay_s)
                 delay_s = min(2 * delay_s, self._timings.retry_longest_s)
         finally:
+            self._context.reported.discard(uri)
             if self._tasks.get(uri) is asyncio.current_task():
                 del self._tasks[uri]
 
@@ -149,7 +151,14 @@ class PublisherConnector:
         return await self._connect(uri)
 
     async def _explain(self, uri: str, error: Exception) -> None:
-        """Warn that nothing can be received from a publisher, with the reason and a remedy (ros_comm#222)."""
+        """Warn that nothing can be received from a publisher, with the reason and a remedy (ros_comm#222).
+
+        A node that cannot be reached is reported for the first of its topics only.
+        """
+        if isinstance(error, Unreachable):
+            if uri in self._context.reported:
+                return
+            self._context.reported.add(uri)
         if not self._warnings.should_log(f"{printable(uri)}: {printable(error)}"):
             return
         explain = await unreachable.explain(error.peer) if isinstance(error, Unreachable) else ""

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from pipros.basics.errors import PiprosError, ProtocolError, Unreachable
 from pipros.basics.printable import printable
-from pipros.net import local_stream, tcpros
+from pipros.net import local_stream, tcpros, tcpros_client
 from pipros.net.rpc_async_client import call_async
 from pipros.node.context import NodeContext
 from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
 from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
+
+PUBLISHERS_PER_TOPIC = 2000
+"""Limit: publishers on one topic to which a node connects. Beyond it, the subscriber logs a warning, and
+does not connect to further publishers.
+"""
 
 REQUEST_DEADLINE_S = 10.0
 """How long a publisher may take to answer `requestTopic`."""
@@ -37,7 +42,7 @@ class PublisherDialer:
         self._remember(uri, self._without_memory)
 
     def _remember(self, uri: str, publishers: set[str]) -> None:
-        if len(publishers) >= self._context.limits.publishers_per_topic:
+        if len(publishers) >= PUBLISHERS_PER_TOPIC:
             publishers.clear()
         publishers.add(uri)
 
@@ -52,23 +57,18 @@ class PublisherDialer:
         wanted = request_topic_link(
             self._topic, self._context.node_name, self._interface, tcp_nodelay=tcp_nodelay
         )
-        limits = self._context.limits
         if isinstance(address, str):
             may_share = self._topic not in LOG_TOPICS and uri not in self._without_memory
             shares = may_share and local_stream.shares_memory()
             if shares:
                 wanted[HEADER_FIELD] = ACCEPTED
             try:
-                connection = await tcpros.connect_locally(
-                    address, wanted, shares_memory=shares, limits=limits
-                )
+                connection = await tcpros_client.connect_locally(address, wanted, shares_memory=shares)
             except (ProtocolError, Unreachable):
                 self._remember(uri, self._tcp_only)
                 return await self.connect(uri, tcp_nodelay=tcp_nodelay)
         else:
-            connection = await tcpros.connect(
-                *address, wanted, limits=limits, timings=self._context.timings.links
-            )
+            connection = await tcpros_client.connect(*address, wanted, timings=self._context.timings.links)
         try:
             peer = address if isinstance(address, str) else f"{address[0]}:{address[1]}"
             check_topic_reply(connection.fields, self._interface, peer)

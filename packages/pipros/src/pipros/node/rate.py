@@ -134,10 +134,10 @@ class Timer(threading.Thread):
 
     def start(self) -> None:
         """Start the thread. Without threads, the only thread calls the function where it waits."""
-        if one_thread.turns is None:
+        if one_thread.has_threads():
             super().start()
         else:
-            one_thread.turns.later(self.run)
+            one_thread.later(self.run)
 
     def shutdown(self) -> None:
         """Stop calling the function. A running call is not interrupted."""
@@ -147,9 +147,12 @@ class Timer(threading.Thread):
         """Run the timer. Called only by the thread itself."""
         self._rate = Rate(self._clock, self._period_ns, reset=self._reset)
         self._expected_ns = self._rate.last_ns + self._period_ns
-        if one_thread.turns is not None:
-            one_thread.turns.repeat(self._take_turn)
-            return
+        if one_thread.has_threads():
+            self._run_until_shutdown()
+        else:
+            one_thread.start_work(self._run_until_shutdown, self._take_turn, name=self.name)
+
+    def _run_until_shutdown(self) -> None:
         while self._rate.sleep() and not self._is_shutdown and self._call():
             pass
 

@@ -43,14 +43,14 @@ class RosoutAggregator:
         """Register the node with the master.
 
         Raises:
-            OSError: the log file cannot be created, or the node cannot open its ports; see `Node.start`.
+            OSError: the node cannot open its ports; see `Node.start`.
         """
         self.open_log()
         self.node.start()
         self.register()
 
     def open_log(self) -> None:
-        """Open the log file. Raises OSError if it cannot be created."""
+        """Open the log file, as a `LogFile` does."""
         if self._log_file is not None:
             self._handler = open_file_handler(self._log_file)
             self._handler.setFormatter(logging.Formatter("%(message)s"))

@@ -20,6 +20,7 @@ from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import TIMEOUT_OF_CLIENT
 from pipros.node.codec import decoder, number
+from pipros.node.missing_master import MasterWait
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_link import CallTimeout, NotDelivered, ServiceFailed, ServiceLink
 from pipros.node.service_server import ServiceClass
@@ -33,6 +34,8 @@ PROBE_INTERVAL_S = 0.3
 PROBE_LIMIT_S = 10.0
 """Interval between probes while waiting for a service, and the maximum duration of one probe."""
 
+
+_NO_CONTACT = "unable to contact master"
 
 MAX_IDLE = 8
 """Maximum number of idle connections that a client keeps, so that several threads can call at the same time
@@ -165,13 +168,17 @@ class ServiceClient:
     ) -> bool:
         """Probe until a server responds. Return False if none does within `timeout_s`.
 
-        If `timeout_s` is None, wait forever.
+        If `timeout_s` is None, wait forever, but in pytest only while the master responds.
 
         Args:
             pause: called with the number of seconds until the next probe; an exception that it raises ends
                 the wait.
             report: called once, when a registered server or the master first fails to respond.
+
+        Raises:
+            NoMaster: the process runs pytest, and the master does not respond.
         """
+        wait = MasterWait()
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         has_reported = False
         while True:
@@ -184,6 +191,10 @@ class ServiceClient:
                 if not has_reported and "unavailable" not in str(error):
                     has_reported = True
                     report(error)
+                if not str(error).startswith(_NO_CONTACT):
+                    wait = MasterWait()
+                elif timeout_s is None:
+                    wait.check(error)
             else:
                 return True
             pause(min(PROBE_INTERVAL_S, left_s))
@@ -210,7 +221,7 @@ class ServiceClient:
             raise
         except PiprosError as error:
             kind = CallTimeout if deadline is not None and time.monotonic() >= deadline else ServiceFailed
-            raise kind(f"unable to contact master: {error}") from error
+            raise kind(f"{_NO_CONTACT}: {error}") from error
 
     def _connect(self, deadline: float | None) -> tuple[ServiceLink, bool]:
         """Look up the server and connect to it. Return the link, and whether an earlier call has used it.

@@ -50,7 +50,7 @@ WAITING_THREADS = 8
 """Maximum number of a node's connections that have a thread waiting for a request."""
 
 PROGRESS_BYTES = 1024 * 1024
-"""A peer that sends or reads this many bytes gets another `Limits.request_s` for the rest."""
+"""A peer that sends or reads this many bytes gets another `WHOLE_REQUEST_S` for the rest."""
 
 _TURN_BYTES = 256 * 1024
 """Maximum number of bytes that the event loop reads from one connection in one turn."""

@@ -21,8 +21,8 @@ from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.connect import Connector
 from pipros.node.codec import encoder
 from pipros.node.open_calls import OpenCalls
-from pipros.wire.handshake import WireType, check_service_reply, request_service_link
-from pipros.wire.header import HeaderReader, encode_header
+from pipros.wire.handshake import HANDSHAKE_S, WireType, check_service_reply, request_service_link
+from pipros.wire.header import HEADER_BYTES, HeaderReader, encode_header
 from pipros.wire.messages import ReplyReader
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ class ServiceLink:
             except (OSError, ProtocolError):  # use TCP
                 if self._is_connected:
                     self.sock.close()
-        self._adopt(self._connector.connect(host, port, deadline, self._limits.handshake_s))
+        self._adopt(self._connector.connect(host, port, deadline, HANDSHAKE_S))
         sockets.prepare(self.sock)
         return self._exchange_headers(header, deadline)
 
@@ -196,11 +196,11 @@ class ServiceLink:
         self, header: Mapping[str, str], deadline: float | None
     ) -> tuple[Mapping[str, str], bytes]:
         """Send a connection header. Return the server's header and the bytes that were received after it."""
-        self.sock.settimeout(_remaining(deadline, self._limits.handshake_s))
+        self.sock.settimeout(_remaining(deadline, HANDSHAKE_S))
         self.sock.sendall(encode_header(header))
         self.sock.settimeout(None)
-        reader = HeaderReader(self._limits.header_bytes)
-        last = time.monotonic() + self._limits.handshake_s
+        reader = HeaderReader(HEADER_BYTES)
+        last = time.monotonic() + HANDSHAKE_S
         deadline = last if deadline is None else min(deadline, last)
         while True:
             data = self._poller.receive(self.sock, _HEADER_CHUNK_BYTES, deadline)

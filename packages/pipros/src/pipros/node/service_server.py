@@ -11,6 +11,7 @@ import itertools
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pipros.net.connection_table import WHOLE_REQUEST_S
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
@@ -92,7 +93,7 @@ class ServiceServer:
         self.waiting_threads = waiting_threads
         self.unread = unread
         self.incomplete = context.incomplete
-        self.request_s = context.limits.request_s
+        self.request_s = WHOLE_REQUEST_S
         self.frame_bytes = context.limits.frame_bytes
         self.is_closed = False
 

@@ -31,7 +31,6 @@ class SharedPublication:
         self.memory = TopicMemory(
             topic,
             context.loop,
-            context.limits,
             context.memory,
             context.log,
             context.timings.links.keep_memory_s,

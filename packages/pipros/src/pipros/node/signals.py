@@ -1,4 +1,4 @@
-"""Shut a node down on Ctrl-C or SIGTERM, whatever the main thread is doing."""
+"""Shut a node down on Ctrl-C and the other signals that end programs, whatever the main thread is doing."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import contextlib
 import os
 import signal
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from types import FrameType
-from typing import Any
+from typing import Any, Protocol
+from weakref import WeakSet
 
 from pipros.basics import one_thread
 from pipros.basics.errors import PiprosError
@@ -30,10 +33,41 @@ _SENT_TWICE_WITHIN_S = 0.2
 its child twice.
 """
 
+HANG_UP: int | None = getattr(signal, "SIGHUP", None)
+"""The signal for a closed terminal, which Windows lacks."""
+
+FATAL = tuple(
+    found
+    for name in ("SIGHUP", "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGXCPU")
+    if isinstance(found := getattr(signal, name, None), int)
+)
+"""Signals that kill a program without a handler, so that a robot that it drives would drive on."""
+
+SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
+"""The signal for Ctrl-Z, which Windows lacks."""
+
+_HANG_UP_S = 0.3
+"""How long the main thread may take to end the process by SIGHUP."""
+
 _INSIST_AFTER_S = 0.1
 """How long the main thread may continue after the node has ended, and the interval at which it is then
 interrupted.
 """
+
+
+_before_suspension: WeakSet[Any] = WeakSet()
+
+
+class Suspendable(Protocol):
+    """A part of a program that must not go on in others while the program is suspended."""
+
+    def suspended(self) -> AbstractContextManager[object]:
+        """Come to rest before the block, in which the program is suspended."""
+
+
+def rest_while_suspended(part: Suspendable) -> None:
+    """Let a part come to rest before Ctrl-Z suspends the process, as long as it is referenced."""
+    _before_suspension.add(part)
 
 
 class NotInMainThread(PiprosError, RuntimeError):
@@ -41,7 +75,10 @@ class NotInMainThread(PiprosError, RuntimeError):
 
 
 class Signals:
-    """Handles SIGINT and SIGTERM; one per process.
+    """Handles SIGINT, SIGTERM and SIGHUP, unless SIGHUP is ignored; one per process.
+
+    It also handles Ctrl-Z and, in programs of pipros, the other signals in `FATAL`; a program of a user may
+    leave these to `faulthandler`, for example.
 
     Theory of operation. Python calls handlers only when the main thread runs Python code, so a signal that
     arrives just before the main thread starts to wait would be lost. However, the interpreter immediately
@@ -57,19 +94,24 @@ class Signals:
     A forked child does not run the node, so it gets the process's previous handlers.
     """
 
-    def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
+    def __init__(
+        self, end: Callable[[str], object], *, insist: bool = False, dies_of_hang_up: bool = False
+    ) -> None:
         """Store the settings. On the first signal, `end` is called with the reason, in a separate thread.
 
         If `insist` is true, the main thread is interrupted unless it calls `uninstall` soon afterwards. This
         also applies to a shutdown begun by another thread, for example by `rosnode kill`.
+
+        If `dies_of_hang_up` is true, SIGHUP ends the process once the node has ended, as without a handler.
         """
         self._end = end
         self._insist = insist
+        self._dies_of_hang_up = dies_of_hang_up
         self._previous_handlers: dict[int, Any] = {}
         self._previous_descriptor = -1
         self._ending: threading.Thread | None = None
         self._ending_since = 0.0
-        self._has_ended = False
+        self._has_ended = self._is_hung_up = False
         self._is_unreported = False  # whether a signal waits for a turn; false where Python has threads
         self._is_uninstalled = OnceEvent()
         self._by_interpreter: set[int] = set()  # signals that the handler has not reported yet
@@ -100,9 +142,12 @@ class Signals:
         self._sockets = reader, writer
         for number in ENDING_SIGNALS:
             self._previous_handlers[number] = signal.signal(number, self._handle)
+        for each in (SUSPEND, *((HANG_UP,) if self._dies_of_hang_up else FATAL)):
+            if each is not None and signal.getsignal(each) is signal.SIG_DFL:  # nohup ignores SIGHUP
+                self._previous_handlers[each] = signal.signal(each, self._handle)
         self._previous_descriptor = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
         # A signal to a child that still has the descriptor would be reported here, and end this node.
-        call_in_children_before(self._uninstall_in_child, ENDING_SIGNALS)
+        call_in_children_before(self._uninstall_in_child, tuple(self._previous_handlers))
 
     def listen(self, node: Node) -> None:
         """Make signals shut down the node, including those received since `install`.
@@ -143,17 +188,17 @@ class Signals:
     def _handle(self, number: int, frame: FrameType | None) -> None:
         """Report a signal. Called by Python in the main thread, or by a handler that replaced this one."""
         if self._has_ended:
+            if self._is_hung_up and HANG_UP is not None:
+                signal.signal(HANG_UP, signal.SIG_DFL)
+                signal.raise_signal(HANG_UP)
             if number not in self._by_interpreter:
                 raise KeyboardInterrupt
             self._by_interpreter.remove(number)  # the signal that ended the node
             return
-        if one_thread.turns is None:
-            self._report(number)
-        elif self._is_unreported:
-            raise KeyboardInterrupt  # the program has not waited since the last signal
-        else:
-            self._is_unreported = True
-            one_thread.turns.later(self._report, number)
+        if self._is_unreported:
+            raise KeyboardInterrupt  # without threads: the program has not waited since the last signal
+        self._is_unreported = not one_thread.has_threads()
+        one_thread.later(self._report, number)
         previous = self._previous_handlers[number]
         if callable(previous) and previous is not signal.default_int_handler:
             with contextlib.suppress(KeyboardInterrupt):
@@ -182,7 +227,10 @@ class Signals:
                 if time.monotonic() - self._by_handler.pop(number, float("-inf")) < _BOTH_REPORT_WITHIN_S:
                     continue
                 self._by_interpreter.add(number)
-            self._end_by(number)
+            if number == SUSPEND:
+                one_thread.start_thread(_suspend, name="Ctrl-Z")
+            else:
+                self._end_by(number)
 
     def _end_by(self, number: int) -> None:
         """Shut the node down in a separate thread.
@@ -207,7 +255,7 @@ class Signals:
 
     def _start_end(self, reason: str) -> None:
         self._ending_since = time.monotonic()
-        if one_thread.turns is not None:
+        if not one_thread.has_threads():
             self._ending = threading.current_thread()
             self._node.end_soon(self._run_end, reason)
             return
@@ -220,7 +268,12 @@ class Signals:
         if self._ending is None:  # without threads: another node has taken the place of this one
             return
         self._end(reason)
+        self._is_hung_up = self._dies_of_hang_up and reason == f"signal-{HANG_UP}"
         self._has_ended = True
+        if sys.platform != "win32" and self._is_hung_up and HANG_UP is not None:
+            signal.pthread_kill(threading.main_thread().ident or 0, HANG_UP)
+            self._is_uninstalled.wait(_HANG_UP_S)  # the main thread is busy in an extension module
+            os._exit(128 + HANG_UP)
         while self._insist and not self._is_uninstalled.wait(_INSIST_AFTER_S):
             interrupt_main_thread()
 
@@ -235,9 +288,17 @@ class Signals:
             self._restore()
 
 
+def _suspend() -> None:
+    """Suspend the process as Ctrl-Z does, once all that must rest has come to rest."""
+    with contextlib.ExitStack() as resting:
+        for part in list(_before_suspension):
+            resting.enter_context(part.suspended())
+        os.kill(os.getpid(), signal.Signals["SIGSTOP"])  # Windows, where nothing sends SUSPEND, lacks it
+
+
 @contextlib.contextmanager
 def ended_by_signals(node: Node, *, insist: bool = True) -> Iterator[None]:
-    """Run a node for the duration of the block. SIGINT and SIGTERM shut it down.
+    """Run a node for the duration of the block. SIGINT, SIGTERM and those in `FATAL` shut it down.
 
     A signal raises nothing in the block unless the block continues after the shutdown. The shutdown ends all
     of the node's waits. If a signal ended the block, any exception that the block raises becomes

@@ -6,14 +6,16 @@ silent, genuine rospy. Methods are looked up in a table, so only these methods c
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
+import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any, Final, Protocol
 
 from pipros.basics import names
-from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
 from pipros.net import local_stream
 from pipros.net.master_client import MasterClient
@@ -22,7 +24,12 @@ from pipros.node.endpoints import Endpoints
 from pipros.node.params import Parameters
 from pipros.node.publisher import Publication
 from pipros.node.registration import Registrations
-from pipros.node.verify_callers import CallerVerification
+
+RECHECK_S = 1.0
+"""Limit: the time after which a node that has queried its master about untrusted callers may query it again.
+Beyond it, after a node has verified a call from an untrusted caller with the master, further calls
+(`publisherUpdate`, `paramUpdate`, `shutdown`) wait for this time, and are then verified together.
+"""
 
 Answer = list[Any]
 
@@ -55,11 +62,9 @@ class SlaveNode(Protocol):
     def shutdown_async(self, reason: str) -> None: ...
 
 
-def slave_methods(
-    node: SlaveNode, master_uri: str, limits: Limits | None = None
-) -> Mapping[str, Callable[..., Answer]]:
+def slave_methods(node: SlaveNode, master_uri: str) -> Mapping[str, Callable[..., Answer]]:
     """Return the slave API's method table for `node`."""
-    api = SlaveApi(node, master_uri, limits or process_limits())
+    api = SlaveApi(node, master_uri)
     return {
         "getBusInfo": api.get_bus_info,
         "getBusStats": api.get_bus_stats,
@@ -87,10 +92,10 @@ def on_bad_arity(method: str, params: tuple[Any, ...]) -> Answer:
 class SlaveApi:
     """The slave API methods of one node. They run in the node's event loop and never block."""
 
-    def __init__(self, node: SlaveNode, master_uri: str, limits: Limits) -> None:
+    def __init__(self, node: SlaveNode, master_uri: str) -> None:
         self._node = node
         self._master_uri = master_uri
-        self._verification = CallerVerification(limits.recheck_s)
+        self._verification = CallerVerification(RECHECK_S)
         self._doubted: set[tuple[str, str]] = set()
 
     def get_bus_stats(self, caller_id: str) -> Answer:
@@ -295,3 +300,48 @@ def _is_url(text: str) -> bool:
     """Return True if the text has a scheme and a part after `//`."""
     scheme, sign, rest = text.partition("://")
     return bool(scheme and sign and rest.partition("/")[0])
+
+
+Question = Callable[[], object]
+
+
+class CallerVerification:
+    """Queries the master about the claims of untrusted callers.
+
+    The first query is sent immediately. Queries that are requested while it is running, or within
+    `interval_s` after its response, are sent together afterwards, without duplicates. A peer that calls a
+    thousand times therefore costs the master few calls, and a notice from a master with an unexpected address
+    still takes effect, though later. Queries run in a separate thread, so that the event loop never waits.
+    """
+
+    def __init__(self, interval_s: float) -> None:
+        self._interval_s = interval_s
+        self._waiting: dict[str, Question] = {}
+        self._is_busy = False
+
+    def ask(self, about: str, question: Question) -> None:
+        """Schedule `question` to be called in another thread. Must be called from the event loop.
+
+        Args:
+            about: the subject. A queued question with the same subject is replaced.
+        """
+        self._waiting[about] = question
+        if not self._is_busy:
+            self._send_next()
+
+    def _send_next(self) -> None:
+        questions, self._waiting = self._waiting, {}
+        self._is_busy = bool(questions)
+        if questions:
+            loop = asyncio.get_running_loop()
+            threading.Thread(
+                target=self._ask_all, args=(questions, loop), name="question to the master", daemon=True
+            ).start()
+
+    def _ask_all(self, questions: Mapping[str, Question], loop: asyncio.AbstractEventLoop) -> None:
+        try:
+            for question in questions.values():
+                question()
+        finally:
+            with suppress(RuntimeError):  # the node and its event loop have ended
+                loop.call_soon_threadsafe(loop.call_later, self._interval_s, self._send_next)

@@ -64,8 +64,8 @@ class TrafficMeter:
 
         `sequence` and `stamp_ns` come from the message's header; they are None if the message has no header.
         """
-        if not self._start_ns:
-            self._start_ns = now_ns
+        if not 0 < self._start_ns <= now_ns:  # the first message, or the clock has moved back
+            self._begin(now_ns)
         self._arrivals_ns.append(now_ns)
         self._bytes += size
         if stamp_ns:
@@ -78,11 +78,14 @@ class TrafficMeter:
             return None
         window = self._figures(now_ns)
         self._adapt()
+        self._begin(now_ns)
+        return window
+
+    def _begin(self, now_ns: int) -> None:
         self._start_ns = now_ns
         self._arrivals_ns.clear()
         self._ages_ns.clear()
         self._bytes = self._dropped = 0
-        return window
 
     def _figures(self, now_ns: int) -> StatisticsWindow:
         arrivals = self._arrivals_ns

@@ -6,6 +6,7 @@ Every failed import in the environment uses this module, so it imports almost no
 from __future__ import annotations
 
 import os
+import sys
 
 from pipros.basics.windows import is_as_written
 
@@ -14,7 +15,76 @@ if TYPE_CHECKING:
     from pipros.packages.package_folders import PackageFolders
     from pipros.packages.setup_modules import SetupModules
 
-SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "share")
+_CORE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def cache_folder(name: str) -> str:
+    """Return the path of a cache folder below `ROS_HOME`, without the slow import of `pipros.basics.env`."""
+    home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
+    if home.startswith("~"):
+        from pipros.basics.home import expanded
+
+        home = expanded(home)
+    return os.path.join(home, "pipros", name)
+
+
+def _shares() -> tuple[str, ...]:
+    """Return the folders of the shipped packages, unpacked if a zip file contains them."""
+    from pipros.basics.plugin_folders import plugin_folders
+
+    found = []
+    for folder in (_CORE, *plugin_folders().values()):
+        share = os.path.join(folder, "share")
+        if not os.path.isdir(folder):
+            from pipros.packages.zipped import unpacked
+
+            share = unpacked(share, cache_folder("zipped"))
+        if folder == _CORE or os.path.isdir(share):
+            found.append(share)
+    return tuple(found)
+
+
+def shipped_folder(name: str) -> str | None:
+    """Return the folder of a package that pipros or a plugin ships, or None."""
+    for share in SHARES:
+        folder = os.path.join(share, name)
+        if os.path.isdir(folder):
+            return folder
+    return None
+
+
+def is_shipped(package: str) -> bool:
+    """Return whether a package's folder is one that pipros or a plugin ships."""
+    return os.path.dirname(package) in SHARES
+
+
+def folder_of_modules(name: str, package: str) -> str | None:
+    """Return the folder of the Python package that a ROS package has in `src`, or None.
+
+    Those of shipped packages are on `sys.path`, where ROS 2's package of the same name may come before them.
+    """
+    folders = [os.path.join(package, "src", name)]
+    if is_shipped(package):
+        folders += [os.path.join(entry, name) for entry in sys.path]
+    for folder in folders:
+        if os.path.isfile(os.path.join(folder, "__init__.py")) and (
+            folder == folders[0] or os.path.isfile(os.path.join(folder, "py.typed"))
+        ):
+            return folder
+    return None
+
+
+def has_only_messages(folder: str) -> bool:
+    """Return whether a Python package consists of messages and services, as those that pipros ships do."""
+    names = os.listdir(folder)
+    modules = [name for name in names if name.endswith(".py") and name != "__init__.py"]
+    return "__init__.pyi" in names and not modules
+
+
+SHARES = _shares()
+"""The folders of the packages that are shipped: pipros's, then those of the installed plugins."""
+
+SHARE = SHARES[0]
 """The folder of the packages shipped with pipros."""
 
 
@@ -40,8 +110,8 @@ class ImportablePackages:
         if found is None:
             found = installed_packages.find(name)
         if found is None and name.isidentifier():
-            shipped = os.path.join(SHARE, name)
-            found = shipped if os.path.isdir(shipped) and is_as_written(shipped) else None
+            shipped = shipped_folder(name)
+            found = shipped if shipped and is_as_written(shipped) else None
             if found is None:
                 from pipros.packages.system_packages import SYSTEM_SHARE, has_manifest
 
@@ -102,16 +172,6 @@ class ImportablePackages:
             from pipros.packages.package_folders import PackageFolders
             from pipros.packages.system_packages import listed_folders
 
-            roots = listed_folders(filter(None, path.split(os.pathsep)), os.path.realpath(SHARE))
+            roots = listed_folders(filter(None, path.split(os.pathsep)), SHARES)
             self._path, self._folders = path, PackageFolders(roots, cache_folder("packages"))
         return self._folders
-
-
-def cache_folder(name: str) -> str:
-    """Return the path of a cache folder below `ROS_HOME`, without the slow import of `pipros.basics.env`."""
-    home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
-    if home.startswith("~"):
-        from pipros.basics.home import expanded
-
-        home = expanded(home)
-    return os.path.join(home, "pipros", name)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
-from types import ModuleType
+from types import FrameType, ModuleType
 
 _EM = "{} is not installed. Noetic's scripts and templates need empy 3: "
 _QT = "{} is not installed: pipros shows no Qt plugins."
@@ -16,27 +17,23 @@ _REASONS: Mapping[str, str] = {
 }
 
 
-_PACKAGES = frozenset(("moveit_commander", "smach", "smach_ros", "smach_viewer"))
-"""Modules of ROS packages. `well_known.py` has the advice on these packages."""
+_DEFINITIONS = ("_msgs", "_srvs")
+"""Endings of the names of packages that contain definitions only."""
 
 
 class _AbsentLoader(Loader):
     """Loader that raises ImportError for a module."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        if spec.name in _PACKAGES:
-            from pipros.packages.well_known import why_not_here
-
-            raise ModuleNotFoundError(
-                f"No module named '{spec.name}': {why_not_here(spec.name)}", name=spec.name
-            )
+        if advice := _advice(spec.name):
+            raise ModuleNotFoundError(f"No module named '{spec.name}': {advice}", name=spec.name)
         reason = _REASONS[spec.name].format(spec.name)
         if spec.name == "em":
             from pipros.basics.extras import install_command
 
             reason += install_command("templates")
         else:
-            from pipros.basics.rooms import offered
+            from pipros.basics.plugins import offered
 
             reason += offered("rqt_modules") or ""
         raise ModuleNotFoundError(reason, name=spec.name)
@@ -66,5 +63,34 @@ def hidden_spec(name: str, package: str, folder: str) -> ModuleSpec:
 
 
 def absent_spec(name: str) -> ModuleSpec | None:
-    """Return a spec whose import fails and suggests the replacement, or None for other modules."""
-    return ModuleSpec(name, _AbsentLoader()) if name in _REASONS or name in _PACKAGES else None
+    """Return a spec whose import fails with advice, or None for other modules.
+
+    It is also None for programs that only ask whether the module is there (`importlib.util.find_spec`).
+    """
+    if (name in _REASONS or _advice(name)) and _is_import():
+        return ModuleSpec(name, _AbsentLoader())
+    return None
+
+
+def _advice(name: str) -> str | None:
+    """Return the advice on a ROS package, or None if the module is not known to belong to one."""
+    if name in _REASONS:
+        return None
+    from pipros.basics.plugin_folders import PREFIX
+    from pipros.packages.well_known import advice_on, why_not_here
+
+    if name.startswith(PREFIX):
+        from pipros.basics.plugin_table import why_no_module
+
+        return why_no_module(name)
+    return advice_on(name) if name.endswith(_DEFINITIONS) else why_not_here(name)
+
+
+def _is_import() -> bool:
+    """Return whether an import statement, and not `find_spec`, looks for the module."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None and frame.f_code.co_name != "_find_and_load_unlocked":
+        if frame.f_globals.get("__name__") == "importlib.util":
+            return False
+        frame = frame.f_back
+    return frame is not None

@@ -17,7 +17,7 @@ from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from types import ModuleType
 from typing import Any
 
-from pipros.packages import SHARE
+from pipros.packages import SHARES
 
 Complete = Callable[[Any], None]
 """Function that changes a module that was just loaded."""
@@ -48,8 +48,8 @@ def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None
     return found
 
 
-def add_folder(module: Any, folder: str = SHARE) -> None:
-    """Make `rospkg.environment.get_ros_paths` add the packages that pip installed, and then `folder`."""
+def add_folders(module: Any, shares: Sequence[str] = SHARES) -> None:
+    """Make `rospkg.environment.get_ros_paths` add the packages that pip installed, then `shares`."""
     from pipros.packages import installed_packages
 
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
@@ -57,9 +57,9 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
         """Return the folders in which rospkg searches for packages, including `added`."""
         paths = original(env)
-        if paths[-1:] == [folder]:  # the setup files of workspaces put it there
+        while paths and paths[-1] in shares:  # the setup files of workspaces put them there
             paths = paths[:-1]
-        added = [*installed_packages.folders(), folder]
+        added = [*installed_packages.folders(), *shares]
         return [*paths, *(path for path in added if path not in paths)]
 
     module.get_ros_paths = get_ros_paths
@@ -69,14 +69,15 @@ def add_distributions(module: Any) -> None:
     """Make `pkg_resources` find pipros's packages as well. Installed packages take precedence."""
     from pipros.packages.distributions import shipped_distribution
 
-    for name in os.listdir(SHARE):
-        shipped = shipped_distribution(name)
-        if shipped is not None:
-            # This location is not on sys.path, so its distributions are not listed.
-            folder = os.path.join(SHARE, name)
-            found = module.Distribution(folder, project_name=name, version=shipped.version)
-            module.working_set.add(found, insert=False)
+    for share in SHARES:
+        for name in os.listdir(share):
+            shipped = shipped_distribution(name)
+            if shipped is not None:
+                # This location is not on sys.path, so its distributions are not listed.
+                folder = os.path.join(share, name)
+                found = module.Distribution(folder, project_name=name, version=shipped.version)
+                module.working_set.add(found, insert=False)
 
 
-COMPLETED: Mapping[str, Complete] = {"rospkg.environment": add_folder, "pkg_resources": add_distributions}
+COMPLETED: Mapping[str, Complete] = {"rospkg.environment": add_folders, "pkg_resources": add_distributions}
 """The completed modules, and the functions that complete them."""

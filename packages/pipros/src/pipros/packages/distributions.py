@@ -12,7 +12,7 @@ from importlib.machinery import PathFinder
 from importlib.metadata import Distribution
 from typing import Any
 
-from pipros.packages import SHARE
+from pipros.packages import has_only_messages, shipped_folder
 from pipros.packages.crawl import MANIFEST
 
 _VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
@@ -22,14 +22,15 @@ class ShippedDistribution(Distribution):
     """A ROS package with Python modules, as a distribution. The version is taken from its manifest."""
 
     def __init__(self, name: str) -> None:
-        """Store the name of a package in `SHARE`. Its manifest is read on demand."""
+        """Store the name of a shipped package. Its manifest is read on demand."""
         self._name = name
+        self._folder = shipped_folder(name) or ""
 
     def read_text(self, filename: str) -> str | None:
         """Return the content of `METADATA`, or None for all other files."""
         if filename != "METADATA":
             return None
-        with open(os.path.join(SHARE, self._name, MANIFEST), encoding="utf-8") as file:
+        with open(os.path.join(self._folder, MANIFEST), encoding="utf-8") as file:
             version = _VERSION.search(file.read())
         lines = ["Metadata-Version: 2.1", f"Name: {self._name}"]
         return "\n".join([*lines, f"Version: {version[1] if version else '0'}", ""])
@@ -42,7 +43,7 @@ class ShippedDistribution(Distribution):
         """
         from pathlib import Path
 
-        return Path(_module_folder(self._name) or SHARE, path)
+        return Path(_module_folder(self._name) or self._folder, path)
 
 
 def shipped_distribution(name: str) -> Distribution | None:
@@ -51,15 +52,17 @@ def shipped_distribution(name: str) -> Distribution | None:
     Dashes, dots and underscores are equivalent, as in pip.
     """
     name = re.sub(r"[-.]+", "_", name)
-    if not name.isidentifier() or not os.path.isfile(os.path.join(SHARE, name, MANIFEST)):
+    folder = shipped_folder(name) if name.isidentifier() else None
+    if folder is None or not os.path.isfile(os.path.join(folder, MANIFEST)):
         return None
     return None if _module_folder(name) is None else ShippedDistribution(name)
 
 
 def _module_folder(name: str) -> str | None:
     """Return the folder that contains a ROS package's Python package, or None if there is none."""
-    if os.path.isdir(os.path.join(SHARE, name, "src", name)):
-        return os.path.join(SHARE, name, "src")
+    source = os.path.join(shipped_folder(name) or "", "src")
+    if os.path.isdir(os.path.join(source, name)):
+        return source
     found = PathFinder.find_spec(name)
-    locations = None if found is None else found.submodule_search_locations
-    return os.path.dirname(next(iter(locations))) if locations else None
+    folder = next(iter(found.submodule_search_locations or ()), None) if found is not None else None
+    return None if folder is None or has_only_messages(folder) else os.path.dirname(folder)

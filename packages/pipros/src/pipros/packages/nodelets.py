@@ -1,8 +1,8 @@
 """Look up nodelets by name: Python nodelets, and C++ plugins installed on this machine.
 
-Rooms declare their nodelets. Other distributions add nodelets through rooms of their own, or through entry
-points in the group `pipros.nodelets`, whose names are plugin names (`my_package/MyNodelet`) and whose values
-name classes.
+Plugins of pipros (`pipros.basics.plugins`) declare their nodelets. Other distributions add nodelets in the
+same way, or through entry points in the group `pipros.nodelets`, whose names are those of the nodelets
+(`my_package/MyNodelet`) and whose values name classes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.basics.rooms import own_rooms, rooms
+from pipros.basics.plugins import named_plugins, plugins
 from pipros.packages.system_packages import manifest_folders
 from pipros.safe import xml
 from pipros.safe.tolerant_xml import strict_text
@@ -52,7 +52,7 @@ def chosen(variables: Mapping[str, str] = os.environ) -> str:
 @cache
 def shipped_nodelets() -> Mapping[str, str]:
     """Return the classes of pipros's nodelets as `module:name`, by plugin name."""
-    return {plugin: target for room in own_rooms() for plugin, target in room.nodelets.items()}
+    return {name: target for plugin in named_plugins() for name, target in plugin.nodelets.items()}
 
 
 def python_nodelet(plugin: str) -> str | None:
@@ -62,7 +62,7 @@ def python_nodelet(plugin: str) -> str | None:
 
 @cache
 def _of_others() -> Mapping[str, str]:
-    found = {plugin: target for room in rooms() for plugin, target in room.nodelets.items()}
+    found = {name: target for plugin in plugins() for name, target in plugin.nodelets.items()}
     return found | {point.name: point.value for point in entry_points(group=ENTRY_POINTS)}
 
 

@@ -18,7 +18,7 @@ from pipros.basics.windows import ON_WINDOWS
 
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Sequence
 
 SYSTEM_SHARE = "/usr/share"
 """Folder with a subfolder for each package that has a manifest."""
@@ -32,30 +32,31 @@ _LIBRARY_WITHIN_BYTES = 128 * 1024
 _ELF = b"\x7fELF"
 
 
-def listed_folders(folders: Iterable[str], shipped: str) -> list[str]:
+def listed_folders(folders: Iterable[str], shipped: Collection[str]) -> list[str]:
     """Return the folders on `ROS_PACKAGE_PATH` without those that are searched later in any case.
 
-    These are Debian's folder and, if it is the last other one, pipros's, which setup files append.
+    These are Debian's folder and, if they are the last other ones, pipros's, which setup files append.
     """
     first = [folder for folder in folders if not is_share_folder(folder)]
-    if first and first[-1].rstrip("/") == shipped:
+    known = {os.path.realpath(each) for each in shipped}
+    while first and first[-1].rstrip("/") in known:
         del first[-1]
     return first
 
 
-def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: str) -> list[str]:
+def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: Collection[str]) -> list[str]:
     """Return the folders to search for packages.
 
     The folders on `ROS_PACKAGE_PATH` come first, then the folders of packages that pip installed, pipros's
-    folder, and Debian's, which Windows does not have.
+    folders, and Debian's, which Windows does not have.
 
     Args:
         folders: the folders on `ROS_PACKAGE_PATH`; see `listed_folders`.
         installed: the share folders of installed packages.
-        shipped: the folder of the packages shipped with pipros.
+        shipped: the folders of the packages shipped with pipros and its plugins.
     """
     system = [] if ON_WINDOWS else [SYSTEM_SHARE]
-    return [*listed_folders(folders, shipped), *installed, shipped, *system]
+    return [*listed_folders(folders, shipped), *installed, *shipped, *system]
 
 
 def is_share_folder(folder: str) -> bool:
@@ -148,7 +149,7 @@ def _start(path: str | os.PathLike[str], size: int) -> bytes:
         return b""
 
 
-def child_package_path(path: str, shipped: str, installed: Sequence[str] = ()) -> str:
+def child_package_path(path: str, shipped: Collection[str], installed: Sequence[str] = ()) -> str:
     """Return a `ROS_PACKAGE_PATH` with which a compiled program finds Debian's packages.
 
     Genuine roscpp, pluginlib and nodelet read descriptions of plugins from the manifests. pipros's packages
@@ -156,14 +157,12 @@ def child_package_path(path: str, shipped: str, installed: Sequence[str] = ()) -
 
     Args:
         path: the value that the program would inherit.
-        shipped: the folder of the packages shipped with pipros.
+        shipped: the folders of the packages shipped with pipros and its plugins.
         installed: the folders of the packages that pip installed, which precede Debian's.
     """
     folders = [folder for folder in path.split(os.pathsep) if folder]
-    shipped_folder = os.path.realpath(shipped)
-    place = next(
-        (at for at, folder in enumerate(folders) if os.path.realpath(folder) == shipped_folder), len(folders)
-    )
+    known = {os.path.realpath(each) for each in shipped}
+    place = next((at for at, folder in enumerate(folders) if os.path.realpath(folder) in known), len(folders))
     first = folders[:place]
     added = [*installed, *([] if any(map(is_share_folder, first)) else [SYSTEM_SHARE])]
     return os.pathsep.join([*first, *added, *folders[place:]]) if added else path

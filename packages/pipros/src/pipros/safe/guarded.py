@@ -8,7 +8,15 @@ from collections.abc import Callable, ItemsView, Iterable, KeysView, Mapping, Va
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits
+
+EXPRESSION_SIZE = 100_000
+"""Limit: characters of a string, or elements of a nested list, that an expression builds. Beyond it, the
+expression is refused.
+"""
+EXPRESSION_WORK = 2_000_000
+"""Limit: the sizes of all values that an expression builds, plus a charge for steps that take longer than
+their results' sizes suggest. Beyond it, the expression is refused.
+"""
 
 BITS_LIMIT = 4096
 """Maximum number of bits in an integer, far more than the 32 bits of an integer parameter."""
@@ -25,9 +33,9 @@ class ResultTooLarge(PiprosError, ValueError):
 class WorkBudget:
     """The remaining work budget of one evaluation, which limits the total size of its results."""
 
-    def __init__(self, limits: Limits) -> None:
-        self._size_limit = limits.expression_size
-        self._left = limits.expression_work
+    def __init__(self) -> None:
+        self._size_limit = EXPRESSION_SIZE
+        self._left = EXPRESSION_WORK
         self.functions: Mapping[str, Callable[..., Any]] = {
             "dict": self._dict,
             "pow": self.power,
@@ -42,7 +50,7 @@ class WorkBudget:
         """Charge the size of a value and return the value.
 
         Raises:
-            ResultTooLarge: the value exceeds `expression_size`, or the budget is used up.
+            ResultTooLarge: the value exceeds `EXPRESSION_SIZE`, or the budget is used up.
         """
         self.spend(self._bounded(self._size_of(value)))
         return value
@@ -51,7 +59,7 @@ class WorkBudget:
         """Check the size of a result before computing it.
 
         Raises:
-            ResultTooLarge: the size exceeds `expression_size`.
+            ResultTooLarge: the size exceeds `EXPRESSION_SIZE`.
         """
         self._bounded(size)
 

@@ -21,8 +21,7 @@ def find_method(value: object, name: str) -> Method | None:
 
     The function's first arguments are the budget and the value.
 
-    >>> from pipros.basics.limits import Limits
-    >>> find_method("a b", "split")(WorkBudget(Limits()), "a b")
+    >>> find_method("a b", "split")(WorkBudget(), "a b")
     ['a', 'b']
     >>> find_method([], "append") is None
     True

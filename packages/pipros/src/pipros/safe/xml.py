@@ -11,7 +11,11 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits, process_limits
+
+XML_BYTES = 16 * 1024 * 1024
+"""Limit: an XML file. Beyond it, the file is refused."""
+XML_DEPTH = 100
+"""Limit: nesting of elements in an XML file. Beyond it, the file is refused."""
 
 _JUNK_AFTER_ROOT = 9
 """Expat's code of the error that something follows the root element."""
@@ -57,7 +61,6 @@ class Element:
 def parse(
     content: bytes | str,
     file: str = "<string>",
-    limits: Limits | None = None,
     *,
     ignores_rest: bool = False,
 ) -> Element:
@@ -66,16 +69,14 @@ def parse(
     An element's text is the concatenation of all text between its children and comments.
 
     Args:
-        limits: defaults to the process-wide limits.
         ignores_rest: whether to ignore text and elements after the root element.
 
     Raises:
         XmlError: the XML is malformed, has a document type, or exceeds the limits on nesting or size.
     """
-    limits = limits or process_limits()
-    depth_limit = limits.xml_depth
-    if len(content) > limits.xml_bytes:
-        raise XmlError(file, 1, 1, f"the text is larger than {limits.xml_bytes} bytes")
+    depth_limit = XML_DEPTH
+    if len(content) > XML_BYTES:
+        raise XmlError(file, 1, 1, f"the text is larger than {XML_BYTES} bytes")
     # Decoded text may still declare the encoding of the original bytes.
     parser = expat.ParserCreate("utf-8" if isinstance(content, str) else None)
     parser.buffer_text = True

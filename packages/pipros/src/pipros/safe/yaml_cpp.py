@@ -13,7 +13,6 @@ from typing import Any
 
 import yaml
 
-from pipros.basics.limits import Limits, process_limits
 from pipros.safe.yaml import documents
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*", re.ASCII)
@@ -44,13 +43,13 @@ class _Loader(_BaseLoader):  # type: ignore[misc]
         return "null" if is_plain and node.value in _NULLS else super().construct_scalar(node)
 
 
-def load(text: str, file: str = "<string>", *, limits: Limits | None = None) -> Any:
+def load(text: str, file: str = "<string>") -> Any:
     """Return the first document in the text, with scalars as texts, or None if there is none.
 
     Raises:
         YamlError: the text is malformed or has too many values.
     """
-    found = documents(text, file, _Loader, limits or process_limits())
+    found = documents(text, file, _Loader)
     return found[0] if found else None
 
 

@@ -14,6 +14,11 @@ from typing import NamedTuple
 from pipros.basics.errors import ProtocolError, Refused
 from pipros.basics.printable import printable
 
+HANDSHAKE_S = 10.0
+"""Limit: the time in which a TCPROS header or the beginning of an HTTP request must arrive; also the time in
+which a peer to which the node connects must reply with its header. Beyond it, the connection is closed.
+"""
+
 ANY = "*"  # wildcard for an md5sum or a type
 
 

@@ -9,7 +9,9 @@ import struct
 from collections.abc import Mapping
 
 from pipros.basics.errors import LimitExceeded, ProtocolError
-from pipros.basics.limits import limit_text, process_limits
+
+HEADER_BYTES = 1024 * 1024
+"""Limit: size of a TCPROS connection header. Beyond it, the connection is closed."""
 
 _LENGTH = struct.Struct("<I")
 
@@ -62,8 +64,8 @@ class HeaderReader:
     __slots__ = ("_buffer", "fields", "limit_bytes", "rest")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit the header to `limit_bytes` (default: the process-wide `Limits.header_bytes`)."""
-        self.limit_bytes = process_limits().header_bytes if limit_bytes is None else limit_bytes
+        """Limit the header to `limit_bytes` (default: the process-wide `HEADER_BYTES`)."""
+        self.limit_bytes = HEADER_BYTES if limit_bytes is None else limit_bytes
         self.fields: dict[str, str] | None = None
         self.rest = b""
         self._buffer = bytearray()
@@ -80,7 +82,7 @@ class HeaderReader:
             return None
         (length,) = _LENGTH.unpack_from(self._buffer)
         if length > self.limit_bytes:
-            limit = limit_text("header_bytes", self.limit_bytes)
+            limit = f"the limit is {self.limit_bytes} bytes"
             raise LimitExceeded(f"a connection header of {length} bytes was announced; {limit}")
         if len(self._buffer) < 4 + length:
             return None

@@ -11,6 +11,11 @@ import struct
 import sys
 from itertools import islice
 
+EMPTY_ELEMENTS = 65_536
+"""Limit: values in one message, in addition to eight for each of its bytes. Beyond it, the message is
+refused; the definition is refused if all of its messages would exceed the limit.
+"""
+
 # Type checkers treat this as True. Importing `typing` would double the time of the first message import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:

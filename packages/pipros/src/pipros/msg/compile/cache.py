@@ -56,7 +56,9 @@ class CompiledTypes:
         self._folder = CacheFolder(folder)
         self._files = files
         folder_of_msg = os.path.dirname(os.path.dirname(__file__))
-        self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in compiler)
+        archive = getattr(globals()["__loader__"], "archive", None)
+        compilers = [archive] if archive else [os.path.join(folder_of_msg, name) for name in compiler]
+        self._compiler = tuple(map(_file_stamp, compilers))
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
         """Return a type's code and the names that it uses for embedded types.

@@ -12,10 +12,11 @@ from collections.abc import Mapping
 
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.msg.base import Message
+from pipros.msg.compile.arrays import EMPTY_ELEMENTS
 from pipros.msg.compile.decode import deserialize_body
 from pipros.msg.compile.emitter import Names, python_name
 from pipros.msg.compile.encode import serialize_body
-from pipros.msg.compile.layout import TypeLayout, TypeLayouts
+from pipros.msg.compile.layout import MESSAGE_VALUES, TypeLayout, TypeLayouts
 from pipros.msg.language.digest import CompleteSpec, Lookup, complete, md5_of_halves
 from pipros.msg.language.spec import (
     FLOATS,
@@ -131,11 +132,11 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
     if layout.code_size > limits.definition_fields:
         limit = limit_text("definition_fields", limits.definition_fields)
         raise DefinitionError(f"the message has {layout.code_size} fields in total; {limit}", file=spec.file)
-    if layout.value_count > limits.message_values:  # the sizes of nested fixed arrays multiply
-        limit = limit_text("message_values", limits.message_values)
+    if layout.value_count > MESSAGE_VALUES:  # the sizes of nested fixed arrays multiply
+        limit = f"the limit is {MESSAGE_VALUES}"
         raise DefinitionError(f"a new message would contain too many values; {limit}", file=spec.file)
-    if layout.unpaid_values > limits.empty_elements:  # a reader would reject every such message
-        limit = limit_text("empty_elements", limits.empty_elements)
+    if layout.unpaid_values > EMPTY_ELEMENTS:  # a reader would reject every such message
+        limit = f"the limit is {EMPTY_ELEMENTS}"
         raise DefinitionError(
             "every message would exceed the budget of eight values per byte by "
             f"{layout.unpaid_values} values; {limit}",

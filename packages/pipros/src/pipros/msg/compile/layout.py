@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from pipros.msg.language.digest import Lookup
 from pipros.msg.language.spec import BUILTINS, NUMBERS, OCTETS, TIMES, FieldType, MessageSpec
 
+MESSAGE_VALUES = 4 * 1024 * 1024
+"""Limit: values in a new message. Beyond it, the definition is refused."""
+
 INLINE_ARRAY_LIMIT = 64
 """Maximum length of fixed arrays of numbers that are unpacked together with their neighbours."""
 

@@ -9,6 +9,7 @@ import struct as _struct
 
 from pipros.msg.base import Buffer
 from pipros.msg.base import Message as _Message
+from pipros.msg.compile.arrays import EMPTY_ELEMENTS
 from pipros.msg.compile.arrays import numbers as _numbers
 from pipros.msg.compile.arrays import numpy_numbers as _numpy_numbers
 from pipros.msg.compile.arrays import octets as _octets
@@ -110,16 +111,15 @@ def _allowed(values: int) -> int:
     Excess values are those beyond the number that the message's size allows.
 
     Raises:
-        struct.error: `values` exceeds the limit `empty_elements`.
+        struct.error: `values` exceeds the limit `EMPTY_ELEMENTS`.
     """
-    from pipros.basics.limits import process_limits
 
-    return _still_allowed(process_limits().empty_elements, values)
+    return _still_allowed(EMPTY_ELEMENTS, values)
 
 
 def _still_allowed(allowed: int, values: int) -> int:
     """Return `allowed` minus `values`. Raises the same errors as `_allowed`."""
     if values > allowed:
-        limits = "its size and the limit empty_elements allow"
+        limits = "its size allows"
         raise _struct.error(f"the message has {values - allowed} more values than {limits}")
     return allowed - values

@@ -14,7 +14,7 @@ from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 
 from pipros.basics.syntax_trees import SYNTAX_TREES
 from pipros.msg.importing.modules import is_ros2_folder, ros1_has_public_names
-from pipros.packages import SHARE
+from pipros.packages import SHARES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -33,7 +33,9 @@ class Ros2Finder:
 
     def __init__(self, find_ros1: Callable[[str], ModuleSpec | None]) -> None:
         self._find_ros1 = find_ros1
-        self._shipped = frozenset((*os.listdir(SHARE), "camera_info_manager"))
+        self._shipped = frozenset(
+            (*(name for share in SHARES for name in os.listdir(share)), "camera_info_manager")
+        )
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None

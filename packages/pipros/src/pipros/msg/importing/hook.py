@@ -78,6 +78,26 @@ def installed_library() -> Library:
     return next(finder.library for finder in sys.meta_path if isinstance(finder, InterfaceFinder))
 
 
+def give_way(name: str) -> None:
+    """Replace a package of messages by the workspace's package of the same name, if there is one.
+
+    Each of pipros's packages of messages calls this function. If no `.pth` file has installed the hook, the
+    first one was imported before `WorkspaceFinder` could be asked.
+    """
+    finder = next(finder for finder in sys.meta_path if isinstance(finder, WorkspaceFinder))
+    spec = finder.find_missed(name)
+    if spec is not None:
+        _become(sys.modules[name], spec)
+
+
+def _become(module: ModuleType, spec: ModuleSpec) -> None:
+    """Turn a module into the package of a spec."""
+    module.__path__ = spec.submodule_search_locations or []
+    module.__spec__, module.__file__, module.__loader__ = spec, spec.origin, spec.loader
+    if spec.loader is not None:
+        spec.loader.exec_module(module)
+
+
 class _Packages:
     """Wrapper that imports `ImportablePackages` only when the first package is searched for."""
 
@@ -135,7 +155,7 @@ class PackageFinder:
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
         if ".cfg" in name and name.split(".")[1] == "cfg":
-            from pipros.reconfigure.modules import cfg_spec
+            from pipros_libraries.reconfigure.modules import cfg_spec
 
             return cfg_spec(self._find_package, name)
         if "." in name:
@@ -149,8 +169,10 @@ class PackageFinder:
         found = self._find_package(PACKAGE_OF_MODULE.get(name, name))
         folder = None if found is None else os.fspath(found)
         if folder is not None:
-            modules = os.path.join(folder, "src", name)
-            if os.path.isfile(os.path.join(modules, "__init__.py")):
+            from pipros.packages import folder_of_modules
+
+            modules = folder_of_modules(name, folder)
+            if modules is not None:
                 return _spec_of(name, modules)
         path = self._find_module(name, folder)
         if path is not None:
@@ -178,9 +200,7 @@ class PackageFinder:
         spec = self.find_spec(package)
         if module is None or spec is None or spec.loader is None or spec.submodule_search_locations is None:
             return None
-        module.__path__ = spec.submodule_search_locations
-        module.__spec__, module.__file__, module.__loader__ = spec, spec.origin, spec.loader
-        spec.loader.exec_module(module)
+        _become(module, spec)
         from importlib.machinery import PathFinder
 
         return PathFinder.find_spec(name, module.__path__)
@@ -216,6 +236,12 @@ class WorkspaceFinder:
         self._find_hiding = find_hiding
         self._folders: tuple[str, frozenset[str]] = "", frozenset()
         self._wheels: dict[str, str] = {}
+        self._may_have_missed = True
+
+    def find_missed(self, name: str) -> ModuleSpec | None:
+        """Return what `find_spec` does for the first package that asks; the finder was there for others."""
+        may_have_missed, self._may_have_missed = self._may_have_missed, False
+        return self.find_spec(name) if may_have_missed else None
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -237,7 +263,7 @@ class WorkspaceFinder:
         from importlib.machinery import PathFinder
 
         hiding = PathFinder.find_spec(name)
-        if hiding is None or not hiding.origin or not _is_of_another_distribution(name, hiding.origin):
+        if hiding is None or not hiding.origin or not _may_be_replaced(hiding, hiding.origin):
             return None
         found = self._find_in_workspace(name, package)
         return None if found is None else _spec_of(name, found)
@@ -286,15 +312,26 @@ def _folder_names(folder: str, levels: int) -> Iterator[str]:
             yield from _folder_names(path, levels - 1)
 
 
-def _is_of_another_distribution(name: str, file: str) -> bool:
-    """Return whether a module's file was installed by pip or apt, and does not belong to pipros."""
-    if not _is_in_site_folder(file):
-        return False
-    from pipros.packages import SHARE
+def _may_be_replaced(spec: ModuleSpec, file: str) -> bool:
+    """Return whether a workspace's package comes before a module's file.
 
-    folder = os.path.dirname(file)
-    is_ours = os.path.isfile(os.path.join(folder, "py.typed")) and os.path.isdir(os.path.join(SHARE, name))
-    return not is_ours
+    Such a file was installed by pip or apt, or is pipros's package of messages. Those have an `__init__.pyi`;
+    pipros's other modules, such as `tf2_ros`, stay.
+    """
+    from pipros.packages import shipped_folder
+
+    if _has_file(spec, file, "py.typed") and shipped_folder(spec.name):
+        return _has_file(spec, file, "__init__.pyi")
+    return _is_in_site_folder(file)
+
+
+def _has_file(spec: ModuleSpec, file: str, name: str) -> bool:
+    """Return whether a file is beside a module's file, which may be in a zip file."""
+    try:
+        spec.loader.get_data(os.path.join(os.path.dirname(file), name))  # type: ignore[union-attr]
+    except (OSError, AttributeError):
+        return False
+    return True
 
 
 def _is_in_site_folder(file: str) -> bool:

@@ -97,7 +97,7 @@ def _generated_file(module: str) -> str | None:
             if found is None or found.submodule_search_locations is None:
                 return None
             found = PathFinder.find_spec(part, found.submodule_search_locations)
-    except (ImportError, ValueError):
+    except (ImportError, KeyError, ValueError):  # KeyError: a namespace package that is not imported
         return None
     return None if found is None else found.origin
 

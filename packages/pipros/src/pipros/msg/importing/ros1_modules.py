@@ -15,6 +15,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pipros.basics.errors import NotFound
 from pipros.msg.importing.beside_ros2 import Ros1Loader
 from pipros.msg.importing.modules import InterfaceLoader, TypeLoader, is_ros2_name
+from pipros.packages import folder_of_modules
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,8 +43,8 @@ def ros1_spec(library: Library, name: str) -> ModuleSpec | None:
     if not is_ros2_name(package):
         return ModuleSpec(name, _AliasLoader(name.removeprefix(PREFIX)))
     if rest[0] not in kinds:  # such as sensor_msgs.point_cloud2
-        folder = os.path.join(library.files.folder(package), "src", package)
-        found = PathFinder.find_spec(name, [folder]) if len(rest) == 1 else None
+        folder = folder_of_modules(package, os.fspath(library.files.folder(package)))
+        found = PathFinder.find_spec(name, [folder]) if folder is not None and len(rest) == 1 else None
         if found is not None and found.origin:
             found.loader = Ros1Loader(name, found.origin)
         return found

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 
 from pipros.basics.errors import NotFound
-from pipros.basics.windows import SETUP_FILE, is_as_written
+from pipros.basics.windows import is_as_written
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -102,20 +102,9 @@ def _is_file(path: str) -> bool:
 
 
 def _advice(package: str) -> str:
-    """Return advice on a missing package: the places that were searched, or how to install the package."""
-    from pipros.packages.installed_packages import find_of_ros2
+    from pipros.packages.well_known import advice_on
 
-    if folder := find_of_ros2(package):
-        return f"{folder} is a package of ROS 2"
-    from pipros.packages.well_known import why_not_here
-
-    return why_not_here(package) or _where_packages_are()
-
-
-def _where_packages_are() -> str:
-    path = os.environ.get("ROS_PACKAGE_PATH")
-    searched = f"ROS_PACKAGE_PATH is {path}" if path else "ROS_PACKAGE_PATH is not set"
-    return f"{searched}; is {SETUP_FILE} of its workspace sourced?"
+    return advice_on(package)
 
 
 def _stems(folder: str, extension: str) -> list[str]:

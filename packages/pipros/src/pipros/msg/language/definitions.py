@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 
 from pipros.basics.input_file import read_text
-from pipros.basics.limits import process_limits
 from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.full_text import DEFINITION_BYTES
 from pipros.msg.language.parse import parse_action, parse_message, parse_service
 from pipros.msg.language.spec import ActionSpec, DefinitionError, MessageSpec, ServiceSpec
 
@@ -54,7 +54,7 @@ class Definitions:
 
 def _read(file: str) -> str:
     try:
-        return read_text(file, process_limits().definition_bytes)
+        return read_text(file, DEFINITION_BYTES)
     except (OSError, UnicodeDecodeError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or error
         raise DefinitionError(f"the file cannot be read: {reason}", file=file) from None

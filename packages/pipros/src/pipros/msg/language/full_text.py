@@ -5,27 +5,29 @@ The full text of a type is its definition, followed by the definitions of all ty
 
 from __future__ import annotations
 
-from pipros.basics.limits import Limits, process_limits
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import HEADER, DefinitionError, MessageSpec
 
+DEFINITION_BYTES = 4 * 1024 * 1024
+"""Limit: the text of a message definition from a peer or a bag. Beyond it, the definition is refused."""
+DEFINITION_TYPES = 1000
+"""Limit: types in one definition. Beyond it, the definition is refused."""
+
 _OLD_HEADER = "roslib/Header"  # the name of std_msgs/Header in old bags
 
 
-def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
+def specs_from_text(type_name: str, full_text: str) -> dict[str, MessageSpec]:
     """Return the definitions in a full text, keyed by type. The definition of `type_name` comes first.
 
     Args:
-        limits: defaults to the process-wide limits.
 
     Raises:
         DefinitionError: a definition is invalid, or the text exceeds the limits.
     """
-    limits = limits or process_limits()
     where = f"<definition of {type_name}>"
-    if len(full_text) > limits.definition_bytes:
-        raise DefinitionError(f"the text is longer than {limits.definition_bytes} characters", file=where)
+    if len(full_text) > DEFINITION_BYTES:
+        raise DefinitionError(f"the text is longer than {DEFINITION_BYTES} characters", file=where)
     full_text = full_text.replace("\r\n", "\n")  # as in a file read in text mode
     parts: dict[str, list[str]] = {}
     current = parts[type_name] = []
@@ -41,6 +43,6 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
             expects_name = True
         else:
             current.append(line)
-    if len(parts) > limits.definition_types:
-        raise DefinitionError(f"the definition has more than {limits.definition_types} types", file=where)
+    if len(parts) > DEFINITION_TYPES:
+        raise DefinitionError(f"the definition has more than {DEFINITION_TYPES} types", file=where)
     return {name: parse_message("\n".join(lines), name) for name, lines in parts.items()}

@@ -2,6 +2,6 @@
 import sys
 
 from diagnostic_common_diagnostics.nodes.hd_monitor import main
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 sys.exit(command(main)())

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 import sys
 
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 from rosbridge_server.programs import tcp
 
 sys.exit(command(tcp)())

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 
 import rospkg
 
 import rosunit
 import rosunit.junitxml
-from pipros.cli.entry_point import command
+from pipros.basics.replaced_file import write_whole
+from pipros_tools.cli.entry_point import command
 
 USAGE = """\
 Usage:
@@ -37,8 +39,7 @@ def main(words: list[str]) -> int:
         os.makedirs(os.path.dirname(os.path.abspath(file)), exist_ok=True)
         name = os.path.basename(file)
         reason = f"Unable to find test results for {name}, test did not run.\nExpected results in {file}"
-        with open(file, "wb") as results:
-            results.write(rosunit.junitxml.test_failure_junit_xml(name, reason))
+        write_whole(Path(file), rosunit.junitxml.test_failure_junit_xml(name, reason))
     return 0
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 
 import rospkg
 
-from pipros.cli.entry_point import command
+from pipros.basics.replaced_file import write_whole
+from pipros_tools.cli.entry_point import command
 from rosunit import junitxml
 
 FOLDER = "_hudson"
@@ -40,11 +42,11 @@ def clean(folder: str, package: str, target: str) -> None:
         file = os.path.join(target, f"{test}.xml")
         try:
             content = junitxml.read(os.path.join(folder, name), test).xml_element()
-            print("re-writing", file)
-            with open(file, "wb") as clean_file:
-                clean_file.write(content)
         except Exception as error:  # continue with the other files
             print(f"ignoring [{os.path.join(folder, name)}]: {error}", file=sys.stderr)
+            continue
+        print("re-writing", file)
+        write_whole(Path(file), content)
 
 
 sys.exit(command(main)())

@@ -11,7 +11,7 @@ from optparse import OptionParser
 
 import rospkg
 
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 from rosunit import junitxml
 
 
