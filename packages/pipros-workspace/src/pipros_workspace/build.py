@@ -20,40 +20,41 @@ from typing import TYPE_CHECKING
 
 import pipros
 from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.input_file import read_text
 from pipros.basics.windows import relative_path
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import write_stubs
 from pipros.safe.xml import XmlError
-from pipros.workspace import genuine_catkin, native_tools
-from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.catkin.cmake_shim import cmake_program
-from pipros.workspace.catkin.context import FindPackage, FoundPackage
-from pipros.workspace.catkin.project import NativeTarget, Project
-from pipros.workspace.catkin.project_reader import read_project
-from pipros.workspace.catkin.step_runner import StepRunner
-from pipros.workspace.cmake_runs import NativeBuildFailed
-from pipros.workspace.devel import (
+from pipros_workspace import genuine_catkin, native_tools
+from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.catkin.cmake_shim import cmake_program
+from pipros_workspace.catkin.context import FindPackage, FoundPackage
+from pipros_workspace.catkin.project import NativeTarget, Project, installed_extras
+from pipros_workspace.catkin.project_reader import read_project
+from pipros_workspace.catkin.step_runner import StepRunner
+from pipros_workspace.cmake_runs import NativeBuildFailed
+from pipros_workspace.devel import (
     install_package,
     python_setup,
     python_sources,
     write_devel_files,
     write_over_genuine,
 )
-from pipros.workspace.environment import underlays_of_build
-from pipros.workspace.executables import shipped_programs
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.layout import (
+from pipros_workspace.environment import underlays_of_build
+from pipros_workspace.executables import shipped_programs
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.layout import (
     SourcePackage,
     WorkspaceError,
     WorkspaceFolders,
     closure,
     read_source_space,
 )
-from pipros.workspace.manifest import read_manifest
-from pipros.workspace.setup_files import write_if_changed, write_setup_files
-from pipros.workspace.validate import check_interfaces, check_manifest
+from pipros_workspace.manifest import read_manifest
+from pipros_workspace.setup_files import write_if_changed, write_setup_files
+from pipros_workspace.validate import check_interfaces, check_manifest
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -144,7 +145,7 @@ class _Build:
                 return FoundPackage(str(by_name[name].manifest.version), project.cfg_extras)
             folder = find_package(name)
             if folder is not None:
-                return FoundPackage(_version_of(folder))
+                return FoundPackage(_version_of(folder), installed_extras(folder))
             return FoundPackage() if native_tools.is_installed(name, self._variables) else None
 
         definitions = Definitions(DefinitionFiles(find_package))
@@ -254,7 +255,7 @@ class _Build:
                 "out its branch for ROS 1, or put a file named CATKIN_IGNORE into its folder",
             )
             return None
-        if not (package.folder / "CMakeLists.txt").is_file():
+        if not os.path.lexists(package.folder / "CMakeLists.txt"):
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
             return None
         self._say(f"-- ==> add_subdirectory({relative_path(str(package.folder), str(self._layout.source))})")
@@ -509,7 +510,7 @@ def _version_of(folder: Path) -> str:
 
 def _read_state(file: Path) -> dict[str, str]:
     try:
-        state = json.loads(file.read_text("utf-8"))
-    except (OSError, ValueError):
+        state = json.loads(read_text(file))
+    except (OSError, ValueError, RecursionError):
         return {}
     return {str(name): str(digest) for name, digest in state.items()} if isinstance(state, dict) else {}

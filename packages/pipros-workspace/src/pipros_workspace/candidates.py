@@ -7,8 +7,8 @@ from pathlib import Path
 from pipros.packages.installed_packages import editable_folders, is_installed_share
 from pipros.packages.system_packages import is_share_folder
 from pipros.safe.xml import XmlError
-from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
-from pipros.workspace.manifest import read_manifest
+from pipros_workspace.index import SHIPPED_FOLDERS, Package, PackageIndex
+from pipros_workspace.manifest import read_manifest
 
 
 def describe_candidates(index: PackageIndex, name: str) -> list[str]:
@@ -32,7 +32,7 @@ def _version(folder: Path) -> str:
 
 def _origin(package: Package) -> str:
     parent = package.path.parent
-    if parent == SHARED_PACKAGES:
+    if parent in SHIPPED_FOLDERS:
         return "pipros"
     if is_share_folder(str(parent)):
         return "Debian"

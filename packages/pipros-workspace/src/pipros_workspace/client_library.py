@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
+from pipros.basics.input_file import open_file
 from pipros.msg.importing.hook import is_beside_ros2
 
 _SCRIPT_BYTES = 256 * 1024
@@ -46,7 +47,7 @@ def _text_of(program: Path) -> str:
 
 def _start(program: Path) -> str:
     try:
-        with program.open("rb") as file:
+        with open_file(program) as file:
             start = file.read(4)
             return "" if start == _ELF else (start + file.read(_SCRIPT_BYTES)).decode("utf-8", "replace")
     except OSError:

@@ -14,9 +14,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_file
 
 _PROCESSING = re.compile(r"-- \+\+\+ processing catkin (?:meta)?package: '(.+)'")
 _ERROR = re.compile(r"CMake Error (?:at|in) (.+?)(?::\d+)?(?: \(\w+\))?:")
+_TARGET_ERROR = re.compile(r"(?:CMake Error: .*|\s+linked by )\btarget:? \"?([^\s\".]+)")
+"""An error that names no file but a target, such as a program that has no language or lacks a library."""
+
 _DONE = "-- Configuring done"
 _REASON_LINES = 4
 _COMPILER_ERROR = re.compile(r".*(?:\berror:|undefined reference|\bError \d+).*")
@@ -76,15 +80,31 @@ class _ConfigureOutput:
         elif line.startswith(_DONE):
             self._current = ""  # later errors contain the path of the package's file
         elif found := _ERROR.match(line):
-            name = self._owner(found[1]) or self._current
-            self._lines = [line] if name in self._packages and name not in self.reasons else None
-            if self._lines is not None:
-                self.reasons[name] = self._lines
+            self._start(self._owner(found[1]) or self._current, line)
+        elif found := _TARGET_ERROR.match(line):
+            self._start(self._owner_of_target(found[1]) or "", line)
         elif self._lines is not None:
             if line.startswith(" ") and len(self._lines) < _REASON_LINES:
                 self._lines.append(line)
             else:
                 self._lines = None
+
+    def _start(self, name: str, line: str) -> None:
+        self._lines = [line] if name in self._packages and name not in self.reasons else None
+        if self._lines is not None:
+            self.reasons[name] = self._lines
+
+    def _owner_of_target(self, target: str) -> str | None:
+        """Return the package whose `CMakeLists.txt` adds a program or a library."""
+        added = re.compile(rf"^\s*add_(?:executable|library)\s*\(\s*{re.escape(target)}\s", re.I | re.M)
+        for name, folder in self._packages.items():
+            try:
+                text = read_file(folder / "CMakeLists.txt").decode("utf-8", "replace")
+            except OSError:
+                continue
+            if added.search(text.replace("${PROJECT_NAME}", name)):
+                return name
+        return None
 
     def _owner(self, file: str) -> str | None:
         """Return the package that contains a file. A relative path is relative to the source folder."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pipros.packages.nodelets import compiled_nodelets
 from pipros.packages.system_packages import program
-from pipros.workspace.index import PackageIndex
+from pipros_workspace.index import PackageIndex
 
 
 def loadable_nodelets() -> Mapping[str, str]:

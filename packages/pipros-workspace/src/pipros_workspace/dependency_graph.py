@@ -7,8 +7,8 @@ from functools import lru_cache
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.safe.xml import XmlError
-from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.manifest import Manifest, read_manifest
+from pipros_workspace.index import Package, PackageIndex
+from pipros_workspace.manifest import Manifest, read_manifest
 
 _DEPTH_LIMIT = 1000
 

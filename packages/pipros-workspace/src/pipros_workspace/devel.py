@@ -8,17 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
+from pipros.basics.input_file import read_text
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import package_stubs
-from pipros.reconfigure import cfg_file
-from pipros.workspace.catkin.installation import install
-from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
-from pipros.workspace.hooks import HOOKS_FOLDER
-from pipros.workspace.layout import WorkspaceFolders
-from pipros.workspace.setup_files import write_if_changed
-from pipros.workspace.setup_py import PythonSetup, read_setup_py
+from pipros_libraries.reconfigure import cfg_file
+from pipros_workspace.catkin.installation import install
+from pipros_workspace.catkin.project import EXTRAS, PYTHON_DESTINATION, Project
+from pipros_workspace.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
+from pipros_workspace.hooks import HOOKS_FOLDER
+from pipros_workspace.layout import WorkspaceFolders
+from pipros_workspace.setup_files import write_if_changed
+from pipros_workspace.setup_py import PythonSetup, read_setup_py
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -182,7 +183,7 @@ def _write_hooks(project: Project, prefix: Path, *, is_installed: bool) -> None:
     """Write a package's environment hooks to the folder that the setup files read."""
     for hook in project.hooks:
         try:
-            text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
+            text = read_text(hook.source) if hook.text is None else hook.text
         except UnicodeDecodeError as error:
             raise PiprosError(f"{hook.source}: an environment hook must be UTF-8: {error}") from error
         if is_installed and hook.installed is not None:
@@ -251,6 +252,10 @@ def install_package(
             copy_file(Path(interface.path), share / interface.folder / os.path.basename(interface.path), say)
     for file in project.config_files:
         copy_file(Path(project.folder, file), share / "cfg" / os.path.basename(file), say)
+    for name, extra in project.installed_extras.items():
+        copy_file(Path(extra), share / "cmake" / name, say)
+    if project.installed_extras:
+        write_if_changed(share / EXTRAS, "".join(f"{name}\n" for name in project.installed_extras))
     modules = layout.install / PYTHON_DESTINATION
     if setup is not None:
         _install_setup(project, setup, layout.install, say)

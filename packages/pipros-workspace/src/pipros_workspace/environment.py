@@ -14,10 +14,11 @@ from io import TextIOWrapper
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.input_file import read_text
 from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS
-from pipros.workspace.hooks import FoundHook, find_hooks
-from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.overlays import MARKER, built_workspaces
+from pipros_workspace.hooks import FoundHook, find_hooks
+from pipros_workspace.index import SHARED_PACKAGES, SHIPPED_FOLDERS
+from pipros_workspace.overlays import MARKER, built_workspaces
 
 _SEPARATORS = "/\\" if ON_WINDOWS else "/"
 
@@ -71,7 +72,7 @@ def workspace_environment(
     packages = []
     for workspace in visible:
         packages += [str(source) for source in workspace.sources] or [str(workspace.prefix / "share")]
-    changed["ROS_PACKAGE_PATH"] = os.pathsep.join(dict.fromkeys([*packages, str(SHARED_PACKAGES)]))
+    changed["ROS_PACKAGE_PATH"] = os.pathsep.join(dict.fromkeys([*packages, *map(str, SHIPPED_FOLDERS)]))
     changed |= DISTRIBUTION
     changed["ROS_ROOT"] = str(SHARED_PACKAGES / "ros")
     changed["ROS_ETC_DIR"] = str(SHARED_PACKAGES.parent / "etc" / "ros")
@@ -192,7 +193,7 @@ def environment_changes(
     underlays: list[Path] = []
     if prefix is not None and with_underlays:
         try:
-            listed = (prefix / UNDERLAYS_FILE).read_text("utf-8").split("\0")
+            listed = read_text(prefix / UNDERLAYS_FILE).split("\0")
             underlays = [Path(entry) for entry in listed if entry and Path(entry, MARKER).is_file()]
         except OSError:
             pass  # no list of underlays was written, or the workspace was moved

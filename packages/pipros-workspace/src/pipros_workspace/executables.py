@@ -17,9 +17,9 @@ from typing import NamedTuple
 from pipros.basics.errors import NotFound
 from pipros.basics.input_file import read_file
 from pipros.basics.windows import ON_WINDOWS
-from pipros.packages import installed_packages, system_packages
-from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
-from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
+from pipros.packages import installed_packages, shipped_folder, system_packages
+from pipros_workspace.index import Package, PackageIndex
+from pipros_workspace.overlays import BuiltWorkspace, built_workspaces
 
 # Windows has no executable bit; these suffixes may be omitted from a name. The first existing file wins.
 _WINDOWS_SUFFIXES = ("", ".exe", ".bat", ".cmd", ".py")
@@ -86,10 +86,10 @@ def find_executables(
                 unusable.append(path)
             else:
                 runnable.setdefault(os.path.realpath(path), path)
-    shipped = SHARED_PACKAGES / package.name
+    shipped = _shipped(package.name)
     # a folder, for example one with header files, may have the name of the program
     is_there = bool(runnable) or any(path.is_file() for path in unusable)
-    if not is_there and (found := [*filter(_is_executable, _named(shipped, name))]):
+    if not is_there and shipped and (found := [*filter(_is_executable, _named(shipped, name))]):
         runnable = {str(path): path for path in found}
         searched.insert(-1, shipped)
     if not runnable and (installed := system_packages.program(package.name, name)):
@@ -102,7 +102,8 @@ def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | No
     """Return the sorted names of all programs in a package, for completion and suggestions."""
     if workspaces is None:
         workspaces = built_workspaces()
-    folders = [*_build_folders(package, workspaces), package.path, SHARED_PACKAGES / package.name]
+    shipped = _shipped(package.name)
+    folders = [*_build_folders(package, workspaces), package.path, *([shipped] if shipped else [])]
     installed = map(os.path.basename, system_packages.programs(package.name))
     return sorted({*_programs(folders), *installed})
 
@@ -128,7 +129,13 @@ def why_not_built(package: Package, name: str) -> str | None:
 
 def shipped_programs(package: str) -> list[str]:
     """Return the sorted names of the programs that pipros ships in a package of that name."""
-    return sorted(_programs([SHARED_PACKAGES / package]))
+    shipped = _shipped(package)
+    return sorted(_programs([shipped])) if shipped else []
+
+
+def _shipped(package: str) -> Path | None:
+    folder = shipped_folder(package)
+    return None if folder is None else Path(folder).resolve()
 
 
 def _programs(folders: Iterable[Path]) -> set[str]:

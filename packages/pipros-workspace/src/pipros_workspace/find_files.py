@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.packages.crawl import DRY, crawl
-from pipros.workspace.overlays import BuiltWorkspace
+from pipros_workspace.overlays import BuiltWorkspace
 
 _WITHOUT_PROJECT = ("bin", "etc", "include", "lib", "share")
 _WITH_PROJECT = ("etc", "include", "libexec", "share")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, MutableMapping
 from pathlib import Path
 
-from pipros.workspace.find_files import WrongFolders, find_files
-from pipros.workspace.overlays import MARKER, BuiltWorkspace, built_workspaces
+from pipros.basics.input_file import read_text
+from pipros_workspace.find_files import WrongFolders, find_files
+from pipros_workspace.overlays import MARKER, BuiltWorkspace, built_workspaces
 
 
 def workspaces() -> list[str]:
@@ -23,7 +24,7 @@ def source_paths(workspace: str) -> list[str]:
     marker = Path(workspace, MARKER)
     if not marker.is_file():
         raise ValueError(f'Not a catkin workspace: "{workspace}", missing file {marker}')
-    return [path for path in marker.read_text("utf-8").split(";") if path]
+    return [path for path in read_text(marker).split(";") if path]
 
 
 def find_in_workspaces(
@@ -37,7 +38,7 @@ def find_in_workspaces(
     workspace_to_source_spaces: MutableMapping[str, list[str]] | None = None,
     source_path_to_packages: MutableMapping[str, dict[str, str]] | None = None,
 ) -> list[str]:
-    """Return the existing paths `workspace/folder/project/path`; see `pipros.workspace.find_files`.
+    """Return the existing paths `workspace/folder/project/path`; see `pipros_workspace.find_files`.
 
     Args:
         search_dirs: the folders; by default, all allowed folders.

@@ -7,12 +7,13 @@ import shutil
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
+from pipros.basics.input_file import open_file, read_file
 from pipros.basics.replaced_file import write_whole
-from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.cmake_runs import configure, make_all, run
-from pipros.workspace.layout import SourcePackage, WorkspaceFolders
-from pipros.workspace.native_tools import PYTHON, MissingTools, NativeTools, find_tools, native_environment
-from pipros.workspace.shipped_packages import has_cmake, shipped_packages, write_configuration
+from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.cmake_runs import configure, make_all, run
+from pipros_workspace.layout import SourcePackage, WorkspaceFolders
+from pipros_workspace.native_tools import PYTHON, MissingTools, NativeTools, find_tools, native_environment
+from pipros_workspace.shipped_packages import has_cmake, shipped_packages, write_configuration
 
 
 def build(
@@ -184,10 +185,10 @@ def use_python_of_environment(prefix: Path) -> None:
         for program in folder.iterdir() if folder.is_dir() else ():
             if program.is_symlink() or not program.is_file():
                 continue
-            with program.open("rb") as file:
+            with open_file(program) as file:
                 if file.readline(len(wrong) + 1).rstrip() != wrong:
                     continue
-            write_whole(program, b"#!/usr/bin/env python3" + program.read_bytes()[len(wrong) :])
+            write_whole(program, b"#!/usr/bin/env python3" + read_file(program)[len(wrong) :])
 
 
 def make(layout: WorkspaceFolders, target: str) -> None:

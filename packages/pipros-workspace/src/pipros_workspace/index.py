@@ -10,13 +10,17 @@ from typing import NamedTuple
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
 from pipros.basics.windows import ON_WINDOWS, SETUP_FILE
-from pipros.packages import SHARE
+from pipros.packages import SHARES
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
 from pipros.packages.installed_packages import is_installed_share, share_folders
 from pipros.packages.package_folders import PackageFolders
 from pipros.packages.system_packages import in_search_order, is_share_folder
 
-SHARED_PACKAGES = Path(SHARE).resolve()
+SHIPPED_FOLDERS = tuple(Path(each).resolve() for each in SHARES)
+"""The folders of the packages that pipros and the installed plugins ship."""
+
+SHARED_PACKAGES = SHIPPED_FOLDERS[0]
+"""The folder of the packages that pipros ships."""
 
 
 class Package(NamedTuple):
@@ -71,7 +75,7 @@ class PackageIndex:
         folders = [
             folder
             for folder in self.folders
-            if folder != SHARED_PACKAGES
+            if folder not in SHIPPED_FOLDERS
             and not is_share_folder(str(folder))
             and not is_installed_share(str(folder))
         ]
@@ -97,7 +101,7 @@ class PackageIndex:
             [
                 Path(folder)
                 for folder in in_search_order(
-                    map(str, environment.package_path), share_folders(), str(SHARED_PACKAGES)
+                    map(str, environment.package_path), share_folders(), [*map(str, SHIPPED_FOLDERS)]
                 )
             ],
             cache_folder=environment.ros_home / "pipros" / "packages",
@@ -152,6 +156,6 @@ class PackageIndex:
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():
             known, path = folders.setdefault(name, []), Path(folder)
-            if not is_share_folder(str(path.parent)) or (known and known[0].parent != SHARED_PACKAGES):
+            if not is_share_folder(str(path.parent)) or (known and known[0].parent not in SHIPPED_FOLDERS):
                 known.append(path)
         return {name: paths for name, paths in sorted(folders.items()) if len(paths) > 1}

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.workspace import genuine_catkin, native_tools
-from pipros.workspace.build import BuildResult, build
-from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.catkin.project import Project
-from pipros.workspace.cmake_runs import NativeBuildFailed
-from pipros.workspace.environment import underlays_of_build
-from pipros.workspace.layout import SourcePackage, WorkspaceFolders, closure
-from pipros.workspace.setup_files import write_relaying_setup_files, write_setup_files
+from pipros_workspace import genuine_catkin, native_tools
+from pipros_workspace.build import BuildResult, build
+from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.cmake_runs import NativeBuildFailed
+from pipros_workspace.environment import underlays_of_build
+from pipros_workspace.layout import SourcePackage, WorkspaceFolders, closure
+from pipros_workspace.setup_files import write_relaying_setup_files, write_setup_files
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

@@ -60,10 +60,12 @@ class SourcePackage:
 
     @property
     def build_type(self) -> str:
-        """The build type that the manifest exports for ROS 1; `catkin` by default."""
+        """The build type that the manifest exports for ROS 1; by default `catkin`, or its only build tool."""
         exports = (export for export in self.manifest.exports if export.tagname == "build_type")
         types = (str(export.content) for export in exports if export.evaluated_condition is not False)
-        return next(types, "catkin")
+        tools = self.dependencies("buildtool_depends")
+        ament = next((each for each in sorted(tools) if each.startswith("ament")), "catkin")
+        return next(types, "catkin" if "catkin" in tools else ament)
 
     def dependencies(self, *kinds: str) -> set[str]:
         """Return the dependencies in the given lists of the manifest (`build_depends`, `exec_depends`, …)."""
@@ -90,11 +92,13 @@ class SourceSpace:
         errors: invalid and unreadable manifests, each with file, line and reason; names that several packages
             have, and cycles of dependencies.
         left_out: names of packages that are left out because of a name or a cycle.
+        rosbuild: folders of packages for rosbuild, catkin's predecessor.
     """
 
     packages: list[SourcePackage] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
     left_out: set[str] = field(default_factory=set)
+    rosbuild: list[Path] = field(default_factory=list)
 
 
 def read_source_space(source: Path, variables: Mapping[str, str], *more: Path) -> SourceSpace:
@@ -107,6 +111,7 @@ def read_source_space(source: Path, variables: Mapping[str, str], *more: Path) -
     space = SourceSpace()
     found: dict[str, SourcePackage] = {}
     crawled = [package for folder in (source, *more) for package in crawl(str(folder), space.errors).packages]
+    space.rosbuild += dict.fromkeys(Path(package.path) for package in crawled if package.kind == DRY)
     for folder in dict.fromkeys(Path(package.path) for package in crawled if package.kind != DRY):
         manifest = _read_manifest(folder, variables, space.errors)
         if manifest is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 
-from pipros.workspace.catkin.project import Project, TestEntry
+from pipros_workspace.catkin.project import Project, TestEntry
 
 _ALWAYS = (
     "all", "clean", "clean_test_results", "cmake_check_build_system", "download_extra_data", "help",

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
-from pipros.workspace.shipped_packages import is_below
+from pipros_workspace.shipped_packages import is_below
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 """Prefixes at which genuine ROS may be installed, in addition to those in the environment."""

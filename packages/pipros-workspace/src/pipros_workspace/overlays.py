@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from pipros.basics.input_file import read_text
+
 MARKER = ".catkin"
 
 
@@ -31,7 +33,7 @@ def built_workspaces(variables: Mapping[str, str] | None = None) -> tuple[BuiltW
     workspaces = []
     for folder in prefix_path.split(os.pathsep):
         try:
-            sources = Path(folder, MARKER).read_text("utf-8") if folder else None
+            sources = read_text(Path(folder, MARKER)) if folder else None
         except OSError:
             continue
         if sources is not None:

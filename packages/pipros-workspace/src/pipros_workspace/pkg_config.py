@@ -7,7 +7,7 @@ import shutil
 import subprocess
 
 from pipros.basics.errors import PiprosError
-from pipros.workspace.overlays import built_workspaces
+from pipros_workspace.overlays import built_workspaces
 
 
 class NoFlags(PiprosError):

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from pipros.basics.printable import printable_lines
 from pipros.basics.windows import ON_WINDOWS
-from pipros.workspace.program_start import command_of, why_not_startable
-from pipros.workspace.script_interpreter import interpreter_of
+from pipros_workspace.program_start import command_of, why_not_startable
+from pipros_workspace.script_interpreter import interpreter_of
 
 
 @dataclass(frozen=True, slots=True)

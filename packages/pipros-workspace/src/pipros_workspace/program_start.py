@@ -16,14 +16,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.input_file import open_file
 from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
 from pipros.msg.importing.hook import is_beside_ros2
-from pipros.packages import SHARE
+from pipros.packages import SHARES
 from pipros.packages.installed_packages import folders as installed_folders
 from pipros.packages.system_packages import child_package_path, is_compiled, manifest_folders
-from pipros.workspace.client_library import beside_ros2
-from pipros.workspace.script_interpreter import ScriptInterpreter, interpreter_of
+from pipros_workspace.client_library import beside_ros2
+from pipros_workspace.script_interpreter import ScriptInterpreter, interpreter_of
 
 _POSIX_SHELL = "/bin/sh"
 
@@ -58,7 +59,7 @@ def environment_of(program: Path, variables: Mapping[str, str]) -> dict[str, str
     environment = beside_ros2(program, chosen.interpreter if chosen else None, environment)
     if is_compiled(program) and next(manifest_folders(), None):
         path = environment.get("ROS_PACKAGE_PATH", "")
-        environment["ROS_PACKAGE_PATH"] = child_package_path(path, SHARE, list(installed_folders()))
+        environment["ROS_PACKAGE_PATH"] = child_package_path(path, SHARES, list(installed_folders()))
     return environment
 
 
@@ -156,7 +157,7 @@ def _script_interpreter(program: Path, variables: Mapping[str, str]) -> ScriptIn
 
 
 def _start_of(program: Path) -> bytes:
-    with program.open("rb") as file:
+    with open_file(program) as file:
         return file.read(256)
 
 
@@ -175,7 +176,7 @@ def _is_bare_shell_script(program: Path) -> bool:
     if program.suffix == ".py":
         return False
     try:
-        with program.open("rb") as file:
+        with open_file(program) as file:
             start = file.read(128)
     except OSError:
         return False

@@ -9,6 +9,8 @@ import sys
 import warnings
 from pathlib import Path
 
+from pipros.basics.input_file import open_file
+
 _LIMIT_BYTES = 256 * 1024
 _SUSPICIOUS = re.compile(
     rb"^[ \t]*(?:print(?:[ \t]+[^\s(=.,:\[+*/-]|[ \t]*>>)|exec[ \t]+[\w\"']|raise[ \t]+[\w.]+[ \t]*,)"
@@ -33,11 +35,11 @@ def python2_advice(file: str | os.PathLike[str]) -> str | None:
 
     The file is parsed, not run. If it is a script of a devel space, it stands for the script that it runs.
     """
-    from pipros.workspace.client_library import relayed_script
+    from pipros_workspace.client_library import relayed_script
 
     file = relayed_script(Path(file))
     try:
-        with open(file, "rb") as script:
+        with open_file(file) as script:
             text = script.read(_LIMIT_BYTES + 1)
     except OSError:
         return None

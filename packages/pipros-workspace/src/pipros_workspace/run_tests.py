@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import os
 import subprocess
@@ -12,13 +13,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.workspace import genuine_catkin, native_tools
-from pipros.workspace.catkin.project import Project, TestEntry
-from pipros.workspace.cmake_runs import NativeBuildFailed
-from pipros.workspace.downloads import fetch
-from pipros.workspace.layout import WorkspaceFolders
-from pipros.workspace.make_targets import is_wanted, label, results_label
-from pipros.workspace.program_start import program_environment
+from pipros.basics.input_file import open_file
+from pipros.basics.windows import replace_file
+from pipros_workspace import genuine_catkin, native_tools
+from pipros_workspace.catkin.project import Download, Project, TestEntry
+from pipros_workspace.cmake_runs import NativeBuildFailed
+from pipros_workspace.layout import WorkspaceFolders
+from pipros_workspace.make_targets import is_wanted, label, results_label
+from pipros_workspace.program_start import program_environment
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -108,8 +110,57 @@ def _command(
 
 def _environment(layout: WorkspaceFolders) -> dict[str, str]:
     """Return the environment with the workspace set up, as if `devel/setup.sh` had been sourced."""
-    from pipros.workspace.environment import underlays_of_build, workspace_environment
+    from pipros_workspace.environment import underlays_of_build, workspace_environment
 
     variables = program_environment(os.environ)
     underlays = underlays_of_build(variables, layout.devel)
     return {**variables, **workspace_environment(layout.devel, underlays, variables)}
+
+
+_TIMEOUT_S = 60.0
+_CHUNK_BYTES = 1 << 20
+
+
+def fetch(download: Download, say: Callable[[str], object]) -> None:
+    """Download a file unless it already exists with the right MD5 sum. If that fails, print a warning."""
+    path = Path(download.path)
+    if path.is_file() and download.md5 in ("", _md5(path)):
+        return
+    say(f"-- Downloading {download.url} to {path}")
+    unfinished = path.with_name(path.name + ".part")
+    try:
+        _receive(download.url, unfinished)
+    except (OSError, ValueError) as error:
+        say(f"-- WARNING: {download.url} cannot be downloaded: {error}")
+        return
+    received = _md5(unfinished)
+    if download.md5 not in ("", received):
+        say(f"-- WARNING: the MD5 of {download.url} must be {download.md5}, got {received}")
+        unfinished.unlink()
+        return
+    replace_file(unfinished, path)
+
+
+def _receive(url: str, file: Path) -> None:
+    from urllib.error import HTTPError
+    from urllib.request import urlopen
+
+    if not url.startswith(("http://", "https://")):
+        raise ValueError("the URL must begin with http:// or https://")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        answer = urlopen(url, timeout=_TIMEOUT_S)  # noqa: S310  # checked above
+    except HTTPError as refused:
+        refused.close()  # the error object owns the connection
+        raise
+    with answer, file.open("wb") as written:
+        while chunk := answer.read(_CHUNK_BYTES):
+            written.write(chunk)
+
+
+def _md5(path: Path) -> str:
+    digest = hashlib.md5(usedforsecurity=False)
+    with open_file(path) as file:
+        while chunk := file.read(_CHUNK_BYTES):
+            digest.update(chunk)
+    return digest.hexdigest()

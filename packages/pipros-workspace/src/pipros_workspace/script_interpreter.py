@@ -21,7 +21,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from pipros.basics.graph_variables import InvalidEnvironment
-from pipros.workspace.client_library import is_ros2_script
+from pipros.basics.input_file import open_file, read_text
+from pipros_workspace.client_library import is_ros2_script
 
 VARIABLE = "PIPROS_INTERPRETER"
 """`own` starts Python scripts with pipros's interpreter, `script` with the interpreter that they name."""
@@ -116,7 +117,7 @@ def _named(line: _FirstLine) -> str:
 
 
 def _first_line(program: Path) -> _FirstLine | None:
-    with program.open("rb") as file:
+    with open_file(program) as file:
         start = file.read(_FIRST_LINE_BYTES).split(b"\n", 1)[0]
     if not start.startswith(b"#!") or start.endswith(b"\r"):
         return None
@@ -165,7 +166,7 @@ def _module_folders(interpreter: str, python_path: str, home: str) -> Iterator[P
     is_isolated = False
     settings = path.parent.parent / "pyvenv.cfg"
     if settings.is_file():
-        text = settings.read_text(encoding="utf-8", errors="replace")
+        text = read_text(settings, errors="replace")
         is_isolated = not re.search(r"(?mi)^include-system-site-packages\s*=\s*true", text)
         prefixes = dict.fromkeys((path.parent.parent,) if is_isolated else prefixes)
     libraries = [
@@ -188,7 +189,7 @@ def _folders_in_path_files(folder: Path) -> Iterator[Path]:
     """Yield the folders that the `.pth` files in a site folder add to the module path."""
     for file in sorted(folder.glob("*.pth")):
         try:
-            with file.open("rb") as opened:
+            with open_file(file) as opened:
                 lines = opened.read(_PTH_FILE_BYTES).decode("utf-8", "replace").splitlines()
         except OSError:
             continue

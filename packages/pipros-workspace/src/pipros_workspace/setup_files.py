@@ -10,21 +10,22 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.basics.input_file import read_file
 from pipros.basics.replaced_file import write_whole
 from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS
-from pipros.workspace.environment import (
+from pipros_workspace.environment import (
     UNDERLAYS_FILE,
     quoted_for_fish,
     quoted_for_posix,
     quoted_for_powershell,
 )
-from pipros.workspace.overlays import MARKER
+from pipros_workspace.overlays import MARKER
 
 SHELL_FOLDER = Path(__file__).resolve().parent / "shell"
 
 _OLDER_BY_S = 10
 
-_COMPUTE = "from pipros.workspace.environment import main; main()"
+_COMPUTE = "from pipros_workspace.environment import main; main()"
 
 _SH = """\
 # Sets up this workspace's environment for the shell that sources this file. Created by pipros's catkin_make.
@@ -213,7 +214,7 @@ def write_if_changed(file: Path, content: str) -> bool:
     """Write a file unless it already has the given content. Return True if it was written."""
     data = content.encode(CONSOLE_ENCODING if file.suffix == ".bat" else "utf-8")
     with contextlib.suppress(OSError):
-        if file.read_bytes() == data:
+        if read_file(file) == data:
             return False
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, data)

@@ -10,10 +10,10 @@ import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from pipros.workspace.catkin.names import COMPONENT_COMMANDS, CORE_PACKAGES
-from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.layout import SourcePackage, read_source_space
-from pipros.workspace.setup_files import write_if_changed
+from pipros_workspace.catkin.names import COMPONENT_COMMANDS, CORE_PACKAGES
+from pipros_workspace.index import SHIPPED_FOLDERS
+from pipros_workspace.layout import SourcePackage, read_source_space
+from pipros_workspace.setup_files import write_if_changed
 
 _CONFIGURATION = """\
 # Created by pipros's catkin_make: {name} is shipped with pipros, without C++.
@@ -41,7 +41,11 @@ def shipped_packages(
     Args:
         components: names that are required in addition to the dependencies in the manifests.
     """
-    shipped = {package.name: package for package in read_source_space(SHARED_PACKAGES, os.environ).packages}
+    shipped = {
+        package.name: package
+        for folder in reversed(SHIPPED_FOLDERS)
+        for package in read_source_space(folder, os.environ).packages
+    }
     seen = {package.name for package in packages}
     wanted = set(components).union(*(package.all_dependencies for package in packages))
     needed: list[SourcePackage] = []

@@ -10,7 +10,7 @@ from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.digest import Lookup, message_md5, service_md5
 from pipros.msg.language.spec import MessageSpec
-from pipros.workspace.index import PackageIndex
+from pipros_workspace.index import PackageIndex
 
 SECTION_MARK = "---\n"
 

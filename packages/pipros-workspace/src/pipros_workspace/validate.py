@@ -7,13 +7,13 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.cmake.language import CMakeError
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import MessageSpec
 from pipros.safe.xml import XmlError
-from pipros.workspace.catkin.project import Interface, Project
-from pipros.workspace.layout import SourcePackage
-from pipros.workspace.manifest import read_manifest
+from pipros_workspace.catkin.project import Interface, Project
+from pipros_workspace.cmake.language import CMakeError
+from pipros_workspace.layout import SourcePackage
+from pipros_workspace.manifest import read_manifest
 
 MESSAGES_WITHOUT_DEPENDENCY = frozenset(("std_msgs", "actionlib_msgs"))
 """Packages that need not be listed as dependencies, because `Header` and actions use them."""

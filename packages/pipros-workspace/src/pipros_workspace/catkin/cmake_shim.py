@@ -7,14 +7,14 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from pipros.workspace.setup_files import write_if_changed
+from pipros_workspace.setup_files import write_if_changed
 
 _SCRIPT = """\
 #!{python}
 # Created by pipros's catkin_make, because CMake is not installed.
 import sys
 
-from pipros.cmake.cmake_command import main
+from pipros_workspace.cmake.cmake_command import main
 
 sys.exit(main())
 """

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from pipros.basics.extras import install_command
 from pipros.basics.input_file import read_text
-from pipros.cmake.configure import configured
-from pipros.cmake.interpreter import Interpreter
-from pipros.cmake.language import CMakeError, Command
-from pipros.cmake.names import BUILTIN_COMMANDS
-from pipros.cmake.scope import Scope
-from pipros.workspace.catkin.names import CATKIN_COMMANDS
-from pipros.workspace.catkin.project import NativeTarget, Project
+from pipros_workspace.catkin.names import CATKIN_COMMANDS
+from pipros_workspace.catkin.project import NativeTarget, Project
+from pipros_workspace.cmake.configure import configured
+from pipros_workspace.cmake.interpreter import Interpreter
+from pipros_workspace.cmake.language import CMakeError, Command
+from pipros_workspace.cmake.names import BUILTIN_COMMANDS
+from pipros_workspace.cmake.scope import Scope
 
 
 @dataclass(frozen=True, slots=True)

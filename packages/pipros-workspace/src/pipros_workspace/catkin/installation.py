@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipros.basics.input_file import read_file
 from pipros.basics.replaced_file import write_whole
-from pipros.cmake.cmake_command import script_interpreter
-from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, read_copies
-from pipros.cmake.scope import Scope
+from pipros_workspace.cmake.cmake_command import script_interpreter
+from pipros_workspace.cmake.copying import PROGRAM_MODE, Copy, copy, read_copies
+from pipros_workspace.cmake.scope import Scope
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -93,7 +94,7 @@ def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: 
 
 def _name_python_3(script: Path) -> None:
     """Change the shebang `#!/usr/bin/env python` to python3, as Noetic's catkin does."""
-    content = script.read_bytes()
+    content = read_file(script)
     first_line, newline, rest = content.partition(b"\n")
     if env := re.fullmatch(rb"#![ \t]*(/[^\r\n]+/env)[ \t]+python[ \t]*(\r?)", first_line):
         times = script.stat()

@@ -8,14 +8,14 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from pipros.basics.input_file import read_text
-from pipros.cmake.configure import configured
-from pipros.cmake.language import Command
-from pipros.cmake.message import Kind, read_message
-from pipros.cmake.words import sections
-from pipros.workspace.catkin.context import FoundPackage, Handler, ReadContext
-from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES, INTERPRETED_PACKAGES
-from pipros.workspace.catkin.project import AbsentPackage, EnvironmentHook
-from pipros.workspace.catkin.templates import can_expand, expanded, needs_empy, write
+from pipros_workspace.catkin.context import FoundPackage, Handler, ReadContext
+from pipros_workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES, INTERPRETED_PACKAGES
+from pipros_workspace.catkin.project import AbsentPackage, EnvironmentHook
+from pipros_workspace.catkin.templates import can_expand, expanded, needs_empy, write
+from pipros_workspace.cmake.configure import configured
+from pipros_workspace.cmake.language import Command
+from pipros_workspace.cmake.message import MessageKind, read_message
+from pipros_workspace.cmake.words import sections
 
 _HARMLESS_PACKAGES = frozenset(
     ("Boost", "Threads", "PythonInterp", "PythonLibs", "Python", "Python2", "Python3", "Eigen3", "OpenCV")
@@ -78,7 +78,7 @@ def _find_package(context: ReadContext, command: Command, words: list[str]) -> N
             values[f"{name}_VERSION"] = package.version
         if name not in _HARMLESS_PACKAGES and name not in CORE_PACKAGES:
             context.has_foreign_packages = True
-            context.run_extras(package or FoundPackage())
+            _run_extras(context, name, package or FoundPackage())
     values.update(_FOUND_VARIABLES.get(name, {}))
     values[f"{name}_FOUND"] = "1"
 
@@ -136,7 +136,13 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
     if package is not None:
         context.scope.values[f"{name}_VERSION"] = package.version
         if name not in CORE_PACKAGES | INTERPRETED_PACKAGES:
-            context.run_extras(package)
+            _run_extras(context, name, package)
+
+
+def _run_extras(context: ReadContext, name: str, package: FoundPackage) -> None:
+    if package.extras:
+        context.scope.values[f"{name}_DIR"] = os.path.dirname(package.extras[0])
+    context.run_extras(package)
 
 
 def _catkin_package(context: ReadContext, command: Command, words: list[str]) -> None:
@@ -154,7 +160,34 @@ def _catkin_package(context: ReadContext, command: Command, words: list[str]) ->
                 f"catkin_package() include dir '{folder}' does not exist relative to '{project.folder}'",
             )
     for name in options["CFG_EXTRAS"]:
-        project.cfg_extras.append(_cfg_extra(context, command, os.path.join(source, "cmake", name)))
+        path = os.path.join(source, "cmake", name)
+        project.cfg_extras.append(_cfg_extra(context, command, path))
+        if installed := _installed_extra(context, path):
+            project.installed_extras[os.path.basename(path)] = installed
+
+
+def _installed_extra(context: ReadContext, path: str) -> str:
+    """Return the file to install for a CMake file of CFG_EXTRAS; empty if there is none."""
+    target = os.path.join(context.project.binary, "catkin_generated", "installspace", os.path.basename(path))
+    for ending in ("", ".in", ".installspace.in", ".em", ".installspace.em"):
+        source = path + ending
+        if not os.path.isfile(source):
+            continue
+        if not ending:
+            return source
+        if ending.endswith(".in"):
+            values = context.scope.values
+            before = {name: values.get(name, "") for name in ("DEVELSPACE", "INSTALLSPACE", "PKG_CMAKE_DIR")}
+            own = f"${{{context.project.name}_DIR}}"
+            values.update(DEVELSPACE="FALSE", INSTALLSPACE="TRUE", PKG_CMAKE_DIR=own)
+            write(target, configured(read_text(source, errors="replace"), context.scope, at_only=True))
+            values.update(before)
+        elif can_expand():
+            write(target, expanded(source, context, is_installed=True))
+        else:
+            return ""
+        return target
+    return ""
 
 
 def _cfg_extra(context: ReadContext, command: Command, path: str) -> str:
@@ -228,12 +261,12 @@ def _hook_of_template(context: ReadContext, command: Command, base: str, templat
 
 def _message(context: ReadContext, command: Command, words: list[str]) -> None:
     kind, text = read_message(words)
-    if kind is Kind.ERROR:
+    if kind is MessageKind.ERROR:
         raise context.error(command, text)
-    if kind is Kind.WARNING:
+    if kind is MessageKind.WARNING:
         context.project.warnings.append(f"{context.place(command)}: {text}")
-    elif kind is not Kind.NOTHING:
-        context.project.status_lines.append(f"-- {text}" if kind is Kind.STATUS else text)
+    elif kind is not MessageKind.NOTHING:
+        context.project.status_lines.append(f"-- {text}" if kind is MessageKind.STATUS else text)
 
 
 COMMANDS: Mapping[str, Handler] = {

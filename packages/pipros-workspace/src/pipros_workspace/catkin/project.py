@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
+from pathlib import Path
 
-from pipros.workspace.catkin.installation import Installation
-from pipros.workspace.catkin.steps import BuildSteps
+from pipros.basics.input_file import read_text
+from pipros_workspace.catkin.installation import Installation
+from pipros_workspace.catkin.steps import BuildSteps
 
 PYTHON_DESTINATION = "lib/python3/dist-packages"
+
+
+EXTRAS = "cmake/cfg_extras.txt"
+"""File in the `share` folder of an installed package that lists its CFG_EXTRAS."""
+
+
+def installed_extras(folder: Path) -> list[str]:
+    """Return the CMake files that packages run which find the package installed in `folder`."""
+    try:
+        names = read_text(folder / EXTRAS).splitlines()
+    except (OSError, UnicodeDecodeError):
+        return []
+    return [str(file) for name in names if (file := folder / "cmake" / os.path.basename(name)).is_file()]
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +131,7 @@ class Project:
         status_lines: output from `message(STATUS)` and similar commands.
         warnings: warnings with file and line.
         cfg_extras: CMake files for packages that find this package.
+        installed_extras: their installed forms, by file name.
         targets: the names of targets that can be built individually.
     """
 
@@ -141,4 +158,5 @@ class Project:
     status_lines: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     cfg_extras: list[str] = field(default_factory=list)
+    installed_extras: dict[str, str] = field(default_factory=dict)
     targets: set[str] = field(default_factory=set)

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pipros.basics.env import DISTRIBUTION
-from pipros.cmake.language import CMakeError
-from pipros.workspace.catkin.steps import BuildStep, BuildSteps
+from pipros_workspace.catkin.steps import BuildStep, BuildSteps
+from pipros_workspace.cmake.language import CMakeError
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

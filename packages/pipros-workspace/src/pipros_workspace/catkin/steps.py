@@ -9,7 +9,7 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
-from pipros.cmake.scope import Scope, Unsupported
+from pipros_workspace.cmake.scope import Scope, Unsupported
 
 _LISTS = ("OUTPUT", "DEPENDS", "BYPRODUCTS", "SOURCES", "ARGS", "IMPLICIT_DEPENDS")
 _ONE_VALUE = ("WORKING_DIRECTORY", "COMMENT", "MAIN_DEPENDENCY", "DEPFILE", "JOB_POOL", "TARGET")

@@ -16,9 +16,9 @@ from pathlib import Path
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.extras import install_command
 from pipros.basics.replaced_file import write_whole
-from pipros.cmake.configure import configure_file
-from pipros.cmake.language import Command
-from pipros.workspace.catkin.context import Handler, ReadContext
+from pipros_workspace.catkin.context import Handler, ReadContext
+from pipros_workspace.cmake.configure import configure_file
+from pipros_workspace.cmake.language import Command
 
 _TIME_LIMIT_S = 60.0
 _PREFIXES = ("CATKIN_", "CMAKE_", "PROJECT_", "PYTHON_")

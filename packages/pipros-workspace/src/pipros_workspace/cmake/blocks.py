@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from pipros.cmake.language import Command
+from pipros_workspace.cmake.language import Command
 
 BLOCKS = ("if", "foreach", "while", "function", "macro", "block")
 

@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.windows import with_slashes
-from pipros.cmake.interpreter import Interpreter
-from pipros.cmake.language import Command
-from pipros.cmake.message import Kind, read_message
-from pipros.cmake.names import BUILTIN_COMMANDS
-from pipros.cmake.scope import Scope
-from pipros.cmake.tools import run_tool
+from pipros_workspace.cmake.interpreter import Interpreter
+from pipros_workspace.cmake.language import Command
+from pipros_workspace.cmake.message import MessageKind, read_message
+from pipros_workspace.cmake.names import BUILTIN_COMMANDS
+from pipros_workspace.cmake.scope import Scope
+from pipros_workspace.cmake.tools import run_tool
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -78,13 +78,13 @@ def script_interpreter(settings: Mapping[str, str]) -> Interpreter:
 
     def message(command: Command, words: list[str]) -> None:
         kind, text = read_message(words)
-        if kind is Kind.ERROR:
+        if kind is MessageKind.ERROR:
             raise interpreter.error(command, text)
-        if kind is Kind.STATUS:
+        if kind is MessageKind.STATUS:
             print(f"-- {text}", flush=True)
-        elif kind is Kind.NOTICE:
+        elif kind is MessageKind.NOTICE:
             print(text, file=sys.stderr, flush=True)
-        elif kind is Kind.WARNING:
+        elif kind is MessageKind.WARNING:
             place = f"{interpreter.file}:{command.line} ({command.written_name})"
             print(f"CMake Warning at {place}:\n  {text}\n\n", file=sys.stderr, flush=True)
 

@@ -7,8 +7,8 @@ import re
 from collections.abc import Container, MutableMapping, Sequence
 from typing import Any
 
-from pipros.cmake.language import split_list
-from pipros.cmake.regex import search
+from pipros_workspace.cmake.language import split_list
+from pipros_workspace.cmake.regex import search
 
 Word = tuple[str, bool]
 """A word with variables replaced, and whether it was quoted.

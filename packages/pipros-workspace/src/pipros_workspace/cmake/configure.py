@@ -6,9 +6,10 @@ import re
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
+from pipros.basics.limits import process_limits
 from pipros.basics.replaced_file import write_whole
-from pipros.cmake.condition import is_on
-from pipros.cmake.scope import Scope, check_length
+from pipros_workspace.cmake.condition import is_on
+from pipros_workspace.cmake.scope import Scope, check_length
 
 
 def configure_file(words: list[str], scope: Scope) -> None:
@@ -24,7 +25,7 @@ def configure_file(words: list[str], scope: Scope) -> None:
     if target.is_dir():
         target /= source.name
     try:
-        content = read_file(source, scope.limits.file_bytes)
+        content = read_file(source, process_limits().file_bytes)
         if "COPYONLY" not in words:
             text = configured(content.decode("utf-8", "surrogateescape"), scope, at_only="@ONLY" in words,
                               escapes_quotes="ESCAPE_QUOTES" in words)  # fmt: skip
@@ -32,7 +33,7 @@ def configure_file(words: list[str], scope: Scope) -> None:
                 text += "\n"
             content = text.encode("utf-8", "surrogateescape")
         target.parent.mkdir(parents=True, exist_ok=True)
-        if not target.is_file() or target.read_bytes() != content:
+        if not target.is_file() or read_file(target) != content:
             write_whole(target, content)
         target.chmod(source.stat().st_mode)
     except OSError as error:
@@ -66,7 +67,7 @@ def configured(text: str, scope: Scope, *, at_only: bool = False, escapes_quotes
             return scope.environment.get(match[2], "")
         value = values.get(match[2] or match[3], "")
         made += len(value)
-        check_length(made, scope.limits)
+        check_length(made)
         return value.replace('"', '\\"') if escapes_quotes else value
 
     text = _DEFINE.sub(define, text)

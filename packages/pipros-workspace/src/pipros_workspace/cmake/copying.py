@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import open_file
 from pipros.basics.replaced_file import replaced_file
 from pipros.basics.windows import remove_file, with_slashes
-from pipros.cmake import regex
+from pipros_workspace.cmake import regex
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -203,7 +204,7 @@ def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) ->
         remove_file(target)
         shutil.copy2(source, target, follow_symlinks=False)
         return
-    with source.open("rb") as content, replaced_file(target, is_synced=False) as file:
+    with open_file(source) as content, replaced_file(target, is_synced=False) as file:
         shutil.copyfileobj(content, file)
     shutil.copystat(source, target)
     target.chmod(mode)

@@ -15,13 +15,14 @@ from functools import partial
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
+from pipros.basics.limits import process_limits
 from pipros.basics.replaced_file import naming, write_whole
 from pipros.basics.windows import relative_path, remove_file, replace_file, with_slashes
-from pipros.cmake import regex
-from pipros.cmake.configure import configured
-from pipros.cmake.copying import CannotCopy, copy, read_copies
-from pipros.cmake.scope import Scope, Unsupported
-from pipros.cmake.words import options_of
+from pipros_workspace.cmake import regex
+from pipros_workspace.cmake.configure import configured
+from pipros_workspace.cmake.copying import CannotCopy, copy, read_copies
+from pipros_workspace.cmake.scope import Scope, Unsupported
+from pipros_workspace.cmake.words import options_of
 
 HASHES = ("MD5", "SHA1", "SHA224", "SHA256", "SHA384", "SHA512")
 _GIVEN_PERMISSIONS = frozenset(("PERMISSIONS", "FILE_PERMISSIONS", "NO_SOURCE_PERMISSIONS"))
@@ -104,7 +105,9 @@ def _names(folder: str) -> list[str]:
 
 def _read(words: list[str], scope: Scope) -> None:
     options = dict(zip(words[2::2], words[3::2], strict=False))
-    content = read_file(scope.in_source(words[0]), scope.limits.file_bytes)[int(options.get("OFFSET", "0")) :]
+    content = read_file(scope.in_source(words[0]), process_limits().file_bytes)[
+        int(options.get("OFFSET", "0")) :
+    ]
     if "LIMIT" in options:
         content = content[: int(options["LIMIT"])]
     scope.values[words[1]] = content.hex() if "HEX" in words[2:] else content.decode("utf-8", "replace")
@@ -112,7 +115,7 @@ def _read(words: list[str], scope: Scope) -> None:
 
 def _strings(words: list[str], scope: Scope) -> None:
     options = dict(zip(words[2::2], words[3::2], strict=False))
-    content = read_file(scope.in_source(words[0]), scope.limits.file_bytes)
+    content = read_file(scope.in_source(words[0]), process_limits().file_bytes)
     lines = content.decode("utf-8", "replace").splitlines()
     if "REGEX" in options:
         pattern = regex.compiled(options["REGEX"])
@@ -226,7 +229,7 @@ def _timestamp(words: list[str], scope: Scope) -> None:
 
 
 def _digest(words: list[str], scope: Scope, algorithm: str) -> None:
-    content = read_file(scope.in_source(words[0]), scope.limits.file_bytes)
+    content = read_file(scope.in_source(words[0]), process_limits().file_bytes)
     scope.values[words[1]] = hashlib.new(algorithm, content, usedforsecurity=False).hexdigest()
 
 

@@ -13,16 +13,30 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from pipros.basics.input_file import read_text
+from pipros.basics.limits import process_limits
 from pipros.basics.windows import with_slashes
-from pipros.cmake import language
-from pipros.cmake.blocks import BLOCKS, branches, end_of_block
-from pipros.cmake.condition import is_true
-from pipros.cmake.language import CMakeError, Command, CommandArgument, split_list
-from pipros.cmake.loops import rounds
-from pipros.cmake.names import BUILTIN_COMMANDS
-from pipros.cmake.scope import Scope, Unsupported
-from pipros.cmake.value_commands import VALUE_COMMANDS
-from pipros.cmake.words import options_of, sections
+from pipros_workspace.cmake import language
+from pipros_workspace.cmake.blocks import BLOCKS, branches, end_of_block
+from pipros_workspace.cmake.condition import is_true
+from pipros_workspace.cmake.language import CMakeError, Command, CommandArgument, split_list
+from pipros_workspace.cmake.loops import rounds
+from pipros_workspace.cmake.names import BUILTIN_COMMANDS
+from pipros_workspace.cmake.scope import CMAKE_VALUE_CHARACTERS, Scope, Unsupported
+from pipros_workspace.cmake.value_commands import VALUE_COMMANDS
+from pipros_workspace.cmake.words import options_of, sections
+
+CMAKE_STEPS = 2_000_000
+"""Limit: commands and loop iterations that one package's `CMakeLists.txt` executes. Beyond it, the build of
+the package fails; the error names the file and line.
+"""
+CMAKE_ROUNDS = 100_000
+"""Limit: iterations of one loop in a `CMakeLists.txt`. Beyond it, the build of the package fails; the error
+names the file and line.
+"""
+CMAKE_DEPTH = 50
+"""Limit: nesting of a package's CMake files and functions. Beyond it, the build of the package fails; the
+error names the file and line.
+"""
 
 _MISTAKES = (ArithmeticError, LookupError, OSError, RecursionError, TypeError, ValueError)
 """Exceptions that a command may raise if its arguments are wrong."""
@@ -111,7 +125,7 @@ class Interpreter:
             CMakeError: the file cannot be read or contains an error. The message names the file and line.
         """
         try:
-            text = read_text(file, self.scope.limits.file_bytes, errors="replace")
+            text = read_text(file, process_limits().file_bytes, errors="replace")
         except OSError as error:
             raise CMakeError(file, 0, "", f"the file cannot be read: {error.strerror}") from None
         self.run_text(text, file)
@@ -129,7 +143,7 @@ class Interpreter:
     @contextmanager
     def _in_file(self, file: str, command: Command | None) -> Iterator[None]:
         """Make `file` the current file. Raises CMakeError if calls are nested too deeply."""
-        limit = self.scope.limits.cmake_depth
+        limit = CMAKE_DEPTH
         if self._depth >= limit and command is not None:
             raise self.error(command, f"calls are nested more than {limit} deep")
         values = self.scope.values
@@ -179,7 +193,7 @@ class Interpreter:
 
     def _count_step(self, command: Command) -> None:
         self._steps += 1
-        limit = self.scope.limits.cmake_steps
+        limit = CMAKE_STEPS
         if self._steps > limit:
             raise self.error(command, f"more than {limit} commands were executed; is there an endless loop?")
 
@@ -242,7 +256,7 @@ class Interpreter:
             names, all_rounds = rounds(self.words(opening), self.scope.values)
         except (ValueError, IndexError) as error:
             raise self.error(opening, f"called with wrong arguments: {error}") from None
-        limit = self.scope.limits.cmake_rounds
+        limit = CMAKE_ROUNDS
         with self.scope.restored(names):
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
@@ -259,7 +273,7 @@ class Interpreter:
     def _run_while(self, opening: Command, body: Sequence[Command]) -> _Flow:
         if not opening.arguments:
             raise self.error(opening, "called with incorrect number of arguments")
-        limit = self.scope.limits.cmake_rounds
+        limit = CMAKE_ROUNDS
         for _ in range(limit):
             if not self._holds(opening):
                 return _Flow.NEXT
@@ -352,9 +366,7 @@ class Interpreter:
     def _expanded(self, arguments: Sequence[CommandArgument], command: Command) -> list[str]:
         scope = self.scope
         try:
-            return language.expand(
-                arguments, scope.values, scope.environment, scope.limits.cmake_value_characters
-            )
+            return language.expand(arguments, scope.values, scope.environment, CMAKE_VALUE_CHARACTERS)
         except ValueError as error:
             raise self.error(command, str(error)) from None
 

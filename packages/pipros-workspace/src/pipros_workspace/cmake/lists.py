@@ -8,9 +8,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 
-from pipros.cmake import regex
-from pipros.cmake.language import split_list
-from pipros.cmake.scope import Scope, Unsupported, check_length
+from pipros_workspace.cmake import regex
+from pipros_workspace.cmake.language import split_list
+from pipros_workspace.cmake.scope import Scope, Unsupported, check_length
 
 
 def carry_out(words: list[str], scope: Scope) -> None:
@@ -54,7 +54,7 @@ def _get(elements: Elements, rest: list[str], scope: Scope) -> None:
 
 def _join(elements: Elements, rest: list[str], scope: Scope) -> None:
     glue, output = _of(2, rest)
-    check_length(len(glue) * len(elements), scope.limits)
+    check_length(len(glue) * len(elements))
     scope.values[output] = glue.join(elements)
 
 
@@ -145,11 +145,11 @@ def _transform(elements: Elements, rest: list[str], scope: Scope) -> Elements | 
         "TOUPPER": str.upper,
         "TOLOWER": str.lower,
         "STRIP": str.strip,
-        "REPLACE": lambda element: regex.replace(arguments[0], arguments[1], element, scope.limits),
+        "REPLACE": lambda element: regex.replace(arguments[0], arguments[1], element),
     }
     if action not in changes or len(arguments) < count:
         raise Unsupported(f"list(TRANSFORM … {action})")
-    check_length(len(elements) * max(map(len, arguments), default=0), scope.limits)
+    check_length(len(elements) * max(map(len, arguments), default=0))
     changed = [
         changes[action](element) if is_chosen(place, element) else element
         for place, element in enumerate(elements)

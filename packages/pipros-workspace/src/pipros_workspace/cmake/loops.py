@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import zip_longest
 
-from pipros.cmake.language import split_list
+from pipros_workspace.cmake.language import split_list
 
 
 def rounds(words: Sequence[str], variables: Mapping[str, str]) -> tuple[list[str], Iterable[tuple[str, ...]]]:

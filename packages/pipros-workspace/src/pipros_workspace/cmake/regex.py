@@ -17,8 +17,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits
-from pipros.cmake.scope import check_length
+from pipros_workspace.cmake.scope import check_length
 
 MATCH_S = 1.0
 """Maximum processor time of one search, in seconds. Searches in real packages take microseconds."""
@@ -139,7 +138,7 @@ def require_text(match: re.Match[str], mode: str) -> None:
         raise ValueError(f"sub-command REGEX, mode {mode}: the expression matched an empty string")
 
 
-def replace(expression: str, replacement: str, text: str, limits: Limits) -> str:
+def replace(expression: str, replacement: str, text: str) -> str:
     """Return the text with every match replaced. `\\1` in the replacement is the first group.
 
     Raises:
@@ -157,7 +156,7 @@ def replace(expression: str, replacement: str, text: str, limits: Limits) -> str
     def expand(match: re.Match[str]) -> str:
         nonlocal made
         require_text(match, "REPLACE")
-        check_length(len(replacement), limits)
+        check_length(len(replacement))
         expanded = re.sub(
             r"\\(.)",
             lambda found: group(match, int(found[1])) if found[1].isdigit() else found[1],
@@ -165,7 +164,7 @@ def replace(expression: str, replacement: str, text: str, limits: Limits) -> str
             flags=re.DOTALL,
         )
         made += len(expanded)
-        check_length(made, limits)
+        check_length(made)
         return expanded
 
     return compiled(expression).sub(expand, text)

@@ -7,36 +7,41 @@ from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
 
-from pipros.basics.limits import Limits, process_limits
 from pipros.basics.windows import with_slashes
+
+CMAKE_VALUE_CHARACTERS = 4 * 1024 * 1024
+"""Limit: the value of one CMake variable, or the arguments of one command. Beyond it, the build of the
+package fails; the error names the file and line.
+"""
+CMAKE_CHARACTERS = 64 * 1024 * 1024
+"""Limit: all of a package's CMake variables together. Beyond it, the build of the package fails; the error
+names the file and line.
+"""
 
 
 class _Values(ChainMap[str, str]):
     """A dictionary of variables whose total size is limited."""
 
-    def __init__(self, variables: dict[str, str], cache: dict[str, str], limits: Limits) -> None:
+    def __init__(self, variables: dict[str, str], cache: dict[str, str]) -> None:
         super().__init__(variables, cache)
-        self._limits = limits
         self.characters = 0
 
     def __setitem__(self, name: str, value: str) -> None:
-        check_length(len(value), self._limits)
+        check_length(len(value))
         characters = self.characters + len(value) - len(self.maps[0].get(name, ""))
-        if characters > self._limits.cmake_characters:
-            raise ValueError(
-                f"the variables have more than {self._limits.cmake_characters} characters in total"
-            )
+        if characters > CMAKE_CHARACTERS:
+            raise ValueError(f"the variables have more than {CMAKE_CHARACTERS} characters in total")
         self.characters = characters
         super().__setitem__(name, value)
 
 
-def check_length(characters: int, limits: Limits) -> None:
+def check_length(characters: int) -> None:
     """Raise ValueError if a string of this length would be too long for a value.
 
     Call this before building the string.
     """
-    if characters > limits.cmake_value_characters:
-        raise ValueError(f"produces a string of more than {limits.cmake_value_characters} characters")
+    if characters > CMAKE_VALUE_CHARACTERS:
+        raise ValueError(f"produces a string of more than {CMAKE_VALUE_CHARACTERS} characters")
 
 
 class Scope:
@@ -48,7 +53,6 @@ class Scope:
             `find_program()`.
         environment: the values for `$ENV{NAME}`. Programs are run with this environment.
         properties: the global properties.
-        limits: resource limits for CMake files.
     """
 
     def __init__(
@@ -56,12 +60,10 @@ class Scope:
         variables: Mapping[str, str],
         cache: Mapping[str, str],
         environment: Mapping[str, str],
-        limits: Limits | None = None,
     ) -> None:
-        self.limits = limits or process_limits()
         self._variables = dict(variables)
         self.cache = dict(cache)
-        self._values = _Values(self._variables, self.cache, self.limits)
+        self._values = _Values(self._variables, self.cache)
         self.values: MutableMapping[str, str] = self._values
         self.environment = dict(environment)
         self.properties: dict[str, str] = {}

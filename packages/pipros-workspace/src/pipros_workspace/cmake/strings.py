@@ -11,11 +11,11 @@ import time
 import uuid
 from collections.abc import Callable, Mapping
 
-from pipros.cmake import regex
-from pipros.cmake.configure import configured
-from pipros.cmake.files import HASHES
-from pipros.cmake.scope import Scope, Unsupported, check_length
-from pipros.cmake.words import options_of
+from pipros_workspace.cmake import regex
+from pipros_workspace.cmake.configure import configured
+from pipros_workspace.cmake.files import HASHES
+from pipros_workspace.cmake.scope import Scope, Unsupported, check_length
+from pipros_workspace.cmake.words import options_of
 
 
 def carry_out(words: list[str], scope: Scope) -> None:
@@ -47,14 +47,14 @@ def _find(words: list[str], scope: Scope) -> None:
 
 def _replace(words: list[str], scope: Scope) -> None:
     text, old, new = "".join(words[3:]), words[0], words[1]
-    check_length(len(text) + text.count(old) * (len(new) - len(old)), scope.limits)
+    check_length(len(text) + text.count(old) * (len(new) - len(old)))
     scope.values[words[2]] = text.replace(old, new)
 
 
 def _regex(words: list[str], scope: Scope) -> None:
     kind, expression = words[0], words[1]
     if kind == "REPLACE":
-        scope.values[words[3]] = regex.replace(expression, words[2], "".join(words[4:]), scope.limits)
+        scope.values[words[3]] = regex.replace(expression, words[2], "".join(words[4:]))
         return
     output, text = words[2], "".join(words[3:])
     matches = regex.compiled(expression).matches(text)
@@ -81,7 +81,7 @@ def _concat(words: list[str], scope: Scope) -> None:
 
 
 def _join(words: list[str], scope: Scope) -> None:
-    check_length(len(words[0]) * len(words[2:]), scope.limits)
+    check_length(len(words[0]) * len(words[2:]))
     scope.values[words[1]] = words[0].join(words[2:])
 
 
@@ -105,7 +105,7 @@ def _repeat(words: list[str], scope: Scope) -> None:
     text, count = words[0], int(words[1])
     if count < 0:
         raise ValueError("repeat count is not a positive number")
-    check_length(len(text) * count, scope.limits)
+    check_length(len(text) * count)
     scope.values[words[2]] = text * count
 
 
@@ -157,7 +157,7 @@ def _random(words: list[str], scope: Scope) -> None:
     alphabet = options.get("ALPHABET", "qwertyuiopasdfghjklzxcvbnmQWERTYUIOPASDFGHJKLZXCVBNM0123456789")
     generator = random.Random(options.get("RANDOM_SEED"))  # noqa: S311  # for file names, not for secrets
     length = int(options.get("LENGTH", "5"))
-    check_length(length, scope.limits)
+    check_length(length)
     scope.values[words[-1]] = "".join(generator.choices(alphabet, k=length))
 
 

@@ -11,8 +11,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
 from pipros.basics.windows import replace_file
-from pipros.cmake.files import remove
+from pipros_workspace.cmake.files import remove
 
 
 class ToolFailed(PiprosError):
@@ -88,7 +89,7 @@ def _echo(words: list[str], *, end: str = "\n") -> None:
 
 def _cat(words: list[str]) -> None:
     for word in words:
-        print(Path(word).read_text("utf-8", "replace"), end="", flush=True)
+        print(read_text(word, errors="replace"), end="", flush=True)
 
 
 def _compare_files(words: list[str]) -> int:

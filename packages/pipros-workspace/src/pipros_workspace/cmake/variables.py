@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.cmake.language import split_list
-from pipros.cmake.scope import Scope
+from pipros_workspace.cmake.language import split_list
+from pipros_workspace.cmake.scope import Scope
 
 
 def set_variable(words: list[str], scope: Scope) -> None:

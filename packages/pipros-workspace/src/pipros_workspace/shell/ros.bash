@@ -14,6 +14,7 @@ _pipros_file() {  # package file -> path of the file, chosen by the user if seve
   local found choice
   if ! rospack -q find "$1" > /dev/null 2>&1; then
     echo "Couldn't find package [$1]" >&2
+    pipros-complete --similar "$1" >&2 2> /dev/null
     return 1
   fi
   mapfile -t found < <(pipros-complete --find "$1" "$2")

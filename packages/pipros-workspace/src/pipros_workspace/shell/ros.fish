@@ -18,6 +18,7 @@ end
 function _pipros_file  # package file -> path of the file, in $_pipros_found; asks if several match
     if not rospack -q find "$argv[1]" >/dev/null 2>&1
         echo "Couldn't find package [$argv[1]]" >&2
+        pipros-complete --similar "$argv[1]" >&2 2>/dev/null
         return 1
     end
     set -g _pipros_found (pipros-complete --find $argv[1] $argv[2])

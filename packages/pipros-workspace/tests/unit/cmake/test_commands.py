@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cmake.cmake_command import script_interpreter
-from pipros.cmake.language import CMakeError
+from pipros_workspace.cmake.cmake_command import script_interpreter
+from pipros_workspace.cmake.language import CMakeError
 from tests.support.cmake_cases import MISTAKES, TOPICS, Case, line_of_mistake, read_cases
 from tests.support.full_disk import files_limited_to
 

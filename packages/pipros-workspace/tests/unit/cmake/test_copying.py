@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cmake.copying import PROGRAM_MODE, CannotCopy, Copy, copy, read_copies
+from pipros_workspace.cmake.copying import PROGRAM_MODE, CannotCopy, Copy, copy, read_copies
 from tests.support.full_disk import files_limited_to
 
 

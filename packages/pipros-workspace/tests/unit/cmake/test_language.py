@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.cmake.condition import is_true
-from pipros.cmake.language import CMakeError, CommandArgument, expand, parse
+from pipros_workspace.cmake.condition import is_true
+from pipros_workspace.cmake.language import CMakeError, CommandArgument, expand, parse
 
 
 def words(text: str, **variables: str) -> list[str]:

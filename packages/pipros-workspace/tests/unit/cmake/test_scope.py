@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.basics.limits import Limits
-from pipros.cmake.scope import Scope
+from pipros_workspace.cmake.scope import Scope
+from tests.support.constants import Constants
 
 
 def scope(**variables: str) -> Scope:
@@ -57,8 +57,9 @@ def test_paths_are_below_source_and_binary_folder(path: str, source: str, binary
     assert (current.in_source(path), current.in_binary(path)) == (source, binary)
 
 
-def test_the_size_of_variables_is_bounded_and_released() -> None:
-    current = Scope({}, {}, {}, Limits(cmake_value_characters=10, cmake_characters=20))
+def test_the_size_of_variables_is_bounded_and_released(constants: Constants) -> None:
+    constants(CMAKE_VALUE_CHARACTERS=10, CMAKE_CHARACTERS=20)
+    current = Scope({}, {}, {})
     with pytest.raises(ValueError, match="more than 10 characters"):
         current.values["A"] = "x" * 11
     for _ in range(5):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cmake.tools import ToolFailed, run_tool
+from pipros_workspace.cmake.tools import ToolFailed, run_tool
 
 EXIT = "import os, sys; sys.exit(int(os.environ.get('CODE', '9')))"
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.build import BuildResult
-from pipros.workspace.layout import WorkspaceError
+from pipros_workspace.build import BuildResult
+from pipros_workspace.layout import WorkspaceError
 from tests.support.workspaces import Workspace
 
 

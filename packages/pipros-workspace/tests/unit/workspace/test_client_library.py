@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.client_library import beside_ros2, is_ros1_script, without_libraries
+from pipros_workspace.client_library import beside_ros2, is_ros1_script, without_libraries
 
 GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.extras import install_command
-from pipros.cmake import cmake_command
-from pipros.workspace.catkin import templates
-from pipros.workspace.hooks import find_hooks
-from pipros.workspace.make_targets import label, names, results_label
+from pipros_workspace.catkin import templates
+from pipros_workspace.cmake import cmake_command
+from pipros_workspace.hooks import find_hooks
+from pipros_workspace.make_targets import label, names, results_label
 from tests.support.workspaces import Workspace
 
 

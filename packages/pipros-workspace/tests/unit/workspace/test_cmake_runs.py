@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.cmake_runs import NativeBuildFailed, configure, make_all
+from pipros_workspace.cmake_runs import NativeBuildFailed, configure, make_all
 
 PRINTS = "#!/bin/sh\ncat <<'END'\n{text}\nEND\nexit 1\n"
 PROCESSING = "-- +++ processing catkin package: '{name}'\n"
@@ -42,6 +42,36 @@ def test_the_rejected_packages_are_found_with_the_reason(
     reasons = {name: [line.strip() for line in reason.splitlines()[1:]] for name, reason in found.items()}
     assert reasons == failed
     assert printed in capsys.readouterr().out
+
+
+@pytest.mark.needs("first lines")
+@pytest.mark.parametrize(
+    "printed",
+    [
+        'CMake Error: Cannot determine link language for target "b_node".',
+        "CMake Error: CMake can not determine linker language for target: b_node",
+        'CMake Error: Variables are set to NOTFOUND:\nX\n    linked by target "b_node" in directory /b',
+        'CMake Error: Cannot determine link language for target "main".',
+    ],
+)
+def test_a_target_that_cannot_be_generated_rejects_the_package_that_adds_it(
+    tmp_path: Path, printed: str
+) -> None:
+    folders = {name: tmp_path / name for name in ("a", "b")}
+    for name, folder in folders.items():
+        folder.mkdir()
+        (folder / "CMakeLists.txt").write_text(
+            f"add_executable(${{PROJECT_NAME}}_node {name}.py)\nadd_library( main_{name}\n  x.cpp)\n"
+        )
+    with (folders["b"] / "CMakeLists.txt").open("a") as file:
+        file.write("ADD_EXECUTABLE(main main.py)\n")
+    text = f"-- Configuring done\n{printed}\n-- Generating done"
+    cmake = script(tmp_path / "cmake", PRINTS.format(text=text))
+
+    (name,) = found = configure([str(cmake)], tmp_path, {}, folders)
+
+    assert name == "b"
+    assert found[name].strip() in printed
 
 
 @pytest.mark.needs("first lines")

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from pipros.bag.migration_plugins import installed_rules
 from pipros.basics.errors import NotFound
 from pipros.safe.xml import XmlError
-from pipros.workspace.dependency_graph import CircularDependency, DependencyGraph
-from pipros.workspace.index import PackageIndex
+from pipros_tools.bag.migration_plugins import installed_rules
+from pipros_workspace.dependency_graph import CircularDependency, DependencyGraph
+from pipros_workspace.index import PackageIndex
 
 PACKAGES = {
     "top": "<exec_depend>left</exec_depend><exec_depend>right</exec_depend><exec_depend>boost</exec_depend>",

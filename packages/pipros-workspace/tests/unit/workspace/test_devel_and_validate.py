@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.type_catalogue import ACTIONS, MESSAGES, SERVICES, expanded
+from pipros_workspace.type_catalogue import ACTIONS, MESSAGES, SERVICES, expanded
 from tests.support.workspaces import Workspace
 
 MODULES = "lib/python3/dist-packages"

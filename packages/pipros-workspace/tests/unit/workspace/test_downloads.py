@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.catkin.project import Download
-from pipros.workspace.downloads import fetch
+from pipros_workspace.catkin.project import Download
+from pipros_workspace.run_tests import fetch
 
 CONTENT = b"a bag"
 MD5 = hashlib.md5(CONTENT, usedforsecurity=False).hexdigest()

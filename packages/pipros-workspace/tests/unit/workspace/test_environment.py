@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.environment import shell_code, underlays_of_build, workspace_environment
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.environment import shell_code, underlays_of_build, workspace_environment
+from pipros_workspace.index import SHARED_PACKAGES, SHIPPED_FOLDERS
+
+SHIPPED = ":".join(map(str, SHIPPED_FOLDERS))
 
 
 def space(base: Path, *folders: str, sources: str = "") -> Path:
@@ -31,7 +33,7 @@ def test_a_workspace_sets_what_noetics_setup_files_set(devel: Path, tmp_path: Pa
         "CMAKE_PREFIX_PATH": str(devel),
         "LD_LIBRARY_PATH": f"{devel}/lib",
         "PYTHONPATH": f"{devel}/lib/python3/dist-packages:/mine",
-        "ROS_PACKAGE_PATH": f"{tmp_path}/ws/src:{SHARED_PACKAGES}",
+        "ROS_PACKAGE_PATH": f"{tmp_path}/ws/src:{SHIPPED}",
         "ROS_DISTRO": "noetic",
         "ROS_VERSION": "1",
         "ROS_PYTHON_VERSION": "3",
@@ -60,7 +62,7 @@ def test_the_workspaces_below_come_after_and_install_spaces_have_share(
     changes = workspace_environment(devel, [underlay], {"PATH": "/bin"})
     assert changes["CMAKE_PREFIX_PATH"] == f"{devel}:{underlay}"
     assert changes["PATH"] == f"{underlay}/bin:/bin"
-    assert changes["ROS_PACKAGE_PATH"] == f"{tmp_path}/ws/src:{underlay}/share:{SHARED_PACKAGES}"
+    assert changes["ROS_PACKAGE_PATH"] == f"{tmp_path}/ws/src:{underlay}/share:{SHIPPED}"
 
 
 def test_sourcing_another_workspace_replaces_the_former(devel: Path, tmp_path: Path) -> None:
@@ -90,7 +92,7 @@ def test_programs_of_pipros_are_added_to_the_path_once(devel: Path) -> None:
 
 def test_an_environment_without_a_workspace_is_complete(tmp_path: Path) -> None:
     changes = workspace_environment(None, [], {"PATH": "/bin", "ROS_MASTER_URI": "http://robot:11311"})
-    assert changes["ROS_PACKAGE_PATH"] == str(SHARED_PACKAGES)
+    assert changes["ROS_PACKAGE_PATH"] == SHIPPED
     assert "ROS_MASTER_URI" not in changes
 
 

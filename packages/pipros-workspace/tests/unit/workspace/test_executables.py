@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.executables import find_executables, list_executables
-from pipros.workspace.index import SHARED_PACKAGES, Package
-from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
+from pipros_workspace.executables import find_executables, list_executables
+from pipros_workspace.index import SHARED_PACKAGES, Package
+from pipros_workspace.overlays import BuiltWorkspace, built_workspaces
 
 
 def program(path: Path, *, mode: int = 0o755) -> Path:
@@ -138,8 +138,8 @@ def test_workspaces_are_the_marked_folders_of_the_prefix_path(tmp_path: Path) ->
 def test_on_windows_the_name_itself_comes_before_the_name_with_a_suffix(
     package: Package, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.workspace.executables.ON_WINDOWS", True)
-    monkeypatch.setattr("pipros.workspace.executables._is_executable", Path.is_file)
+    monkeypatch.setattr("pipros_workspace.executables.ON_WINDOWS", True)
+    monkeypatch.setattr("pipros_workspace.executables._is_executable", Path.is_file)
     for name in ("server.py", "server", "client.py", "client.exe"):
         program(package.path / "scripts" / name)
     program(package.path / "other" / "server.py")

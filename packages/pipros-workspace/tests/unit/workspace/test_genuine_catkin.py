@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace import genuine_catkin
-from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.cmake_runs import NativeBuildFailed
-from pipros.workspace.genuine_catkin import use_python_of_environment
-from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.layout import SourcePackage, WorkspaceFolders, read_source_space
-from pipros.workspace.native_tools import MissingTools, NativeTools, find_tools, has_tools, native_environment
-from pipros.workspace.shipped_packages import shipped_packages
+from pipros_workspace import genuine_catkin
+from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.cmake_runs import NativeBuildFailed
+from pipros_workspace.genuine_catkin import use_python_of_environment
+from pipros_workspace.index import SHARED_PACKAGES
+from pipros_workspace.layout import SourcePackage, WorkspaceFolders, read_source_space
+from pipros_workspace.native_tools import MissingTools, NativeTools, find_tools, has_tools, native_environment
+from pipros_workspace.shipped_packages import shipped_packages
 from tests.support.workspaces import Workspace
 
 MANIFEST = """<package format="2"><name>arm</name><version>1.0.0</version><description>d</description>

@@ -14,8 +14,8 @@ from pipros.packages import ImportablePackages
 from pipros.packages import crawl as crawling
 from pipros.packages.installed_packages import share_folders
 from pipros.packages.system_packages import SYSTEM_SHARE
-from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
-from pipros.workspace.manifest import read_manifest
+from pipros_workspace.index import SHIPPED_FOLDERS, Package, PackageIndex
+from pipros_workspace.manifest import read_manifest
 
 
 def add_package(folder: Path, name: str | None = None) -> Path:
@@ -109,29 +109,29 @@ def test_an_unknown_package_is_refused_with_the_folders_that_were_searched(tmp_p
 
 def test_a_folder_that_is_given_twice_is_searched_and_shown_once(tmp_path: Path) -> None:
     add_package(tmp_path / "p")
-    path = (SHARED_PACKAGES, tmp_path, SHARED_PACKAGES)  # as after sourcing a setup file
+    path = (SHIPPED_FOLDERS[0], tmp_path, *SHIPPED_FOLDERS)  # as after sourcing a setup file
     index = PackageIndex.from_environment(Environment(package_path=path))
 
     installed = map(Path, share_folders())
     system = [] if ON_WINDOWS else [Path(SYSTEM_SHARE)]
-    assert index.folders == (SHARED_PACKAGES, tmp_path, *installed, *system)
+    assert index.folders == (SHIPPED_FOLDERS[0], tmp_path, *installed, *SHIPPED_FOLDERS[1:], *system)
     assert index.duplicates() == {}
     with pytest.raises(NotFound) as refusal:
         index.find("nope")
-    assert str(refusal.value).count(str(SHARED_PACKAGES)) == 1
+    assert str(refusal.value).count(str(SHIPPED_FOLDERS[0])) == 1
 
 
 def test_windows_has_no_folder_of_debian(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in ("packages.system_packages", "workspace.index"):
-        monkeypatch.setattr(f"pipros.{module}.ON_WINDOWS", True)
+    for module in ("pipros.packages.system_packages", "pipros_workspace.index"):
+        monkeypatch.setattr(f"{module}.ON_WINDOWS", True)
     index = PackageIndex.from_environment(Environment(package_path=()))
     assert Path(SYSTEM_SHARE) not in index.folders
     assert index.advice == (
         r"ROS_PACKAGE_PATH lists no workspace: run devel\setup.bat of the workspace, "
         "or set ROS_PACKAGE_PATH to the folder of its packages"
     )
-    for module in ("workspace.index", "msg.language.definition_files"):
-        monkeypatch.setattr(f"pipros.{module}.SETUP_FILE", r"devel\setup.bat")
+    for module in ("pipros_workspace.index", "pipros.packages.well_known"):
+        monkeypatch.setattr(f"{module}.SETUP_FILE", r"devel\setup.bat")
     for find in (index.find, DefinitionFiles(ImportablePackages().find).folder):
         with pytest.raises(NotFound, match=r"is .*devel\\setup\.bat.* sourced"):
             find("nope")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.layout import closure, read_source_space
+from pipros_workspace.layout import closure, read_source_space
 
 MANIFEST = """<package format="3"><name>{name}</name><version>1.0.0</version><description>d</description>
 <maintainer email="a@example.org">A</maintainer><license>x</license>{rest}</package>"""

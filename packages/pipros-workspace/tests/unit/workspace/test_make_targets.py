@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.workspace.catkin.project import Project
-from pipros.workspace.catkin.project import TestEntry as Entry
-from pipros.workspace.make_targets import is_wanted, label, names, results_label
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.catkin.project import TestEntry as Entry
+from pipros_workspace.make_targets import is_wanted, label, names, results_label
 
 ROSTEST = Entry("rostest", "/src/p/test/x.test", (), "test/x.test")
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from pipros.safe.xml import XmlError
-from pipros.workspace.crawl_times import crawl_times
-from pipros.workspace.manifest import read_manifest
+from pipros_workspace.crawl_times import crawl_times
+from pipros_workspace.manifest import read_manifest
 
 
 def write(folder: Path, content: str, name: str = "package.xml") -> Path:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.hooks import HOOKS_FOLDER, find_hooks
-from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
+from pipros_workspace.hooks import HOOKS_FOLDER, find_hooks
+from pipros_workspace.overlays import BuiltWorkspace, built_workspaces
 
 
 @pytest.mark.parametrize(

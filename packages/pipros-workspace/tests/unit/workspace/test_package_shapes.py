@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from pipros.packages import SHARE
-from pipros.workspace import genuine_catkin, native_tools
-from pipros.workspace.layout import SourcePackage
+from pipros_workspace import genuine_catkin, native_tools
+from pipros_workspace.layout import SourcePackage
 from tests.support.workspaces import Workspace
 
 SETUP = "from setuptools import setup\nsetup(packages=['p'], package_dir={'': 'src'})\n"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.pkg_config import NoFlags, flags
+from pipros_workspace.pkg_config import NoFlags, flags
 
 
 def pkg_config(folder: Path, monkeypatch: pytest.MonkeyPatch, answer: str, code: int = 0) -> None:

@@ -11,8 +11,8 @@ import pytest
 import tree_sitter_powershell
 from tree_sitter import Language, Node, Parser
 
-from pipros.workspace.environment import shell_code
-from pipros.workspace.setup_files import write_setup_files
+from pipros_workspace.environment import shell_code
+from pipros_workspace.setup_files import write_setup_files
 
 
 def read(code: str) -> Node:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.env import DISTRIBUTION
-from pipros.workspace.program_start import command_of, program_environment, why_not_startable
+from pipros_workspace.program_start import command_of, program_environment, why_not_startable
 
 
 def program(path: Path, content: str = "#!/bin/sh\n") -> Path:
@@ -58,7 +58,7 @@ def test_a_script_without_a_first_line_is_run_by_the_shell(tmp_path: Path) -> No
 def test_windows_runs_python_scripts_with_the_own_interpreter(
     name: str, content: str, is_python: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
+    monkeypatch.setattr("pipros_workspace.program_start.ON_WINDOWS", True)
     script = program(tmp_path / name, content)
     assert command_of(script) == [*[sys.executable] * is_python, str(script)]
     assert why_not_startable(script) is None
@@ -67,12 +67,12 @@ def test_windows_runs_python_scripts_with_the_own_interpreter(
 def test_windows_runs_python_scripts_whose_lines_end_as_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
+    monkeypatch.setattr("pipros_workspace.program_start.ON_WINDOWS", True)
     assert why_not_startable(program(tmp_path / "talker", "#!/opt/none/python3\r\nimport rospy\r\n")) is None
 
 
 def test_on_windows_a_program_can_print_any_text(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
+    monkeypatch.setattr("pipros_workspace.program_start.ON_WINDOWS", True)
     monkeypatch.delenv("PYTHONIOENCODING", raising=False)
     poor = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}  # as Windows's pipes
     environment = program_environment({**os.environ, **poor})

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cmake.language import CMakeError
-from pipros.workspace.catkin.context import FoundPackage
-from pipros.workspace.catkin.project import Project
-from pipros.workspace.catkin.project_reader import read_project
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros.packages import shipped_folder
+from pipros_workspace.catkin.context import FoundPackage
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.catkin.project_reader import read_project
+from pipros_workspace.cmake.language import CMakeError
 from tests.support.debian_packages import FOUND_BY_CMAKE
 
 FILES = (
@@ -38,7 +38,7 @@ def read(folder: Path, text: str, packages: dict[str, FoundPackage] | None = Non
 
 @pytest.mark.parametrize("name", [*FOUND_BY_CMAKE, "rqt_gui_py"])
 def test_every_ros_package_that_cmake_finds_on_debian_is_found(folder: Path, name: str) -> None:
-    shipped = {name: FoundPackage()} if (SHARED_PACKAGES / name).is_dir() else {}
+    shipped = {name: FoundPackage()} if shipped_folder(name) else {}
 
     project = read(folder, f"find_package(catkin REQUIRED COMPONENTS {name})\ncatkin_package()", shipped)
 

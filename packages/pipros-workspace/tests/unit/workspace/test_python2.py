@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.python2 import python2_advice
-from tests.support.environments import SRC, files_below
+from pipros_workspace.python2 import python2_advice
+from tests.support.environments import SOURCES, files_below
 
 TABS = "def f():\n    if True:\n\treturn 1\n        return 2\n"
 
@@ -63,6 +63,6 @@ def test_python_3_gets_no_advice(tmp_path: Path, text: str) -> None:
 
 
 def test_no_script_of_this_tree_gets_advice() -> None:
-    scripts = files_below(SRC, "*.py")
+    scripts = [file for folder in SOURCES for file in files_below(folder, "*.py")]
     assert len(scripts) > 500
     assert [file for file in scripts if python2_advice(file)] == []

@@ -87,17 +87,12 @@ def test_load_manifest_succeeds_for_an_existing_package(package: Path) -> None:
     roslib.load_manifest("rospy")
     with pytest.raises(ResourceNotFound, match="no_robot"):
         roslib.load_manifest("no_robot")
-    with pytest.raises(roslib.packages.InvalidROSPkgException, match="no manifest file"):
-        roslib.manifest.load_manifest("old_robot")
-    file = roslib.manifest.manifest_file("old_robot", required=False)
-    Path(file).write_text("<package><description>dry</description></package>")
-    assert roslib.manifest.load_manifest("old_robot").description == "dry"
 
 
 def test_import_roslib_alone_gives_its_modules() -> None:
     asked = (
         "import roslib; roslib.packages.get_pkg_dir; roslib.launcher.load_manifest; "
-        "roslib.exceptions.ROSLibException; roslib.manifest.Manifest; "
+        "roslib.exceptions.ROSLibException; "
         "import rosgraph; rosgraph.xmlrpc.XmlRpcNode; rosgraph.roslogging.RosStreamHandler; "
         "print(roslib.is_interactive(), roslib.set_interactive(True), roslib.is_interactive())"
     )

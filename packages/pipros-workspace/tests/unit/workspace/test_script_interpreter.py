@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.graph_variables import InvalidEnvironment
-from pipros.workspace.program_description import describe_program
-from pipros.workspace.program_start import command_of, why_not_startable
-from pipros.workspace.script_interpreter import interpreter_of
+from pipros_workspace.program_description import describe_program
+from pipros_workspace.program_start import command_of, why_not_startable
+from pipros_workspace.script_interpreter import interpreter_of
 from tests.support.interpreters import add_rospy, make_interpreter
 
 pytestmark = pytest.mark.needs("first lines")

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.hooks import HOOKS_FOLDER
-from pipros.workspace.overlays import built_workspaces
-from pipros.workspace.setup_files import write_if_changed, write_relaying_setup_files, write_setup_files
+from pipros_workspace.hooks import HOOKS_FOLDER
+from pipros_workspace.overlays import built_workspaces
+from pipros_workspace.setup_files import write_if_changed, write_relaying_setup_files, write_setup_files
 
 SHELLS = [shell for shell in ("sh", "bash", "zsh", "fish") if shutil.which(shell)]
 NAMES = ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH", "ROS_DISTRO", "HOOKED")
@@ -105,7 +105,7 @@ def test_files_are_written_only_when_they_change(tmp_path: Path) -> None:
 
 def test_a_batch_file_is_written_on_windows_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for is_windows in (False, True):
-        monkeypatch.setattr("pipros.workspace.setup_files.ON_WINDOWS", is_windows)
+        monkeypatch.setattr("pipros_workspace.setup_files.ON_WINDOWS", is_windows)
         write_setup_files(tmp_path / "devel", [tmp_path / "src"], [])
         write_relaying_setup_files(tmp_path / "all", tmp_path / "devel")
         for folder in ("devel", "all"):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.setup_py import SetupPyError, read_setup_py
+from pipros_workspace.setup_py import SetupPyError, read_setup_py
 
 
 def write(folder: Path, text: str, *packages: str) -> str:
