@@ -17,8 +17,8 @@ import rospy
 from actionlib.action_types import ActionTypes
 from actionlib.exceptions import ActionException as ActionException
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.actions.client_goal import MAY_BE_CANCELLED, ClientGoal, ClientGoalState
-from pipros.libraries.actions.status import TERMINAL, Status
+from pipros_libraries.actions.client_goal import MAY_BE_CANCELLED, ClientGoal, ClientGoalState
+from pipros_libraries.actions.status import TERMINAL, Status
 
 _star_names(__name__, "std_msgs.msg:Header threading time weakref")
 
@@ -342,7 +342,9 @@ class ActionClient:
         while not rospy.is_shutdown():
             if self._has_server():
                 return True
-            if not timeout.is_zero() and rospy.get_rostime() >= end:
+            now = rospy.get_rostime()
+            end = min(end, now + timeout)  # the clock may have moved back
+            if not timeout.is_zero() and now >= end:
                 return False
             never.wait(_POLL_S)
         return False

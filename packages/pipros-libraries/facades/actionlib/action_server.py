@@ -16,9 +16,11 @@ from actionlib.goal_id_generator import GoalIDGenerator
 from actionlib.handle_tracker_deleter import HandleTrackerDeleter
 from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
+from pipros.basics.intervals import ClockWatch
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.limits import limit_text, process_limits
-from pipros.libraries.actions.goal_table import append_goal, meant_by
+from pipros.basics.names import NAME_CHARACTERS
+from pipros_libraries.actions.goal_table import append_goal, meant_by
 
 _star_names(__name__, "threading")
 
@@ -75,6 +77,7 @@ class ActionServer:
         self.status_list: list[StatusTracker] = []
         self._has_refused = False
         self.last_cancel = rospy.Time()
+        self._watch, self._epoch = ClockWatch(), 0
         self.status_list_timeout = rospy.Duration()
         self.id_generator = GoalIDGenerator()
         if not callable(goal_cb):
@@ -175,6 +178,7 @@ class ActionServer:
         with self.lock:
             if not self.started:
                 return []
+            self._follow_clock(rospy.Time.now())
             known = self._find(goal_id.id)
             stamp = goal_id.stamp.to_nsec()
             for tracker in meant_by(self.status_list, known, goal_id.id, stamp, _stamp_of):
@@ -212,6 +216,7 @@ class ActionServer:
         with self.lock:
             if not self.started:
                 return None
+            self._follow_clock(rospy.Time.now())
             known = self._find(goal.goal_id.id)
             if known is not None:
                 self._handle_known(known)
@@ -241,7 +246,8 @@ class ActionServer:
         Return False if the list is full and no goal has ended, or if the goal's ID is too long.
         """
         limits = process_limits()
-        if len(tracker.status.goal_id.id) > limits.name_characters:
+        tracker.epoch = self._epoch
+        if len(tracker.status.goal_id.id) > NAME_CHARACTERS:
             return False
         return append_goal(self.status_list, tracker, limits.goals, _has_ended)
 
@@ -282,16 +288,24 @@ class ActionServer:
         """Publish the status of all goals. Ended goals remain listed for `status_list_timeout`."""
         with self.lock:
             now = rospy.Time.now()
+            self._follow_clock(now)
             self.status_list[:] = [
                 tracker
                 for tracker in self.status_list
                 if not _has_ended(tracker)
-                or tracker.handle_destruction_time + self.status_list_timeout >= now
+                or tracker.handle_destruction_time
+                <= now
+                <= tracker.handle_destruction_time + self.status_list_timeout
             ]
             message = GoalStatusArray(status_list=[tracker.status for tracker in self.status_list])
             message.header.stamp = now
             if not rospy.is_shutdown():
                 self.status_pub.publish(message)
+
+    def _follow_clock(self, now: Any) -> None:
+        """If the clock has moved back, stamps from before no longer make new goals too late."""
+        if self._watch.has_gone_back(now.to_nsec()):
+            self._epoch, self.last_cancel = self._epoch + 1, rospy.Time()
 
 
 def _has_ended(tracker: StatusTracker) -> bool:

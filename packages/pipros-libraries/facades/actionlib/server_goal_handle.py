@@ -8,8 +8,8 @@ from actionlib_msgs.msg import GoalID, GoalStatus
 
 import rospy
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.actions.server_goal import GoalEvent, after, why_not
-from pipros.libraries.actions.status import TERMINAL
+from pipros_libraries.actions.server_goal import GoalEvent, after, why_not
+from pipros_libraries.actions.status import TERMINAL
 
 _star_names(__name__, "actionlib_msgs")
 

@@ -109,7 +109,9 @@ class SimpleActionClient:
             while self.simple_state != SimpleGoalState.DONE and not rospy.is_shutdown():
                 left = _SLICE_S
                 if not is_endless:
-                    left = (end - rospy.get_rostime()).to_sec()
+                    now = rospy.get_rostime()
+                    end = min(end, now + timeout)  # the clock may have moved back
+                    left = (end - now).to_sec()
                     if left <= 0.0:
                         break
                 self.done_condition.wait(min(left, _SLICE_S))

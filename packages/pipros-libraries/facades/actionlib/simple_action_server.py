@@ -62,8 +62,8 @@ class SimpleActionServer:
         self.lock = self.action_server.lock
         self.execute_condition = Condition(self.lock)
         self.execute_thread: Thread | None = None
-        if execute_cb and one_thread.turns is not None:
-            one_thread.turns.repeat(self._execute_in_turn)
+        if execute_cb and not one_thread.has_threads():
+            one_thread.start_work(self.executeLoop, self._execute_in_turn, name=f"goals of {name}")
         elif execute_cb:
             self.execute_thread = Thread(target=self.executeLoop, name=f"goals of {name}", daemon=True)
             self.execute_thread.start()
@@ -159,9 +159,8 @@ class SimpleActionServer:
     def internal_goal_callback(self, goal: ServerGoalHandle) -> None:
         """Handle a new goal from the underlying ActionServer."""
         with self.lock:
-            stamp = goal.get_goal_id().stamp
             others = [other for other in (self.current_goal, self.next_goal) if other.get_goal()]
-            if any(stamp < other.get_goal_id().stamp for other in others):
+            if any(_is_older(goal, other) for other in others):
                 goal.set_canceled(None, _REPLACED)
                 return
             if self.new_goal and self.next_goal != self.current_goal:
@@ -201,7 +200,7 @@ class SimpleActionServer:
             self._execute(goal)
 
     def _execute_in_turn(self) -> float | None:
-        """Execute a pending goal, where there are no threads; see `one_thread.Turns.repeat`."""
+        """Execute a pending goal, where there are no threads; see `one_thread.start_work`."""
         with self.lock:
             if self.need_to_terminate or rospy.is_shutdown():
                 return None
@@ -240,6 +239,12 @@ class SimpleActionServer:
     def _abort(self, goal: ServerGoalHandle, text: str) -> None:
         if goal.get_goal() and goal.get_goal_status().status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING):
             goal.set_aborted(None, text)
+
+
+def _is_older(goal: ServerGoalHandle, other: ServerGoalHandle) -> bool:
+    """Return whether a goal has an older stamp. Stamps from before a jump back of the clock do not count."""
+    is_comparable = goal.status_tracker.epoch == other.status_tracker.epoch
+    return is_comparable and bool(goal.get_goal_id().stamp < other.get_goal_id().stamp)
 
 
 def _call(callback: Callable[[], object] | None) -> None:

@@ -19,10 +19,14 @@ class StatusTracker:
     Args:
         goal_id, status: the ID and status of a goal that was cancelled before it was received.
         goal: the ActionGoal message of a received goal. A missing ID or stamp is filled in.
+
+    Attributes:
+        epoch: number of times the clock had moved back before the goal arrived.
     """
 
     def __init__(self, goal_id: Any = None, status: Any = None, goal: Any = None) -> None:
         self.goal: Any = None
+        self.epoch = 0
         self.handle_tracker: Any = None
         self.status = GoalStatus()
         self.handle_destruction_time = rospy.Time()

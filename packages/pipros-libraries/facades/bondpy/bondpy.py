@@ -11,9 +11,9 @@ import rospy
 from bondpy.machine import BondMachine
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.printable import printable
-from pipros.libraries.bonds.life import BondEvent, BondState
-from pipros.libraries.bonds.side import BondSide, RestartableTimer
 from pipros.msg import load_message_class
+from pipros_libraries.bonds.life import BondEvent, BondState
+from pipros_libraries.bonds.side import BondSide, RestartableTimer
 
 _star_names(__name__, "time")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.libraries.bonds.life import BondState
+from pipros_libraries.bonds.life import BondState
 from smclib import statemap
 
 _STATES = {state: statemap.State(state.value, number) for number, state in enumerate(BondState)}

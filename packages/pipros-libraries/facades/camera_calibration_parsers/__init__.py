@@ -7,8 +7,8 @@ import sys
 from sensor_msgs.msg import CameraInfo
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.vision.calibration import Calibration, CalibrationError
-from pipros.libraries.vision.calibration_files import load, save
+from pipros_libraries.vision.calibration import Calibration, CalibrationError
+from pipros_libraries.vision.calibration_files import load, save
 
 _star_names(
     __name__,

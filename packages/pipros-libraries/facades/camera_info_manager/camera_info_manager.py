@@ -12,8 +12,8 @@ import rospy
 from camera_calibration_parsers import calibration as calibration_of
 from camera_calibration_parsers import camera_info as camera_info_of
 from pipros.basics.windows import path_of_url
-from pipros.libraries.vision.calibration import CalibrationError
-from pipros.libraries.vision.calibration_files import FILE, PACKAGE, load, resolved, save
+from pipros_libraries.vision.calibration import CalibrationError
+from pipros_libraries.vision.calibration_files import FILE, PACKAGE, load, resolved, save
 
 default_camera_info_url = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 

@@ -10,9 +10,10 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from cv_bridge.boost.cv_bridge_boost import CV_MAT_CNWrap, CV_MAT_DEPTHWrap, cvtColor2, getCvType
-from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.opencv import opencv
-from pipros.pictures.encodings import CHANNEL_STEP, DTYPES
+from pipros_libraries.pictures.encodings import CHANNEL_STEP, DTYPES
+from pipros_libraries.vision.conversions import convert_decoded
+from pipros_libraries.vision.extras import numpy as np
+from pipros_libraries.vision.opencv import opencv
 
 
 class CvBridgeError(TypeError):
@@ -127,7 +128,8 @@ class CvBridge:
         """Decode a `sensor_msgs/CompressedImage` with OpenCV.
 
         For "passthrough", channels are in the order blue, green, red, and the result is None if OpenCV cannot
-        decode the image.
+        decode the image. Other encodings convert the channels that the image really has. Values that are not
+        uint8 keep their type if the encoding defines colours, such as bgr8.
 
         Raises:
             CvBridgeError: the image cannot be decoded, or cannot be converted to `desired_encoding`.
@@ -140,7 +142,10 @@ class CvBridge:
             return image
         if image is None:
             raise CvBridgeError(f"OpenCV cannot read this compressed image ({data.size} bytes)")
-        return self._converted(image, "bgr8", desired_encoding)
+        try:
+            return convert_decoded(image, desired_encoding)
+        except RuntimeError as error:
+            raise CvBridgeError(error) from None
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> CompressedImage:
         """Encode an array as a `sensor_msgs/CompressedImage`.
@@ -158,10 +163,15 @@ class CvBridge:
             raise TypeError("Your input type is not a numpy array")
         cv2 = opencv("compressing an image")
         try:
-            data = cv2.imencode(f".{dst_format}", cvim)[1].tobytes()
+            is_encoded, data = cv2.imencode(f".{dst_format}", cvim)
         except cv2.error as error:
             raise CvBridgeError(f"OpenCV cannot write this image as {dst_format!r}: {error}") from error
-        return CompressedImage(format=dst_format, data=data)
+        if not is_encoded:
+            raise CvBridgeError(
+                f"cannot write this image as {dst_format!r}: OpenCV does not write {cvim.dtype} with shape "
+                f"{cvim.shape} in this format"
+            )
+        return CompressedImage(format=dst_format, data=data.tobytes())
 
     def _array(self, img_msg: Any, dtype: Any, channels: int) -> Any:
         row = img_msg.width * channels * dtype.itemsize

@@ -6,7 +6,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from pipros.libraries.diagnostics.summaries import merged
+from pipros_libraries.diagnostics.summaries import merged
 
 OK = DiagnosticStatus.OK
 WARN = DiagnosticStatus.WARN

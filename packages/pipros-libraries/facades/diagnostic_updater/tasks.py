@@ -8,8 +8,8 @@ from typing import Any
 
 import rospy
 from diagnostic_updater.status import DiagnosticStatusWrapper
-from pipros.libraries.diagnostics.frequency import EventWindow, judged
-from pipros.libraries.diagnostics.stamps import StampDelays
+from pipros_libraries.diagnostics.frequency import EventWindow, judged
+from pipros_libraries.diagnostics.stamps import StampDelays
 
 
 class DiagnosticTask:

@@ -79,11 +79,16 @@ class Updater(DiagnosticTaskVector):
     def update(self) -> None:
         """Publish the reports if the period has elapsed."""
         now = rospy.Time.now()
-        if now >= self.last_time_period_checked + rospy.Duration(_PERIOD_CHECK_S):
+        if self._is_due(now, self.last_time_period_checked, _PERIOD_CHECK_S):
             self.period = rospy.get_param_cached("~diagnostic_period", 1)
             self.last_time_period_checked = now
-        if now >= self.last_time + rospy.Duration(self.period):
+        if self._is_due(now, self.last_time, self.period):
             self.force_update()
+
+    @staticmethod
+    def _is_due(now: Any, since: Any, period_s: float) -> bool:
+        """Return whether the period has elapsed, or the clock has moved back."""
+        return not since <= now < since + rospy.Duration(period_s)
 
     def force_update(self) -> None:
         """Publish the reports immediately."""

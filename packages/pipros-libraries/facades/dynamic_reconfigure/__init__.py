@@ -2,6 +2,7 @@
 
 from typing import Any as _Any
 
+import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
 from pipros.basics.lazy_names import star_names as _star_names
 
 _star_names(__name__, "roslib")

@@ -16,9 +16,9 @@ from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
 from pipros.basics.interruptible_wait import wait_in_slices
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.reconfigure.config import BadValue
-from pipros.reconfigure.config import converted as converted_value
-from pipros.reconfigure.generator import TYPES
+from pipros_libraries.reconfigure.config import BadValue
+from pipros_libraries.reconfigure.config import converted as converted_value
+from pipros_libraries.reconfigure.generator import TYPES
 from rospy import ServiceException
 
 _star_names(__name__, "roslib threading time")

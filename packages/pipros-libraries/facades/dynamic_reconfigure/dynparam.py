@@ -16,6 +16,7 @@ from dynamic_reconfigure import (
 )
 from dynamic_reconfigure.client import Client
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
 from pipros.basics.printable import listed, printable_lines
 from pipros.basics.replaced_file import overwritten_file
 from pipros.safe.yaml import load
@@ -72,7 +73,10 @@ def changes_of(options: Any) -> dict[str, Any]:
         OSError: the file cannot be read.
     """
     if options.command == "load":
-        return mapping_of(Path(options.file).read_text(encoding="utf-8"), options.file)
+        try:
+            return mapping_of(read_text(options.file), options.file)
+        except UnicodeDecodeError as error:
+            raise ValueError(f"cannot read {options.file}: {error}") from None
     if options.command == "set_from_parameters":
         found = rospy.get_param("~", {})
         if not found:

@@ -17,8 +17,8 @@ from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.msg import Group as GroupMsg
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.reconfigure.cfg_file import parameters as extract_params
-from pipros.reconfigure.config import (
+from pipros_libraries.reconfigure.cfg_file import parameters as extract_params
+from pipros_libraries.reconfigure.config import (
     Config,
     all_groups,
     decode_config,

@@ -1,7 +1,7 @@
 """`ParameterGenerator` and type names, under the module name that old `.cfg` files import."""
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.reconfigure.generator import ParameterGenerator as ParameterGenerator
+from pipros_libraries.reconfigure.generator import ParameterGenerator as ParameterGenerator
 
 _star_names(__name__, "inspect os re roslib sys string:Template")
 

@@ -21,8 +21,8 @@ from dynamic_reconfigure.msg import Config as ConfigMsg
 from dynamic_reconfigure.msg import ConfigDescription as ConfigDescrMsg
 from dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.reconfigure.config import BadValue
-from pipros.reconfigure.config import converted as converted_value
+from pipros_libraries.reconfigure.config import BadValue
+from pipros_libraries.reconfigure.config import converted as converted_value
 
 _star_names(__name__, "copy roslib threading")
 

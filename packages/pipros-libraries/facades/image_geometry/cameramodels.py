@@ -11,9 +11,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.vision.distortion import undistorted
-from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.opencv import opencv
+from pipros_libraries.vision.distortion import undistorted
+from pipros_libraries.vision.extras import numpy as np
+from pipros_libraries.vision.opencv import opencv
 
 if TYPE_CHECKING:
     from pipros.msg.stub_types import Indexable

@@ -11,13 +11,13 @@ from sensor_msgs.msg import CompressedImage, Image
 
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
-from pipros.libraries.vision.compressed_images import (
+from pipros_libraries.pictures.codecs import codec
+from pipros_libraries.vision.compressed_images import (
     CompressionError,
     compressed_by,
     decompressed,
     read_settings,
 )
-from pipros.pictures.codecs import codec
 
 
 def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:

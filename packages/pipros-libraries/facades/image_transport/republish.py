@@ -12,7 +12,7 @@ import rospy
 from image_transport.transports import PUBLISHED, SUBSCRIBED, topic_of
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.topic_tools.raw import class_like
+from pipros_libraries.topic_tools.raw import class_like
 
 USAGE = "Usage: {} in_transport in:=<in_base_topic> [out_transport] out:=<out_base_topic>"
 

@@ -17,9 +17,9 @@ from visualization_msgs.msg import (
 )
 
 import rospy
-from pipros.libraries.markers.state import MarkerContext as MarkerContext
-from pipros.libraries.markers.state import Markers
-from pipros.libraries.markers.state import UpdateContext as UpdateContext
+from pipros_libraries.markers.state import MarkerContext as MarkerContext
+from pipros_libraries.markers.state import Markers
+from pipros_libraries.markers.state import UpdateContext as UpdateContext
 
 _KEEP_ALIVE_PERIOD_S = 0.5
 _EMPTY_HEADER = Header()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 from sensor_msgs.msg import JointState
@@ -11,8 +10,8 @@ from sensor_msgs.msg import JointState
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.names import valid_topics
-from pipros.libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
-from pipros.libraries.robot_model.urdf import UrdfError, read_robot
+from pipros_libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
+from pipros_libraries.robot_model.urdf import UrdfError, read_robot
 
 
 def get_param(name: str, value: Any = None) -> Any:
@@ -79,7 +78,7 @@ class JointStatePublisher:
 
     def loop(self) -> None:
         """Publish until the node is shut down."""
-        rate = rospy.Rate(get_param("rate", 10))
+        rate = rospy.Rate(get_param("rate", 10), reset=True)
         delta = get_param("delta", 0.0)
         while not rospy.is_shutdown():
             if delta > 0:
@@ -89,8 +88,7 @@ class JointStatePublisher:
             message.position, message.velocity, message.effort = self._values.columns()
             if message.name:
                 self.pub.publish(message)
-            with suppress(rospy.ROSTimeMovedBackwardsException):
-                rate.sleep()
+            rate.sleep()
 
     def update(self, delta: float) -> None:
         """Move each free joint with a known position by `delta` (radians or metres).

@@ -7,7 +7,7 @@ from typing import Any
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.vision.extras import numpy as np
+from pipros_libraries.vision.extras import numpy as np
 
 _star_names(__name__, "pc2=sensor_msgs.point_cloud2 rospy")
 

@@ -15,9 +15,9 @@ from std_msgs.msg import Header
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.maps.errors import BadMapDescription, MapError
-from pipros.libraries.maps.map_file import Grid, MapDescription, make_grid, read_map
-from pipros.libraries.maps.picture import read_picture
+from pipros_libraries.maps.errors import BadMapDescription, MapError
+from pipros_libraries.maps.map_file import Grid, MapDescription, make_grid, read_map
+from pipros_libraries.maps.picture import read_picture
 
 USAGE = """
 USAGE: map_server <map.yaml>

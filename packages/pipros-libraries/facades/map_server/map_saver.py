@@ -13,9 +13,9 @@ from nav_msgs.msg import OccupancyGrid
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.replaced_file import overwritten_file
-from pipros.libraries.maps.errors import MapError
-from pipros.libraries.maps.map_file import description_text, grid_pixels
-from pipros.pictures.pgm import write_pgm
+from pipros_libraries.maps.errors import MapError
+from pipros_libraries.maps.map_file import description_text, grid_pixels
+from pipros_libraries.pictures.pgm import write_pgm
 
 USAGE = """Usage: 
   map_saver -h

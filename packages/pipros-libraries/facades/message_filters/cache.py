@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from message_filters.simple_filter import SimpleFilter, stamp_of
-from pipros.libraries.filters.history import MessageHistory
+from pipros_libraries.filters.history import MessageHistory
 
 
 class Cache(SimpleFilter):

@@ -8,7 +8,7 @@ from typing import Any
 
 import rospy
 from message_filters.simple_filter import SimpleFilter, stamp_of
-from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer, Queue
+from pipros_libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer, Queue
 
 
 class TimeSynchronizer(SimpleFilter):

@@ -16,10 +16,10 @@ from std_msgs.msg import Header
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.robot_model.joint_poses import JointFrames, pose_of
-from pipros.libraries.robot_model.urdf import Joint, Robot, UrdfError, read_robot
-from pipros.libraries.transforms.pose import Pose
 from pipros.msg.time import NS_PER_S
+from pipros_libraries.robot_model.joint_poses import JointFrames, pose_of
+from pipros_libraries.robot_model.urdf import Joint, Robot, UrdfError, read_robot
+from pipros_libraries.transforms.pose import Pose
 from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
 _MAX_AGE_S = 30.0

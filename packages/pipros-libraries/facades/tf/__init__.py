@@ -5,6 +5,7 @@
 
 import typing as _typing
 
+import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from tf.broadcaster import TransformBroadcaster as TransformBroadcaster

@@ -20,9 +20,9 @@ from std_msgs.msg import Header
 
 import tf2_ros
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.messages import pose_of, vector_of
-from pipros.libraries.transforms.pose import Pose as Numbers
-from pipros.libraries.transforms.pose import compose_via_matrices, normalized, rotate, transform_point
+from pipros_libraries.transforms.messages import pose_of, vector_of
+from pipros_libraries.transforms.pose import Pose as Numbers
+from pipros_libraries.transforms.pose import compose_via_matrices, normalized, rotate, transform_point
 from tf.transformer import Transformer as Transformer
 from tf.transformer import strip_leading_slash as strip_leading_slash
 

@@ -10,8 +10,8 @@ from tf2_msgs.msg import TFMessage
 
 import rospy
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms import diagnose
-from pipros.libraries.transforms.diagnose import ReceivedTransform
+from pipros_libraries.transforms import diagnose
+from pipros_libraries.transforms.diagnose import ReceivedTransform
 from roswtf.rules import error_rule, warning_rule
 
 _star_names(__name__, "math rosgraph tf")

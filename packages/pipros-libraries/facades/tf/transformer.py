@@ -7,10 +7,10 @@ from typing import Any
 
 import rospy
 import tf2_ros
-from pipros.libraries.transforms.messages import in_ns
-from pipros.libraries.transforms.pose import Pose, Vector
-from pipros.libraries.transforms.twist import interval_around, twist
 from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.messages import in_ns
+from pipros_libraries.transforms.pose import Pose, Vector
+from pipros_libraries.transforms.twist import interval_around, twist
 
 PositionAndRotation = tuple[list[float], list[float]]
 

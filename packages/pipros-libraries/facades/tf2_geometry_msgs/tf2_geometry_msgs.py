@@ -17,10 +17,11 @@ from geometry_msgs.msg import (
 )
 
 import tf2_ros
+from pipros.basics.errors import MissingExtra
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.messages import pose_of, vector_of
-from pipros.libraries.transforms.pose import Pose as Numbers
-from pipros.libraries.transforms.pose import composed, normalized, rotate, transform_point
+from pipros_libraries.transforms.messages import pose_of, vector_of
+from pipros_libraries.transforms.pose import Pose as Numbers
+from pipros_libraries.transforms.pose import composed, normalized, rotate, transform_point
 
 _star_names(__name__, "copy PyKDL rospy")
 
@@ -37,8 +38,13 @@ def from_msg_msg(msg: Any) -> Any:
 
 def transform_to_kdl(t: Any) -> Any:
     """Return the transform as a PyKDL.Frame. Requires PyKDL (on Debian, `python3-pykdl`)."""
-    import PyKDL
-
+    try:
+        import PyKDL
+    except ImportError as error:
+        raise MissingExtra(
+            "transform_to_kdl needs PyKDL, which is not installed. On Debian: apt-get install python3-pykdl",
+            name=error.name,
+        ) from error
     position, rotation = t.transform.translation, t.transform.rotation
     return PyKDL.Frame(
         PyKDL.Rotation.Quaternion(rotation.x, rotation.y, rotation.z, rotation.w),

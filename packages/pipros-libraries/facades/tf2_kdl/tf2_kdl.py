@@ -12,12 +12,13 @@ from geometry_msgs.msg import Point, PointStamped, TransformStamped
 from std_msgs.msg import Header
 
 import tf2_ros
+from pipros.basics.errors import MissingExtra
 from tf2_geometry_msgs import transform_to_kdl as transform_to_kdl
 
 try:
     import PyKDL
 except ImportError as error:
-    raise ImportError(
+    raise MissingExtra(
         "tf2_kdl needs PyKDL: install the system package python3-pykdl, and use the system's Python",
         name="PyKDL",
     ) from error

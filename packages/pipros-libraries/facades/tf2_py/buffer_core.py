@@ -9,12 +9,12 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 import rospy
-from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
-from pipros.libraries.transforms.errors import InvalidArgumentException
-from pipros.libraries.transforms.messages import in_ns, pose_of_transform
-from pipros.libraries.transforms.pose import Pose
-from pipros.libraries.transforms.rejections import Rejections
 from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
+from pipros_libraries.transforms.errors import InvalidArgumentException
+from pipros_libraries.transforms.messages import in_ns, pose_of_transform
+from pipros_libraries.transforms.pose import Pose
+from pipros_libraries.transforms.rejections import Rejections
 
 _new = object.__new__
 

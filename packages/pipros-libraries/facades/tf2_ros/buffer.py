@@ -9,7 +9,7 @@ from tf2_msgs.srv import FrameGraph, FrameGraphResponse
 
 import rospy
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.messages import in_ns
+from pipros_libraries.transforms.messages import in_ns
 from tf2_py import BufferCore
 from tf2_ros.buffer_interface import BufferInterface
 

@@ -54,6 +54,8 @@ class BufferServer:
             if not self._pending:
                 return
             now = rospy.Time.now()
+            # The clock may have moved back: no goal waits longer than its timeout.
+            self._pending = [(each, min(end, now + each.get_goal().timeout)) for each, end in self._pending]
             due = [
                 pair for pair in self._pending if pair[1] <= now or self._can_transform(pair[0].get_goal())
             ]

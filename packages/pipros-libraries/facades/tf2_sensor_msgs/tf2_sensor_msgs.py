@@ -10,8 +10,8 @@ from sensor_msgs.point_cloud2 import read_points as read_points
 
 import tf2_ros
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.transforms.messages import pose_of_transform
-from pipros.libraries.transforms.pose import transform_point
+from pipros_libraries.transforms.messages import pose_of_transform
+from pipros_libraries.transforms.pose import transform_point
 from tf2_geometry_msgs import from_msg_msg as from_msg_msg
 from tf2_geometry_msgs import to_msg_msg as to_msg_msg
 from tf2_geometry_msgs import transform_to_kdl as transform_to_kdl

@@ -19,8 +19,8 @@ import actionlib
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.change_filter import FramePair
 from pipros.msg import load_message_class, load_service_class
+from pipros_libraries.transforms.change_filter import FramePair
 
 ACTION: Any = load_message_class("tf2_web_republisher/TFSubscriptionAction")
 FEEDBACK: Any = load_message_class("tf2_web_republisher/TFSubscriptionFeedback")

@@ -68,7 +68,7 @@ def fromMatrix(m: Any) -> Any:
 
 def toMatrix(f: Any) -> Any:
     """Convert a frame to a homogeneous 4x4 matrix. Requires numpy."""
-    from pipros.libraries.transforms.matrices import numpy
+    from pipros_libraries.transforms.matrices import numpy
 
     rows = [[*(f.M[row, column] for column in range(3)), f.p[row]] for row in range(3)]
     return numpy.array([*rows, [0, 0, 0, 1]])
@@ -79,7 +79,7 @@ def fromCameraParams(cv: Any, rvec: Any, tvec: Any) -> Any:
 
     `cv` is OpenCV's module (`cv2`). Requires numpy.
     """
-    from pipros.libraries.transforms.matrices import numpy
+    from pipros_libraries.transforms.matrices import numpy
 
     m = numpy.identity(4, dtype=numpy.float32)
     m[:3, 3] = numpy.asarray(tvec, dtype=numpy.float32).reshape(-1)[:3]

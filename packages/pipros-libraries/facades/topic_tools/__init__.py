@@ -2,6 +2,7 @@
 
 import typing as _typing
 
+import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 
 # Most scripts that import this package need its services, but not rospy.

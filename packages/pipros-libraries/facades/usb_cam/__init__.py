@@ -13,7 +13,7 @@ import rospy
 from camera_info_manager import CameraInfoManager
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.vision.capture import CameraError, Capture
+from pipros_libraries.vision.capture import CameraError, Capture
 
 
 class UsbCam:

@@ -9,11 +9,11 @@ from typing import Any, TypeVar
 import pytest
 
 from pipros.basics.names import valid_topics
-from pipros.libraries.diagnostics.aggregation import Aggregation
-from pipros.libraries.diagnostics.items import ERROR, OK, ComponentStatus
-from pipros.libraries.robot_model.joint_values import JointChoices, JointValues
-from pipros.libraries.robot_model.urdf import Joint, Robot
-from pipros.libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.diagnostics.aggregation import Aggregation
+from pipros_libraries.diagnostics.items import ERROR, OK, ComponentStatus
+from pipros_libraries.robot_model.joint_values import JointChoices, JointValues
+from pipros_libraries.robot_model.urdf import Joint, Robot
+from pipros_libraries.transforms.buffer import TransformBuffer
 
 T = TypeVar("T")
 PLACES = pytest.mark.parametrize("place", range(3), ids=["first", "middle", "last"])

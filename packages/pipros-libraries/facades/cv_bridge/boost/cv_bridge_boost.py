@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pipros.libraries.vision.conversions import convert as cvtColor2
-from pipros.libraries.vision.conversions import convert_for_display as cvtColorForDisplay
-from pipros.pictures.encodings import CHANNEL_STEP, encoding
+from pipros_libraries.pictures.encodings import CHANNEL_STEP, encoding
+from pipros_libraries.vision.conversions import convert as cvtColor2
+from pipros_libraries.vision.conversions import convert_for_display as cvtColorForDisplay
 
 __all__ = ["CV_MAT_CNWrap", "CV_MAT_DEPTHWrap", "cvtColor2", "cvtColorForDisplay", "getCvType"]
 

@@ -9,10 +9,10 @@ import rospy
 from bondpy.bondpy import Bond
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import printable
-from pipros.libraries.diagnostics.aggregation import Aggregation, whole_level
-from pipros.libraries.diagnostics.analyzers import BadAnalyzer
-from pipros.libraries.diagnostics.items import ComponentStatus
 from pipros.msg import load_message_class, load_service_class
+from pipros_libraries.diagnostics.aggregation import Aggregation, whole_level
+from pipros_libraries.diagnostics.analyzers import BadAnalyzer
+from pipros_libraries.diagnostics.items import ComponentStatus
 
 DiagnosticArray: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
 DiagnosticStatus: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
@@ -117,7 +117,7 @@ def main() -> int:
         rospy.logfatal("~pub_rate must be a number above 0 and below 10000, got %s", rate)
         return 1
     aggregator = Aggregator()
-    pause = rospy.Rate(rate)
+    pause = rospy.Rate(rate, reset=True)
     while not rospy.is_shutdown():
         aggregator.publish()
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from diagnostic_common_diagnostics.nodes.monitor import init, number, psutil, run_updater
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics.machine import Averages, Report, cpu_report
+from pipros_libraries.diagnostics.machine import Averages, Report, cpu_report
 
 
 @exits_after_ctrl_c()

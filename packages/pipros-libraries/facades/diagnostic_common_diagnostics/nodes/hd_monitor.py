@@ -12,8 +12,8 @@ from typing import Any
 import rospy
 from diagnostic_common_diagnostics.nodes.monitor import init, psutil, publish_all
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics.items import ERROR
-from pipros.libraries.diagnostics.machine import (
+from pipros_libraries.diagnostics.items import ERROR
+from pipros_libraries.diagnostics.machine import (
     BadReading,
     DiskHeat,
     DiskSpace,

@@ -11,8 +11,8 @@ from typing import Any
 import rospy
 from diagnostic_updater import Updater
 from pipros.basics.extras import install_command
-from pipros.libraries.diagnostics.machine import Report
 from pipros.msg import load_message_class
+from pipros_libraries.diagnostics.machine import Report
 
 
 def hostname() -> str:
@@ -78,7 +78,7 @@ def run_updater(name: str, hardware_id: str, read: Callable[[], Report], hz: flo
     updater = Updater()
     updater.setHardwareID(hardware_id)
     updater.add(name, report_of(read))
-    rate = rospy.Rate(hz)
+    rate = rospy.Rate(hz, reset=True)
     while not rospy.is_shutdown():
         try:
             rate.sleep()
@@ -97,6 +97,7 @@ def publish_all(reports: Callable[[], list[tuple[str, Report]]], hardware_id: st
     status_class: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
     pair: Any = load_message_class("diagnostic_msgs/KeyValue")
     publisher = rospy.Publisher("/diagnostics", array_class, queue_size=10)
+    rate = rospy.Rate(1.0 / period_s, reset=True)
     while not rospy.is_shutdown():
         array = array_class()
         array.status = [
@@ -108,7 +109,7 @@ def publish_all(reports: Callable[[], list[tuple[str, Report]]], hardware_id: st
         array.header.stamp = rospy.Time.now()
         publisher.publish(array)
         try:
-            rospy.sleep(period_s)
+            rate.sleep()
         except rospy.ROSInterruptException:
             break
     return 0

@@ -10,8 +10,8 @@ import time
 import rospy
 from diagnostic_common_diagnostics.nodes.monitor import hostname, publish_all
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics import sntp
-from pipros.libraries.diagnostics.machine import BadReading, Report, ntp_failure, ntp_report
+from pipros_libraries.diagnostics import sntp
+from pipros_libraries.diagnostics.machine import BadReading, Report, ntp_failure, ntp_report
 
 DEADLINE_S = 3.0
 CHECK_S = 10.0

@@ -9,7 +9,7 @@ from typing import Any
 import rospy
 from diagnostic_common_diagnostics.nodes.monitor import init, psutil, run_updater
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics.machine import Report, Sensor, sensors_report
+from pipros_libraries.diagnostics.machine import Report, Sensor, sensors_report
 
 HWMON = Path("/sys/class/hwmon")
 

@@ -12,10 +12,10 @@ import rospy
 from diagnostic_common_diagnostics.nodes.monitor import report_of
 from diagnostic_updater import Updater
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics.items import ERROR, OK, WARN
-from pipros.libraries.diagnostics.machine import Report
-from pipros.libraries.transforms import diagnose
-from pipros.libraries.transforms.diagnose import ReceivedTransform
+from pipros_libraries.diagnostics.items import ERROR, OK, WARN
+from pipros_libraries.diagnostics.machine import Report
+from pipros_libraries.transforms import diagnose
+from pipros_libraries.transforms.diagnose import ReceivedTransform
 
 PERIOD_S = 1.0
 

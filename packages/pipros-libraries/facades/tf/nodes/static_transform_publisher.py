@@ -16,6 +16,8 @@ OR
 Usage: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id  period(milliseconds)
 """
 
+_SHORTEST_S = 0.001
+
 
 @exits_after_ctrl_c()
 def main() -> int:
@@ -41,12 +43,13 @@ def main() -> int:
         )
         return 1
     broadcaster = TransformBroadcaster()
+    rate = rospy.Rate(1.0 / max(period.to_sec(), _SHORTEST_S), reset=True)
     while not rospy.is_shutdown():
         # timestamped for the time of the next message, so that lookups succeed until then
         transform.header.stamp = rospy.Time.now() + period
         broadcaster.sendTransform(transform)
         try:
-            rospy.sleep(period)
+            rate.sleep()
         except rospy.ROSInterruptException:
             break
     return 0

@@ -9,14 +9,14 @@ from tf2_msgs.msg import TFMessage
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.change_filter import (
+from pipros_libraries.transforms.change_filter import (
     BadFramePair,
     FramePair,
     distance_of,
     frame_pairs,
     frequency_of,
 )
-from pipros.libraries.transforms.messages import pose_of_transform
+from pipros_libraries.transforms.messages import pose_of_transform
 from tf.transformer import strip_leading_slash
 
 _DEFAULT = [{"source_frame": "/base_link", "target_frame": "/map"}]
@@ -71,7 +71,7 @@ def main() -> int:
     publisher = rospy.Publisher("tf_changes", TFMessage, queue_size=1)
     buffer = tf2_ros.Buffer(debug=False)
     listener = tf2_ros.TransformListener(buffer)
-    rate = rospy.Rate(hz)
+    rate = rospy.Rate(hz, reset=True)
     while not rospy.is_shutdown():
         message = changes(pairs, buffer)
         if message.transforms:

@@ -8,8 +8,8 @@ import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import listed
-from pipros.libraries.transforms.formatting import pose_as_text
-from pipros.libraries.transforms.messages import pose_of_transform
+from pipros_libraries.transforms.formatting import pose_as_text
+from pipros_libraries.transforms.messages import pose_of_transform
 from tf.transformer import strip_leading_slash
 
 USAGE = """\
@@ -49,7 +49,7 @@ def main() -> int:
     listener = tf2_ros.TransformListener(buffer)
     try:
         buffer.can_transform(source, target, rospy.Time(), rospy.Duration(1.0))
-        rate = rospy.Rate(hz)
+        rate = rospy.Rate(hz, reset=True)
         while not rospy.is_shutdown():
             print(_echo(buffer, source, target), flush=True)
             rate.sleep()

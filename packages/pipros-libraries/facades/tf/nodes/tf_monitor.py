@@ -9,9 +9,9 @@ import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import listed, printable
-from pipros.libraries.transforms.diagnose import UNKNOWN_SENDER
-from pipros.libraries.transforms.monitor import Monitor, TransformDelays
 from pipros.msg import load_message_class
+from pipros_libraries.transforms.diagnose import UNKNOWN_SENDER
+from pipros_libraries.transforms.monitor import Monitor, TransformDelays
 from tf.transformer import strip_leading_slash
 
 PRINT_S = 0.25
@@ -89,7 +89,7 @@ def main() -> int:
     watch = Watch((source, target) if arguments else None)
     try:
         watch.wait_for_chain()
-        pause = rospy.Rate(1.0 / PRINT_S)
+        pause = rospy.Rate(1.0 / PRINT_S, reset=True)
         while not rospy.is_shutdown():
             pause.sleep()
             try:

@@ -10,10 +10,11 @@ from pathlib import Path
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
-from pipros.graph.drawing.pdf import to_pdf
-from pipros.graph.drawing.scene import Scene, draw
-from pipros.graph.drawing.svg import to_svg
+from pipros.basics.replaced_file import write_whole
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros_tools.graph.drawing.pdf import to_pdf
+from pipros_tools.graph.drawing.scene import Scene, draw
+from pipros_tools.graph.drawing.svg import to_svg
 from rospy.session import session
 
 LISTEN_S = 5.0
@@ -45,15 +46,16 @@ def main() -> int:
         return 130
     listener.unregister()
     graph = Path("frames.gv")
-    graph.write_text(buffer._allFramesAsDot(rospy.Time.now()), encoding="utf-8")
+    write_whole(graph, buffer._allFramesAsDot(rospy.Time.now()).encode())
     print(f"{graph} generated")
     scene = scene_of(buffer._edges())
-    Path("frames.svg").write_text(to_svg(scene), encoding="utf-8")
+    write_whole(Path("frames.svg"), to_svg(scene).encode())
     print("frames.svg generated")
     dot = shutil.which("dot")
     if dot is not None:
-        subprocess.run([dot, "-Tpdf", str(graph), "-o", "frames.pdf"], check=True)  # noqa: S603
+        pdf = subprocess.run([dot, "-Tpdf", graph], stdout=subprocess.PIPE, check=True).stdout  # noqa: S603
     else:
-        Path("frames.pdf").write_bytes(to_pdf(scene))
+        pdf = to_pdf(scene)
+    write_whole(Path("frames.pdf"), pdf)
     print("frames.pdf generated")
     return 0

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.formatting import pose_as_text
-from pipros.libraries.transforms.messages import pose_of_transform
+from pipros_libraries.transforms.formatting import pose_as_text
+from pipros_libraries.transforms.messages import pose_of_transform
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
@@ -68,7 +68,7 @@ def main() -> int:
     buffer = tf2_ros.Buffer(rospy.Duration.from_sec(options.cache_time), debug=False)
     listener = tf2_ros.TransformListener(buffer)
     left = math.inf if options.limit is None else options.limit
-    rate = rospy.Rate(options.rate)
+    rate = rospy.Rate(options.rate, reset=True)
     while left > 0 and not rospy.is_shutdown():
         try:
             rate.sleep()

@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.pose import from_roll_pitch_yaw
+from pipros_libraries.transforms.pose import from_roll_pitch_yaw
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 
 USAGE = """\

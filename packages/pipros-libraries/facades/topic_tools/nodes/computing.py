@@ -10,9 +10,9 @@ import rospy
 import rostopic
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.topic_tools.expressions import Template, Transformation
 from pipros.msg import load_message_class
 from pipros.msg.from_yaml import fill_message_args
+from pipros_libraries.topic_tools.expressions import Template, Transformation
 from topic_tools.nodes.output import check_names
 
 

@@ -6,8 +6,8 @@ import threading
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.topic_tools.selection import Selection
 from pipros.node.any_msg import AnyMsg
+from pipros_libraries.topic_tools.selection import Selection
 from topic_tools.nodes.output import Input, Output, base_name
 from topic_tools.nodes.switching import Services, selection_of
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.topic_tools.selection import NONE
 from pipros.msg import load_service_class
+from pipros_libraries.topic_tools.selection import NONE
 from topic_tools.nodes.output import base_name, check_names
 
 

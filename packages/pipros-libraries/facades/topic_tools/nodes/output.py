@@ -9,8 +9,8 @@ from typing import Any
 import rospy
 from pipros.basics import names
 from pipros.basics.printable import printable
-from pipros.libraries.topic_tools.raw import MissingType, class_like
 from pipros.node.any_msg import AnyMsg
+from pipros_libraries.topic_tools.raw import MissingType, class_like
 
 QUEUE_SIZE = 10
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import rospy
-from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.msg import load_message_class, load_service_class
+from pipros_libraries.topic_tools.selection import NONE, BadSelection, Selection
 
 
 def resolved(topic: str) -> str:

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.topic_tools.rates import ByteRate, MessageRate, RateRule
 from pipros.node.any_msg import AnyMsg
+from pipros_libraries.topic_tools.rates import ByteRate, MessageRate, RateRule
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
 USAGE = """

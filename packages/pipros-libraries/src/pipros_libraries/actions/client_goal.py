@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from pipros.libraries.actions.status import Status
+from pipros_libraries.actions.status import Status
 
 
 class ClientGoalState(IntEnum):

@@ -59,6 +59,9 @@ class GoalTable(Generic[_Goal]):
         self._has_ended = has_ended
         self._goals: dict[str, _Goal] = {}
 
+    def __len__(self) -> int:
+        return len(self._goals)
+
     def __iter__(self) -> Iterator[_Goal]:
         return iter(list(self._goals.values()))
 

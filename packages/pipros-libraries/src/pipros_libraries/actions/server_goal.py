@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from pipros.libraries.actions.status import Status
+from pipros_libraries.actions.status import Status
 
 
 class GoalEvent(Enum):

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.bonds.life import BondEvent, BondState
-from pipros.libraries.bonds.side import BondSide
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
+from pipros_libraries.bonds.life import BondEvent, BondState
+from pipros_libraries.bonds.side import BondSide
 
 _SENT_QUEUE, _RECEIVED_QUEUE = 5, 30
 

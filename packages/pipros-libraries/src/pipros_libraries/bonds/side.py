@@ -8,7 +8,7 @@ from functools import partial
 from threading import Condition, Timer
 
 from pipros.basics.interruptible_wait import wait_in_slices
-from pipros.libraries.bonds.life import BondEvent, BondState, Life
+from pipros_libraries.bonds.life import BondEvent, BondState, Life
 
 TIMEOUTS: Mapping[BondState, BondEvent] = {
     BondState.WAITING: BondEvent.CONNECT_TIMEOUT,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pipros.libraries.diagnostics.analyzers import AnalyzerGroup, BadAnalyzer, OtherAnalyzer
-from pipros.libraries.diagnostics.items import ERROR, OK, STALE, ComponentStatus
+from pipros_libraries.diagnostics.analyzers import AnalyzerGroup, BadAnalyzer, OtherAnalyzer
+from pipros_libraries.diagnostics.items import ERROR, OK, STALE, ComponentStatus
 
 OWNER_LIMIT = 100
 """Maximum number of nodes with added analyzers. Each of these nodes requires a bond."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 
-from pipros.libraries.diagnostics.items import ComponentStatus
+from pipros_libraries.diagnostics.items import ComponentStatus
 
 NAME_LIMIT = 200
 """Maximum length of a file name without number and suffix. Limited because any peer can choose names."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from pipros.basics.printable import printable
-from pipros.libraries.diagnostics.items import OK, ComponentStatus, level_name
+from pipros_libraries.diagnostics.items import OK, ComponentStatus, level_name
 
 _LONGEST = 2_000
 

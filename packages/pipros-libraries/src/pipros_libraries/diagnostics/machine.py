@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.diagnostics.items import ERROR, OK, WARN, level_name
-from pipros.libraries.diagnostics.summaries import merged
+from pipros_libraries.diagnostics.items import ERROR, OK, WARN, level_name
+from pipros_libraries.diagnostics.summaries import merged
 
 HOT, CRITICALLY_HOT = 55.0, 70.0
 """Temperatures in degrees Celsius above which a disk counts as hot or critically hot."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 
-from pipros.libraries.diagnostics.machine import BadReading
+from pipros_libraries.diagnostics.machine import BadReading
 
 PORT = 123
 

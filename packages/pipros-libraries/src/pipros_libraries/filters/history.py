@@ -5,6 +5,8 @@ from __future__ import annotations
 from bisect import insort
 from typing import Any
 
+from pipros.basics.intervals import ClockWatch
+
 
 class MessageHistory:
     """The last `size` messages and their timestamps, in order of arrival."""
@@ -50,7 +52,7 @@ class Sequencer:
 
     Timestamps, the delay and the time are in nanoseconds. A message is dropped if a message with a later
     timestamp was already returned. If there are more than `queue_size` messages (0 for no limit), the message
-    with the earliest timestamp is dropped.
+    with the earliest timestamp is dropped. If the time moves back, the waiting messages are dropped.
     """
 
     def __init__(self, delay: int, queue_size: int) -> None:
@@ -59,6 +61,7 @@ class Sequencer:
         self._waiting: list[tuple[int, int, Any]] = []
         self._arrived = 0
         self._last_returned: int | None = None
+        self._watch = ClockWatch()
 
     def add(self, stamp: int, message: Any) -> None:
         """Add a message, or drop it if it is too late."""
@@ -71,6 +74,8 @@ class Sequencer:
 
     def due(self, now: int) -> list[Any]:
         """Remove and return the messages whose delay has expired at the time `now`, ordered by timestamp."""
+        if self._watch.has_gone_back(now):
+            self._waiting, self._last_returned = [], None
         count = 0
         while count < len(self._waiting) and self._waiting[count][0] + self.delay <= now:
             count += 1

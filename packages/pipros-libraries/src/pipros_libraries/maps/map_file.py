@@ -16,10 +16,10 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.libraries.maps.errors import BadMapDescription, NoMapFile
-from pipros.libraries.maps.picture import read_picture
-from pipros.pictures.planes import Picture
 from pipros.safe import yaml_cpp
+from pipros_libraries.maps.errors import BadMapDescription, NoMapFile
+from pipros_libraries.maps.picture import read_picture
+from pipros_libraries.pictures.planes import Picture
 
 MODES = ("trinary", "scale", "raw")
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pipros.basics.input_file import read_file
-from pipros.libraries.maps.errors import BadMapImage, NoMapFile
-from pipros.pictures.errors import PictureError
-from pipros.pictures.pgm import MAX_PIXELS
-from pipros.pictures.planes import Picture, decode_picture
+from pipros_libraries.maps.errors import BadMapImage, NoMapFile
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.pgm import MAX_PIXELS
+from pipros_libraries.pictures.planes import Picture, decode_picture
 
 _TIFF = (b"II*\0", b"MM\0*")
 _FILE_BYTES = 2 * MAX_PIXELS + 4096

@@ -23,6 +23,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from pipros.basics.intervals import elapsed
+
 Callback = Callable[[Any], Any]
 
 CONFLICT_S = 1.0
@@ -189,7 +191,7 @@ class Markers:
         if (
             context.last_feedback_s is not None
             and context.last_client_id != feedback.client_id
-            and now_s - context.last_feedback_s < CONFLICT_S
+            and elapsed(now_s, context.last_feedback_s) < CONFLICT_S
         ):
             return None
         context.last_feedback_s, context.last_client_id = now_s, feedback.client_id

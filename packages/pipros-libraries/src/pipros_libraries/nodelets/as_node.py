@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.nodelets.hosting import CannotLoad, Hosting
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
 from pipros.packages.nodelets import package_of
+from pipros_libraries.nodelets.hosting import CannotLoad, Hosting
 
 FAILED: Final = 255
 

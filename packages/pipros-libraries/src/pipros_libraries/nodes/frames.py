@@ -8,10 +8,10 @@ from functools import partial
 from typing import Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformListener
-from pipros.libraries.transforms.pose import Pose
 from pipros.node import Node
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformListener
+from pipros_libraries.transforms.pose import Pose
 
 _MISSING: Final = "no transform from %s to %s: %s"
 

@@ -7,11 +7,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Final, NamedTuple
 
-from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
+from pipros.basics.intervals import ClockWatch
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.subscriber import Subscriber
+from pipros_libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
 
 APPROXIMATE_S: Final = 0.1
 """Maximum difference between the timestamps of matching messages, if they need not be equal."""
@@ -39,6 +40,8 @@ def synchronized(
 ) -> list[Subscriber[Any]]:
     """Subscribe, and call `callback` with matching messages, one from each input. Return the subscriptions.
 
+    If the node's clock moves back, the messages that wait for others are dropped.
+
     Args:
         queue_size: maximum number of messages per input that wait for matching messages.
         is_exact: whether matching timestamps must be equal; otherwise, they must differ by less than
@@ -49,11 +52,14 @@ def synchronized(
     matcher: ExactSynchronizer = ExactSynchronizer(len(inputs), size)
     if not is_exact:
         matcher = ApproximateSynchronizer(len(inputs), size, round(APPROXIMATE_S * NS_PER_S))
-    lock = threading.Lock()
+    lock, watch = threading.Lock(), ClockWatch()
 
     def receive(index: int, message: Any) -> None:
         stamp = message.header.stamp
         with lock:
+            if watch.has_gone_back(node.clock.now_ns()):  # new messages would be dropped as the oldest
+                for queue in matcher.queues:
+                    queue.clear()
             queue = matcher.queues[index]
             for complete in matcher.add(message, stamp.to_nsec(), queue, index, None):
                 callback(*complete)
@@ -77,5 +83,5 @@ def _subscribe(
 
 
 def inside(node: Node, namespace: str, name: str) -> str:
-    """Resolve a topic name in a namespace. The namespace and the result can be remapped."""
-    return node.resolve(f"{node.resolve(namespace)}/{name}")
+    """Resolve a topic name in a namespace; `/name` stays absolute. Both can be remapped."""
+    return node.resolve(name if name.startswith("/") else f"{node.resolve(namespace)}/{name}")

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 
 from pipros.basics.errors import Interrupted
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.nodes.params import InvalidParameter
-from pipros.libraries.nodes.schedule import Schedule
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_libraries.nodes.schedule import Schedule
 
 __all__ = ["run_node"]
 

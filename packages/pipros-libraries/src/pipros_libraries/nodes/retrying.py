@@ -22,17 +22,17 @@ class DeviceError(PiprosError):
     """A device does not work. The text names the device."""
 
 
-class Connection(Protocol):
+class DeviceConnection(Protocol):
     """An open connection to a device."""
 
     def close(self) -> None: ...
 
 
-Stream = TypeVar("Stream", bound=Connection)
+Stream = TypeVar("Stream", bound=DeviceConnection)
 
 
 @dataclass(frozen=True, slots=True)
-class Port(Generic[Stream]):
+class DevicePort(Generic[Stream]):
     """A device's port: its name, and a function that opens a connection or raises DeviceError."""
 
     name: str
@@ -50,7 +50,7 @@ class Driver(Generic[Stream]):
         self,
         node: Node,
         log: logging.Logger,
-        port: Port[Stream],
+        port: DevicePort[Stream],
         session: Callable[[Stream], None],
         pauses_s: tuple[float, float] = PAUSES_S,
     ) -> None:

@@ -1,9 +1,9 @@
 """Run a node's periodic work in separate threads, or in lockstep with a simulator.
 
-A node is in lockstep if the parameter `/lockstep` lists its name ("Lockstep" in docs/simulation.md). In this
-case, the simulator calls the service `~advance` between its steps. The call waits for the callbacks of all
-messages sent to the node so far, and then runs all functions that are due, one after the other, in the order
-in which they were added. Therefore, the node behaves identically in each run.
+A node is in lockstep if the parameter `/lockstep` lists its name; see "Lockstep" in the guide about
+simulation. In this case, the simulator calls the service `~advance` between its steps. The call waits for
+the callbacks of all messages sent to the node so far, and then runs all functions that are due, one after
+the other, in the order in which they were added. Therefore, the node behaves identically in each run.
 """
 
 from __future__ import annotations
@@ -13,13 +13,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.libraries.transforms.messages import in_ns
+from pipros.basics.throttle import Throttle
 from pipros.msg import load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.delivery import Sent, sent_by, wait_until_handled
 from pipros.node.rate import Timer, surviving
+from pipros_libraries.transforms.messages import in_ns
 
+CAPABLE: Final = "~in_lockstep"
+"""Parameter of the nodes that will offer `~advance`, so that others are not waited for."""
+MISSED_S: Final = 5.0
+"""Interval between two warnings that a loop is too slow."""
 _DELIVERY_S: Final = 10.0
 """Real time within which a sent message must arrive."""
 
@@ -43,18 +48,25 @@ class Schedule:
         """
         self._node, self._hold = node, hold
         self._work: list[_Work] = []
+        self._slow = Throttle(node.log, MISSED_S)
         self._lock = threading.RLock()
         self.in_lockstep = node.name in _members(node)
         if self.in_lockstep:
+            node.params.set(CAPABLE, True)
             self._service: Any = load_service_class("pipros_sim/Advance")
 
     def every(
-        self, period_s: float, do: Callable[[], object], failed: Callable[[], object] | None = None
+        self,
+        period_s: float,
+        do: Callable[[], object],
+        failed: Callable[[], object] | None = None,
+        *,
+        name: str = "",
     ) -> Callable[[float], None]:
         """Call `do` once per period on the node's clock. Return a function that changes the period.
 
         If `do` raises, `failed` is called, the error is logged once, and the next calls go on. In lockstep,
-        missed calls are skipped.
+        missed calls are skipped. If the work has a name, a warning says if it is too slow for its period.
         """
         do = surviving(do, self._node.log, failed)
         work = _Work(do, round(period_s * 1e9))
@@ -68,10 +80,28 @@ class Schedule:
             for timer in timers:
                 timer.shutdown()
             period_ns = round(changed_s * 1e9)
-            timers[:] = [Timer(self._node.clock, period_ns, lambda _: do(), reset=True, name="periodic")]
+            call = self._watched(name, period_ns, do) if name else do
+            timers[:] = [Timer(self._node.clock, period_ns, lambda _: call(), reset=True, name="periodic")]
 
         start(period_s)
         return start
+
+    def _watched(self, name: str, period_ns: int, do: Callable[[], object]) -> Callable[[], None]:
+        """Return a function that calls `do`, and warns if it takes longer than the period, or is late."""
+        text = f"{name} missed its desired rate of %.4fHz... the loop actually took %.4f seconds"
+        begun_ns = 0
+
+        def call() -> None:
+            nonlocal begun_ns
+            before_ns, begun_ns = begun_ns, self._node.clock.now_ns()
+            do()
+            taken_ns = self._node.clock.now_ns() - begun_ns
+            if before_ns and begun_ns - before_ns > 2 * period_ns:  # a whole call was left out
+                taken_ns = max(taken_ns, begun_ns - before_ns)
+            if taken_ns > period_ns:
+                self._slow.warning(text, 1e9 / period_ns, taken_ns / 1e9)
+
+        return call
 
     def start(self) -> None:
         """If in lockstep, offer the service `~advance`. Create all subscriptions before this call."""
@@ -98,7 +128,7 @@ class Schedule:
     def _run(self, now_ns: int) -> int:
         """Run the work that is due. Return the time at which work is next due, at most a second from now."""
         for work in self._work:
-            work.due_ns = work.due_ns or now_ns + work.period_ns
+            work.due_ns = min(work.due_ns or now_ns + work.period_ns, now_ns + work.period_ns)
             if now_ns >= work.due_ns:
                 work.due_ns = max(work.due_ns + work.period_ns, now_ns + 1)
                 work.do()

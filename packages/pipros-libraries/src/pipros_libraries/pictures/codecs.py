@@ -9,12 +9,15 @@ from __future__ import annotations
 import io
 from typing import Any, Final, Protocol
 
-import numpy as np
-
 from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
-from pipros.pictures.errors import PictureError
-from pipros.pictures.headers import pixel_count
+from pipros.basics.extras import install_command, missing
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.headers import pixel_count
+
+try:
+    import numpy as np
+except ImportError as error:
+    raise missing("pictures need numpy", "numpy", error) from error
 
 MAX_PIXELS: Final = 178_956_970
 """Maximum size of a decoded image, as in Pillow: a file of a few kilobytes can describe many gigabytes."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.extras import required
 from pipros.basics.printable import printable
-from pipros.pictures.errors import PictureError
-from pipros.pictures.headers import PNG
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.headers import PNG
 
 if TYPE_CHECKING:
-    from pipros.pictures.codecs import Codec
+    from pipros_libraries.pictures.codecs import Codec
 
 DEPTH_HEADER = struct.Struct("<iff")
 """Header of a compressed depth image: format, quotient and offset of the quantised inverse depths."""
@@ -87,8 +88,7 @@ def pixels_of(format_text: str, data: bytes, codec: Codec) -> Any:
     Raises:
         PictureError: the data are not a valid picture, or do not match the format.
     """
-    import numpy as np
-
+    np = required("numpy", "compressed images need numpy", "numpy")
     pixels = codec.decode(content_of(format_text, data))
     if not is_depth(format_text):
         return pixels

@@ -13,14 +13,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from PIL import Image, ImageDraw
-
+from pipros.basics.extras import missing
 from pipros.basics.printable import printable
-from pipros.pictures.cloud_columns import cloud_columns, point_columns, thinning_step
-from pipros.pictures.compressed import content_of
-from pipros.pictures.encodings import Color
-from pipros.pictures.errors import PictureError
-from pipros.pictures.image_message import encoding_of
+from pipros_libraries.pictures.cloud_columns import cloud_columns, point_columns, thinning_step
+from pipros_libraries.pictures.compressed import content_of
+from pipros_libraries.pictures.encodings import Color
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.image_message import encoding_of
+
+try:
+    from PIL import Image, ImageDraw
+except ImportError as error:
+    raise missing("drawings need Pillow", "pictures", error) from error
 
 if TYPE_CHECKING:
     from nav_msgs.msg import OccupancyGrid, Path

@@ -7,10 +7,10 @@ from typing import Any
 
 from pipros.basics.extras import missing
 from pipros.basics.printable import printable
-from pipros.pictures.encodings import Color, Encoding, UnknownEncoding, encoding, shown_encoding
-from pipros.pictures.errors import PictureError
-from pipros.pictures.png import png
-from pipros.pictures.yuv import LAYOUTS, plane_rows, rgb_rows
+from pipros_libraries.pictures.encodings import Color, Encoding, UnknownEncoding, encoding, shown_encoding
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.png import photo_png
+from pipros_libraries.pictures.yuv import LAYOUTS, plane_rows, rgb_rows
 
 IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 
@@ -105,20 +105,9 @@ def image_png(message: Any) -> bytes:
         raise PictureError(
             f"PNG supports only grey and RGB values with 8 or 16 bits, got [{message.encoding}]"
         )
-    size = found.bits // 8
-    row = message.width * found.channels * size
-    rows = []
-    for top in range(0, message.height * message.step, message.step or 1):
-        line = bytearray(message.data[top : top + row])
-        if size == 2 and not message.is_bigendian:
-            line[0::2], line[1::2] = line[1::2], line[0::2]
-        if found.color in (Color.BGR, Color.BGRA):
-            stride = found.channels * size
-            for byte in range(size):
-                red = byte + 2 * size
-                line[byte::stride], line[red::stride] = line[red::stride], line[byte::stride]
-        rows.append(line)
-    return png(message.width, message.height, found.channels, found.bits, rows)
+    is_bgr, is_little = found.color in (Color.BGR, Color.BGRA), not message.is_bigendian
+    shape = message.width, message.height, found.channels, found.bits
+    return photo_png(*shape, message.data, message.step, is_bgr=is_bgr, is_little=is_little)
 
 
 def _yuv_png(message: Any) -> bytes:
@@ -129,4 +118,4 @@ def _yuv_png(message: Any) -> bytes:
         raise missing("images in YUV need numpy", "numpy", error) from error
     pixels = numpy.load(io.BytesIO(content))
     rgb = rgb_rows(message.encoding, message.width, pixels.reshape(len(pixels), -1))
-    return png(rgb.shape[1], rgb.shape[0], 3, 8, map(bytes, rgb))
+    return photo_png(rgb.shape[1], rgb.shape[0], 3, 8, rgb.tobytes(), 3 * rgb.shape[1])

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from array import array
 
-from pipros.pictures.errors import PictureError
+from pipros_libraries.pictures.errors import PictureError
 
 MAX_PIXELS = 1 << 28
 """Maximum size of a picture: 16,384 x 16,384 pixels, which use 256 MiB as map cells."""

@@ -9,8 +9,8 @@ import os
 from dataclasses import dataclass
 
 from pipros.basics.extras import install_command
-from pipros.pictures.errors import PictureError
-from pipros.pictures.pgm import MAX_PIXELS, is_pgm, read_pgm
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.pgm import MAX_PIXELS, is_pgm, read_pgm
 
 _FORMATS = ("BMP", "GIF", "JPEG", "PCX", "PNG", "PPM", "TGA", "TIFF", "WEBP", "XPM")
 """Formats that Pillow decodes itself. For some others, such as EPS, it runs programs on the content."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from pipros.basics.extras import required
+
 LAYOUTS: Final = {
     "yuv422": "uyvy",
     "uyvy": "uyvy",
@@ -31,8 +33,7 @@ def rgb_rows(encoding: str, width: int, rows: Any) -> Any:
 
     The result has the shape (height, width, 3). An odd last column or row has the colours of its neighbour.
     """
-    import numpy as np
-
+    np = required("numpy", "images in YUV need numpy", "numpy")
     order = LAYOUTS[encoding]
     if len(order) == 4:
         luma = rows[:, order.index("y") : 2 * width : 2]
@@ -49,7 +50,6 @@ def rgb_rows(encoding: str, width: int, rows: Any) -> Any:
 
 def _fitted(plane: Any, shape: tuple[int, int]) -> Any:
     """Repeat the last column and row of a plane, or cut the plane, so that it has the shape."""
-    import numpy as np
-
+    np = required("numpy", "images in YUV need numpy", "numpy")
     missing = [(0, max(0, want - have)) for want, have in zip(shape, plane.shape, strict=True)]
     return np.pad(plane, missing, "edge")[: shape[0], : shape[1]]

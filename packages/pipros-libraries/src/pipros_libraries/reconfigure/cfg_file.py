@@ -20,8 +20,8 @@ from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file, read_text
 from pipros.basics.posix import NEW_GROUP, kill_with_group
-from pipros.reconfigure import cache
-from pipros.reconfigure.generator import OUTPUT_VARIABLE
+from pipros_libraries.reconfigure import cache
+from pipros_libraries.reconfigure.generator import OUTPUT_VARIABLE
 
 TIME_LIMIT_S = 30.0
 """Default time limit for running a `.cfg` file."""

@@ -12,8 +12,12 @@ from functools import lru_cache
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
-from pipros.reconfigure.generator import TYPES
+from pipros_libraries.reconfigure.generator import TYPES
+
+EDIT_METHOD_CHARACTERS = 100_000
+"""Limit: the constants of one dynamic_reconfigure enum. Beyond it, the parameter is treated as if it had no
+constants.
+"""
 
 _TRUE = ("yes", "true", "t", "1")
 _LISTS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
@@ -151,10 +155,10 @@ def constants(edit_method: str) -> list[dict[str, Any]]:
     """Return the constants of an enum, ignoring malformed constants.
 
     The string comes from a peer, so only literals are parsed. Strings longer than
-    `Limits.edit_method_characters` are not parsed, because Python's parser needs about 360 bytes per
+    `EDIT_METHOD_CHARACTERS` are not parsed, because Python's parser needs about 360 bytes per
     character.
     """
-    if not edit_method or len(edit_method) > process_limits().edit_method_characters:
+    if not edit_method or len(edit_method) > EDIT_METHOD_CHARACTERS:
         return []
     return [dict(each) for each in _constants(edit_method)]
 

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pipros.reconfigure.cache import SOURCES, sources
+from pipros_libraries.reconfigure.cache import SOURCES, sources
 
 OUTPUT_VARIABLE = "PIPROS_CFG_OUTPUT"
 """Environment variable with the path of the file to which a `.cfg` program writes its declarations."""

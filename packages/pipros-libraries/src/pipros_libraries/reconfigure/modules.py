@@ -10,7 +10,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pipros.reconfigure.cfg_file import BadConfigFile, find, find_all, module_contents, parameters, read
+from pipros_libraries.reconfigure.cfg_file import (
+    BadConfigFile,
+    find,
+    find_all,
+    module_contents,
+    parameters,
+    read,
+)
 
 FindPackage = Callable[[str], Any]
 _SUFFIX = "Config"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import field, fields
 from typing import Any
 
-from pipros.libraries.reconfiguring.server import Setting
+from pipros_libraries.reconfiguring.server import Setting
 
 
 def tunable(

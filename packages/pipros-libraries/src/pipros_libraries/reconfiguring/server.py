@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.basics.errors import NotFound
-from pipros.libraries.nodes.params import read
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros_libraries.nodes.params import read
 
 Value = bool | int | float | str
 
@@ -63,7 +63,7 @@ class Setting:
     def read(self, value: Any) -> Value:
         """Return a parameter's value clamped to the bounds, or the default if it has another type.
 
-        Values are converted as in roscpp; see `pipros.libraries.nodes.params`.
+        Values are converted as in roscpp; see `pipros_libraries.nodes.params`.
         """
         low, high = self.bounds
         if isinstance(value, float) and not isinstance(self.default, bool | str):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from math import cos, sin
 
-from pipros.libraries.robot_model.urdf import Joint, Robot
-from pipros.libraries.transforms.pose import Pose, composed
+from pipros_libraries.robot_model.urdf import Joint, Robot
+from pipros_libraries.transforms.pose import Pose, composed
 
 MOVING = ("revolute", "continuous", "prismatic")
 

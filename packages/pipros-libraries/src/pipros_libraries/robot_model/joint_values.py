@@ -11,7 +11,7 @@ from math import isfinite, pi
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.robot_model.urdf import Joint, Robot
+from pipros_libraries.robot_model.urdf import Joint, Robot
 
 
 class MimicCircle(PiprosError, ValueError):

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
 from pipros.safe.tolerant_xml import parse_tolerantly
 from pipros.safe.xml import Element, XmlError
+from pipros_libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from pipros.libraries.robot_model.urdf import Joint, Robot
-from pipros.libraries.transforms.pose import roll_pitch_yaw
+from pipros_libraries.robot_model.urdf import Joint, Robot
+from pipros_libraries.transforms.pose import roll_pitch_yaw
 
 _DEEPEST: Final = 200
 """Depth from which lines are not indented further, so that the text of a long chain stays short."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pipros.libraries.robot_model.urdf import (
+from pipros.safe.xml import Element
+from pipros_libraries.robot_model.urdf import (
     UrdfError,
     Vector,
     optional_number,
@@ -14,8 +15,7 @@ from pipros.libraries.robot_model.urdf import (
     robot_element,
     vector_of,
 )
-from pipros.libraries.transforms.pose import Pose
-from pipros.safe.xml import Element
+from pipros_libraries.transforms.pose import Pose
 
 Color = tuple[float, float, float, float]
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
-from pipros.libraries.nodes.params import InvalidParameter
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_libraries.nodes.velocities import SILENCE_S
 
 LINEAR = ("x", "y", "z")
 ANGULAR = ("yaw", "pitch", "roll")
+REPEATS: Final = 3
+"""How often a joystick sends an unchanged state in a row before its silence counts as a failure."""
 
 
 def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dict[str, float]:
@@ -20,7 +24,8 @@ def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dic
     """
     given = value if isinstance(value, Mapping) else {first: value}
     for direction, number in given.items():
-        if direction not in known or isinstance(number, bool) or not isinstance(number, int | float):
+        is_number = isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
+        if direction not in known or not is_number:
             raise InvalidParameter(
                 f"{name} must be a number or map directions ({', '.join(known)}) to numbers, got {value!r}"
             )
@@ -81,6 +86,30 @@ class JoyCommands:
             return None
         self._is_moving = False
         return dict.fromkeys(LINEAR, 0.0), dict.fromkeys(ANGULAR, 0.0)
+
+
+class JoySilence:
+    """How long a joystick may be silent.
+
+    A joystick that repeats an unchanged state, as `joy_node` does with `~autorepeat_rate`, has failed if it
+    is silent for `SILENCE_S`. One that publishes changes only may be held still for any time.
+    """
+
+    def __init__(self, timeout_s: float | None = None) -> None:
+        """Create the rule. `timeout_s` replaces it for all joysticks."""
+        self._timeout_s = timeout_s
+        self._last: object = None
+        self._repeats = 0
+
+    def after(self, axes: Sequence[float], buttons: Sequence[int]) -> float:
+        """Record a state. Return the longest silence in seconds that may follow it."""
+        if self._timeout_s is not None:
+            return self._timeout_s
+        state = (*axes, *buttons)
+        if self._repeats < REPEATS:
+            self._repeats = self._repeats + 1 if state == self._last else 0
+        self._last = state
+        return SILENCE_S if self._repeats >= REPEATS else math.inf
 
 
 def _is_pressed(buttons: Sequence[int], number: int) -> bool:

@@ -13,12 +13,12 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.posix import READ
-from pipros.libraries.nodes.params import number, raw
-from pipros.libraries.teleoperation.joystick import EVENT, Joystick, StickChange
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.roscpp_program import roscpp_program
+from pipros_libraries.nodes.params import number, raw
+from pipros_libraries.teleoperation.joystick import EVENT, Joystick, StickChange
 
 RETRY_S: Final = 1.0
 POLL_S: Final = 0.1
@@ -77,7 +77,8 @@ class JoyPublisher:
         """Publish the state after each change, until the device is lost or the node is shut down.
 
         Button changes are published immediately. Axis changes are collected for `~coalesce_interval` and
-        published together. If `~autorepeat_rate` is set, an unchanged state is published at that rate.
+        published together. If `~autorepeat_rate` is set, an unchanged state is published at that rate. If the
+        device is lost, everything counts as released.
         """
         stick = Joystick(
             self.deadzone,
@@ -93,6 +94,9 @@ class JoyPublisher:
             if now_s >= self._due_s:
                 self._publish(stick)
                 self._due_s = now_s + self._repeat_s
+        if not self._node.is_ending and any((*stick.axes, *stick.buttons)):
+            stick.axes, stick.buttons = [0.0] * len(stick.axes), [0] * len(stick.buttons)
+            self._publish(stick)
 
     def _publish(self, stick: Joystick) -> None:
         message = self._message_class(axes=stick.axes, buttons=stick.buttons)

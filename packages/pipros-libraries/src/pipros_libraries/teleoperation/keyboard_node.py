@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.terminals import single_keys
-from pipros.libraries.nodes.params import number, raw
-from pipros.libraries.teleoperation.key_bindings import STOP, KeyedMotion
-from pipros.libraries.teleoperation.pressed_keys import pressed_keys
-from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.roscpp_program import roscpp_program
+from pipros_libraries.nodes.params import InvalidParameter, raw
+from pipros_libraries.nodes.velocities import VelocityOutput, checked_number, checked_rate
+from pipros_libraries.teleoperation.key_bindings import STOP, KeyedMotion
+from pipros_libraries.teleoperation.pressed_keys import pressed_keys
 
 TEXT: Final = f"""\
 Keys in this terminal steer the robot on cmd_vel.
@@ -43,13 +43,20 @@ CTRL_C: Final = "\x03"
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `teleop_twist_keyboard` until Ctrl-C is pressed, the input ends, or the node is shut down."""
-    with roscpp_program("teleop_twist_keyboard", "teleop_twist_keyboard", argv) as (node, _):
-        motion = _motion(node)
+    """Run `teleop_twist_keyboard` until Ctrl-C is pressed, the input ends, or the node is shut down.
+
+    Return 1 if a parameter is invalid.
+    """
+    with roscpp_program("teleop_twist_keyboard", "teleop_twist_keyboard", argv) as (node, log):
+        try:
+            motion = _motion(node)
+            rate_hz = checked_number(node, "repeat_rate", 0.0)
+            repeat_s = 1.0 / checked_rate("~repeat_rate", rate_hz) if rate_hz else math.inf
+            key_s = checked_number(node, "key_timeout", 0.5) or math.inf
+        except InvalidParameter as error:
+            log.critical("%s", error)
+            return 1
         publish = _publisher(node, motion)
-        rate = number(node, "repeat_rate", 0.0)
-        repeat_s = 1.0 / rate if rate > 0 else math.inf
-        key_s = number(node, "key_timeout", 0.5) or math.inf
 
         def stop() -> None:
             motion.press("")
@@ -64,12 +71,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _motion(node: Node) -> KeyedMotion:
-    return KeyedMotion(
-        number(node, "speed", 0.5),
-        number(node, "turn", 1.0),
-        number(node, "speed_limit", 1000.0),
-        number(node, "turn_limit", 1000.0),
-    )
+    limit, turn_limit = (checked_number(node, f"{kind}_limit", 1000.0) for kind in ("speed", "turn"))
+    speed, turn = checked_number(node, "speed", 0.5), checked_number(node, "turn", 1.0)
+    return KeyedMotion(min(speed, limit), min(turn, turn_limit), limit, turn_limit)
 
 
 def _steer(
@@ -108,11 +112,10 @@ def _publisher(node: Node, motion: KeyedMotion) -> Callable[[], None]:
     """Return a function that publishes the motion, with a timestamp if `~stamped` is true."""
     is_stamped = raw(node, "stamped", False) is True
     frame = str(raw(node, "frame_id", ""))
-    message_class: Any = load_message_class(f"geometry_msgs/{'TwistStamped' if is_stamped else 'Twist'}")
-    topic = node.advertise("cmd_vel", message_class, queue_size=1)
+    topic = VelocityOutput(node, "cmd_vel", f"geometry_msgs/{'TwistStamped' if is_stamped else 'Twist'}")
 
     def publish() -> None:
-        message = message_class()
+        message = topic.message()
         twist = message.twist if is_stamped else message
         if is_stamped:
             message.header.stamp, message.header.frame_id = stamp(node.clock), frame

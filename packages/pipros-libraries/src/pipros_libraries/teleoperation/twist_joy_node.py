@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.libraries.nodes.params import number, raw
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.wiring import advertise, subscribe
-from pipros.libraries.teleoperation.joy_commands import (
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros_libraries.nodes.params import number, raw
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.velocities import VelocityOutput, checked_number
+from pipros_libraries.nodes.wiring import subscribe
+from pipros_libraries.teleoperation.joy_commands import (
     ANGULAR,
     LINEAR,
     AxisMap,
     JoyCommands,
+    JoySilence,
     by_direction,
 )
-from pipros.msg import load_message_class
-from pipros.node import Node
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _steer(node: Node, log: logging.Logger) -> None:
-    """Publish the commands of `joy` on `cmd_vel`."""
+    """Publish the commands of `joy` on `cmd_vel`. Stop if its publisher ends or falls silent."""
     twist_class: Any = load_message_class("geometry_msgs/Twist")
     commands = JoyCommands(
         _axis_map(node, "linear", 1, LINEAR, (0.5, 1.0)),
@@ -34,9 +37,12 @@ def _steer(node: Node, log: logging.Logger) -> None:
         int(number(node, "enable_button", 0)),
         int(number(node, "enable_turbo_button", -1)),
     )
-    topic = advertise(node, "cmd_vel", "geometry_msgs/Twist")
+    timeout_s = checked_number(node, "joy_timeout", -1.0, least=-math.inf)
+    silence = JoySilence(None if timeout_s < 0 else timeout_s or math.inf)
+    topic = VelocityOutput(node, "cmd_vel")
 
     def steer(joy: Any) -> None:
+        topic.silence_s = silence.after(joy.axes, joy.buttons)
         command = commands.command(joy.axes, joy.buttons)
         if command is None:
             return
@@ -46,7 +52,7 @@ def _steer(node: Node, log: logging.Logger) -> None:
         twist.angular.z, twist.angular.y, twist.angular.x = (angular[name] for name in ANGULAR)
         topic.publish(twist)
 
-    subscribe(node, "joy", "sensor_msgs/Joy", steer)
+    topic.follow(subscribe(node, "joy", "sensor_msgs/Joy", steer))
     log.info("Teleop enable button %i.", commands.enable_button)
     if commands.turbo_button >= 0:
         log.info("Turbo on button %i.", commands.turbo_button)

@@ -14,15 +14,16 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.markers.state import Markers
-from pipros.libraries.nodes.params import is_number, number, private, raw
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, subscribe
-from pipros.libraries.transforms.pose import Vector, roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
+from pipros_libraries.markers.state import Markers
+from pipros_libraries.nodes.params import is_number, number, private, raw
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.velocities import SILENCE_S, VelocityOutput, check_axis, checked_number
+from pipros_libraries.nodes.wiring import advertise, subscribe
+from pipros_libraries.transforms.pose import Vector, roll_pitch_yaw
 
 NAMESPACE: Final = "twist_marker_server"
 KEEP_ALIVE_S: Final = 0.5
@@ -42,7 +43,7 @@ class Scales:
     Attributes:
         linear: by axis, the velocity per metre, and its lowest and highest value.
         angular: angular velocity per radian.
-        greatest_turn: the limit of the angular velocity.
+        greatest_turn: the magnitude of the limit of the angular velocity.
     """
 
     linear: Mapping[str, tuple[float, float, float]]
@@ -55,12 +56,17 @@ class Scales:
         for axis, (scale, low, high) in self.linear.items():
             index = "xyz".index(axis)
             found[index] = max(min(scale * position[index], high), low)
-        limit = abs(self.greatest_turn)
-        return (found[0], found[1], found[2]), max(min(self.angular * yaw, limit), -limit)
+        return (found[0], found[1], found[2]), max(
+            min(self.angular * yaw, self.greatest_turn), -self.greatest_turn
+        )
 
 
 def read_scales(node: Node, log: logging.Logger) -> Scales:
-    """Read the parameters. Linear ones are numbers for the axis x, or mappings from axes to numbers."""
+    """Read the parameters. Linear ones are numbers for the axis x, or mappings from axes to numbers.
+
+    Raises:
+        InvalidParameter: a limit is not finite, or below its least value.
+    """
     defaults = {
         "linear_scale": 1.0,
         "max_negative_linear_velocity": -1.0,
@@ -75,7 +81,10 @@ def read_scales(node: Node, log: logging.Logger) -> Scales:
                 axis,
             )
     linear = {axis: (scales[axis], low.get(axis, 0.0), high.get(axis, 0.0)) for axis in scales}
-    return Scales(linear, number(node, "angular_scale", 2.2), number(node, "max_angular_velocity", 2.2))
+    for _, least, greatest in linear.values():
+        check_axis(("~max_negative_linear_velocity", least), ("~max_positive_linear_velocity", greatest))
+    turn = checked_number(node, "angular_scale", 2.2, least=-math.inf)
+    return Scales(linear, turn, checked_number(node, "max_angular_velocity", 2.2))
 
 
 def _by_axis(node: Node, log: logging.Logger, name: str, default: float) -> dict[str, float]:
@@ -103,7 +112,7 @@ class TwistMarker:
         self._marker = self._make_marker()
         self._markers.insert(self._marker)
         self._markers.set_callback(self._marker.name, self._drive, None)
-        self._commands = advertise(node, "~cmd_vel", "geometry_msgs/Twist")
+        self._commands = VelocityOutput(node, "~cmd_vel", silence_s=SILENCE_S)
         init = "visualization_msgs/InteractiveMarkerInit"
         self._full = advertise(node, f"{NAMESPACE}/update_full", init, 100, latch=True)
         self._update = advertise(

@@ -9,14 +9,15 @@ from functools import partial
 from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.nodes.params import raw
-from pipros.libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource, sources
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.rate import Timer
 from pipros.node.roscpp_program import roscpp_program
+from pipros_libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros_libraries.nodes.params import raw
+from pipros_libraries.nodes.velocities import VelocityOutput
+from pipros_libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource, sources
 
 DIAGNOSTICS_S: Final = 1.0
 CHECK_NS: Final = NS_PER_S // 10
@@ -28,39 +29,53 @@ class TwistMux:
 
     def __init__(self, node: Node, inputs: Sequence[VelocitySource], locks: Sequence[VelocitySource]) -> None:
         """Advertise and subscribe. Blocks until the master answers."""
-        twist = self._twist = load_message_class("geometry_msgs/Twist")
+        twist: Any = load_message_class("geometry_msgs/Twist")
         flag: Any = load_message_class("std_msgs/Bool")
         self._mux = VelocityMux(inputs, locks)
         self._clock = node.clock
         self._lock = threading.Lock()
-        self._output = node.advertise("cmd_vel_out", twist, queue_size=1)
+        self._output = VelocityOutput(node, "cmd_vel_out")
         for each in locks:
             node.subscribe(each.topic, flag, partial(self._on_lock, each), queue_size=1)
-        for each in inputs:
-            node.subscribe(each.topic, twist, partial(self._on_velocity, each), queue_size=1)
+        self._inputs = {
+            each.topic: node.subscribe(each.topic, twist, partial(self._on_velocity, each), queue_size=1)
+            for each in inputs
+        }
         self._moving: VelocitySource | None = None
-        self._timer = Timer(node.clock, CHECK_NS, lambda _: self._halt_if_silent(), reset=True)
+        self._is_locked = False
+        self._timer = Timer(node.clock, CHECK_NS, lambda _: self._check(), reset=True)
 
     def _on_velocity(self, one: VelocitySource, message: Any) -> None:
         with self._lock:
             if self._mux.passes(one, self._now_s()):
                 self._output.publish(message)
-                self._moving = None if message == self._twist() else one
+                self._moving, self._is_locked = one if self._output.is_moving else None, False
 
     def _on_lock(self, one: VelocitySource, message: Any) -> None:
         with self._lock:
             self._mux.lock(one, bool(message.data), self._now_s())
+        self._check()
 
-    def _halt_if_silent(self) -> None:
+    def _check(self) -> None:
         """Publish a zero velocity, once, if no source is in charge of the last velocity any more.
 
-        Without it, a base that holds its last command would drive on.
+        While a lock masks that source, repeat it. Without it, a base that holds its last command would drive
+        on.
         """
         with self._lock:
-            if self._moving is not None:
-                self._moving = self._mux.in_charge(self._moving, self._now_s())
+            now_s = self._now_s()
+            if self._moving is not None and self._mux.is_masked(self._moving, now_s):
+                self._is_locked, self._moving = True, None
+            self._is_locked = self._is_locked and self._mux.level(now_s) > 0
+            if self._is_locked:
+                self._output.hold()
+            elif self._moving is not None:
+                if self._inputs[self._moving.topic].connection_count:
+                    self._moving = self._mux.in_charge(self._moving, now_s)
+                else:  # its publisher has ended
+                    self._moving = None
                 if self._moving is None:
-                    self._output.publish(self._twist())
+                    self._output.stop()
 
     def values(self) -> dict[str, str]:
         """Return the state of inputs and locks for diagnostics."""

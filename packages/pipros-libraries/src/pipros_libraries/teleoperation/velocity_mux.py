@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
+from pipros_libraries.nodes.velocities import SILENCE_S
 
 SOURCES: Final = 100
 """Maximum number of inputs, and of locks."""
@@ -45,6 +46,10 @@ class VelocitySource:
     def is_expired(self, now_s: float) -> bool:
         """Return whether the timeout has passed, or time has moved back behind the last message."""
         return self.timeout_s > 0 and not 0 <= now_s - self.received_s <= self.timeout_s
+
+    def speaks(self, now_s: float) -> bool:
+        """Return whether the next message is near: the source will replace the velocity of another one."""
+        return not self.is_expired(now_s) and 0 <= now_s - self.received_s <= SILENCE_S
 
     def __str__(self) -> str:
         return f"(listening to {self.topic} @ {self.timeout_s:.6f}s with priority #{self.priority})"
@@ -121,6 +126,10 @@ class VelocityMux:
         """Return the highest priority of the active locks, or 0."""
         return max((lock.priority for lock in self.locks if self.is_locked(lock, now_s)), default=0)
 
+    def is_masked(self, one: VelocitySource, now_s: float) -> bool:
+        """Return whether an active lock masks an input."""
+        return one.priority < self.level(now_s)
+
     def unmasked(self, now_s: float) -> list[VelocitySource]:
         """Return the inputs that are neither expired nor masked by a lock."""
         level = self.level(now_s)
@@ -134,10 +143,12 @@ class VelocityMux:
     def in_charge(self, moving: VelocitySource, now_s: float) -> VelocitySource | None:
         """Return the input in charge after a velocity from `moving`, or None.
 
-        It is `moving` until it expires, then the selected input: its next velocity replaces the last one, or
-        it expires, too.
+        It is `moving` until it expires, then the selected input, if its next velocity is near.
         """
-        return self.winner(now_s) if moving.is_expired(now_s) else moving
+        if not moving.is_expired(now_s):
+            return moving
+        selected = self.winner(now_s)
+        return selected if selected and selected.speaks(now_s) else None
 
     def values(self, now_s: float) -> dict[str, str]:
         """Return the state of inputs and locks in the format of twist_mux's diagnostics."""

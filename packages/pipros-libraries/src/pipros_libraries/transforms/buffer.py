@@ -8,27 +8,35 @@ from __future__ import annotations
 
 from threading import Lock
 
-from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
-from pipros.libraries.transforms.chain import CHAIN_BYTES, Chain, LookupTimes, find_chain
-from pipros.libraries.transforms.errors import (
+from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.chain import CHAIN_BYTES, Chain, LookupTimes, find_chain
+from pipros_libraries.transforms.errors import (
     ConnectivityException,
     InvalidArgumentException,
     LookupException,
     TransformException,
 )
-from pipros.libraries.transforms.formatting import (
+from pipros_libraries.transforms.formatting import (
     edges,
     frames_as_dot,
     frames_as_html,
     frames_as_string,
     frames_as_yaml,
 )
-from pipros.libraries.transforms.history import MovingFrame, StaticFrame
-from pipros.libraries.transforms.pose import IDENTITY, Pose, compose_via_matrices
-from pipros.libraries.transforms.tree import Frames, find_path, latest_common_time
-from pipros.libraries.transforms.waiter import TransformWaiter
-from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.history import MovingFrame, StaticFrame
+from pipros_libraries.transforms.pose import IDENTITY, Pose, compose_via_matrices
+from pipros_libraries.transforms.tree import Frames, find_path, latest_common_time
+from pipros_libraries.transforms.waiter import TransformWaiter
+
+TRANSFORM_CHAINS_BYTES = 4 * 1024 * 1024
+"""Limit: the approximate size of the paths between frames that one tf buffer remembers. Beyond it, the tf
+buffer discards all cached paths between frames, and searches each again at its next lookup.
+"""
+TRANSFORM_BYTES = 1024 * 1024 * 1024
+"""Limit: the approximate size of the frames and transforms in one tf buffer. Beyond it, a new frame is
+refused (`TF_NO_ROOM`); an existing frame loses the older half of its transforms.
+"""
 
 DEFAULT_LENGTH = 10 * NS_PER_S
 _FRAME_BYTES = 1_000
@@ -42,18 +50,17 @@ NORM_TOLERANCE = 10e-3
 class TransformBuffer:
     """Buffer for static transforms and for the transforms of the last `length` nanoseconds.
 
-    `Limits.transform_bytes` limits the total size of all transforms. If a new transform would exceed it, the
+    `limit_bytes` limits the total size of all transforms. If a new transform would exceed it, the
     older half of its frame's transforms is dropped; if the transform would also add a frame, it is rejected.
 
     Attributes:
         waiter: lets threads wait for transforms in this buffer.
     """
 
-    def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
+    def __init__(self, length: int = DEFAULT_LENGTH, limit_bytes: int | None = None) -> None:
         self.length = length
-        limits = limits or process_limits()
-        self._limit_bytes = limits.transform_bytes
-        self._chains_limit_bytes = limits.transform_chains_bytes
+        self._limit_bytes = TRANSFORM_BYTES if limit_bytes is None else limit_bytes
+        self._chains_limit_bytes = TRANSFORM_CHAINS_BYTES
         self._size_bytes = 0
         self._lock = Lock()
         self._frames: Frames = {}
@@ -91,7 +98,7 @@ class TransformBuffer:
                 added = sum(_FRAME_BYTES + len(name) for name in (parent, child) if name not in frames)
                 if self._size_bytes + added > self._limit_bytes:
                     what = f"TF_NO_ROOM there are too many transforms for frame {printable(child, _SHOWN)}"
-                    return [f"{what}: {limit_text('transform_bytes', self._limit_bytes)}"]
+                    return [f"{what}: the limit is {self._limit_bytes} bytes"]
                 self._size_bytes += added
                 if frame is None:
                     frame = StaticFrame() if is_static else MovingFrame(self.length)

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 
-from pipros.libraries.transforms.history import FrameHistory
-from pipros.libraries.transforms.pose import Pose, interpolate, joined
-from pipros.libraries.transforms.tree import MAX_DEPTH, Frames
+from pipros_libraries.transforms.history import FrameHistory
+from pipros_libraries.transforms.pose import Pose, interpolate, joined
+from pipros_libraries.transforms.tree import MAX_DEPTH, Frames
 
 CHAIN_BYTES = 1_600
 """Estimated memory per pair of frames and its results, excluding its steps."""

@@ -8,7 +8,7 @@ from math import acos, hypot, inf, sqrt
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.transforms.pose import Pose
+from pipros_libraries.transforms.pose import Pose
 
 
 class BadFramePair(PiprosError, ValueError):

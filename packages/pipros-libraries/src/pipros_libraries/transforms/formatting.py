@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import degrees
 
 from pipros.basics.html_table import html_table
-from pipros.libraries.transforms.history import FrameHistory, MovingFrame
-from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.history import FrameHistory, MovingFrame
+from pipros_libraries.transforms.pose import Pose, roll_pitch_yaw
 
 Frames = Mapping[str, FrameHistory | None]
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import Protocol
 
-from pipros.libraries.transforms.pose import Pose, interpolate
 from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.pose import Pose, interpolate
 
 _POSE_BYTES = 350
 """Estimated memory per pose, excluding the parent's name."""

@@ -9,13 +9,13 @@ from typing import Any, Final
 
 from pipros.basics.errors import Interrupted
 from pipros.basics.throttle import Throttle
-from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.messages import in_ns, pose_of_transform
-from pipros.libraries.transforms.pose import Pose
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
+from pipros_libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.messages import in_ns, pose_of_transform
+from pipros_libraries.transforms.pose import Pose
 
 Deliver = Callable[[Any], object]
 
@@ -35,7 +35,7 @@ class TransformListener:
 
     def __init__(self, node: Node, length_ns: int = DEFAULT_LENGTH) -> None:
         """Subscribe. Blocks until the master answers."""
-        self.buffer = TransformBuffer(length_ns, limits=node.limits)
+        self.buffer = TransformBuffer(length_ns)
         self.problems: Callable[[str], object] = node.log.debug
         self._node = node
         self._now_ns = self._left_ns = self._ahead_ns = 0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector
 from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.pose import IDENTITY, Pose, Vector
 
 
 def vector_of(message: Any) -> Vector:

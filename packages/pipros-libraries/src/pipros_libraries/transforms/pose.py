@@ -6,7 +6,7 @@ first.
 
 The package `matrices` offers similar functions, with the formulas and numpy arrays of `tf.transformations`.
 Lookups cannot use them, because lookups must not require numpy (an extra that is slow to import), and their
-results must equal tf2's bit for bit. `tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the
+results must equal tf2's bit for bit. `tests/unit/transforms/test_pose_and_matrices.py` compares the
 two.
 """
 

@@ -5,10 +5,10 @@ A frame without a parent is a root. Checks are made, and errors raised, in the s
 
 from __future__ import annotations
 
-from pipros.libraries.transforms.errors import ConnectivityException, ExtrapolationException, LookupException
-from pipros.libraries.transforms.formatting import frames_as_string
-from pipros.libraries.transforms.history import FrameHistory
-from pipros.libraries.transforms.pose import Pose, joined
+from pipros_libraries.transforms.errors import ConnectivityException, ExtrapolationException, LookupException
+from pipros_libraries.transforms.formatting import frames_as_string
+from pipros_libraries.transforms.history import FrameHistory
+from pipros_libraries.transforms.pose import Pose, joined
 
 MAX_DEPTH = 1000
 """Maximum number of frames on a path. As in tf2, a longer path is reported as a loop."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import atan2, sqrt
 
-from pipros.libraries.transforms.pose import Pose, Vector, composed, inverted, normalized, rotate
 from pipros.msg.time import NS_PER_S
+from pipros_libraries.transforms.pose import Pose, Vector, composed, inverted, normalized, rotate
 
 _EARLIEST = 100_000
 """Start of the earliest interval. It is not 0, because 0 would mean the latest common time."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from pathlib import Path
 
 from pipros.basics.input_file import read_text
-from pipros.basics.windows import file_url, replace_file
-from pipros.libraries.vision.calibration import Calibration, CalibrationError, formatted, parse
+from pipros.basics.replaced_file import write_whole
+from pipros.basics.windows import file_url
+from pipros_libraries.vision.calibration import Calibration, CalibrationError, formatted, parse
 
 FILE, PACKAGE = "file://", "package://"
 
@@ -37,15 +39,7 @@ def save(path: str, calibration: Calibration) -> None:
     """
     text = formatted(calibration, path)
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-    unfinished = f"{path}.{os.getpid()}.unfinished"
-    try:
-        with open(unfinished, "w", encoding="utf-8") as file:
-            file.write(text)
-        replace_file(unfinished, path)
-    except OSError:
-        if os.path.exists(unfinished):
-            os.unlink(unfinished)
-        raise
+    write_whole(Path(path), text.encode())
 
 
 def resolved(url: str, camera_name: str, environment: Mapping[str, str]) -> tuple[str, list[str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.vision.opencv import opencv
+from pipros_libraries.vision.opencv import opencv
 
 cv2 = opencv("usb_cam")
 

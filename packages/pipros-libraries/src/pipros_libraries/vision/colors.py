@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.libraries.vision.extras import numpy as np
-from pipros.pictures.encodings import Color
+from pipros_libraries.pictures.encodings import Color
+from pipros_libraries.vision.extras import numpy as np
 
 _PLACES = {Color.RGB: (0, 1, 2), Color.BGR: (2, 1, 0), Color.RGBA: (0, 1, 2, 3), Color.BGRA: (2, 1, 0, 3)}
 """Index in (red, green, blue, alpha) of each channel of an image."""
@@ -41,7 +41,9 @@ def is_supported(color: Color, target: Color) -> bool:
 
 
 def converted(image: Any, color: Color, target: Color) -> Any:
-    """Convert an image of shape (height, width[, channels]), uint8 or uint16, to another pixel format.
+    """Convert an image of shape (height, width[, channels]) to another pixel format.
+
+    Values are uint8 or uint16; floats, of which 1 is white, are also converted between grey, RGB and BGR.
 
     Raises:
         ValueError: the conversion is not supported (see `is_supported`).
@@ -58,6 +60,9 @@ def converted(image: Any, color: Color, target: Color) -> Any:
         return _arranged((image, image, image, _opaque(image)), target)
     red, green, blue = (image[:, :, _PLACES[color].index(place)] for place in range(3))
     if target is Color.GRAY:
+        if image.dtype.kind == "f":
+            weights = (weight / (1 << _GRAY_SHIFT) for weight in _GRAY)
+            return sum(part * weight for part, weight in zip((red, green, blue), weights, strict=True))
         # The weighted sum fits into 31 bits even for 16-bit values.
         total = red.astype(np.int32) * _GRAY[0]
         total += green.astype(np.int32) * _GRAY[1]
@@ -74,7 +79,8 @@ def _descaled(values: Any, shift: int) -> Any:
 
 
 def _opaque(channel: Any) -> Any:
-    return np.full(channel.shape, np.iinfo(channel.dtype).max, channel.dtype)
+    white = 1 if channel.dtype.kind == "f" else np.iinfo(channel.dtype).max
+    return np.full(channel.shape, white, channel.dtype)
 
 
 def _arranged(parts: tuple[Any, Any, Any, Any], target: Color) -> Any:

@@ -12,12 +12,12 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.vision.conversions import convert
-from pipros.libraries.vision.extras import numpy as np
-from pipros.pictures.codecs import Codec
-from pipros.pictures.compressed import DEPTH_HEADER, pixels_of
-from pipros.pictures.encodings import COLORS, Color, encoding
-from pipros.pictures.errors import PictureError
+from pipros_libraries.pictures.codecs import Codec
+from pipros_libraries.pictures.compressed import DEPTH_HEADER, pixels_of
+from pipros_libraries.pictures.encodings import COLORS, Color, encoding
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.vision.conversions import convert
+from pipros_libraries.vision.extras import numpy as np
 
 _HAS_COLORS = (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
 _JPEG_TO_16_BITS = 256
@@ -183,10 +183,12 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
             return image, _encoding_of_picture(image)
         if "jpeg" in how and encoding(name).bits == 16 and image.dtype == np.uint8:
             image = image.astype(np.uint16) * _JPEG_TO_16_BITS
-        if name in COLORS and COLORS[name].color in _HAS_COLORS and image.ndim == 3:
-            order = "bgr" if "compressed bgr" in how else "rgb"
-            letters = f"{order}a" if image.shape[2] == 4 else order
-            image = convert(image, f"{letters}{image.dtype.itemsize * 8}", name)
+        color = COLORS[name].color if name in COLORS else None
+        if color in _HAS_COLORS or (color is Color.GRAY and image.ndim == 3):
+            actual = _encoding_of_picture(image)
+            if color in _HAS_COLORS and "compressed bgr" not in how:
+                actual = actual.replace("bgr", "rgb")
+            image = convert(image, actual, name)
     except (PictureError, RuntimeError) as error:
         raise CompressionError(str(error)) from error
     return image, name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.libraries.vision.extras import numpy as np
+from pipros_libraries.vision.extras import numpy as np
 
 COUNTS = (4, 5, 8, 12, 14)
 """Valid numbers of coefficients.

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.libraries.actions.goal_server import REPLACED, GoalServer
-from pipros.libraries.actions.server_goal import GoalEvent
-from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
+from pipros_libraries.actions.goal_server import REPLACED, STATUSES_AT_ONCE, GoalServer
+from pipros_libraries.actions.server_goal import GoalEvent
+from pipros_libraries.actions.status import Status
 
 GOAL: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")
 CANCEL: Any = load_message_class("actionlib_msgs/GoalID")
@@ -159,3 +159,42 @@ def test_too_many_goals_are_rejected() -> None:
         ("b", Status.REJECTED, "this action server has too many goals, or the goal ID is too long")
     ]
     assert server.node.warnings == ["a goal is rejected: there are too many goals, or its ID is too long"]
+
+
+def test_goals_are_accepted_and_ended_ones_forgotten_after_the_time_has_moved_back() -> None:
+    server = Server()
+    server.send("old", stamp_s=9)
+    server.goals.accept()
+    server.goals.end(GoalEvent.SUCCEED, "")
+    server.send("waiting", stamp_s=10)
+    server.cancel(stamp_s=8)
+    server.node.now_s = 2
+    server.send("new", stamp_s=1)
+    assert server.results[1:] == [("waiting", Status.RECALLED, REPLACED)]
+    server.goals.accept()
+    server.tick()
+    assert server.statuses == {"waiting": Status.RECALLED, "new": Status.ACTIVE}
+
+
+def test_a_flood_of_goals_lists_each_in_the_periodic_status_only() -> None:
+    server = Server()
+    names = [f"goal {index}" for index in range(3 * STATUSES_AT_ONCE)]
+    for name in names:
+        server.send(name)
+        server.goals.accept()
+    listed = server.node.sent["move_base/status"]
+    count = len(listed)
+    assert sum(len(each.status_list) for each in listed) < 2 * STATUSES_AT_ONCE**2 + STATUSES_AT_ONCE
+    assert [name for name, status, _ in server.results if status == Status.PREEMPTED] == names[:-1]
+    server.tick()
+    assert len(listed) == count + 1
+    assert server.statuses == dict.fromkeys(names[:-1], Status.PREEMPTED) | {names[-1]: Status.ACTIVE}
+
+
+def test_a_published_status_does_not_change_afterwards() -> None:
+    server = Server()
+    server.send("a")
+    server.goals.accept()
+    accepted = server.node.sent["move_base/status"][-1].status_list[0]
+    server.goals.end(GoalEvent.SUCCEED, "there")
+    assert (accepted.status, server.statuses) == (Status.ACTIVE, {"a": Status.SUCCEEDED})

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.libraries.actions.client_goal import TRANSITIONS, ClientGoal, ClientGoalState
-from pipros.libraries.actions.server_goal import TRANSITIONS as SERVER_TRANSITIONS
-from pipros.libraries.actions.server_goal import GoalEvent, after, why_not
-from pipros.libraries.actions.status import TERMINAL, Status
+from pipros_libraries.actions.client_goal import TRANSITIONS, ClientGoal, ClientGoalState
+from pipros_libraries.actions.server_goal import TRANSITIONS as SERVER_TRANSITIONS
+from pipros_libraries.actions.server_goal import GoalEvent, after, why_not
+from pipros_libraries.actions.status import TERMINAL, Status
 
 
 def test_a_goal_that_succeeds_goes_through_all_states() -> None:

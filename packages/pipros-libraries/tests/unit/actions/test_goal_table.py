@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from pipros.libraries.actions.goal_table import GoalTable, append_goal
+from pipros_libraries.actions.goal_table import GoalTable, append_goal
 
 
 @dataclass

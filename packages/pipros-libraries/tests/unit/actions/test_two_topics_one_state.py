@@ -11,9 +11,9 @@ import actionlib.action_client
 import actionlib.simple_action_client
 import rospy
 from actionlib.action_client import GoalManager
-from pipros.libraries.actions.client_goal import LOST_RESULT_S
-from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
+from pipros_libraries.actions.client_goal import LOST_RESULT_S
+from pipros_libraries.actions.status import Status
 
 Action: Any = load_message_class("actionlib/TestAction")
 Goal: Any = load_message_class("actionlib/TestGoal")

@@ -9,7 +9,7 @@ import pytest
 
 import rospy
 from bondpy import bondpy
-from pipros.libraries.bonds.life import NEXT, BondEvent, BondState, Life
+from pipros_libraries.bonds.life import NEXT, BondEvent, BondState, Life
 from smclib import statemap
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from threading import Thread
 
-from pipros.libraries.bonds.life import BondEvent, BondState
-from pipros.libraries.bonds.side import BondSide
+from pipros_libraries.bonds.life import BondEvent, BondState
+from pipros_libraries.bonds.side import BondSide
 from tests.support.waiting import wait_until
 
 SOON_S, NEVER_S = 0.001, 3600.0

@@ -6,12 +6,11 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.diagnostics.aggregation import Aggregation, whole_level
-from pipros.libraries.diagnostics.analyzers import BadAnalyzer
-from pipros.libraries.diagnostics.csv_rows import CsvColumns, file_names
-from pipros.libraries.diagnostics.items import ERROR, OK, STALE, WARN, ComponentStatus, output_name
-from pipros.libraries.diagnostics.listing import listed
-from pipros.libraries.diagnostics.matched_items import ITEM_LIMIT, Items
+from pipros_libraries.diagnostics.aggregation import Aggregation, whole_level
+from pipros_libraries.diagnostics.analyzers import ITEM_LIMIT, BadAnalyzer, Items
+from pipros_libraries.diagnostics.csv_rows import CsvColumns, file_names
+from pipros_libraries.diagnostics.items import ERROR, OK, STALE, WARN, ComponentStatus, output_name
+from pipros_libraries.diagnostics.listing import listed
 
 ROBOT = {
     "motors": {

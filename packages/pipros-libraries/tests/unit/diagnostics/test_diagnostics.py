@@ -7,9 +7,9 @@ import math
 import pytest
 
 import diagnostic_updater as du
-from pipros.libraries.diagnostics.frequency import EventWindow, judged
-from pipros.libraries.diagnostics.stamps import StampDelays
-from pipros.libraries.diagnostics.summaries import merged
+from pipros_libraries.diagnostics.frequency import EventWindow, judged
+from pipros_libraries.diagnostics.stamps import StampDelays
+from pipros_libraries.diagnostics.summaries import merged
 
 
 def test_a_window_covers_the_last_reports() -> None:

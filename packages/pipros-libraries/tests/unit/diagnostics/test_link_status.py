@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
 from pipros.msg.time import Time
+from pipros_libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
 
 
 class Topic:

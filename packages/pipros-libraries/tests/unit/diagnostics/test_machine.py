@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from diagnostic_common_diagnostics.nodes import hd_monitor, sensors_monitor
-from pipros.libraries.diagnostics import sntp
-from pipros.libraries.diagnostics.items import ERROR, OK, WARN
-from pipros.libraries.diagnostics.machine import (
+from pipros_libraries.diagnostics import sntp
+from pipros_libraries.diagnostics.items import ERROR, OK, WARN
+from pipros_libraries.diagnostics.machine import (
     BadReading,
     DiskHeat,
     DiskSpace,

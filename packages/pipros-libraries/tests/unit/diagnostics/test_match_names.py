@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.libraries.diagnostics import match_names
+from pipros_libraries.diagnostics import match_names
 
 QUESTIONS = {
     ("motor [0-9]+", "motor 12"): True,

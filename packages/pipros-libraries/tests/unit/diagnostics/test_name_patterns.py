@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.diagnostics.name_patterns import NAME_CHARACTERS, NamePatterns
+from pipros_libraries.diagnostics.name_patterns import NAME_CHARACTERS, NamePatterns
 
 
 def test_whole_names_are_matched_by_any_pattern() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.libraries.filters.history import MessageHistory, Sequencer
-from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
+from pipros_libraries.filters.history import MessageHistory, Sequencer
+from pipros_libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
 
 
 class Inputs:
@@ -91,7 +91,7 @@ def first_by_trying_all(candidates: list[list[int]], slop: int) -> list[int] | N
 def test_the_first_combination_equals_that_of_an_exhaustive_search(
     candidates: list[list[int]], slop: int
 ) -> None:
-    from pipros.libraries.filters.synchronizer import _first_within
+    from pipros_libraries.filters.synchronizer import _first_within
 
     assert _first_within(candidates, slop) == first_by_trying_all(candidates, slop)
 
@@ -118,3 +118,13 @@ def test_a_sequencer_forwards_messages_in_order_after_the_delay() -> None:
     assert sequencer.due(20) == [12, 15]  # 10 was the oldest of four
     sequencer.add(14, "late")
     assert sequencer.due(99) == [20]
+
+
+def test_a_sequencer_starts_again_if_the_time_moves_back() -> None:
+    sequencer = Sequencer(delay=5, queue_size=3)
+    for stamp in (90, 99):
+        sequencer.add(stamp, stamp)
+    assert sequencer.due(95) == [90]
+    assert sequencer.due(1) == []
+    sequencer.add(2, 2)
+    assert sequencer.due(10) == [2]

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.libraries.maps.errors import BadMapDescription, BadMapImage, NoMapFile
-from pipros.libraries.maps.map_file import MapDescription, description_text, grid_pixels, make_grid, read_map
-from pipros.pictures.planes import Picture
+from pipros_libraries.maps.errors import BadMapDescription, BadMapImage, NoMapFile
+from pipros_libraries.maps.map_file import MapDescription, description_text, grid_pixels, make_grid, read_map
+from pipros_libraries.pictures.planes import Picture
 
 GOOD = """image: map.pgm
 resolution: 0.1

@@ -11,7 +11,7 @@ from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerFeedback
 
 import rospy
 from interactive_markers.menu_handler import MenuHandler
-from pipros.libraries.markers.state import Markers
+from pipros_libraries.markers.state import Markers
 
 Feedback = InteractiveMarkerFeedback
 

@@ -4,7 +4,7 @@ import threading
 from types import SimpleNamespace
 from typing import Any
 
-from pipros.libraries.nodelets.input_watch import SAMPLES, InputWatch
+from pipros_libraries.nodelets.hosting import SAMPLES, InputWatch
 from tests.support.nodes import listening_log
 from tests.support.waiting import wait_until
 

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image, PngImagePlugin
 
 from pipros.msg import load_message_class
-from pipros.pictures.drawn import SIDE, colours, encoded, picture_of, plot
-from pipros.pictures.errors import PictureError
+from pipros_libraries.pictures.drawn import SIDE, colours, encoded, picture_of, plot
+from pipros_libraries.pictures.errors import PictureError
 
 ImageMsg: Any = load_message_class("sensor_msgs/Image")
 CompressedImage: Any = load_message_class("sensor_msgs/CompressedImage")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.pictures.encodings import COLORS, Color, encoding, shown_encoding
+from pipros_libraries.pictures.encodings import COLORS, Color, encoding, shown_encoding
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.pictures.errors import PictureError
-from pipros.pictures.pgm import read_pgm, write_pgm
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.pgm import read_pgm, write_pgm
 
 
 def test_a_written_pgm_is_read() -> None:

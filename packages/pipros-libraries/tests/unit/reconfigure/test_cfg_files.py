@@ -18,9 +18,9 @@ from dynamic_reconfigure.encoding import (
 )
 from pipros.msg.importing.hook import PackageFinder
 from pipros.packages import cache_folder
-from pipros.reconfigure import cache
-from pipros.reconfigure.cfg_file import BadConfigFile, find, module_contents, read
-from pipros.reconfigure.generator import ParameterGenerator
+from pipros_libraries.reconfigure import cache
+from pipros_libraries.reconfigure.cfg_file import BadConfigFile, find, module_contents, read
+from pipros_libraries.reconfigure.generator import ParameterGenerator
 from tests.support.waiting import wait_until
 
 HEAD = "from dynamic_reconfigure.parameter_generator_catkin import *\ngen = ParameterGenerator()\n"

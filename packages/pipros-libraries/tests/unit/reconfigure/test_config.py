@@ -8,7 +8,13 @@ from typing import Any
 
 import pytest
 
-from pipros.reconfigure.config import BadValue, change_fields, constants, decode_description, get_tree
+from pipros_libraries.reconfigure.config import (
+    BadValue,
+    change_fields,
+    constants,
+    decode_description,
+    get_tree,
+)
 
 PARAMETER: dict[str, Any] = {"min": "", "max": "", "default": "", "level": 0, "description": ""}
 ENUM = (

@@ -4,8 +4,8 @@ from math import cos, pi, sin
 
 import pytest
 
-from pipros.libraries.robot_model.joint_poses import JointFrames, pose_of
-from pipros.libraries.robot_model.urdf import Joint, Mimic, Robot
+from pipros_libraries.robot_model.joint_poses import JointFrames, pose_of
+from pipros_libraries.robot_model.urdf import Joint, Mimic, Robot
 
 LINKS = ("base", "upper", "lower", "tool", "cart", "eye")
 TURN = Joint("turn", "revolute", "base", "upper", origin=(1, 0, 0, 0, 0, sin(pi / 4), cos(pi / 4)))

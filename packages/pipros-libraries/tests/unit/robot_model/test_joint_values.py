@@ -5,8 +5,8 @@ from math import pi
 
 import pytest
 
-from pipros.libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
-from pipros.libraries.robot_model.urdf import Joint, Mimic, Robot
+from pipros_libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
+from pipros_libraries.robot_model.urdf import Joint, Mimic, Robot
 from tests.support.steps import grows_linearly
 
 JOINTS = (

@@ -4,7 +4,7 @@ from math import pi, sqrt
 
 import pytest
 
-from pipros.libraries.robot_model.urdf import Joint, Mimic, UrdfError, read_robot
+from pipros_libraries.robot_model.urdf import Joint, Mimic, UrdfError, read_robot
 
 LINKS = '<link name="base"/><link name="hand"/>'
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.robot_model.urdf import UrdfError
-from pipros.libraries.robot_model.visuals import named_files, read_shapes
+from pipros_libraries.robot_model.urdf import UrdfError
+from pipros_libraries.robot_model.visuals import named_files, read_shapes
 
 ROBOT = """
 <robot name="r">

@@ -1,11 +1,12 @@
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter
-from pipros.libraries.teleoperation.joy_commands import AxisMap, JoyCommands, by_direction
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_libraries.teleoperation.joy_commands import AxisMap, JoyCommands, JoySilence, by_direction
 
 LINEAR = AxisMap({"x": 1.0}, {"x": 0.5}, {"x": 2.0})
 ANGULAR = AxisMap({"yaw": 0.0}, {"yaw": 0.4}, {"yaw": 0.4})
@@ -38,3 +39,12 @@ def test_parameters_are_a_number_or_numbers_by_direction() -> None:
         value: Any = wrong
         with pytest.raises(InvalidParameter, match=r"~axis_linear must be a number or map directions \(x"):
             by_direction(value, "~axis_linear", "x", "xyz")
+
+
+def test_only_a_joystick_that_repeats_its_state_must_not_be_silent() -> None:
+    changing, repeating = JoySilence(), JoySilence()
+    states = [0.1, 0.2, 0.2, 0.3, 0.2]
+    assert {changing.after([each], [1]) for each in states * 3} == {math.inf}
+    assert [repeating.after([0.5], [1]) for _ in range(5)] == [math.inf] * 3 + [0.5] * 2
+    assert repeating.after([0.7], [1]) == 0.5
+    assert JoySilence(2.0).after([0.5], [1]) == 2.0

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT, Joystick, StickChange
+from pipros_libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT, Joystick, StickChange
 
 
 def event(value: int, kind: int, number: int) -> bytes:

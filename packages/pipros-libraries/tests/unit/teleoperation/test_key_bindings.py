@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.teleoperation.key_bindings import KeyedMotion
+from pipros_libraries.teleoperation.key_bindings import KeyedMotion
 
 
 def test_keys_move_until_any_other_key_stops() -> None:

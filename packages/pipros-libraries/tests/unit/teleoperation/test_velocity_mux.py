@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.teleoperation.velocity_mux import InvalidSource, VelocityMux, VelocitySource, source
+from pipros_libraries.teleoperation.velocity_mux import InvalidSource, VelocityMux, VelocitySource, source
 
 
 def mux(*priorities: int, lock: VelocitySource | None = None, timeout_s: float = 0.5) -> VelocityMux:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros_libraries.topic_tools.lazy import LazyInputs
 
 
 class Output:

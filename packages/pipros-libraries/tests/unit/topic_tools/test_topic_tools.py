@@ -10,14 +10,13 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.libraries.topic_tools.expressions import NotAMapping, Template, Transformation
-from pipros.libraries.topic_tools.modules import module_for
-from pipros.libraries.topic_tools.rates import ByteRate, Dropping, MessageRate
-from pipros.libraries.topic_tools.raw import MissingType, class_like
-from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
-from pipros.safe.expr import ExpressionError
+from pipros.safe.expr_walk import ExpressionError
+from pipros_libraries.topic_tools.expressions import NotAMapping, Template, Transformation, module_for
+from pipros_libraries.topic_tools.rates import ByteRate, Dropping, MessageRate
+from pipros_libraries.topic_tools.raw import MissingType, class_like
+from pipros_libraries.topic_tools.selection import NONE, BadSelection, Selection
 from topic_tools.nodes import demux
 
 Imu: Any = load_message_class("sensor_msgs/Imu")

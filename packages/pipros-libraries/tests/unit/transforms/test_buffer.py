@@ -6,16 +6,16 @@ import math
 
 import pytest
 
-from pipros.basics.limits import Limits
-from pipros.libraries.transforms.buffer import TransformBuffer
-from pipros.libraries.transforms.errors import (
+from pipros_libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.transforms.errors import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
     LookupException,
     TransformException,
 )
-from pipros.libraries.transforms.pose import Pose
+from pipros_libraries.transforms.pose import Pose
+from tests.support.constants import Constants
 
 S = 1_000_000_000
 
@@ -211,8 +211,9 @@ def test_a_stamp_of_the_far_future_makes_later_ones_old_as_in_tf2(buffer: Transf
     assert buffer.insert("map", "base", 6 * S, at(6), "me") == []
 
 
-def test_frames_beyond_the_limit_are_refused() -> None:
-    buffer = TransformBuffer(limits=Limits(transform_bytes=100_000))
+def test_frames_beyond_the_limit_are_refused(constants: Constants) -> None:
+    constants(TRANSFORM_BYTES=100000)
+    buffer = TransformBuffer()
     refusals = [buffer.insert("map", f"frame_{number}", S, at(1), "me") for number in range(200)]
 
     assert 50 < len(buffer.frame_names()) < 100
@@ -225,8 +226,9 @@ def test_frames_beyond_the_limit_are_refused() -> None:
     assert len(buffer.insert("map", "x" * 10**6, S, at(1), "me")[0]) < 500
 
 
-def test_transforms_beyond_the_limit_replace_older_ones_of_their_frame() -> None:
-    buffer = TransformBuffer(limits=Limits(transform_bytes=100_000))
+def test_transforms_beyond_the_limit_replace_older_ones_of_their_frame(constants: Constants) -> None:
+    constants(TRANSFORM_BYTES=100000)
+    buffer = TransformBuffer()
     for number in range(10_000):
         assert buffer.insert("map", "base", S + number, at(number), "me") == []
 

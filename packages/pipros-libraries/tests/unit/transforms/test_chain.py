@@ -6,16 +6,16 @@ import random
 
 import pytest
 
-from pipros.basics.limits import Limits
-from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
-from pipros.libraries.transforms.errors import (
+from pipros_libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
+from pipros_libraries.transforms.errors import (
     ConnectivityException,
     ExtrapolationException,
     TransformException,
 )
-from pipros.libraries.transforms.history import MovingFrame, StaticFrame
-from pipros.libraries.transforms.pose import IDENTITY, Pose
-from pipros.libraries.transforms.tree import Frames, find_path
+from pipros_libraries.transforms.history import MovingFrame, StaticFrame
+from pipros_libraries.transforms.pose import IDENTITY, Pose
+from pipros_libraries.transforms.tree import Frames, find_path
+from tests.support.constants import Constants
 
 S = 1_000_000_000
 
@@ -125,8 +125,9 @@ def test_unavailable_times_have_the_same_reason_as_before(buffer: TransformBuffe
     assert str(raised.value) == reason
 
 
-def test_lookups_are_unaffected_by_the_limit_of_remembered_paths() -> None:
-    buffer = TransformBuffer(limits=Limits(transform_chains_bytes=3_000))
+def test_lookups_are_unaffected_by_the_limit_of_remembered_paths(constants: Constants) -> None:
+    constants(TRANSFORM_CHAINS_BYTES=3000)
+    buffer = TransformBuffer()
     for number in range(20):
         buffer.insert(f"f{number}", f"f{number + 1}", S, at(1), "me")
 

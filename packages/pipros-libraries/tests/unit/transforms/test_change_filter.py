@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs, frequency_of
+from pipros_libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs, frequency_of
 
 
 def test_the_first_pose_and_each_distant_one_are_reported() -> None:

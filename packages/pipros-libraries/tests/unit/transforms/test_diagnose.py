@@ -8,7 +8,7 @@ from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from genpy import Time
-from pipros.libraries.transforms.diagnose import (
+from pipros_libraries.transforms.diagnose import (
     ReceivedTransform,
     loops,
     not_normalized,

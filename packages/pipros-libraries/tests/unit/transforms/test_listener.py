@@ -7,11 +7,11 @@ import pytest
 
 from pipros.basics.errors import Interrupted
 from pipros.basics.limits import process_limits
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformGate, TransformListener
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node.clock import WallClock
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformGate, TransformListener
 
 TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
 TFMessage: Any = load_message_class("tf2_msgs/TFMessage")

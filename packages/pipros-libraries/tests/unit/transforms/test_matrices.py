@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pipros.libraries.transforms.matrices.affine import (
+from pipros_libraries.transforms.matrices.affine import (
     reflection_from_matrix,
     reflection_matrix,
     rotation_from_matrix,
@@ -17,8 +17,8 @@ from pipros.libraries.transforms.matrices.affine import (
     shear_from_matrix,
     shear_matrix,
 )
-from pipros.libraries.transforms.matrices.arcball import arcball_map_to_sphere
-from pipros.libraries.transforms.matrices.arrays import (
+from pipros_libraries.transforms.matrices.arcball import arcball_map_to_sphere
+from pipros_libraries.transforms.matrices.arrays import (
     Array,
     concatenate_matrices,
     identity_matrix,
@@ -28,18 +28,18 @@ from pipros.libraries.transforms.matrices.arrays import (
     unit_vector,
     vector_norm,
 )
-from pipros.libraries.transforms.matrices.composition import (
+from pipros_libraries.transforms.matrices.composition import (
     compose_matrix,
     decompose_matrix,
     orthogonalization_matrix,
     superimposition_matrix,
 )
-from pipros.libraries.transforms.matrices.projections import (
+from pipros_libraries.transforms.matrices.projections import (
     clip_matrix,
     projection_from_matrix,
     projection_matrix,
 )
-from pipros.libraries.transforms.matrices.quaternions import (
+from pipros_libraries.transforms.matrices.quaternions import (
     quaternion_about_axis,
     quaternion_from_matrix,
     quaternion_inverse,

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from pipros.libraries.transforms.formatting import pose_as_text
-from pipros.libraries.transforms.monitor import FRAME_LIMIT, Monitor
-from pipros.libraries.transforms.pose import from_roll_pitch_yaw, roll_pitch_yaw
+from pipros_libraries.transforms.formatting import pose_as_text
+from pipros_libraries.transforms.monitor import FRAME_LIMIT, Monitor
+from pipros_libraries.transforms.pose import from_roll_pitch_yaw, roll_pitch_yaw
 from tf.nodes.tf_remap import mappings_of
 from tf2_ros.nodes import echo
 from tf2_ros.nodes.static_transform_publisher import transform_of, transform_of_param

@@ -8,15 +8,15 @@ import random
 import numpy as np
 import pytest
 
-from pipros.libraries.transforms.matrices.affine import translation_matrix
-from pipros.libraries.transforms.matrices.euler import euler_from_matrix
-from pipros.libraries.transforms.matrices.quaternions import (
+from pipros_libraries.transforms.matrices.affine import translation_matrix
+from pipros_libraries.transforms.matrices.euler import euler_from_matrix
+from pipros_libraries.transforms.matrices.quaternions import (
     quaternion_from_euler,
     quaternion_from_matrix,
     quaternion_matrix,
     quaternion_slerp,
 )
-from pipros.libraries.transforms.pose import (
+from pipros_libraries.transforms.pose import (
     IDENTITY,
     Pose,
     composed,

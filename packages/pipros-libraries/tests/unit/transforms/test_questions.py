@@ -7,15 +7,15 @@ import re
 
 import pytest
 
-from pipros.libraries.transforms.buffer import TransformBuffer
-from pipros.libraries.transforms.errors import (
+from pipros_libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.transforms.errors import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
     LookupException,
     TransformException,
 )
-from pipros.libraries.transforms.pose import Pose, compose_via_matrices, inverted, normalized
+from pipros_libraries.transforms.pose import Pose, compose_via_matrices, inverted, normalized
 
 S = 1_000_000_000
 

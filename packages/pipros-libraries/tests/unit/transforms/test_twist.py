@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from pipros.libraries.transforms.pose import IDENTITY, Pose
-from pipros.libraries.transforms.twist import interval_around, twist
+from pipros_libraries.transforms.pose import IDENTITY, Pose
+from pipros_libraries.transforms.twist import interval_around, twist
 
 S = 1_000_000_000
 QUARTER = math.sqrt(0.5)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from pipros.libraries.transforms.waiter import TransformWaiter
+from pipros_libraries.transforms.waiter import TransformWaiter
 
 S = 1_000_000_000
 

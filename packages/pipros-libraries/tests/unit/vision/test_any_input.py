@@ -9,21 +9,21 @@ from PIL import Image as Pictures
 from sensor_msgs.msg import Image
 
 from cv_bridge import CvBridge, CvBridgeError
-from pipros.libraries.vision.calibration import (
+from pipros_libraries.pictures.codecs import PillowCodec
+from pipros_libraries.pictures.encodings import COLORS, DTYPES
+from pipros_libraries.vision.calibration import (
     Calibration,
     CalibrationError,
     format_yaml,
     parse_ini,
     parse_yaml,
 )
-from pipros.libraries.vision.compressed_images import (
+from pipros_libraries.vision.compressed_images import (
     CompressionError,
     CompressionSettings,
     compressed,
     decompressed,
 )
-from pipros.pictures.codecs import PillowCodec
-from pipros.pictures.encodings import COLORS, DTYPES
 
 BRIDGE = CvBridge()
 PILLOW = PillowCodec(Pictures)

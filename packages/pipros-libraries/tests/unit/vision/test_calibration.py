@@ -16,7 +16,7 @@ import camera_info_manager as cim
 import rospy
 from camera_calibration_parsers import readCalibration, writeCalibration
 from camera_info_manager import CameraInfoManager, CameraInfoMissingError
-from pipros.libraries.vision.calibration import (
+from pipros_libraries.vision.calibration import (
     Calibration,
     CalibrationError,
     format_ini,

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pipros.libraries.vision.capture import CameraError, Capture
+from pipros_libraries.vision.capture import CameraError, Capture
 
 WIDTH, HEIGHT = 64, 48
 

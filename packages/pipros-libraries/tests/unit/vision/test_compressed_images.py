@@ -13,7 +13,10 @@ import pytest
 from PIL import Image as Pictures
 
 from pipros.basics.extras import install_command
-from pipros.libraries.vision.compressed_images import (
+from pipros_libraries.pictures.codecs import OpenCVCodec, PillowCodec, codec, pixel_count
+from pipros_libraries.pictures.compressed import PNG as PNG_START
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.vision.compressed_images import (
     CompressionError,
     CompressionSettings,
     DepthSettings,
@@ -23,9 +26,6 @@ from pipros.libraries.vision.compressed_images import (
     decompressed,
     read_settings,
 )
-from pipros.pictures.codecs import OpenCVCodec, PillowCodec, codec, pixel_count
-from pipros.pictures.compressed import PNG as PNG_START
-from pipros.pictures.errors import PictureError
 
 PILLOW = PillowCodec(Pictures)
 PNG = CompressionSettings("png")
@@ -96,6 +96,17 @@ def test_an_old_picture_has_the_colors_in_the_order_of_its_encoding() -> None:
     data = PILLOW.encode(RAMP, "png", 9)
 
     assert np.array_equal(decompressed("rgb8; png compressed ", data, PILLOW)[0], RAMP)
+
+
+def test_a_picture_with_other_channels_than_its_encoding_is_converted() -> None:
+    gray = RAMP[:, :, 0]
+    data = PILLOW.encode(gray, "png", 9)
+
+    colored, _ = decompressed("rgb8; jpeg compressed bgr8", data, PILLOW)
+    back, _ = decompressed("mono8; jpeg compressed ", PILLOW.encode(np.dstack([gray] * 3), "png", 9), PILLOW)
+
+    assert np.array_equal(colored, np.dstack([gray] * 3))
+    assert np.array_equal(back, gray)
 
 
 def test_depths_are_read() -> None:
@@ -228,7 +239,7 @@ def test_the_headers_that_opencv_writes_are_understood() -> None:
 def test_without_either_library_the_error_names_the_extras() -> None:
     program = (
         "import sys; sys.modules['cv2'] = sys.modules['PIL'] = None\n"
-        "from pipros.pictures.codecs import codec\ncodec()"
+        "from pipros_libraries.pictures.codecs import codec\ncodec()"
     )
 
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -205,14 +205,18 @@ class FakeOpenCV:
     IMREAD_UNCHANGED = -1
     error = RuntimeError
 
-    @staticmethod
-    def imdecode(data: Any, flags: int) -> Any:
-        return None if data.tobytes() == b"broken" else COLORED
+    decoded: Any = COLORED
+
+    @classmethod
+    def imdecode(cls, data: Any, flags: int) -> Any:
+        return None if data.tobytes() == b"broken" else cls.decoded
 
     @staticmethod
     def imencode(ending: str, image: Any) -> tuple[bool, Any]:
         if ending == ".xyz":
             raise RuntimeError("no encoder")
+        if ending == ".jp2":
+            return False, ()
         return True, np.frombuffer(b"compressed", np.uint8)
 
 
@@ -228,6 +232,81 @@ def test_compressed_images_go_through_opencv(monkeypatch: pytest.MonkeyPatch) ->
         BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(data=b"broken"), "bgr8")
     with pytest.raises(CvBridgeError, match="cannot write this image as 'xyz'"):
         BRIDGE.cv2_to_compressed_imgmsg(COLORED, "xyz")
+    with pytest.raises(CvBridgeError, match=r"as 'jp2': OpenCV does not write uint8 with shape \(2, 2, 3\)"):
+        BRIDGE.cv2_to_compressed_imgmsg(COLORED, "jp2")
+
+
+GRAY = COLORED[:, :, 0]
+CLEAR = np.dstack([COLORED, GRAY])
+
+
+@pytest.mark.parametrize(
+    ("decoded", "desired", "expected"),
+    [
+        (GRAY, "rgb8", np.dstack([GRAY] * 3)),
+        (GRAY, "bgra8", np.dstack([GRAY, GRAY, GRAY, np.full_like(GRAY, 255)])),
+        (GRAY, "mono8", GRAY),
+        (GRAY, "mono16", GRAY * np.uint16(257)),
+        (GRAY, "8UC1", GRAY),
+        (GRAY, "32FC3", np.dstack([GRAY] * 3).astype(np.float32)),
+        (GRAY[:, :, np.newaxis], "mono8", GRAY),
+        (CLEAR, "bgr8", COLORED),
+        (CLEAR, "rgba8", CLEAR[:, :, [2, 1, 0, 3]]),
+        (CLEAR, "8UC3", COLORED),
+        (CLEAR, "mono8", np.array(GRAY_OF_BGR, np.uint8)),
+        (GRAY * np.uint16(257), "rgb8", np.dstack([GRAY * np.uint16(257)] * 3)),
+        (COLORED * np.uint16(257), "bgr16", COLORED * np.uint16(257)),
+        (COLORED * np.uint16(257), "bgr8", COLORED * np.uint16(257)),
+        (GRAY * np.uint16(257), "32FC1", GRAY * np.float32(257)),
+        (GRAY * np.uint16(257), "", GRAY * np.uint16(257)),
+        (
+            GRAY.astype(np.float32) / 255,
+            "bgra8",
+            np.dstack([GRAY / np.float32(255)] * 3 + [np.ones((2, 2), "f4")]),
+        ),
+    ],
+)
+def test_a_decoded_image_is_converted_from_its_own_channels(
+    decoded: Any, desired: str, expected: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", FakeOpenCV)
+    monkeypatch.setattr(FakeOpenCV, "decoded", decoded)
+
+    image = BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(data=b"x"), desired)
+
+    assert (image.dtype, image.shape) == (expected.dtype, expected.shape)
+    assert np.array_equal(image, expected)
+    assert not np.shares_memory(image, decoded)
+
+
+def test_floats_become_gray_with_the_weights_of_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", FakeOpenCV)
+    monkeypatch.setattr(FakeOpenCV, "decoded", COLORED.astype(np.float32))
+
+    image = BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(data=b"x"), "mono8")
+
+    assert image.dtype == np.float32
+    assert np.allclose(image, GRAY_OF_BGR, atol=0.5)
+
+
+@pytest.mark.parametrize(
+    ("decoded", "desired", "text"),
+    [
+        (COLORED, "8UC1", "[bgr8] is a color format but [8UC1] is not"),
+        (GRAY, "bayer_rggb8", "Unsupported conversion from [mono8] to [bayer_rggb8]"),
+        (GRAY, "gray", "Unknown encoding gray"),
+        (CLEAR[:, :, :2], "bgr8", "a decoded image must have 1, 3 or 4 channels, got an array of uint8"),
+    ],
+)
+def test_a_decoded_image_is_not_converted_to_other_kinds(
+    decoded: Any, desired: str, text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", FakeOpenCV)
+    monkeypatch.setattr(FakeOpenCV, "decoded", decoded)
+
+    with pytest.raises(CvBridgeError) as caught:
+        BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(data=b"x"), desired)
+    assert str(caught.value).startswith(text)
 
 
 def test_without_opencv_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:

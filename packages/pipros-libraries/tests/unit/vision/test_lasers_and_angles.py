@@ -1,5 +1,6 @@
 """laser_geometry and angles."""
 
+# needs numpy
 from __future__ import annotations
 
 import math

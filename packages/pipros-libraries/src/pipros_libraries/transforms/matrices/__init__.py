@@ -4,7 +4,7 @@ Matrices act on column vectors. Unless stated otherwise, matrices have the shape
 qz, qw) the shape (4,), and vectors the shape (3,). Angles are in radians.
 
 The buffer uses `transforms.pose` instead, which does not need numpy and rounds like tf2;
-`tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
+`tests/unit/transforms/test_pose_and_matrices.py` compares the two.
 """
 
 from pipros.basics.extras import missing

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pipros.libraries.transforms.matrices.arrays import (
+from pipros_libraries.transforms.matrices.arrays import (
     EIGENVALUE_TOLERANCE,
     Array,
     fixed_point,

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pipros.libraries.transforms.matrices.arrays import EPSILON, Array, unit_vector
-from pipros.libraries.transforms.matrices.quaternions import (
+from pipros_libraries.transforms.matrices.arrays import EPSILON, Array, unit_vector
+from pipros_libraries.transforms.matrices.quaternions import (
     quaternion_from_matrix,
     quaternion_matrix,
     quaternion_multiply,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pipros.libraries.transforms.rotations import EPSILON as EPSILON
+from pipros_libraries.transforms.rotations import EPSILON as EPSILON
 
 Array = NDArray[np.float64]
 """Array of floats.

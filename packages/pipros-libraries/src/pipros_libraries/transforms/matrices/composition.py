@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pipros.libraries.transforms.matrices.affine import translation_matrix
-from pipros.libraries.transforms.matrices.arrays import EPSILON, Array
-from pipros.libraries.transforms.matrices.euler import euler_matrix
-from pipros.libraries.transforms.matrices.quaternions import quaternion_matrix
+from pipros_libraries.transforms.matrices.affine import translation_matrix
+from pipros_libraries.transforms.matrices.arrays import EPSILON, Array
+from pipros_libraries.transforms.matrices.euler import euler_matrix
+from pipros_libraries.transforms.matrices.quaternions import quaternion_matrix
 
 Parts = tuple[Array, list[float], list[float], Array, Array]
 """Scale, shear, angles and translation with three numbers each, and perspective of shape (4,)."""

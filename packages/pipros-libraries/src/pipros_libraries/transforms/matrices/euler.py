@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pipros.libraries.transforms.matrices.arrays import Array
-from pipros.libraries.transforms.rotations import CONVENTIONS as CONVENTIONS
-from pipros.libraries.transforms.rotations import NAMES as NAMES
-from pipros.libraries.transforms.rotations import Convention, axes_of, convention_of, euler_from_rows
+from pipros_libraries.transforms.matrices.arrays import Array
+from pipros_libraries.transforms.rotations import CONVENTIONS as CONVENTIONS
+from pipros_libraries.transforms.rotations import NAMES as NAMES
+from pipros_libraries.transforms.rotations import Convention, axes_of, convention_of, euler_from_rows
 
 
 def euler_matrix(ai: float, aj: float, ak: float, axes: str | Convention = "sxyz") -> Array:

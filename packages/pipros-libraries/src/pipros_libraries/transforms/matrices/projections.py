@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pipros.libraries.transforms.matrices.affine import first_three
-from pipros.libraries.transforms.matrices.arrays import (
+from pipros_libraries.transforms.matrices.affine import first_three
+from pipros_libraries.transforms.matrices.arrays import (
     EIGENVALUE_TOLERANCE,
     EPSILON,
     Array,

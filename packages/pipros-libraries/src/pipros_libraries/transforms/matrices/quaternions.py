@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pipros.libraries.transforms import rotations
-from pipros.libraries.transforms.matrices.arrays import EPSILON, Array, unit_vector
-from pipros.libraries.transforms.rotations import Convention
+from pipros_libraries.transforms import rotations
+from pipros_libraries.transforms.matrices.arrays import EPSILON, Array, unit_vector
+from pipros_libraries.transforms.rotations import Convention
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
