@@ -9,8 +9,8 @@ from contextlib import ExitStack
 import rospy
 from joint_state_publisher import JointStatePublisher
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.server.node_page import served_page
-from pipros.server.sliders.slider_page import Slider, SliderPage
+from pipros_server.node_page import served_page
+from pipros_server.sliders.slider_page import Slider, SliderPage
 
 
 class JointStatePublisherGui:

@@ -8,7 +8,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from urllib.parse import urlsplit
 
-from pipros.server.secret import Denied, Secret
+from pipros_server.secret import Denied, Secret
 
 LOOPBACK_HOSTS = frozenset({"localhost", "127.0.0.1", "[::1]"})
 
@@ -43,41 +43,53 @@ class Access:
         return self._url(host, f"code={code}", tab)
 
     def check_host(self, host: str | None) -> None:
-        """Raise `Denied` unless a `Host` header has an allowed name or address, and the server's port.
+        """Raise `Denied` unless a `Host` header has an allowed name or address.
 
-        A header without a port implies the scheme's default port.
+        Its port may differ from the server's, as behind a tunnel, a container's port or a proxy: DNS
+        rebinding requires a foreign name.
         """
-        self._own_name(host)
+        self._own_place(host, self.is_secure)
 
-    def check_origin(self, origin: str | None, host: str | None) -> None:
-        """Raise `Denied` unless an `Origin` header has this server's scheme, and passes `check_host`.
+    def check_origin(self, origin: str | None, host: str | None, *, is_behind_tls: bool = False) -> None:
+        """Raise `Denied` unless an `Origin` header has this server's scheme, and the name and port of `Host`.
 
-        An IP address that is not in `hosts` must also equal the one in the request's `Host` header.
-        Otherwise, a site that is opened by its IP address and listens on the same port could connect.
+        Otherwise, the pages of another server on this machine could connect. The names in `hosts` may be
+        mixed if both headers have the server's own port, which no other server on this machine has.
+        `is_behind_tls` states that a proxy has added TLS: see `is_forwarded_tls`.
         """
         try:
             parts = urlsplit(origin or "")
         except ValueError:
             raise Denied("The origin of this connection is malformed.") from None
-        if parts.scheme != ("https" if self.is_secure else "http"):
+        is_secure = self.is_secure or is_behind_tls
+        if parts.scheme != ("https" if is_secure else "http"):
             raise Denied(f"Pages from {origin or 'an unknown origin'} may not connect here.")
-        name = self._own_name(parts.netloc)
-        if name not in self.hosts and name != self._own_name(host):
+        name, port = self._own_place(parts.netloc, is_secure)
+        own = self._own_place(host, is_secure)
+        if (name, port) != own and not (name in self.hosts and port == own[1] == self.port):
             raise Denied(f"Pages from {origin} may not connect to {host or 'this server'}.")
 
-    def _own_name(self, host: str | None) -> str:
-        """Return the name in a `Host` header; see `check_host`."""
+    def _own_place(self, host: str | None, is_secure: bool) -> tuple[str, int]:
+        """Return the name and the port in a `Host` header; see `check_host`.
+
+        A header without a port implies the scheme's default port.
+        """
         found = _HOST.fullmatch(host or "")
         name = found["name"].lower() if found else ""
-        port = (found["port"] if found else None) or ("443" if self.is_secure else "80")
+        port = (found["port"] if found else None) or ("443" if is_secure else "80")
         is_own = name in self.hosts or (self.takes_addresses and _is_address(name))
-        if not is_own or int(port) != self.port:
+        if not is_own:
             raise Denied(f"This server is not {host or 'the one requested'}. Open the address it printed.")
-        return name
+        return name, int(port)
 
     def _url(self, host: str, proof: str, tab: str) -> str:
         scheme = "https" if self.is_secure else "http"
         return f"{scheme}://{host}:{self.port}/#{proof}{'/' + tab if tab else ''}"
+
+
+def is_forwarded_tls(forwarded: str | None) -> bool:
+    """Return whether a header `X-Forwarded-Proto`, which no page can set, says that a proxy has added TLS."""
+    return (forwarded or "").strip().lower() in ("https", "wss")
 
 
 def _is_address(name: str) -> bool:

@@ -19,12 +19,13 @@ from dataclasses import replace
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import limit_text, process_limits
 from pipros.node import Node
 from pipros.node.publisher import Publisher
-from pipros.policy.decisions import Act, PolicyState, decide, note_stop, read_condition, rule_for
-from pipros.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, Policy
-from pipros.server.stop_guardian import StopGuardian, key_of
+from pipros_libraries.nodes.velocities import RelayedVelocity
+from pipros_server.guardian_process import POLICY_GOAL_ID_CHARACTERS
+from pipros_server.policy.decisions import Act, PolicyState, decide, note_stop, read_condition, rule_for
+from pipros_server.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, Policy
+from pipros_server.stop_guardian import StopGuardian, key_of
 
 _LINKS: Final = 64
 """Number of publishers of a condition's topic whose links are remembered."""
@@ -121,14 +122,18 @@ class ActGate:
             return
         self._done(rule, message, has_failed=has_failed)
 
-    def left(self, topic: str, client: object) -> None:
-        """Stop what a client started on a topic, because the client no longer publishes it."""
+    def left(self, topic: str, client: object) -> bool:
+        """Stop what a client started on a topic, because the client no longer publishes it.
+
+        Return False if the topic has no time limit, so that the policy stops nothing.
+        """
         rule = self._topic_rule(topic)
         if rule is None or rule.time_limit_s is None:
-            return
+            return False
         if self._guardian.left(key_of(rule), client) and rule.stop is not None:
             with self._lock:
                 note_stop(rule, self._state)
+        return True
 
     def _done(self, rule: ActRule, value: object, *, has_failed: bool = False) -> None:
         """Restart the time limit of an act, unless the act is the stop itself, and has not failed."""
@@ -208,7 +213,7 @@ class ActGate:
 
     def advertise(
         self, topic: str, message_class: Any, *, queue_size: int = 10, latch: bool = False
-    ) -> Publisher[Any] | GatedPublisher:
+    ) -> GatedPublisher:
         """Advertise a topic. The publisher checks each message. Blocks as `check_topic` does.
 
         Raises:
@@ -217,7 +222,7 @@ class ActGate:
         """
         self.check_topic(topic, message_class._type, message_class._md5sum, latch=latch)
         publisher = self._node.advertise(topic, message_class, queue_size=queue_size, latch=latch)
-        return publisher if self.policy is None else GatedPublisher(self, topic, publisher)
+        return GatedPublisher(self, topic, publisher)
 
     def _check(
         self, kind: ActKind, name: str, value: Any, type_name: str, md5sum: str, client: object = None
@@ -264,12 +269,13 @@ class ActGate:
 
 
 class GatedPublisher:
-    """A publisher that publishes only what its gate allows."""
+    """A publisher that publishes only what its gate allows. Its last velocity is a zero."""
 
     def __init__(self, gate: ActGate, topic: str, publisher: Publisher[Any]) -> None:
         self._gate = gate
         self._topic = topic
         self._publisher = publisher
+        self._velocity = RelayedVelocity(gate._node, publisher)
 
     @property
     def connection_count(self) -> int:
@@ -278,6 +284,7 @@ class GatedPublisher:
     def publish(self, message: object) -> None:
         """Publish a message. Raise `ActRefused` if the policy does not allow it."""
         self._gate.check_message(self._topic, message, client=self)
+        self._velocity.note(message)
         try:
             self._publisher.publish(message)
         except BaseException:
@@ -286,8 +293,11 @@ class GatedPublisher:
         self._gate.renew_after_publishing(self._topic, message)
 
     def unregister(self) -> None:
-        """Let the guardian stop what the client started on the topic, and unregister the publisher."""
-        self._gate.left(self._topic, self)
+        """Stop what the client started on the topic, and unregister the publisher."""
+        if self._gate.left(self._topic, self):
+            self._velocity.forget()
+        else:
+            self._velocity.end()
         self._publisher.unregister()
 
 
@@ -296,11 +306,11 @@ def _goal_id(rule: ActRule, value: Any) -> str:
     if rule.cancel is None or rule.time_limit_s is None:
         return ""
     identity: str = value.goal_id.id
-    most = process_limits().policy_goal_id_characters
+    most = POLICY_GOAL_ID_CHARACTERS
     if not identity:
         raise ActRefused("goal_id.id must not be empty, because it is needed to cancel the goal", rule.place)
     if len(identity) > most:
-        advice = limit_text("policy_goal_id_characters", most)
+        advice = f"the limit is {most} characters"
         raise ActRefused(f"goal_id.id has {len(identity)} characters; {advice}", rule.place)
     return identity
 

@@ -24,7 +24,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.net import local_requests
 from pipros.net.local_requests import LocalFailed, LocalServer
-from pipros.policy.model import ActRefused
+from pipros_server.policy.model import ActRefused
 
 MINUTE_S: Final = 60.0
 ONCE, FOR_A_MINUTE, REFUSE = VERDICTS = ("once", "minute", "refuse")

@@ -19,11 +19,11 @@ from pipros.basics.hidden_text import safe
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.publisher import Publisher
-from pipros.policy.decisions import Act, PolicyState
-from pipros.policy.model import ActKind, ActRefused, ActRule, Policy
-from pipros.server.act_gate import ActGate, GatedPublisher
-from pipros.server.approvals import Approvals, Question
-from pipros.server.limited_process import LimitedProcesses
+from pipros_server.act_gate import ActGate, GatedPublisher
+from pipros_server.approvals import Approvals, Question
+from pipros_server.limited_process import LimitedProcesses
+from pipros_server.policy.decisions import Act, PolicyState
+from pipros_server.policy.model import ActKind, ActRefused, ActRule, Policy
 
 TOPIC: Final = "/pipros/acts"
 CONNECTING_S: Final = 2.0
@@ -67,7 +67,7 @@ class System(NamedTuple):
     node: Node
     gate: ActGate
     log: Publisher[Any]
-    publishers: dict[str, GatedPublisher | Publisher[Any]]
+    publishers: dict[str, GatedPublisher]
 
 
 class ApprovedActs:

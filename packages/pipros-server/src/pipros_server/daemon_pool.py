@@ -14,7 +14,7 @@ from typing import ParamSpec, TypeVar
 
 from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
-from pipros.server.browser_share import Browser, browser_or_none, has_share
+from pipros_server.browser_share import Browser, browser_or_none, has_share
 
 T = TypeVar("T")
 P = ParamSpec("P")

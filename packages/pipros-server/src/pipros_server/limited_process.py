@@ -38,7 +38,7 @@ class LimitedProcess:
         self._output = b""
         # In a new session, so that Ctrl-C in the terminal of this process does not reach the program.
         self._process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-I", "-m", "pipros.server.limited_process", str(limit_s), *command],
+            [sys.executable, "-I", "-m", "pipros_server.limited_process", str(limit_s), *command],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

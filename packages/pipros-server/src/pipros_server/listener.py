@@ -21,6 +21,11 @@ from pipros.net.address import plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 
+LOGIN_BYTES = 64 * 1024
+"""Limit: the bytes that a client of a web page or bridge may send before it has logged in. Beyond it, the
+connection to the page is closed.
+"""
+
 SHARE: Final = 1 / 8
 """Share of the process's file descriptors that connections may use. The page's node needs the rest."""
 

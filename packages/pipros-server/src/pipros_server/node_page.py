@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from typing import Final
 
 from pipros.net.loop import BackgroundLoop
-from pipros.server.access import Access
-from pipros.server.desktop import open_in_browser
-from pipros.server.view_server import PageServer, ServedViews
+from pipros_server.access import Access
+from pipros_server.desktop import open_in_browser
+from pipros_server.view_server import PageServer, ServedViews
 
 _CLOSING_S: Final = 0.3
 

@@ -15,8 +15,10 @@ from websockets.http11 import Request, Response
 
 from pipros.basics.limits import Limits
 from pipros.net import sockets
-from pipros.server.listener import ACCEPTED_AT_A_TIME, Listener
-from pipros.server.port_connection import CLOSING_S, WRITE_BYTES, PartSize, PortConnection
+from pipros.net.connection_table import WHOLE_REQUEST_S
+from pipros_server.listener import ACCEPTED_AT_A_TIME, LOGIN_BYTES, Listener
+from pipros_server.loop_share import LoopShares
+from pipros_server.port_connection import CLOSING_S, WRITE_BYTES, PartSize, PortConnection
 
 # At level DEBUG, websockets logs messages and paths, including tokens.
 _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
@@ -68,9 +70,10 @@ class ServerPort:
         create_connection: Any = partial(
             connection_class,
             self._listener,
-            self._limits.login_bytes,
+            LOGIN_BYTES,
             part_size=PartSize(),
-            request_s=self._limits.request_s,
+            shares=LoopShares(),
+            request_s=WHOLE_REQUEST_S,
         )
         if tls is not None:
             options |= {"ssl": tls, "ssl_handshake_timeout": self._limits.login_s}

@@ -1,6 +1,6 @@
 """A WebSocket connection with limits on the data that it holds for its client.
 
-Theory of operation. Until a client is admitted, it may send up to `login_bytes`. Afterwards, all data that
+Theory of operation. Until a client is admitted, it may send up to `LOGIN_BYTES`. Afterwards, all data that
 has been read but not handled counts against the client's budget: the beginning of an incomplete frame, the
 frames of an incomplete message, each with its overhead, and complete messages. If more than
 `READ_AHEAD_BYTES` are complete, the connection is not read until at most half as many are left. An incomplete
@@ -8,10 +8,13 @@ message must grow by a MiB, or end, within `request_s`. A client that exceeds it
 close frame contains the reason.
 
 The time for parsing depends far more on the number of frames than on their size, and a single read can
-contain 40,000 frames. Data is therefore parsed in parts. After a part that took long, the connection rests
-for `RESTS` times as long, so that other clients are served, and for a while the parts of all connections are
-small, because twenty clients can send such data at the same moment. Rests have a maximum duration, because a
-part may have taken long only because Python collected garbage meanwhile.
+contain 40,000 frames. Data is therefore parsed in parts, which are small if the last part had many frames.
+After a part that took long, the connection rests for `RESTS` times as long, so that other clients are served,
+and for a while the parts of all connections are small, because twenty clients can send such data at the same
+moment. Rests have a maximum duration, because a part may have taken long only because Python collected
+garbage meanwhile. After short parts that together took long, only the other clients have their turn. All
+parts, with the pongs that they require, count as work of the client's `LoopShare`, and a connection that has
+used its share rests, too.
 """
 
 from __future__ import annotations
@@ -29,7 +32,8 @@ from websockets.frames import DATA_OPCODES, CloseCode, Frame, Opcode
 
 from pipros.basics.budget import Budget
 from pipros.net import sockets
-from pipros.server.listener import AcceptedSocket, Listener
+from pipros_server.listener import AcceptedSocket, Listener
+from pipros_server.loop_share import BURST_S, LoopShare, LoopShares
 
 CLOSING_S: Final = 0.2
 """Time (s) for clients to acknowledge the closing of connections, and again for the server's tasks to end."""
@@ -44,13 +48,15 @@ WRITE_BYTES: Final = 64 * 1024
 """Unsent bytes after which the server waits until the client has read, before it sends more."""
 PONG_BYTES: Final = 256 * 1024
 """Maximum size of the pongs for a client that does not read. They are sent without waiting."""
-PART_BYTES: Final = 64 * 1024
+PART_BYTES: Final = 16 * 1024
 """Size of the parts in which received data is parsed."""
 SMALL_PART_BYTES: Final = 2 * 1024
+FEW_FRAMES: Final = 16
+"""After a part with more frames, the next part is small."""
 SMALL_PARTS_S: Final = 10.0
 """Time for which parts are small after a part took long."""
 LONG_S: Final = 0.005
-"""A part takes long if it needs more processor time than this. Frames of 64 kB need a hundredth of it."""
+"""A part takes long if it needs more processor time than this. A frame of 64 kB needs a hundredth of it."""
 RESTS: Final = 40
 MAX_REST_S: Final = 1.0
 _GROWTH_BYTES: Final = 1024 * 1024
@@ -74,6 +80,7 @@ class PortConnection(ServerConnection):
 
     Attributes:
         held_bytes: the data that has been read but not handled, with the overhead of its frames.
+        share: the client's share of the event loop.
     """
 
     def __init__(
@@ -82,6 +89,7 @@ class PortConnection(ServerConnection):
         limit_bytes: int,
         *args: Any,
         part_size: PartSize | None = None,
+        shares: LoopShares | None = None,
         request_s: float = math.inf,
         work_clock: Callable[[], float] = time.thread_time,
         **options: Any,
@@ -89,7 +97,9 @@ class PortConnection(ServerConnection):
         super().__init__(*args, **options)
         self._work_clock = work_clock
         self._part_size = part_size or PartSize()
+        self.share = LoopShare(shares or LoopShares())
         self._unparsed = b""  # received, but not parsed until the pause ends
+        self._frames = FEW_FRAMES + 1  # of the last part
         self._is_resting = False
         self._listener = listener
         self._bytes_left: float = limit_bytes
@@ -128,17 +138,25 @@ class PortConnection(ServerConnection):
 
     def _parse(self, data: bytes) -> None:
         """Parse received data. If this takes long, parse only a part now, and the rest after a pause."""
-        position = 0
+        position, turn_s = 0, 0.0
         while position < len(data) and not self._is_cut and not self._is_resting:
-            part = data[position : position + self._part_size.current_bytes(self.loop.time())]
+            has_many_frames = self._frames > FEW_FRAMES
+            size = SMALL_PART_BYTES if has_many_frames else self._part_size.current_bytes(self.loop.time())
+            part = data[position : position + size]
             position += len(part)
+            self._frames = 0
             began_s = self._work_clock()
             super().data_received(part)
             work_s = self._work_clock() - began_s
+            self.share.note(min(work_s, BURST_S))
+            turn_s += work_s
+            rest_s = max(self.share.pause_s(), 0.0)
             if work_s > LONG_S:
                 self._part_size.note_long_part(self.loop.time())
+                rest_s = max(rest_s, work_s * RESTS)
+            if rest_s > 0 or turn_s > LONG_S:
                 self._unparsed = data[position:]
-                self._rest_for(min(work_s * RESTS, MAX_REST_S))
+                self._rest_for(min(rest_s, MAX_REST_S))
             if self._input is not None:
                 self._check_input()
 
@@ -159,8 +177,16 @@ class PortConnection(ServerConnection):
         if self._is_reading and not self._is_resting and not self._is_cut:
             self.transport.resume_reading()
 
+    def send_data(self) -> None:
+        """Write pongs and control frames. Discard them if the connection is lost; asyncio would log each."""
+        if self.transport.is_closing():
+            self.protocol.data_to_send()
+        else:
+            super().send_data()
+
     def process_event(self, event: Any) -> None:
         super().process_event(event)
+        self._frames += 1
         if isinstance(event, Frame) and event.opcode in DATA_OPCODES:
             self._begun_bytes += len(event.data) + FRAME_BYTES
             if event.fin:
@@ -192,6 +218,7 @@ class PortConnection(ServerConnection):
         self._is_cut = True
         if self._deadline is not None:
             self._deadline.cancel()
+        self.share.close()
         super().connection_lost(exc)
 
     def cut(self, reason: str, code: int = CloseCode.TRY_AGAIN_LATER) -> None:

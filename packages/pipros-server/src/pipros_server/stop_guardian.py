@@ -12,11 +12,10 @@ import time
 from collections.abc import Mapping
 from typing import IO, Any, Final
 
-from pipros.basics.limits import process_limits
 from pipros.basics.posix import NEW_GROUP
 from pipros.node import Node
-from pipros.policy.model import ActKind, ActRefused, ActRule
-from pipros.server.guardian_process import CALL
+from pipros_server.guardian_process import CALL, POLICY_STOPS
+from pipros_server.policy.model import ActKind, ActRefused, ActRule
 
 SILENT_S: Final = 1.0
 """Acts with a time limit are refused if the process has not written for this time (s)."""
@@ -104,7 +103,7 @@ class StopGuardian:
             if (silent_s := time.monotonic() - self._heard_s) > SILENT_S:
                 what = "the guardian, which stops acts with a time limit, has not answered"
                 raise ActRefused(f"{what} for {silent_s:.1f} s, so it could not stop this")
-            if (key, identity) not in self._pending and len(self._pending) >= process_limits().policy_stops:
+            if (key, identity) not in self._pending and len(self._pending) >= POLICY_STOPS:
                 oldest = next(iter(self._pending))
                 self._stop(*oldest)
             self._pending[key, identity] = client
@@ -162,7 +161,7 @@ class StopGuardian:
         """Start a process, and report all watched stops to it."""
         # In a new session, so that Ctrl-C in the server's terminal does not reach the process.
         process = self._process = subprocess.Popen(
-            [sys.executable, "-I", "-m", "pipros.server.guardian_process"],
+            [sys.executable, "-I", "-m", "pipros_server.guardian_process"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=self._node.environment.applied_to(os.environ),

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.terminals import discard_input
-from pipros.server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, waiting_acts
+from pipros_server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, waiting_acts
 
 KEYS: Final = {"y": ONCE, "m": FOR_A_MINUTE, "n": REFUSE}
 POLL_S: Final = 0.5

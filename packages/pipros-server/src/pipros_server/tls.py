@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import ssl
-from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import open_file, read_text
 
 EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
 
@@ -46,7 +46,7 @@ def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | No
 def _check(what: str, file: str) -> None:
     """Raise `ServerFailed` if a file cannot be read; `load_cert_chain` does not tell which one."""
     try:
-        Path(file).open("rb").close()
+        open_file(file).close()
     except OSError as error:
         raise ServerFailed(f"cannot use the {what} {file}: {error.strerror or error}") from None
 
@@ -61,7 +61,7 @@ def _reason(error: OSError) -> str:
 
 def fingerprint_of(certificate: str) -> str:
     """Return the SHA-256 of a PEM file's first certificate, as browsers show it, or "" if there is none."""
-    text = Path(certificate).read_text(encoding="ascii", errors="replace")
+    text = read_text(certificate, errors="replace")
     begin, end = text.find(ssl.PEM_HEADER), text.find(ssl.PEM_FOOTER)
     if not 0 <= begin < end:
         return ""

@@ -20,21 +20,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import functools
-import gzip
-import hashlib
 import json
 import logging
-import mimetypes
 import ssl
 from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from http import HTTPStatus
-from importlib import resources
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from websockets.asyncio.server import ServerConnection
-from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
@@ -42,24 +35,26 @@ from websockets.http11 import Request, Response
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
-from pipros.server.access import LOOPBACK_HOSTS, Access
-from pipros.server.browser_share import set_current_browser
-from pipros.server.json_text import json_text
-from pipros.server.listener import Listener
-from pipros.server.loop_share import LoopShare, LoopShares
-from pipros.server.port import ServerPort
-from pipros.server.port_connection import READ_AHEAD_BYTES, PortConnection
-from pipros.server.secret import Denied, Secret
+from pipros.net.tcpros import HANDSHAKES
+from pipros_server.access import LOOPBACK_HOSTS, Access, is_forwarded_tls
+from pipros_server.browser_share import set_current_browser
+from pipros_server.json_text import json_text
+from pipros_server.listener import Listener
+from pipros_server.port import ServerPort
+from pipros_server.port_connection import READ_AHEAD_BYTES, PortConnection
+from pipros_server.responses import file_response, only_header, plain_response
+from pipros_server.secret import Denied, Secret
 
 if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
+    pass
 
-logger = logging.getLogger("pipros.server")
+logger = logging.getLogger("pipros_server")
 
 SOCKET_PATH = "/live"
-VENDORED = "vendor/"
 VIEWS_OF_A_BROWSER = 200
 REQUEST_BYTES = 1_000_000
+VALUES_OF_A_REQUEST: Final = 100_000
+"""Maximum number of values in a request: parsing them takes 10 ms, and a hundred bytes each."""
 OPEN_CHARACTERS: Final = 2 * REQUEST_BYTES
 """Maximum total size of the requests for a browser's open views, whose arguments need far more."""
 BROWSERS = 100
@@ -81,20 +76,6 @@ View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
 """Called with the arguments of a request. Yields values for the browser: JSON values or bytes."""
 Action = Callable[[Mapping[str, Any]], Awaitable[Any]]
 """Called with the arguments of a request. Returns the data for the response."""
-
-IMPORT_MAP_HASH: Final = "'sha256-UmR2ynK9En+2P57+Dk4hFTbWgpkKslo2yB4soZvGlnI='"
-"""Hash of the only inline script in index.html: the import map, which names third-party modules."""
-
-SECURITY_HEADERS = {
-    "Content-Security-Policy": f"default-src 'none'; script-src 'self' {IMPORT_MAP_HASH}; style-src 'self'; "
-    "connect-src 'self'; "
-    "img-src 'self' blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cache-Control": "no-store",
-}
 
 
 class RequestRefused(PiprosError):
@@ -123,7 +104,7 @@ class ServedViews:
     actions: Mapping[str, Action] = field(default_factory=dict)
     changing: frozenset[str] = frozenset()
     permitted: frozenset[str] = frozenset()
-    pages: Sequence[str] = ("pipros.server",)
+    pages: Sequence[str] = ("pipros_server",)
 
 
 class PageServer:
@@ -134,12 +115,11 @@ class PageServer:
         self._served = served
         self._secret = secret or Secret()
         self._limits = process_limits()
-        listener = Listener(self._limits, limit=BROWSERS + self._limits.handshakes, log=logger)
+        listener = Listener(self._limits, limit=BROWSERS + HANDSHAKES, log=logger)
         self._port = ServerPort(listener, self._limits)
         self._browsers = 0
         self._input = Budget(BROWSERS * REQUEST_BYTES // 2)
         self._logged: set[tuple[str, type[BaseException]]] = set()
-        self._shares = LoopShares()
         self.access = Access(0, secret=self._secret)
 
     async def start(
@@ -185,11 +165,12 @@ class PageServer:
             host = only_header(headers, "Host")
             self.access.check_host(host)
             if path == SOCKET_PATH:
-                self.access.check_origin(only_header(headers, "Origin"), host)
+                is_behind_tls = is_forwarded_tls(only_header(headers, "X-Forwarded-Proto"))
+                self.access.check_origin(only_header(headers, "Origin"), host, is_behind_tls=is_behind_tls)
                 return None
         except Denied as error:
             return plain_response(HTTPStatus.FORBIDDEN, str(error))
-        return _file_response(path, self._served.pages, headers)
+        return file_response(path, self._served.pages, headers)
 
     async def handle_websocket(self, connection: PortConnection) -> None:
         """Serve one browser until it disconnects."""
@@ -214,11 +195,10 @@ class PageServer:
         budget = Budget(with_spare, self._input, part=0.5, own=READ_AHEAD_BYTES)
         connection.admit(budget, REQUEST_BYTES)
         self._browsers += 1
-        browser = _Browser(connection, self._served, self._logged, LoopShare(self._shares))
+        browser = _Browser(connection, self._served, self._logged)
         try:
             await browser.welcome(self.access.secret.token)
-            async for text in connection:
-                await browser.handle(text)
+            await connection.share.run(browser.handle_all)
         except ConnectionClosed:
             pass
         finally:
@@ -232,23 +212,21 @@ class _Browser:
 
     def __init__(
         self,
-        connection: ServerConnection,
+        connection: PortConnection,
         served: ServedViews,
         logged: set[tuple[str, type[BaseException]]],
-        share: LoopShare,
     ) -> None:
         """Create the state of a browser.
 
         Args:
             logged: the errors already logged for any browser, as pairs of view or action name and exception
                 type. Updated in place.
-            share: its share of the event loop, which `close` closes.
         """
         self._connection = connection
         self._served = served
         self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
-        self._share = share
+        self._share = connection.share
         self._open_characters = 0
         self._beats = asyncio.create_task(self._beat())
 
@@ -265,12 +243,17 @@ class _Browser:
         """
         await self._send({"id": 0, "data": {"token": token}})
 
-    async def handle(self, text: str | bytes) -> None:
-        """Start the requested view or action, or stop a view."""
-        await self._share.run(self._handle, text)
+    async def handle_all(self) -> None:
+        """Start the requested views and actions, and stop views, until the browser disconnects."""
+        async for text in self._connection:
+            await self._handle(text)
+            await self._share.end_long_step()
 
     async def _handle(self, text: str | bytes) -> None:
         try:
+            data = text.encode() if isinstance(text, str) else text
+            if sum(map(data.count, (b",", b"{", b"["))) > VALUES_OF_A_REQUEST:
+                raise ValueError(f"it has more than {VALUES_OF_A_REQUEST} values")
             request = json.loads(text)
             number = request["id"]
             if not isinstance(number, int) or not 0 <= number < 1 << 31:
@@ -307,7 +290,6 @@ class _Browser:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        self._share.close()
 
     async def _serve(self, number: int, request: Mapping[str, object]) -> None:
         """Serve a request. A read-only view is retried after an error."""
@@ -387,69 +369,3 @@ class _Browser:
 
     async def _send(self, value: Mapping[str, object]) -> None:
         await self._connection.send(await json_text(value))
-
-
-def only_header(headers: Headers, name: str) -> str | None:
-    """Return the value of a header, or None if it is missing or occurs more than once."""
-    values = headers.get_all(name)
-    return values[0] if len(values) == 1 else None
-
-
-def _file_response(path: str, packages: Sequence[str], request: Headers) -> Response:
-    """Return a file of the page.
-
-    Each part of the path is looked up among the entries of a folder, so no other file can be read.
-    Third-party files are large, so they are sent compressed, and browsers cache and revalidate them.
-    """
-    name = "index.html" if path == "/" else path[1:]
-    files = (_find(resources.files(package) / "page", name) for package in packages)
-    file = next((file for file in files if file is not None), None)
-    if file is None:
-        return plain_response(HTTPStatus.NOT_FOUND, "This file does not exist.")
-    kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
-    if name.endswith(".js"):
-        kind = "text/javascript"
-    charset = "; charset=utf-8" if kind.startswith(("text/", "image/svg")) else ""
-    body = file.read_bytes()
-    if not name.startswith(VENDORED):
-        return _response(HTTPStatus.OK, body, kind + charset)
-    extra = {"ETag": f'"{hashlib.sha256(body).hexdigest()[:32]}"', "Cache-Control": "no-cache"}
-    if only_header(request, "If-None-Match") == extra["ETag"]:
-        return _response(HTTPStatus.NOT_MODIFIED, b"", kind + charset, extra)
-    if "gzip" in (only_header(request, "Accept-Encoding") or ""):
-        body = _compressed(body)
-        extra["Content-Encoding"] = "gzip"
-    return _response(HTTPStatus.OK, body, kind + charset, extra)
-
-
-@functools.lru_cache(maxsize=16)
-def _compressed(body: bytes) -> bytes:
-    return gzip.compress(body, 4, mtime=0)
-
-
-def _find(folder: Traversable, name: str) -> Traversable | None:
-    file = folder
-    for part in name.split("/"):
-        if not file.is_dir():
-            return None
-        found = next((child for child in file.iterdir() if child.name == part), None)
-        if found is None:
-            return None
-        file = found
-    return file if file.is_file() else None
-
-
-def plain_response(status: HTTPStatus, text: str, kind: str = "text/plain") -> Response:
-    """Return a response that contains `text`, with the media type `kind`."""
-    return _response(status, text.encode(), f"{kind}; charset=utf-8")
-
-
-def _response(status: HTTPStatus, body: bytes, kind: str, extra: Mapping[str, str] | None = None) -> Response:
-    headers = {
-        "Content-Type": kind,
-        "Content-Length": str(len(body)),
-        "Connection": "close",
-        **SECURITY_HEADERS,
-        **(extra or {}),
-    }
-    return Response(status.value, status.phrase, Headers(headers), body)

@@ -83,6 +83,24 @@ const keyOf = (node) => (node instanceof Element ? node.getAttribute("data-key")
 export const panelHead = (title, onClose) => h("div", { class: "panel-head" }, h("h2", {}, title),
   h("button", { class: "plain", "aria-label": "Close", title: "Close (Escape)", onclick: onClose }, "×"));
 
+// Returns the line of a view that says what went wrong: {element, show, attempt}. `show(text)` shows a problem, or none. `attempt(work)`
+// shows why the promise of `work()` is rejected, or nothing if it is kept; its own promise says whether it is.
+export function problemLine(tag = "div") {
+  const element = h(tag, { class: "error", role: "alert" });
+  const show = (text = "") => replace(element, text);
+  async function attempt(work) {
+    try {
+      await work();
+      show();
+      return true;
+    } catch (problem) {
+      show(problem.message);
+      return false;
+    }
+  }
+  return { element, show, attempt };
+}
+
 // Formatting ---------------------------------------------------------------------------------------------------------
 
 export function hertz(rate) {
@@ -102,6 +120,11 @@ export function bytes(size) {
 }
 
 export const bandwidth = (size) => (size === null || size === undefined ? "–" : `${bytes(size)}/s`);
+
+const clock = new Intl.DateTimeFormat("en-GB", { timeStyle: "medium" });
+
+// The time of day of a time in seconds since 1970.
+export const timeOfDay = (seconds) => clock.format(seconds * 1000);
 
 export const milliseconds = (seconds) => (seconds === null || seconds === undefined ? "–"
   : `${(seconds * 1000).toFixed(seconds < 0.01 ? 1 : 0)} ms`);

@@ -9,12 +9,11 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.printable import printable
 from pipros.basics.similar_names import similar_names
 from pipros.msg.base import Message
-from pipros.policy.field_check import FieldCheck, check_changes, check_value
-from pipros.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, FieldTree, Policy
+from pipros_server.policy.field_check import POLICY_VALUES, FieldCheck, check_changes, check_value
+from pipros_server.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, FieldTree, Policy
 
 MINUTE_S: Final = 60.0
 PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str": str}
@@ -105,9 +104,9 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         before.values = {**before.values, **stopped_values(rule)}  # by now, the guardian has sent the stop
     check_changes(check.limited, before.values, idle_s, act.name)
     values = {**before.values, **{path: value for path, (value, _) in check.limited.items()}}
-    if len(values) > (most := process_limits().policy_values):
+    if len(values) > (most := POLICY_VALUES):
         reason = f"{act.name}: {len(values)} fields or elements with change_per_s would be stored"
-        raise ActRefused(f"{reason}; {limit_text('policy_values', most)}", rule.place)
+        raise ActRefused(f"{reason}; the limit is {most}", rule.place)
     for name in rule.requires:
         check_condition(policy.conditions[name], state.readings.get(name), now_s)
     if rule.per_minute is not None:

@@ -14,11 +14,15 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any, Final
 
-from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.printable import printable
 from pipros.msg.class_finder import installed_class
 from pipros.msg.time import TVal
-from pipros.policy.model import EACH, ActRefused, FieldRule, FieldTree
+from pipros_server.policy.model import EACH, ActRefused, FieldRule, FieldTree
+
+POLICY_VALUES = 10_000
+"""Limit: values of a message that are compared with a policy. Beyond it, the message is refused, because the
+values beyond the limit would not be compared with the policy.
+"""
 
 _EMPTY: Final = FieldTree()
 _FLOAT32 = struct.Struct("<f")
@@ -35,12 +39,17 @@ class FieldCheck:
         limited: the values whose change is limited, by path, with their rules.
     """
 
-    def __init__(self, what: str, place: str) -> None:
-        """Create a check. Error texts contain `what`, such as `/cmd_vel`, and the rule's location `place`."""
+    def __init__(self, what: str, place: str, *, is_stop: bool = False) -> None:
+        """Create a check. Error texts contain `what`, such as `/cmd_vel`, and the rule's location `place`.
+
+        In a stop, zero and empty values pass, although a robot may not have to move that slowly, and so do
+        texts and whole numbers without a range, which may stand for a mode that clients may not request.
+        """
         self.limited: dict[str, tuple[float, FieldRule]] = {}
         self._what = what
         self._place = place
-        self._left = process_limits().policy_values
+        self._is_stop = is_stop
+        self._left = POLICY_VALUES
 
     def message(self, value: Any, tree: FieldTree, path: str = "") -> None:
         """Check the fields of a message.
@@ -52,7 +61,7 @@ class FieldCheck:
             return
         if value._type == _QUATERNION and (tree.rule is not None or tree.below):
             norm = math.hypot(value.x, value.y, value.z, value.w)
-            if not abs(norm - 1.0) <= _NORM_TOLERANCE:
+            if not abs(norm - 1.0) <= _NORM_TOLERANCE and not (self._is_stop and norm == 0):
                 text = f"{self._named(path)} must be a quaternion with the norm 1, got the norm {norm:g}"
                 raise ActRefused(text, tree.rule.place if tree.rule is not None else self._place)
         is_header = value._type in _HEADER
@@ -72,13 +81,17 @@ class FieldCheck:
             return
         self._left -= 1
         if self._left < 0:
-            most = limit_text("policy_values", process_limits().policy_values)
+            most = f"the limit is {POLICY_VALUES}"
             raise ActRefused(f"{self._what} has too many values to compare; {most}", self._place)
         if hasattr(value, "_slot_types") and not isinstance(value, TVal):
             self.message(value, tree, path)
             return
         if isinstance(value, TVal):
             value = value.to_sec()
+        if self._is_stop and (
+            value in (0, "", b"") or (not isinstance(value, float) and (rule is None or rule.one_of))
+        ):
+            return
         if rule is None:
             if value not in (0, "", b""):  # False equals 0, and NaN equals none of these
                 raise ActRefused(
@@ -96,7 +109,7 @@ class FieldCheck:
         if of_all is not None and of_all.count is not None and len(value) > of_all.count:
             text = f"{self._named(path)} may have at most {of_all.count} elements, got {len(value)}"
             raise ActRefused(text, of_all.place)
-        if not tree.below and kind.endswith("[]") and len(value):
+        if not tree.below and kind.endswith("[]") and len(value) and not self._is_stop:
             raise ActRefused(
                 f"{self._named(path)} has no rule and must be empty, got {len(value)} elements", self._place
             )

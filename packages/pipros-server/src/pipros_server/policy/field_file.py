@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from pipros.msg.class_finder import installed_class
 from pipros.msg.language.spec import FLOATS, INTEGERS, TIMES
-from pipros.policy.model import EACH, FieldRule, FieldTree, Unit
 from pipros.safe.settings import Settings
+from pipros_server.policy.model import EACH, FieldRule, FieldTree, Unit
 
 UNITS: Final = {
     **dict.fromkeys(("", "m", "m/s", "m/s^2", "rad", "rad/s", "rad/s^2"), 1.0),

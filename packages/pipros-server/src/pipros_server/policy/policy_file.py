@@ -1,25 +1,56 @@
-"""Read the YAML file of a policy (docs/policy.md), with errors that name the file, the line and the key."""
+"""Read the YAML file of a policy (docs/guides/policy.md), with errors that name file, line and key."""
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.from_yaml import fill_message_args
-from pipros.policy.condition_file import VALUES, loaded_message, read_conditions
-from pipros.policy.decisions import PARAMETER_TYPES
-from pipros.policy.field_check import is_finite
-from pipros.policy.field_file import BOUNDS, NUMERIC, place_of, read_fields, read_rule, whole
-from pipros.policy.model import RUNS, ActKind, ActRule, Condition, FieldRule, FieldTree, Policy
+from pipros.msg.language.spec import TIMES
 from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
+from pipros_server.policy.decisions import PARAMETER_TYPES
+from pipros_server.policy.field_check import FieldCheck, is_finite
+from pipros_server.policy.field_file import (
+    BOUNDS,
+    NUMERIC,
+    ORDERED,
+    PLAIN,
+    field_path,
+    place_of,
+    read_fields,
+    read_rule,
+    whole,
+)
+from pipros_server.policy.model import (
+    EACH,
+    RUNS,
+    ActKind,
+    ActRefused,
+    ActRule,
+    Condition,
+    FieldRule,
+    FieldTree,
+    Policy,
+)
+
+POLICY_FILE_BYTES = 256 * 1024
+"""Limit: a policy file; this also limits the number of its rules. Beyond it, the command ends with an error;
+this also limits the number of rules.
+"""
+POLICY_STOP_BYTES = 1024
+"""Limit: a message or service request with which a policy stops the robot. Beyond it, the command ends with
+an error that names the line; the process that stops the robot could not receive a larger message in one
+piece.
+"""
 
 _LIMITS = ("per_minute", "requires")
 _MESSAGE_KEYS = ("type", "fields", "stop", "time_limit_s", *_LIMITS)
@@ -40,7 +71,7 @@ def read_policy(path: str | os.PathLike[str]) -> Policy:
         BadSettings: the file cannot be read, or is malformed; the text names the file, the line and the key.
     """
     try:
-        return parse_policy(read_text(path, process_limits().policy_file_bytes), os.fspath(path))
+        return parse_policy(read_text(path, POLICY_FILE_BYTES), os.fspath(path))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise BadSettings(f"cannot read {os.fspath(path)}: {reason}") from None
@@ -75,6 +106,13 @@ class _PolicyReader:
                 if (kind, key) in rules:
                     raise section.error(key, "is a topic of an action in this policy. Remove one of the two")
                 rules[kind, key] = self._act(section.section(key), kind, key, conditions)
+        for rule in rules.values():
+            if rule.halt is not None:
+                topic, message, _ = rule.halt
+                commanded = rules.get((ActKind.TOPIC, topic))
+                if commanded is not None and commanded.type == message._type:
+                    goals = actions.section(rule.name.removesuffix("/goal"))
+                    _check_stop(goals, message, topic, commanded.fields)
         if not rules:
             raise self._top.error("", "must have at least one rule, such as one in the section topics")
         for condition in conditions.values():
@@ -124,12 +162,15 @@ class _PolicyReader:
             return ActRule(fields=tree, **common)
         loaded = self._load(section, kind)
         message_class = loaded if kind is ActKind.TOPIC else loaded._request_class
+        fields, stop = read_fields(section, message_class), _stop(section, message_class)
+        if stop is not None:
+            _check_stop(section, stop, name, fields)
         return ActRule(
             type=loaded._type,
             message_class=message_class,
             md5sum=loaded._md5sum,
-            fields=read_fields(section, message_class),
-            stop=_stop(section, message_class),
+            fields=fields,
+            stop=stop,
             **common,
         )
 
@@ -226,6 +267,14 @@ def _stop(section: Settings, message_class: object) -> Any:
     return None if value is None else message
 
 
+def _check_stop(section: Settings, stop: Any, name: str, fields: FieldTree) -> None:
+    """Refuse a stop that moves the robot faster than clients may."""
+    try:
+        FieldCheck(name, "", is_stop=True).message(stop, fields)
+    except ActRefused as error:
+        raise section.error("stop", str(error)) from None
+
+
 def _message(section: Settings, key: str, value: Any, message_class: Any) -> Any:
     """Return a message of zeros, or with the given values."""
     message = message_class()
@@ -236,7 +285,7 @@ def _message(section: Settings, key: str, value: Any, message_class: Any) -> Any
         raise section.error(key, " ".join(str(error).split())) from None
     if not is_finite(message):
         raise section.error(key, "must contain finite numbers")
-    if size > (most := process_limits().policy_stop_bytes):
+    if size > (most := POLICY_STOP_BYTES):
         raise section.error(key, f"must have at most {most} bytes, got {size}")
     return message
 
@@ -251,3 +300,56 @@ def _argument(args: Settings, name: str) -> FieldTree:
     spec = args.section(name)
     spec.only(BOUNDS)
     return FieldTree(read_rule(spec, is_number=not spec.values.keys().isdisjoint(NUMERIC)))
+
+
+_SIDES = ("above", "below")  # bounds of conditions only
+VALUES = tuple(each for each in BOUNDS if each != "unit")
+_CONDITIONS = (*_SIDES, *VALUES)
+
+
+def read_conditions(top: Settings) -> Iterator[Condition]:
+    """Read the section `conditions`. Raise `BadSettings` for an invalid value."""
+    for section in top.section("conditions").sections():
+        section.only(("topic", "type", "field", "max_age_s", *BOUNDS, *_SIDES))
+        name = section.key.rpartition(".")[2]
+        topic = section.text("topic")
+        if not (names.is_legal_topic(topic) and names.is_global(topic)) or names.canonicalize(topic) != topic:
+            raise section.error("topic", f"must be a legal global name, such as /battery, got {topic!r}")
+        message_class = loaded_message(section, section.text("type"))
+        path: tuple[str | int, ...] = ()
+        kind = "string"
+        given = [key for key in _CONDITIONS if key in section.values]
+        if len(given) > 1:
+            raise section.error(given[1], f"must not be combined with {given[0]}")
+        if "field" in section.values:
+            path, kind = field_path(section, section.text("field"), message_class, "field")
+            if (kind not in ORDERED and kind not in PLAIN) or EACH in path:
+                text = "must name one number, string or boolean, such as buttons[4]"
+                raise section.error("field", text)
+            if kind in TIMES:
+                raise section.error("field", "must not be a time; max_age_s limits the age of messages")
+            if not given:
+                bounds = f"{', '.join(_CONDITIONS[:-1])} or {_CONDITIONS[-1]}"
+                raise section.error("", f"must have {bounds} for its field")
+        elif given:
+            raise section.error(given[0], "needs the key field")
+        is_number = kind in ORDERED
+        rule = read_rule(section, is_number=is_number or not path, kind=kind)
+        if "above" in section.values or "below" in section.values:
+            if not is_number:
+                raise section.error("field", f"must be a number, got the type {kind}")
+            least, most = (
+                section.number(key, end, least=-math.inf) * rule.unit.factor if key in section.values else end
+                for key, end in (("above", -math.inf), ("below", math.inf))
+            )
+            rule = replace(rule, least=least, most=most)
+        age_s = section.number("max_age_s", None, least=0.01)
+        yield Condition(place_of(section), name, topic, message_class, path, rule, age_s)
+
+
+def loaded_message(section: Settings, type_name: str) -> Any:
+    """Return the class of a message type. Raise `BadSettings` if the type is unknown."""
+    try:
+        return load_message_class(type_name)
+    except PiprosError as error:
+        raise section.error("type", str(error)) from None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Final
 
-from pipros.server.view_server import RequestRefused, ServedViews
+from pipros_server.view_server import RequestRefused, ServedViews
 
 PERIOD_S: Final = 0.1
 """Interval (s) at which the server checks whether values or ranges have changed."""
@@ -40,6 +40,9 @@ class SliderPage:
         move: sets a slider's value. Called with the slider's name and a value within its range.
         buttons: callbacks by label.
         on_left: called after a browser has left the page.
+        on_held: if given, the page repeats a value that its user has set, ten times a second, and this is
+            called as long as it is still the slider's value. Repeated values move no slider, because a
+            browser that was suspended may send old ones.
     """
 
     title: str
@@ -48,13 +51,14 @@ class SliderPage:
     move: Callable[[str, float], object]
     buttons: Mapping[str, Callable[[], object]]
     on_left: Callable[[], object] = lambda: None
+    on_held: Callable[[], object] | None = None
 
     def served_views(self) -> ServedViews:
         """Return the views and actions for a server."""
         return ServedViews(
             views={"sliders": self._show},
-            actions={"move": self._move, "press": self._press},
-            pages=("pipros.server.sliders", "pipros.server"),
+            actions={"move": self._move, "hold": self._hold, "press": self._press},
+            pages=("pipros_server.sliders", "pipros_server"),
         )
 
     async def _show(self, _: Mapping[str, object]) -> AsyncIterator[Any]:
@@ -72,6 +76,7 @@ class SliderPage:
                         "node": self.node,
                         "buttons": list(self.buttons),
                         "sliders": now,
+                        "holds": self.on_held is not None,
                     }
                 sent = now
                 await asyncio.sleep(PERIOD_S)
@@ -86,6 +91,11 @@ class SliderPage:
         if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
             raise RequestRefused(f"the value of a slider must be a finite number, got {value!r}")
         self.move(found.name, min(max(float(value), found.lowest), found.highest))
+
+    async def _hold(self, arguments: Mapping[str, object]) -> None:
+        held = (arguments.get("slider"), arguments.get("value"))
+        if self.on_held is not None and held in [(each.name, each.value) for each in self.sliders()]:
+            self.on_held()
 
     async def _press(self, arguments: Mapping[str, object]) -> None:
         function = self.buttons.get(str(arguments.get("button")))

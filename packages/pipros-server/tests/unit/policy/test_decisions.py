@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
-from pipros.policy.decisions import Act, PolicyState, decide, read_condition
-from pipros.policy.model import ActKind, ActRefused
-from pipros.policy.policy_file import parse_policy
+from pipros_server.policy.decisions import Act, PolicyState, decide, read_condition
+from pipros_server.policy.field_check import POLICY_VALUES
+from pipros_server.policy.model import ActKind, ActRefused
+from pipros_server.policy.policy_file import parse_policy
 
 Twist: Any = load_message_class("geometry_msgs/Twist")
 Vector3: Any = load_message_class("geometry_msgs/Vector3")
@@ -172,7 +172,7 @@ def test_a_message_without_an_element_does_not_let_the_next_one_jump(policy: Any
 
 
 def test_elements_whose_change_is_limited_do_not_accumulate_without_end() -> None:
-    state, most = PolicyState(), process_limits().policy_values
+    state, most = PolicyState(), POLICY_VALUES
     decide(JOINTS, publish("/arm", joints(*[0.0] * (most - 20))), state, 0.0)
     wide = joints(0.0, 0.0)
     wide.points = [*joints(0.0).points, *joints(*[0.0] * 100).points]
@@ -264,7 +264,7 @@ def test_a_message_with_more_values_than_are_compared_is_refused() -> None:
         "topics: {/s: {type: sensor_msgs/JointState, fields: {'position[]': {range: [0, 1]}}}}", "p"
     )
     state: Any = load_message_class("sensor_msgs/JointState")()
-    most = process_limits().policy_values
+    most = POLICY_VALUES
     state.position = [0.5] * (most - 100)
     decide(policy, publish("/s", state), PolicyState(), 0.0)
     state.position = [0.5] * most

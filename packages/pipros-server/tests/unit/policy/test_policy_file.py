@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from pipros.basics.limits import process_limits
-from pipros.policy.field_check import check_value
-from pipros.policy.field_file import BOUNDS
-from pipros.policy.model import ActKind, ActRefused
-from pipros.policy.policy_file import parse_policy, read_policy
 from pipros.safe.settings import BadSettings
+from pipros_server.policy.field_check import check_value
+from pipros_server.policy.field_file import BOUNDS
+from pipros_server.policy.model import ActKind, ActRefused
+from pipros_server.policy.policy_file import POLICY_FILE_BYTES, parse_policy, read_policy
 
 POLICY = """\
 topics:
@@ -126,7 +125,7 @@ def test_a_file_that_cannot_be_read_or_is_too_large_is_refused(tmp_path: Path) -
     with pytest.raises(BadSettings, match=r"cannot read .*absent\.yaml: No such file"):
         read_policy(tmp_path / "absent.yaml")
     large = tmp_path / "large.yaml"
-    most = process_limits().policy_file_bytes
+    most = POLICY_FILE_BYTES
     large.write_text("#" * (most + 1))
     with pytest.raises(BadSettings, match=f"it is larger than {most} bytes"):
         read_policy(large)
@@ -225,3 +224,51 @@ def test_each_bound_works_wherever_values_are_bounded(text: str, bound: str) -> 
     assert check_value(good, rule, "it") == good
     with pytest.raises(ActRefused):
         check_value(bad, rule, "it")
+
+
+DRIVE = """
+topics:
+  /cmd_vel:
+    type: geometry_msgs/Twist
+    fields: {linear.x: {range: [-1, 1]}, angular.z: {range: [0.1, 1]}}
+"""
+PAUSE = """
+services:
+  /mode: {type: std_srvs/SetBool, fields: {data: {one_of: [true]}}, stop: {data: false}}
+topics:
+  /gripper: {type: std_msgs/Int8, fields: {data: {one_of: [1, 2]}}, stop: {data: 3}}
+  /word: {type: std_msgs/String, fields: {data: {one_of: [go]}}, stop: {data: halt}}
+  /joints: {type: std_msgs/Float64MultiArray, fields: {"data[]": {range: [1, 2]}}, stop: {data: [0, 0, 1.5]}}
+  /pose: {type: geometry_msgs/Quaternion, fields: {z: {range: [-1, 1]}}, stop: zero}
+"""
+BEYOND = {
+    "{linear: {x: 50}}": "linear.x of /cmd_vel must be from -1 to 1, got 50",
+    "{linear: {x: -1.01}}": "linear.x of /cmd_vel must be from -1 to 1, got -1.01",
+    "{linear: {y: 0.1}}": "linear.y of /cmd_vel has no rule and must be zero or empty, got 0.1",
+    "{angular: {z: 0.05}}": "angular.z of /cmd_vel must be from 0.1 to 1, got 0.05",
+}
+
+
+@pytest.mark.parametrize(("stop", "reason"), BEYOND.items(), ids=str)
+def test_a_stop_does_not_move_a_robot_faster_than_clients_may(stop: str, reason: str) -> None:
+    action = """actions:
+  /move_base:
+    type: move_base_msgs/MoveBaseAction
+    fields: any
+    time_limit_s: 9
+    stop: {topic: /cmd_vel, type: geometry_msgs/Twist, values: STOP}
+"""
+    for text, place in (
+        (f"{DRIVE}    stop: {stop}\n", "p.yaml:6: topics./cmd_vel.stop: "),
+        (DRIVE + action.replace("STOP", stop), "p.yaml:11: actions./move_base.stop: "),
+    ):
+        with pytest.raises(BadSettings) as error:
+            parse_policy(text, "p.yaml")
+        assert str(error.value).startswith(place)
+        assert reason in str(error.value)
+
+
+def test_a_stop_may_be_zero_a_slower_motion_or_another_mode() -> None:
+    for stop in ("zero", "{linear: {x: 0.5}}", "{linear: {x: 0.0}}", "{angular: {z: 0.1}}"):
+        assert parse_policy(f"{DRIVE}    stop: {stop}\n", "p.yaml").rules
+    assert len(parse_policy(PAUSE, "p.yaml").rules) == 5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.server.access import LOOPBACK_HOSTS, Access
-from pipros.server.secret import Denied
+from pipros_server.access import LOOPBACK_HOSTS, Access, is_forwarded_tls
+from pipros_server.secret import Denied
 
 ACCESS = Access(8000)
 OPEN = Access(8000, {*LOOPBACK_HOSTS, "robot"}, is_secure=True, takes_addresses=True)
@@ -19,7 +19,15 @@ def test_own_names_are_served(host: str) -> None:
 
 @pytest.mark.parametrize(
     "host",
-    [None, "", "evil.example:8000", "localhost", "localhost:80", "10.0.0.1:8000", "localhost.evil:8000"],
+    [
+        None,
+        "",
+        "evil.example:8000",
+        "evil.example",
+        "10.0.0.1:8000",
+        "localhost.evil:8000",
+        "localhost:9000x",
+    ],
 )
 def test_other_names_are_refused(host: str | None) -> None:
     with pytest.raises(Denied):
@@ -66,16 +74,50 @@ def test_the_default_port_may_be_left_out(port: int, is_secure: bool, scheme: st
     for host in (name, f"{name}:{port}"):
         access.check_host(host)
         access.check_origin(f"{scheme}://{host}", host)
-    for host in (f"{name}:8080", f"{name}:", f"{name}:080x", f"{name}:1:{port}"):
+    for host in (f"{name}:", f"{name}:080x", f"{name}:1:{port}"):
         with pytest.raises(Denied):
             access.check_host(host)
 
 
-def test_the_default_port_of_another_scheme_is_refused() -> None:
+@pytest.mark.parametrize("host", ["localhost:9000", "localhost", "127.0.0.1:1", "[::1]:65535"])
+def test_the_outer_port_of_a_tunnel_or_container_may_differ(host: str) -> None:
+    ACCESS.check_host(host)
+    ACCESS.check_origin(f"http://{host}", host)
+
+
+@pytest.mark.parametrize("host", ["10.0.0.1:443", "robot", "robot:9000", "[fe80::1]:1"])
+def test_the_outer_port_of_an_open_server_may_differ(host: str) -> None:
+    OPEN.check_host(host)
+    OPEN.check_origin(f"https://{host}", host)
+
+
+@pytest.mark.parametrize(
+    ("origin", "host"),
+    [
+        ("http://localhost:3000", "localhost:8000"),  # a page of another server on this machine
+        ("http://localhost:8000", "localhost:9000"),  # outside, 8000 is the port of another server
+        ("http://localhost", "localhost:8000"),
+        ("http://127.0.0.1:3000", "127.0.0.1:8000"),
+        ("http://evil.example:9000", "localhost:9000"),
+        ("https://localhost:9000", "localhost:9000"),
+    ],
+)
+def test_a_page_of_another_port_or_name_is_another_origin(origin: str, host: str) -> None:
     with pytest.raises(Denied):
-        Access(443).check_host("localhost")
-    with pytest.raises(Denied):
-        Access(80, is_secure=True).check_host("localhost")
+        ACCESS.check_origin(origin, host)
+
+
+@pytest.mark.parametrize("host", ["localhost", "localhost:9443", "localhost:443"])
+def test_a_proxy_may_add_tls_if_it_says_so(host: str) -> None:
+    ACCESS.check_origin(f"https://{host}", host, is_behind_tls=True)
+    for origin, wanted in ((f"http://{host}", host), (f"https://{host}", "localhost:1"), ("https://x", host)):
+        with pytest.raises(Denied):
+            ACCESS.check_origin(origin, wanted, is_behind_tls=True)
+
+
+def test_the_header_of_a_proxy_says_whether_it_adds_tls() -> None:
+    assert all(map(is_forwarded_tls, ("https", "wss", " HTTPS ")))
+    assert not any(map(is_forwarded_tls, (None, "", "http", "ws", "https, http", "x")))
 
 
 def test_the_address_has_the_token_in_its_fragment_and_the_tab() -> None:

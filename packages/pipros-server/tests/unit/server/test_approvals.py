@@ -16,9 +16,9 @@ import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.net.local_requests import LocalFailed
-from pipros.policy.model import ActRefused
-from pipros.server import terminal_approvals
-from pipros.server.approvals import MINUTE_S, Approvals, Question, answer_act, waiting_acts
+from pipros_server import terminal_approvals
+from pipros_server.approvals import MINUTE_S, Approvals, Question, answer_act, waiting_acts
+from pipros_server.policy.model import ActRefused
 from tests.support.waiting import wait_until
 
 if sys.platform != "win32":
@@ -185,7 +185,7 @@ def test_other_programs_of_this_user_list_and_answer(reachable: Approvals) -> No
 
 SUSPENDED = """
 import os, signal, threading
-from pipros.server.approvals import Approvals, Question
+from pipros_server.approvals import Approvals, Question
 approvals, question = Approvals("m", 2), Question("publish", "/cmd_vel", "", "r")
 approvals.start()
 threading.Timer(0.5, lambda: (print("asks", flush=True), os.kill(os.getpid(), signal.SIGSTOP))).start()

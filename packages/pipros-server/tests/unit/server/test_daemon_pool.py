@@ -6,8 +6,8 @@ import contextvars
 import threading
 from concurrent.futures import Future
 
-from pipros.server.browser_share import Browser, has_share, set_current_browser
-from pipros.server.daemon_pool import DaemonPool
+from pipros_server.browser_share import Browser, has_share, set_current_browser
+from pipros_server.daemon_pool import DaemonPool
 
 
 def test_a_browser_with_many_functions_does_not_delay_another_one() -> None:

@@ -11,9 +11,8 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.server import stops
-from pipros.server.guardian_process import GuardianProcess
-from pipros.server.stops import REPETITIONS
+from pipros_server import guardian_process
+from pipros_server.guardian_process import REPETITIONS, GuardianProcess
 from tests.support.waiting import wait_until
 
 RESULT: Any = load_message_class("actionlib_tutorials/FibonacciActionResult")
@@ -61,7 +60,7 @@ class RecordingNode:
 def test_a_result_that_arrives_before_the_line_about_its_goal_ends_the_goal(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(stops, "EARLY_S", 1e9)
+    monkeypatch.setattr(guardian_process, "EARLY_S", 1e9)
     (lines, write), (read, output) = os.pipe(), os.pipe()
     node: Any = RecordingNode()
     with (

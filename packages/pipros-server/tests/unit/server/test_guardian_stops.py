@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.server.stops import REPEAT_S, REPETITIONS, Stops
+from pipros_server.guardian_process import REPEAT_S, REPETITIONS, Stops
 
 
 @pytest.fixture

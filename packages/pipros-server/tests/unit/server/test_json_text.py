@@ -17,8 +17,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pipros.server import json_text as json_module
-from pipros.server.json_text import LARGE_CHARACTERS, LARGE_VALUES, is_large, json_bytes, json_text
+from pipros_server import json_text as json_module
+from pipros_server.json_text import LARGE_CHARACTERS, LARGE_VALUES, is_large, json_bytes, json_text
 
 INF, NAN = float("inf"), float("nan")
 
@@ -26,7 +26,7 @@ INF, NAN = float("inf"), float("nan")
 @pytest.fixture(params=["orjson", "json"], autouse=True)
 def _library(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if request.param == "json":
-        monkeypatch.setattr("pipros.server.json_text.ORJSON", None)
+        monkeypatch.setattr("pipros_server.json_text.ORJSON", None)
 
 
 def text(value: Any) -> str:
@@ -87,7 +87,7 @@ VALUES = st.recursive(
 def test_both_libraries_give_the_same_values(value: Any) -> None:
     with pytest.MonkeyPatch.context() as without:
         fast = text(value)
-        without.setattr("pipros.server.json_text.ORJSON", None)
+        without.setattr("pipros_server.json_text.ORJSON", None)
         slow = text(value)
     read = partial(json.loads, parse_float=lambda digits: repr(float(digits)), parse_constant=pytest.fail)
     assert read(fast) == read(slow)

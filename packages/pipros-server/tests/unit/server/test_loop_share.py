@@ -1,4 +1,4 @@
-"""A browser whose views compute much leaves the event loop to others, and its coroutines run as any other."""
+"""A client that makes the server compute much leaves the event loop to others."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from pipros.server import loop_share
-from pipros.server.loop_share import BURST_S, SHARE, LoopShare, LoopShares
+from pipros_server import loop_share
+from pipros_server.loop_share import BURST_S, SHARE, LoopShare, LoopShares
 
 STEP_S = 0.02
 
@@ -100,12 +100,80 @@ def test_several_busy_browsers_leave_half_of_the_loop_to_others(monkeypatch: pyt
         for each in views:
             each.cancel()
         await asyncio.gather(*views, return_exceptions=True)
-        assert shares.busy == {*browsers}
-        for browser in browsers:
+        assert shares.busy_now() == {*browsers}
+        for browser in browsers[1:]:
             browser.close()
-        assert not shares.busy
+            browser.note(1.0)  # the end of a coroutine
+        assert shares.busy_now() == {browsers[0]}
+        now_s += 60.0
+        assert not shares.busy_now()
         return worked_s
 
     worked_s = asyncio.run(scenario())
     assert sum(worked_s) <= 1.1 * SHARE * 20.0
     assert max(worked_s) <= 1.2 * min(worked_s)
+
+
+def test_a_coroutine_that_never_waits_gives_others_their_turn() -> None:
+    async def scenario() -> int:
+        share, handled = LoopShare(LoopShares()), 0
+
+        async def client() -> None:
+            nonlocal handled
+            while True:
+                time.sleep(STEP_S / 10)
+                handled += 1
+                await share.end_long_step()
+
+        task = asyncio.create_task(share.run(client))
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        return handled
+
+    assert 1 <= asyncio.run(scenario()) <= 2
+
+
+def run_threads(
+    monkeypatch: pytest.MonkeyPatch, count: int, seconds: float, step_s: float = 0.01
+) -> list[float]:
+    """Return the processor time that threads of each of some busy clients of one server get."""
+    now_s = 0.0
+    monkeypatch.setattr(loop_share, "time", SimpleNamespace(monotonic=lambda: now_s))
+    shares = LoopShares()
+    clients, worked = [LoopShare(shares) for _ in range(count)], [0.0] * count
+    while now_s < seconds:
+        for number, client in enumerate(clients):
+            if client.pause_s() <= 0:
+                now_s += step_s
+                worked[number] += step_s
+                client.note_threads(worked[number])
+        now_s += step_s / 10
+    return worked
+
+
+def test_threads_of_a_client_that_is_alone_may_use_a_whole_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    [worked] = run_threads(monkeypatch, 1, 20)
+    assert worked > 18
+
+
+@pytest.mark.parametrize("count", [2, 5, 20])
+def test_threads_of_busy_clients_share_a_part_of_the_processor_equally(
+    monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
+    worked = run_threads(monkeypatch, count, 60)
+    assert sum(worked) == pytest.approx(60 * SHARE, rel=0.2)
+    assert max(worked) < 1.2 * min(worked)
+
+
+def test_a_client_with_little_work_is_not_delayed_by_busy_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = 0.0
+    monkeypatch.setattr(loop_share, "time", SimpleNamespace(monotonic=lambda: now_s))
+    shares = LoopShares()
+    busy, other = LoopShare(shares), LoopShare(shares)
+    for number in range(500):
+        now_s += 0.02
+        busy.note(0.02)
+        other.note_threads(0.001 * number)
+        assert other.pause_s() <= 0

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.server.access import Access
-from pipros.server.desktop import USED_WITHIN_S, open_in_browser
-from pipros.server.opening_file import OpeningFile, folders_for_browsers
-from pipros.server.secret import CODE_S
+from pipros_server.access import Access
+from pipros_server.desktop import USED_WITHIN_S, OpeningFile, folders_for_browsers, open_in_browser
+from pipros_server.secret import CODE_S
 from tests.support.waiting import wait_until
 
 ADDRESS = "http://localhost:1234/#code=abc/graph"

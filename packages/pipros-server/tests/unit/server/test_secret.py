@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from pipros.server.secret import CODE_S, CODES, Denied, Secret
+from pipros_server.secret import CODE_S, CODES, Denied, Secret
 
 
 class Clock:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from pipros.server.tls import ServerFailed, tls_context
-from tests.support.environments import TESTS
+from pipros_server.tls import ServerFailed, tls_context
+from tests.support.environments import file_of_tests
 
-CERTIFICATES = TESTS / "support" / "certificates"
+CERTIFICATES = file_of_tests("support/certificates")
 CERTIFICATE, KEY = str(CERTIFICATES / "cert.pem"), str(CERTIFICATES / "key.pem")
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.server.token_file import BadTokenFile, read_tokens
+from pipros_server.token_file import BadTokenFile, read_tokens
 
 
 def written(folder: Path, text: str, mode: int = 0o600) -> str:

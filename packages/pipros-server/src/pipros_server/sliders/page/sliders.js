@@ -5,13 +5,24 @@ import { h, replace } from "./dom.js";
 import { live } from "./live.js";
 
 const STEPS = 1000;
+const HOLD_MS = 100;
 
 const element = (id) => document.getElementById(id);
 const rows = new Map(); // by name of the slider
+const held = new Map(); // values that this page has set and repeats, by name of the slider
 let shape = "";
+let holds = false;
+let pending = 0; // actions without an answer
 
 function act(action, args) {
-  live.act(action, args).catch((error) => console.warn(error.message));
+  pending += 1;
+  live.act(action, args).catch((error) => console.warn(error.message)).finally(() => { pending -= 1; });
+}
+
+// Nothing piles up on a slow connection, and a suspended browser is silent: the node then stops the robot.
+function hold() {
+  if (!holds || pending || !live.isCurrent) return;
+  for (const [slider, value] of held) act("hold", { slider, value });
 }
 
 function text(value, unit) {
@@ -24,6 +35,7 @@ function row([name, lowest, highest, , unit]) {
   const output = h("output", {});
   input.addEventListener("input", () => {
     output.textContent = text(input.valueAsNumber, unit);
+    held.set(name, input.valueAsNumber);
     act("move", { slider: name, value: input.valueAsNumber });
   });
   rows.set(name, { input, output });
@@ -48,7 +60,9 @@ function show(data) {
   const now = JSON.stringify(data.sliders.map(([name, lowest, highest, , unit]) => [name, lowest, highest, unit]));
   if (now !== shape) build(data);
   shape = now;
+  holds = data.holds;
   for (const [name, , , value, unit] of data.sliders) {
+    if (!pending && held.get(name) !== value) held.delete(name);
     const { input, output } = rows.get(name);
     if (input.matches(":active")) continue;
     input.value = value;
@@ -56,5 +70,6 @@ function show(data) {
   }
 }
 
+setInterval(hold, HOLD_MS);
 live.watch("sliders", {}, show);
 showConnection("panel", "the node");
