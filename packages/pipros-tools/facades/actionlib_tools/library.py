@@ -8,6 +8,7 @@ from yaml import safe_dump
 
 import roslib.packages
 import rospy
+from pipros.basics.input_file import read_text
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.base import Message
 from pipros.msg.from_yaml import fill_message_args
@@ -46,8 +47,7 @@ def yaml_msg_str(type_: Any, yaml_str: str, filename: str | None = None) -> Any:
 
 def yaml_msg(type_: Any, filename: str) -> Any:
     """Like `yaml_msg_str`, but read the YAML from a file."""
-    with open(filename, encoding="utf-8") as file:
-        return yaml_msg_str(type_, file.read(), filename)
+    return yaml_msg_str(type_, read_text(filename), filename)
 
 
 def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> list[Any]:
@@ -65,8 +65,7 @@ def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> lis
 
 def yaml_msgs(type_: Any, filename: str) -> list[Any]:
     """Like `yaml_msgs_str`, but read the YAML from a file."""
-    with open(filename, encoding="utf-8") as file:
-        return yaml_msgs_str(type_, file.read(), filename)
+    return yaml_msgs_str(type_, read_text(filename), filename)
 
 
 def _message_from(type_: Any, values: Any, filename: str | None, wanted: str) -> Any:

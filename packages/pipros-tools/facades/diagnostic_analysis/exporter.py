@@ -5,12 +5,15 @@ from __future__ import annotations
 import shutil
 from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import ExitStack as _ExitStack
 from pathlib import Path
 
-from pipros.bag import open_bag
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.diagnostics.csv_rows import CsvColumns, file_names
-from pipros.libraries.diagnostics.items import ComponentStatus
+from pipros.basics.replaced_file import naming as _naming
+from pipros.basics.windows import replace_file as _replace_file
+from pipros_libraries.diagnostics.csv_rows import CsvColumns, file_names
+from pipros_libraries.diagnostics.items import ComponentStatus
+from pipros_tools.bag import open_bag
 
 _star_names(__name__, "diagnostic_msgs operator os rosbag roslib subprocess sys tempfile time")
 
@@ -37,14 +40,22 @@ class LogExporter:
         """Read the bag and write the files.
 
         Raises:
-            OSError, pipros.bag.BagError: the bag cannot be read, or a file cannot be written.
+            OSError, pipros_tools.bag.BagError: the bag cannot be read, or a file cannot be written. Files of
+                an earlier export stay as they were.
         """
+        with _ExitStack() as unfinished:
+            self._write_files(unfinished)
+            for name in self._files:
+                _replace_file(self._unfinished(name), self._path(name))
+
+    def _write_files(self, unfinished: _ExitStack) -> None:
         columns: dict[str, CsvColumns] = defaultdict(CsvColumns)
         for _, status in self._statuses():
             columns[status.name].add(status)
         self._files = file_names(columns)
         for name, found in columns.items():
-            self._path(name).write_text(found.header(), encoding="utf-8")
+            unfinished.callback(self._unfinished(name).unlink, missing_ok=True)
+            self._append(name, [found.header()])
         so_far: dict[str, CsvColumns] = defaultdict(CsvColumns)
         rows: dict[str, list[str]] = defaultdict(list)
         for stamp_s, status in self._statuses():
@@ -72,8 +83,11 @@ class LogExporter:
         return Path(self.output_dir) / self._files[name]
 
     def _append(self, name: str, lines: list[str]) -> None:
-        with self._path(name).open("a", encoding="utf-8") as file:
+        with _naming(self._path(name)), self._unfinished(name).open("a", encoding="utf-8") as file:
             file.writelines(lines)
+
+    def _unfinished(self, name: str) -> Path:
+        return Path(f"{self._path(name)}.active")
 
     def _statuses(self) -> Iterator[tuple[float, ComponentStatus]]:
         with open_bag(self.logfile) as bag:

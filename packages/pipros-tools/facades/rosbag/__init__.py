@@ -1,6 +1,6 @@
 """Drop-in replacement for Noetic's `rosbag`: read and write bags.
 
-Facade of `pipros.bag`; see http://wiki.ros.org/rosbag/Code%20API.
+Facade of `pipros_tools.bag`; see http://wiki.ros.org/rosbag/Code%20API.
 """
 
 from __future__ import annotations

@@ -1,21 +1,26 @@
-"""Drop-in replacement for `rosbag.Bag`; see http://wiki.ros.org/rosbag/Code%20API. Facade of `pipros.bag`."""
+"""Drop-in replacement for `rosbag.Bag`.
+
+Facade of `pipros_tools.bag`; see http://wiki.ros.org/rosbag/Code%20API.
+"""
 
 from __future__ import annotations
 
 import io
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial as _partial
 from typing import Any
 
-from pipros.bag import compression as _compression
-from pipros.bag.bag_file import BagFile
-from pipros.bag.connection import Connection
-from pipros.bag.reader import BagReader
-from pipros.bag.writer import CHUNK_BYTES
+from pipros.basics.input_file import open_file as _open_file
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.time import NS_PER_S as _NS_PER_S
 from pipros.msg.time import Time as _Time
+from pipros_tools.bag import compression as _compression
+from pipros_tools.bag.bag_file import BagFile
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.writer import CHUNK_BYTES
 from rosbag.exceptions import (
     ROSBagEncryptException,
     ROSBagEncryptNotSupportedException,
@@ -27,6 +32,12 @@ from rosbag.exceptions import (
 from rosbag.index_access import ConnectionFilter, IndexAccess
 from rosbag.results import BagMessage, BagMessageWithConnectionHeader
 from rospy.rostime import Time
+
+_OPENERS: dict[str, Callable[[Any], Any]] = {
+    "r": _open_file,
+    "w": _partial(open, mode="w+b"),
+    "a": _partial(open, mode="r+b"),
+}
 
 __all__ = [
     "Bag",
@@ -56,7 +67,11 @@ class Compression:
 
 
 class Bag(IndexAccess):
-    """A bag file, open for reading, writing or appending. Not thread-safe.
+    """A bag file, open for reading, writing or appending.
+
+    Threads and forked processes may share a bag that is open for reading, if each uses its own iterators. If
+    it was opened by its path, it can be pickled: the copy opens the file again. Otherwise, a bag is not
+    thread-safe.
 
     Unlike in genuine rosbag, messages are always read in time order, even if written out of order; each
     combination of topic, type and connection header gets its own connection; and the bag can be read while
@@ -104,14 +119,22 @@ class Bag(IndexAccess):
         if mode not in ("r", "w", "a"):
             raise ValueError(f'mode "{mode}" is invalid')
         self._mode = mode
+        self._allows_unindexed = allow_unindexed
         self._open(f, allow_unindexed)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        self._opened()
+        if self._mode != "r" or self._filename is None:
+            raise TypeError("only a bag that was opened by its path, for reading, can be pickled")
+        more = self._compression, self._chunk_threshold, self._allows_unindexed, None, self._skip_index
+        return type(self), (os.path.abspath(self._filename), "r", *more)
 
     def _open(self, f: Any, allow_unindexed: bool) -> None:
         if isinstance(f, str | os.PathLike):
             self._filename = os.fspath(f)
             if self._mode == "a" and not os.path.exists(f):
                 raise ROSBagException("empty file")
-            self._file = open(f, {"r": "rb", "w": "w+b", "a": "r+b"}[self._mode])  # noqa: SIM115
+            self._file = _OPENERS[self._mode](f)
         else:
             self._file = f
         try:
@@ -213,7 +236,7 @@ class Bag(IndexAccess):
 
         Args:
             topics: one topic or several. If empty or None, all topics are read.
-            start_time, end_time: first and last timestamp, inclusive.
+            start_time, end_time: first and last timestamp, inclusive. None and 0 mean no limit.
             connection_filter: called with the topic, type, md5sum, definition and header of each connection;
                 returns whether to read its messages.
             raw: yield (type, serialized message, md5sum, position, class) instead of the message.
@@ -235,7 +258,7 @@ class Bag(IndexAccess):
         """Yield messages like `BagReader.decoded`, but as the tuples of `read_messages(raw=True)`."""
         classes: dict[int, Any] = {}
         is_chunked = self._version == 200
-        for connection, time_ns, data, chunk, offset in bag.stored_fields(connections, *times):
+        for connection, time_ns, data, chunk, offset in bag.placed_fields(connections, *times):
             cls = classes.get(connection.id)
             if cls is None:
                 cls = classes[connection.id] = bag.class_of(connection)
@@ -342,7 +365,7 @@ def _check_chunk_threshold(chunk_threshold: int) -> None:
 
 
 def _ns(name: str, time: _Time | None) -> int | None:
-    if time is None:
+    if not time:  # zero means no limit, as in genuine rosbag
         return None
     if not hasattr(time, "secs"):
         raise TypeError(f"{name} must be a rospy.Time, got {time!r}")

@@ -6,11 +6,11 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 
-from pipros.bag import compression as _compression
-from pipros.bag import info as _info
-from pipros.bag import info_text as _info_text
-from pipros.bag.errors import BagError, NoMessages
-from pipros.bag.reader import BagReader
+from pipros_tools.bag import compression as _compression
+from pipros_tools.bag import info as _info
+from pipros_tools.bag import info_text as _info_text
+from pipros_tools.bag.errors import BagError, NoMessages
+from pipros_tools.bag.reader import BagReader
 from rosbag.exceptions import ROSBagException, translated
 from rosbag.results import CompressionTuple, TopicTuple, TypesAndTopicsTuple
 from rospy.rostime import Time

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from pipros.bag.errors import BagError, BagFormatError, NotIndexed
+from pipros_tools.bag.errors import BagError, BagFormatError, ClosedBag, NotIndexed
 
 
 class ROSBagException(Exception):
@@ -59,6 +59,8 @@ def translated() -> Iterator[None]:
     """Translate pipros errors into the exceptions that users of rosbag catch."""
     try:
         yield
+    except ClosedBag:  # a ValueError, as in genuine rosbag
+        raise
     except NotIndexed as error:
         raise ROSBagUnindexedException() from error
     except BagFormatError as error:

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import total_ordering
 from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.message_index import MessageIndex, Position
-from pipros.bag.reader import BagReader
 from pipros.basics.names import canonicalize
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.message_index import MessageIndex, Position
+from pipros_tools.bag.reader import BagReader
 from rosbag.contents import BagContents
 from rosbag.exceptions import translated
 from rosbag.results import BagMessage, BagMessageWithConnectionHeader
@@ -93,9 +93,10 @@ class IndexAccess(BagContents):
     @property
     def _connections(self) -> dict[int, ConnectionInfo]:
         connections = self._view().connections
-        if self._infos is None or len(self._infos) != len(connections):
-            self._infos = {each.id: ConnectionInfo(each) for each in connections}
-        return self._infos
+        infos = self._infos
+        if infos is None or len(infos) != len(connections):
+            self._infos = infos = {each.id: ConnectionInfo(each) for each in connections}
+        return infos
 
     @property
     def _chunks(self) -> list[ChunkInfo]:
@@ -121,12 +122,13 @@ class IndexAccess(BagContents):
     @property
     def _connection_indexes(self) -> dict[int, list[IndexEntry]]:
         index = self._index()
-        if self._entries is None or self._entries[0] is not index:
+        known = self._entries
+        if known is None or known[0] is not index:
             with translated():
                 positions = index.positions()
             entries = {key: [IndexEntry(each) for each in found] for key, found in positions.items() if found}
-            self._entries = index, entries
-        return self._entries[1]
+            self._entries = known = index, entries
+        return known[1]
 
     @property
     def _has_compressed_chunks(self) -> bool:
@@ -139,9 +141,10 @@ class IndexAccess(BagContents):
 
     def _index(self) -> MessageIndex:
         bag = self._view()
-        if self._indexed is None or self._indexed.bag is not bag:
-            self._indexed = MessageIndex(bag)
-        return self._indexed
+        index = self._indexed
+        if index is None or index.bag is not bag:
+            self._indexed = index = MessageIndex(bag)
+        return index
 
     def _get_connections(
         self, topics: Iterable[str] | str | None = None, connection_filter: ConnectionFilter | None = None

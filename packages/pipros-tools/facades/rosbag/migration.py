@@ -1,6 +1,6 @@
 """Drop-in replacement for `rosbag.migration`: check and fix bags with older definitions.
 
-Facade of `pipros.bag.migration`. Rules are parsed, not executed, so rules cannot be Python classes.
+Facade of `pipros_tools.bag.migration`. Rules are parsed, not executed, so rules cannot be Python classes.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from pipros.bag.migration import Migrator, TypeChange
-from pipros.bag.migration_plugins import installed_rules, rules_of_files
-from pipros.bag.opening import open_bag, writer_for
 from pipros.basics.errors import PiprosError
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.replaced_file import replaced_file
-from pipros.workspace.index import PackageIndex
+from pipros_tools.bag.migration import Migrator, TypeChange
+from pipros_tools.bag.migration_plugins import installed_rules, rules_of_files
+from pipros_tools.bag.opening import open_bag, writer_for
+from pipros_workspace.index import PackageIndex
 
 __all__ = ["BagMigrationException", "MessageMigrator", "checkbag", "fixbag", "fixbag2"]
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.rosbag import main as _main
+from pipros_tools.cli.rosbag import main as _main
 from rosbag.bag import (
     Bag,
     Compression,

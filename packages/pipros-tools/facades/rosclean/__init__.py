@@ -10,12 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics import log_folders as _logs
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.rosclean import main as _main
+from pipros_tools.cli.rosclean import main as _main
 
 __all__ = ["CleanupException", "get_disk_usage", "get_human_readable_disk_usage", "rosclean_main"]
-
-_star_names(__name__, "argparse distutils.spawn:find_executable os platform rospkg subprocess sys")
 
 
 class CleanupException(Exception):

@@ -8,9 +8,9 @@ from typing import Any
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics.items import LEVEL_NAMES, ComponentStatus
-from pipros.libraries.diagnostics.listing import listed
 from pipros.msg import load_message_class
+from pipros_libraries.diagnostics.items import LEVEL_NAMES, ComponentStatus
+from pipros_libraries.diagnostics.listing import listed
 
 _LEVELS = [name.lower() for name in LEVEL_NAMES]
 

@@ -1,4 +1,4 @@
-"""Drop-in replacement for the Python API of Noetic's roslaunch, based on `pipros.launch`."""
+"""Drop-in replacement for the Python API of Noetic's roslaunch, based on `pipros_tools.launch`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
-from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.replaced_file import write_whole as _write_whole
 from roslaunch import (
     config,
     core,
@@ -69,12 +69,6 @@ __all__ = [
     "xmlloader",
 ]
 
-_star_names(
-    __name__,
-    "logging os roslaunch_core=roslaunch.core rospkg sys traceback",
-    hidden="Machine Param",
-)
-
 
 def configure_logging(uuid: str) -> None:
     """Do nothing: the launcher opens its log file itself."""
@@ -87,7 +81,7 @@ def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | N
     if not file and options_core:
         file = str(Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid")
     if file:
-        Path(file).write_text(str(os.getpid()))
+        _write_whole(Path(file), str(os.getpid()).encode())
 
 
 def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: Exception) -> NoReturn:
@@ -104,6 +98,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     `argv` starts with the program's name, like `sys.argv`.
     """
-    from pipros.cli.roslaunch import main as run
+    from pipros_tools.cli.roslaunch import main as run
 
     return run(None if argv is None else list(argv)[1:])

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.inspect import arguments_text
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Argument
-from pipros.launch.xml import load
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.inspect import arguments_text
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import Argument
+from pipros_tools.launch.xml import load
+from pipros_workspace.index import PackageIndex
 from roslaunch.config import load_config_default as load_config_default
 from roslaunch.core import RLException
-
-_star_names(__name__, "roslaunch sys")
 
 
 def get_args(roslaunch_files: Sequence[str]) -> dict[str, tuple[str | None, str | None]]:

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics import names
 from pipros.basics.env import DEFAULT_MASTER_PORT
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch import announcements, model
-from pipros.launch.model import ParameterAction, ParameterCommand
-from pipros.launch.roscore import ROS_DISTRO
+from pipros_tools.launch import announcements, model
+from pipros_tools.launch.model import ParameterAction, ParameterCommand
+from pipros_tools.launch.roscore import ROS_DISTRO
 from rosgraph.network import create_local_xmlrpc_uri
 from roslaunch.core import (
     Executable,
@@ -44,8 +43,6 @@ __all__ = [
     "namespaces_of",
 ]
 
-_star_names(__name__, "logging os rosgraph roslaunch rospkg types")
-
 
 def namespaces_of(name: str | None) -> list[str]:
     """Return the parent namespaces of a name, outermost first: `["/", "/a"]` for `/a/b`.
@@ -62,7 +59,7 @@ def namespaces_of(name: str | None) -> list[str]:
 
 def get_roscore_filename() -> str:
     """Return the path of the core's launch file."""
-    from pipros.workspace.index import PackageIndex
+    from pipros_workspace.index import PackageIndex
 
     return str(PackageIndex.from_environment().find("roslaunch").path / "resources" / "roscore.xml")
 

@@ -1,6 +1,6 @@
 """Classes for the parts of a launch, with Noetic's names.
 
-Their instances are mutable, and can be converted to and from `pipros.launch.model`.
+Their instances are mutable, and can be converted to and from `pipros_tools.launch.model`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from xmlrpc.client import MultiCall, ServerProxy
 
 from pipros.basics import names
 from pipros.basics.env import Environment, split_master_uri
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch import model, placement, run_id
-from pipros.launch.model import LaunchError
+from pipros_tools.launch import model, placement, run_id
+from pipros_tools.launch.model import LaunchError
 from rosgraph.network import parse_http_host_and_port
 from roslaunch.printing import (
     add_printerrlog_handler,
@@ -53,15 +52,6 @@ __all__ = [
     "printlog",
     "printlog_bold",
 ]
-
-HANDED_ON = " ".join(f"roslaunch.core:{name}" for name in __all__)
-"""This module's names, for `star_names` in modules that re-export them."""
-
-_star_names(
-    __name__,
-    "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
-    "xmlrpc.client:ServerProxy socket sys unicode=builtins:str",
-)
 
 FileAndArguments = str | tuple[str, Sequence[str]]
 """A launch file, optionally with its `name:=value` arguments."""

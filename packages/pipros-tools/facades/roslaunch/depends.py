@@ -6,16 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.roslaunch_deps import main
-from pipros.launch.check import known_nodes, needed_packages
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch
-from pipros.launch.xml import load
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.manifest import read_manifest
-
-_star_names(__name__, "os rospkg sys")
+from pipros_tools.cli.roslaunch_deps import main
+from pipros_tools.launch.check import known_nodes, needed_packages
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import Launch
+from pipros_tools.launch.xml import load
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.manifest import read_manifest
 
 NAME = "roslaunch-deps"
 RUN_KINDS = ("exec_depends",)

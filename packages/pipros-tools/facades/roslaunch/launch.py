@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics import names
 from pipros.basics.env import Environment
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.command import CannotLaunch
-from pipros.launch.console import Console
-from pipros.launch.model import LaunchError
-from pipros.launch.run import LaunchRun, RunOptions
-from pipros.launch.session import LaunchSession, SessionOptions
 from pipros.master.options import MasterOptions, limits_with_timeout
+from pipros_tools.launch.command import CannotLaunch
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.model import LaunchError
+from pipros_tools.launch.run import LaunchRun, RunOptions
+from pipros_tools.launch.session import LaunchSession, SessionOptions
+from roslaunch.core import *  # noqa: F403  # as in Noetic
 from roslaunch.core import (
-    HANDED_ON,
     Executable,
     Machine,
     Master,
@@ -56,13 +55,6 @@ __all__ = [
     "update_terminal_name",
     "validate_master_launch",
 ]
-
-_star_names(
-    __name__,
-    f"{HANDED_ON} "
-    "basestring=builtins:str xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph rospkg "
-    "xmlrpc.client:ServerProxy socket subprocess sys time traceback unicode=builtins:str",
-)
 
 _POLL_INTERVAL_S = 0.05
 

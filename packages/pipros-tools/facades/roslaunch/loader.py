@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.names import canonicalize_name, is_legal_name, load_mappings, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Param, RLException, RosbinExecutable
 from roslaunch.substitution_args import convert_value
@@ -21,8 +20,6 @@ __all__ = [
     "make_global_ns",
     "ns_join",
 ]
-
-_star_names(__name__, "copy:deepcopy errno os sys yaml")
 
 PRIV_NAME = "~"
 

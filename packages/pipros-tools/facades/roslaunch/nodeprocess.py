@@ -7,11 +7,10 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.managed_node import ManagedNode
-from pipros.launch.run import LaunchRun
-from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
-from roslaunch.core import HANDED_ON
+from pipros_tools.launch.managed_node import ManagedNode
+from pipros_tools.launch.run import LaunchRun
+from pipros_tools.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
+from roslaunch.core import *  # noqa: F403  # as in Noetic
 from roslaunch.pmon import FatalProcessLaunch, Process
 
 __all__ = [
@@ -22,13 +21,6 @@ __all__ = [
     "LocalProcess",
     "Process",
 ]
-
-_star_names(
-    __name__,
-    f"{HANDED_ON} "
-    "basestring=builtins:str errno xml.sax.saxutils:escape logging xmlrpc.client:MultiCall os re rosgraph "
-    "rospkg xmlrpc.client:ServerProxy signal socket subprocess sys time traceback unicode=builtins:str",
-)
 
 DEFAULT_TIMEOUT_SIGINT = SIGINT_TIMEOUT_S
 DEFAULT_TIMEOUT_SIGTERM = SIGTERM_TIMEOUT_S

@@ -6,13 +6,10 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.inspect import params_text
-from pipros.launch.load_context import LoadContext
-from pipros.launch.xml import load
-from pipros.workspace.index import PackageIndex
-
-_star_names(__name__, "roslaunch sys yaml")
+from pipros_tools.launch.inspect import params_text
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.xml import load
+from pipros_workspace.index import PackageIndex
 
 
 def dump_params(files: Sequence[str]) -> bool:

@@ -6,13 +6,12 @@ import logging
 from collections.abc import Sequence
 
 from pipros.basics.env import Environment
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.console import Console
-from pipros.launch.model import Launch
-from pipros.launch.run import RunOptions
-from pipros.launch.server import LaunchServer
-from pipros.launch.session import LaunchSession, SessionOptions
 from pipros.master.options import MasterOptions, limits_with_timeout
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.model import Launch
+from pipros_tools.launch.run import RunOptions
+from pipros_tools.launch.server import LaunchServer
+from pipros_tools.launch.session import LaunchSession, SessionOptions
 from roslaunch.config import ROSLaunchConfig, load_config_default
 from roslaunch.core import FileAndArguments, RLException, printerrlog, printlog_bold
 from roslaunch.launch import ROSLaunchRunner
@@ -34,8 +33,6 @@ __all__ = [
     "printerrlog",
     "printlog_bold",
 ]
-
-_star_names(__name__, "logging roslaunch")
 
 
 class ROSLaunchParent:

@@ -14,7 +14,6 @@ from types import FrameType
 from typing import Any, Protocol
 
 from pipros.basics.interrupts import accept_ctrl_c
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.shared_names import share_names
 from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
 
@@ -33,12 +32,6 @@ __all__ = [
     "shutdown_process_monitor",
     "start_process_monitor",
 ]
-
-_star_names(
-    __name__,
-    "atexit queue:Empty threading:Lock logging os queue:Queue threading:RLock roslib signal sys "
-    "threading:Thread time traceback",
-)
 
 logger = logging.getLogger("roslaunch.pmon")
 
@@ -140,7 +133,7 @@ class Watched(Protocol):
 
 
 class ProcessMonitor(threading.Thread):
-    """Thread that monitors the nodes of a launch; `pipros.launch.run` starts and restarts the nodes.
+    """Thread that monitors the nodes of a launch; `pipros_tools.launch.run` starts and restarts the nodes.
 
     It reports exits, and ends all processes on `shutdown`.
 

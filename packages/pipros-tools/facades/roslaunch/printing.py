@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 
-from pipros.launch.console import Console
+from pipros_tools.launch.console import Console
 
 Handler = Callable[[str], object]
 

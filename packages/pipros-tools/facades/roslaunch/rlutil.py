@@ -10,14 +10,13 @@ from pathlib import Path
 
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 from pipros.basics.errors import Refused, Unreachable
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.arguments import split_arguments
-from pipros.launch.console import Console
-from pipros.launch.find_launch_files import resolve_files
-from pipros.launch.logs import disk_usage_report
-from pipros.launch.run_id import new_run_id
 from pipros.net.master_client import MasterClient
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.arguments import split_arguments
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.find_launch_files import resolve_files
+from pipros_tools.launch.logs import disk_usage_report
+from pipros_tools.launch.run_id import new_run_id
+from pipros_workspace.index import PackageIndex
 from roslaunch.core import FileAndArguments, Master, RLException, printerrlog, printlog
 
 __all__ = [
@@ -30,8 +29,6 @@ __all__ = [
     "resolve_launch_arguments",
     "update_terminal_name",
 ]
-
-_star_names(__name__, "os rosclean rosgraph roslaunch roslib rospkg sys time")
 
 _ASK_EVERY_S = 0.1
 
@@ -91,7 +88,7 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
         use_test_depends: whether `test_depend` counts as a declared dependency.
         ignore_unset_args: whether arguments without a value are allowed.
     """
-    from pipros.launch.check import mistakes
+    from pipros_tools.launch.check import mistakes
 
     found = mistakes(
         Path(os.path.abspath(f)),

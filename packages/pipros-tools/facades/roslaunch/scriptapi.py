@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.basics.lazy_names import star_names as _star_names
 from roslaunch.core import Master, Node, RLException
 from roslaunch.parent import ROSLaunchParent
 from roslaunch.rlutil import get_or_generate_uuid
 
 __all__ = ["Master", "Node", "RLException", "ROSLaunch"]
-
-_star_names(__name__, "roslaunch")
 
 
 class ROSLaunch:

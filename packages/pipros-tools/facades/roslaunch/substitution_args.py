@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.load_context import LoadContext
-from pipros.launch.param_types import convert
-from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.param_types import convert
+from pipros_tools.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
+from pipros_workspace.index import PackageIndex
 
 if TYPE_CHECKING:
     from rospkg import RosPack
@@ -20,8 +19,6 @@ SubstitutionException = SubstitutionError
 ArgException = UnsetArgument
 
 __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
-
-_star_names(__name__, "math os rosgraph rospkg io:StringIO")
 
 _rospack: RosPack | None = None
 """Replaceable package finder. Other packages assign a new one to discard cached results."""

@@ -6,15 +6,14 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.arguments import split_arguments
-from pipros.launch.builder import LaunchBuilder
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
-from pipros.launch.model import LaunchNode as NodeValue
-from pipros.launch.model import Machine as MachineValue
-from pipros.launch.model import Test as TestValue
-from pipros.launch.xml import Loader as Reader
+from pipros_tools.launch.arguments import split_arguments
+from pipros_tools.launch.builder import LaunchBuilder
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import LaunchError, ParameterAction, ParameterCommand
+from pipros_tools.launch.model import LaunchNode as NodeValue
+from pipros_tools.launch.model import Machine as MachineValue
+from pipros_tools.launch.model import Test as TestValue
+from pipros_tools.launch.xml import Loader as Reader
 from rosgraph.names import get_ros_namespace, is_legal_name, is_private, make_global_ns, ns_join
 from roslaunch.core import PHASE_SETUP, Machine, Node, Param, RLException, RosbinExecutable, Test
 from roslaunch.loader import LoadException
@@ -38,12 +37,6 @@ __all__ = [
     "make_global_ns",
     "ns_join",
 ]
-
-_star_names(
-    __name__,
-    "DomNode=xml.dom:Node itertools logging xml.dom.minidom:parse xml.dom.minidom:parseString "
-    "rospkg.common:ResourceNotFound roslaunch.loader roslaunch.substitution_args sys traceback",
-)
 
 _NOT_LOADED = "error loading <rosparam> tag"
 """Prefix of errors that genuine ROS does not treat as XML errors."""

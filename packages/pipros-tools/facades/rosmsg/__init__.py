@@ -1,7 +1,7 @@
 """Python API of `rosmsg` and `rossrv`: message and service types, and their definitions.
 
-Facade of `pipros.cli.rosmsg`; see http://wiki.ros.org/rosmsg. `rospack` arguments are ignored; packages are
-found through the environment.
+Facade of `pipros_tools.cli.rosmsg`; see http://wiki.ros.org/rosmsg. `rospack` arguments are ignored; packages
+are found through the environment.
 """
 
 from __future__ import annotations
@@ -13,16 +13,15 @@ from typing import Any
 
 from genpy.dynamic import generate_dynamic
 from pipros.basics.errors import PiprosError
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.rosmsg import main as _main
-from pipros.cli.rosmsg_proto import main as _prototype_main
-from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.msg.language.spec import BUILTINS
-from pipros.workspace.find_in_workspaces import find_in_workspaces
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.type_catalogue import MESSAGES, SERVICES, TypeCatalogue
+from pipros_tools.cli.rosmsg import main as _main
+from pipros_tools.cli.rosmsg_proto import main as _prototype_main
+from pipros_tools.graph.skeleton import skeleton
+from pipros_workspace.find_in_workspaces import find_in_workspaces
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.type_catalogue import MESSAGES, SERVICES, TypeCatalogue
 
 __all__ = [
     "MAX_DEFAULT_NON_FLOW_ITEMS",
@@ -45,11 +44,6 @@ __all__ = [
     "rosmsg_search",
     "rosmsgmain",
 ]
-
-_star_names(
-    __name__,
-    "collections genmsg inspect optparse:OptionParser os roslib rospkg io:StringIO sys yaml",
-)
 
 MAX_DEFAULT_NON_FLOW_ITEMS = 4
 

@@ -1,7 +1,7 @@
 """Python API of `rosnode`: list, ping and shut down nodes.
 
 Unless stated otherwise, functions raise `ROSNodeIOException` if the master cannot be reached.
-Facade of `pipros.graph`; see http://wiki.ros.org/rosnode.
+Facade of `pipros_tools.graph`; see http://wiki.ros.org/rosnode.
 """
 
 from __future__ import annotations
@@ -14,14 +14,13 @@ from typing import Any
 
 from pipros.basics import names as _names
 from pipros.basics.errors import Refused
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.rosnode import main as _main
-from pipros.graph import node_info as _node_info
-from pipros.graph import nodes as _nodes
-from pipros.graph import ping as _pinging
-from pipros.graph.cleanup import clean_up as _clean_up
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import translated
+from pipros_tools.cli.rosnode import main as _main
+from pipros_tools.graph import node_info as _node_info
+from pipros_tools.graph import nodes as _nodes
+from pipros_tools.graph import ping as _pinging
+from pipros_tools.graph.cleanup import clean_up as _clean_up
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import translated
 
 __all__ = [
     "CONNECTION_PATTERN",
@@ -47,12 +46,6 @@ __all__ = [
     "rosnode_ping_all",
     "rosnodemain",
 ]
-
-_star_names(
-    __name__,
-    "errno optparse:OptionParser os re rosgraph rostopic xmlrpc.client:ServerProxy socket sys time "
-    "urlparse=urllib.parse",
-)
 
 NAME = "rosnode"
 ID = "/rosnode"

@@ -1,7 +1,7 @@
 """Python API of `rosparam`: parameters by name, and parameter files.
 
 Functions that use the parameter server raise `RosParamIOException` if it cannot be reached.
-Facade of `pipros.graph`; see http://wiki.ros.org/rosparam.
+Facade of `pipros_tools.graph`; see http://wiki.ros.org/rosparam.
 """
 
 from __future__ import annotations
@@ -16,15 +16,14 @@ from typing import Any
 from yaml.constructor import ConstructorError
 
 import rosgraph
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.replaced_file import overwritten_file as _overwritten_file
-from pipros.cli.rosparam import main as _main
-from pipros.graph import param_files as _documents
-from pipros.graph import param_text as _rendering
-from pipros.graph import params as _server
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import translated
 from pipros.safe import yaml as _yaml
+from pipros_tools.cli.rosparam import main as _main
+from pipros_tools.graph import param_files as _documents
+from pipros_tools.graph import param_text as _rendering
+from pipros_tools.graph import params as _server
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import translated
 from rosgraph.names import (
     GLOBALNS,
     get_ros_namespace,
@@ -64,8 +63,6 @@ __all__ = [
     "upload_params",
     "yamlmain",
 ]
-
-_star_names(__name__, "base64 xmlrpc.client:Binary math optparse:OptionParser os re rosgraph socket sys yaml")
 
 NAME = "rosparam"
 NS = "_ns"

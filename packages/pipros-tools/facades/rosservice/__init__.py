@@ -1,7 +1,7 @@
 """Python API of `rosservice`: list services, look up their types, and call them.
 
 Functions that query the system raise `ROSServiceIOException` if the master cannot be reached.
-Facade of `pipros.graph`; see http://wiki.ros.org/rosservice.
+Facade of `pipros_tools.graph`; see http://wiki.ros.org/rosservice.
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.uri import split_uri
-from pipros.cli.rosservice import main as _main
-from pipros.graph import services as _services
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import translated
-from pipros.graph.service_call import ServiceCaller
-from pipros.graph.system_state import is_below
+from pipros_tools.cli.rosservice import main as _main
+from pipros_tools.graph import services as _services
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import translated
+from pipros_tools.graph.service_call import ServiceCaller
+from pipros_tools.graph.system_state import is_below
 
 __all__ = [
     "NAME",
@@ -37,11 +36,6 @@ __all__ = [
     "rosservice_find",
     "rosservicemain",
 ]
-
-_star_names(
-    __name__,
-    "BufferType=io:BytesIO genpy optparse:OptionParser os rosgraph roslib rosmsg rospy socket sys",
-)
 
 NAME = "rosservice"
 

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's rostest; a facade of `pipros.testing`."""
+"""Drop-in replacement for Noetic's rostest; a facade of `pipros_tools.testing`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.testing import graph, script_runner
-from pipros.testing.result_paths import XML_OUTPUT_FLAG
+from pipros_tools.testing import graph, script_runner
+from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG
 
 __all__ = [
     "XML_OUTPUT_FLAG",

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.replaced_file import write_whole as _write_whole
 from rosgraph import roslogging
 from rostest.rostest_parent import ROSTestLaunchParent
 from rostest.rostestutil import (
@@ -53,12 +54,12 @@ def write_bad_filename_failure(test_file: str, results_file: str, outname: str) 
     """Write a result file that reports a missing launch file."""
     path = Path(results_file)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(test_failure_junit_xml(outname, f"rostest file [{test_file}] does not exist"))
+    _write_whole(path, test_failure_junit_xml(outname, f"rostest file [{test_file}] does not exist"))
 
 
 def rostestmain() -> None:
     """Run the command with the command line of this process. Exit the process on failure."""
-    from pipros.cli.rostest import main
+    from pipros_tools.cli.rostest import main
 
     code = main()
     if code:

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from pipros.basics.env import Environment
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.launch.console import Console
-from pipros.launch.load_context import LoadContext
-from pipros.launch.xml import load
-from pipros.testing.fixture import LaunchFixture
-from pipros.testing.rostest import Plan, Rostest
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.xml import load
+from pipros_tools.testing.fixture import LaunchFixture
+from pipros_tools.testing.rostest import Plan, Rostest
+from pipros_workspace.index import PackageIndex
 from roslaunch.config import ROSLaunchConfig, load_config_default
 from rostest.rostest_parent import ROSTestLaunchParent
 from rostest.rostestutil import (

@@ -1,7 +1,7 @@
 """Python API of `rostopic`: topics, their types and classes, and statistics.
 
 Unless stated otherwise, functions raise `ROSTopicIOException` if the master cannot be reached.
-Facade of `pipros.graph`; see http://wiki.ros.org/rostopic.
+Facade of `pipros_tools.graph`; see http://wiki.ros.org/rostopic.
 """
 
 from __future__ import annotations
@@ -16,15 +16,14 @@ from urllib.parse import urlsplit as _urlsplit
 import rosgraph
 import rospy
 from pipros.basics.errors import Interrupted, NotFound, Unreachable
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.rostopic import main as _main
-from pipros.graph import listening as _listening
-from pipros.graph import message_path as _message_path
-from pipros.graph import topics as _topics
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import translated
-from pipros.graph.system_state import SystemState
 from pipros.msg.class_finder import installed_class
+from pipros_tools.cli.rostopic import main as _main
+from pipros_tools.graph import listening as _listening
+from pipros_tools.graph import message_path as _message_path
+from pipros_tools.graph import topics as _topics
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import translated
+from pipros_tools.graph.system_state import SystemState
 from rostopic.echo import CallbackEcho, create_field_filter, create_value_transform
 from rostopic.errors import ROSTopicException, ROSTopicIOException
 from rostopic.measures import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
@@ -70,12 +69,6 @@ __all__ = [
     "stdin_yaml_arg",
     "wait_for_subscriber",
 ]
-
-_star_names(
-    __name__,
-    "argparse xmlrpc.client:Fault genpy operator:itemgetter long=builtins:int math os rosgraph roslib rospy "
-    "socket sys time traceback urllib.parse:urlparse yaml",
-)
 
 NAME = "rostopic"
 

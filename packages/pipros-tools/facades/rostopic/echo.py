@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import rospy
-from pipros.graph.elide import Elision
-from pipros.graph.message_path import Part
-from pipros.graph.message_rows import FieldFilter, MessageRows, field_filter
 from pipros.msg.base import Message
 from pipros.msg.text import strify_message
+from pipros_tools.graph.elide import Elision
+from pipros_tools.graph.message_path import Part
+from pipros_tools.graph.message_rows import FieldFilter, MessageRows, field_filter
 
 CLEAR_SCREEN = "\x1b[2J\x1b[;H"
 

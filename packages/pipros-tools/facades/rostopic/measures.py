@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rospy
-from pipros.graph import measurements as _text
-from pipros.graph.samples import DEFAULT_WINDOW, SampleFigures, Samples
+from pipros_tools.graph import measurements as _text
+from pipros_tools.graph.samples import DEFAULT_WINDOW, SampleFigures, Samples
 
 
 def _window(size: int) -> int:

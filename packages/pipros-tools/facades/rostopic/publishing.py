@@ -12,11 +12,12 @@ from typing import Any
 import rosgraph
 import rosparam
 import rospy
-from pipros.graph.errors import GraphError
-from pipros.graph.message_from_yaml import message_from_yaml
+from pipros.basics.input_file import read_text
 from pipros.msg.base import Message
 from pipros.safe import yaml
 from pipros.safe.yaml import YamlError
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.message_from_yaml import message_from_yaml
 from rospy.session import session
 from rostopic.errors import ROSTopicException
 
@@ -185,10 +186,12 @@ def file_yaml_arg(filename: str) -> Documents:
 
     def documents() -> Iterator[list[Any]]:
         try:
-            for document in yaml.load_all(Path(filename).read_text("utf-8"), filename):
+            for document in yaml.load_all(read_text(filename), filename):
                 yield [document]
         except YamlError as error:
             raise ROSTopicException(f"invalid YAML in file: {error}") from None
+        except UnicodeDecodeError as error:
+            raise ROSTopicException(f"cannot read {filename}: {error}") from None
 
     return documents
 

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's rosunit; a facade of `pipros.testing`."""
+"""Drop-in replacement for Noetic's rosunit; a facade of `pipros_tools.testing`."""
 
 from __future__ import annotations
 

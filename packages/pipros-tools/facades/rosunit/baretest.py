@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.testing.bare import BareTest
-from pipros.testing.rostest import TestProgramTimedOut
-from pipros.testing.summary import case_summary, unittest_summary
-from pipros.workspace.index import PackageIndex
+from pipros_tools.testing.bare import BareTest
+from pipros_tools.testing.rostest import TestProgramTimedOut
+from pipros_tools.testing.summary import case_summary, unittest_summary
+from pipros_workspace.index import PackageIndex
 from rosunit import junitxml
 from rosunit.core import (
     create_xml_runner,

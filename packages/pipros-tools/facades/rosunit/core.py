@@ -10,9 +10,9 @@ from typing import Any
 from pipros.basics.env import Environment
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.node.program_log import make_folders_as_parent
-from pipros.testing import result_paths, script_runner
-from pipros.testing.result_paths import XML_OUTPUT_FLAG
-from pipros.testing.runner import XmlRunner
+from pipros_tools.testing import result_paths, script_runner
+from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG
+from pipros_tools.testing.runner import XmlRunner
 from rosunit.xmlrunner import XMLTestRunner
 
 __all__ = [

@@ -10,9 +10,15 @@ from xml.etree import ElementTree
 from pipros.basics.env import Environment
 from pipros.basics.input_file import read_file
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.testing.results import Case, Outcome, Suite
-from pipros.testing.summary import case_summary
-from pipros.testing.xunit import CDATA_END, CDATA_START, UnreadableResults, escape_controls, parse_suites
+from pipros_tools.testing.results import Case, Outcome, Suite
+from pipros_tools.testing.summary import case_summary
+from pipros_tools.testing.xunit import (
+    CDATA_END,
+    CDATA_START,
+    UnreadableResults,
+    escape_controls,
+    parse_suites,
+)
 
 _star_names(
     __name__,
@@ -172,7 +178,7 @@ def read(test_file: str, test_name: str) -> Result:
 
 
 def result_of(suite: Suite, test_name: str, prefix: str) -> Result:
-    """Convert a suite of `pipros.testing` to Noetic's classes. `prefix` is prepended to case names."""
+    """Convert a suite of `pipros_tools.testing` to Noetic's classes. `prefix` is prepended to case names."""
     result = Result(test_name, suite.errors, suite.failures, suite.tests)
     result.time = suite.seconds
     result.test_case_results = [_from_case(case, test_name, prefix) for case in suite.cases]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.testing import script_runner
-from pipros.testing.result_paths import XML_OUTPUT_FLAG
+from pipros_tools.testing import script_runner
+from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG
 from rosunit.baretest import print_unittest_summary
 from rosunit.core import create_xml_runner
 

@@ -24,7 +24,7 @@ _star_names(__name__, "os rospkg sys unittest")
 
 def rosunitmain() -> None:
     """Run the command with the command line of this process. Exit the process on failure."""
-    from pipros.cli.rosunit import main
+    from pipros_tools.cli.rosunit import main
 
     code = main()
     if code:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TextIO
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.testing.runner import CaseResult, run_captured
-from pipros.testing.xunit import CDATA_END, CDATA_START, format_suite
+from pipros.basics.replaced_file import write_whole as _write_whole
+from pipros_tools.testing.runner import CaseResult, run_captured
+from pipros_tools.testing.xunit import CDATA_END, CDATA_START, format_suite
 
 _star_names(
     __name__,
@@ -44,7 +45,7 @@ class XMLTestRunner:
         if self._stream is None:
             kind = type(test)
             name = f"TEST-{kind.__module__}.{kind.__name__}.xml"
-            Path(self._path, name).write_text(content, encoding="utf-8")
+            _write_whole(Path(self._path, name), content.encode())
         else:
             # The owner of the stream has written the XML declaration, as in genuine rosunit.
             self._stream.write(content.partition("\n")[2])

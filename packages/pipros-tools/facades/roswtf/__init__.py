@@ -1,6 +1,6 @@
 """Python API of `roswtf` for plugins: rules, and the context that they check.
 
-Facade of `pipros.health.wtf`; see http://wiki.ros.org/roswtf.
+Facade of `pipros_tools.health.wtf`; see http://wiki.ros.org/roswtf.
 """
 
 from __future__ import annotations
@@ -9,13 +9,11 @@ import sys
 from collections.abc import Sequence
 from functools import wraps
 
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.printable import printable_lines
-from pipros.cli.roswtf import main as _main
-from pipros.health.wtf import report
-from pipros.health.wtf.plugins import Check, load_plugins, run_checks
-from pipros.health.wtf.rules import Problem
-from pipros.health.wtf.subject import Subject
+from pipros_tools.cli.roswtf import main as _main
+from pipros_tools.health.wtf.plugins import Check, load_plugins, run_checks
+from pipros_tools.health.wtf.rules import Problem, print_problems
+from pipros_tools.health.wtf.subject import Subject
 from roswtf.context import WtfContext
 
 __all__ = ["print_results", "roswtf_main", "yaml_results"]
@@ -62,10 +60,7 @@ def _print_error(text: str) -> None:
 
 def print_results(ctx: WtfContext) -> None:
     """Print the warnings and errors in a context. On a terminal, use colours."""
-    report.print_problems(_problems_of(ctx))
-
-
-_star_names(__name__, "os rosgraph rospkg socket sys traceback")
+    print_problems(_problems_of(ctx))
 
 
 def roswtf_main() -> None:

@@ -1,22 +1,19 @@
-"""The context that rules check and whose attributes plugins read. Facade of `pipros.health.wtf.subject`."""
+"""What rules check and plugins read. Facade of `pipros_tools.health.wtf.subject`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.health.wtf import graph
-from pipros.health.wtf.subject import CannotCheck, Subject
+from pipros_tools.health.wtf import graph
+from pipros_tools.health.wtf.subject import CannotCheck, Subject
 
 if TYPE_CHECKING:
-    from pipros.health.system_report import SystemReport
-    from pipros.launch.model import Launch
+    from pipros_tools.health.system_report import SystemReport
+    from pipros_tools.launch.model import Launch
     from roswtf.model import WtfError
 
 __all__ = ["WtfContext", "WtfException"]
-
-_star_names(__name__, "os rosgraph roslaunch rospkg sys roswtf.model:WtfWarning")
 
 
 class WtfException(Exception):
@@ -134,7 +131,7 @@ class WtfContext:
             self._set_system(subject.system)
 
     def _set_dependencies(self, subject: Subject, launch: Launch) -> None:
-        from pipros.launch.check import needed_packages
+        from pipros_tools.launch.check import needed_packages
 
         needed = needed_packages(launch, subject.index)
         self.launch_file_deps = {file: sorted(needed) for file in subject.launch_files}

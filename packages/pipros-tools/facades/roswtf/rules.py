@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.health.wtf import rules as _rules
+from pipros_tools.health.wtf import rules as _rules
 from roswtf.context import WtfContext
 from roswtf.model import WtfError, WtfWarning
 
 __all__ = ["error_rule", "warning_rule"]
-
-_star_names(__name__, "roswtf.model:WtfError roswtf.model:WtfWarning")
 
 Rule = tuple[Callable[[WtfContext], Any], str]
 """A function and its text; `%(name)s` in the text is replaced by an attribute of the context."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.bag.errors import BagError
-from pipros.bag.layout import BagLayout, read_layout, read_version
-from pipros.bag.reader import BagReader
-from pipros.bag.records import Version
-from pipros.bag.repair import reindex
-from pipros.bag.source import Source
-from pipros.bag.topic_writer import TopicWriter
-from pipros.bag.writer import BagWriter
 from pipros.basics.limits import process_limits
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.layout import BagLayout, read_layout, read_version
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.records import Version
+from pipros_tools.bag.repair import reindex
+from pipros_tools.bag.source import Source
+from pipros_tools.bag.topic_writer import TopicWriter
+from pipros_tools.bag.writer import BagWriter
 
 
 class BagFile:
@@ -58,7 +58,7 @@ class BagFile:
             self._open(allow_unindexed)
 
     def _open(self, allow_unindexed: bool) -> None:
-        source = Source(self._file, self._name, self._limits)
+        source = Source(self._file, self._name)
         if not source.size:
             raise BagError("empty file")
         try:
@@ -121,7 +121,7 @@ class BagFile:
             BagError: the bag is not in format 2.0.
         """
         self.finish()
-        writer = reindex(self._file, self._name, self._limits)
+        writer = reindex(self._file, self._name)
         self._write_with(writer)
         return [chunk.position for chunk in writer.layout.chunks]
 

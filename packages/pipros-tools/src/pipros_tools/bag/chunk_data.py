@@ -9,17 +9,34 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Protocol
 
-from pipros.bag.compression import BZ2, NONE, ZSTD, decompress
-from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ChunkHeader
-from pipros.bag.source import Source
-from pipros.basics.limits import Limits, limit_text
+from pipros.basics.limits import Limits
+from pipros_tools.bag.compression import BZ2, LZ4, NONE, ZSTD, decompress
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.index import ChunkHeader
+from pipros_tools.bag.source import Source
+
+BAG_CHUNK_BYTES = 2048 * 1024 * 1024
+"""Limit: one chunk of a bag, uncompressed. Beyond it, the chunk is refused, with its position; no chunk is
+decompressed beyond the size that it claims.
+"""
+BAG_EXPANDED_BYTES = 128 * 1024 * 1024
+"""Limit: one chunk of a bag, uncompressed, if it is more than 1,000 times as large as the compressed chunk.
+Beyond it, a chunk that expands more than 1,000-fold is refused, with its position.
+"""
+BAG_INDEX_BYTES = 16 * 1024 * 1024
+"""Limit: index entries of messages that are found by reading chunks, in addition to 16 bytes for each byte
+of the file. Beyond it, the MCAP file is refused; `rosbag reindex` leaves out the chunk.
+"""
 
 LARGE_BYTES = 16 * 1024 * 1024
 """Size above which uncompressed chunks are not cached. Their messages are read from the file one by one."""
 
 _ORDINARY_RATIO = 1000
-"""Maximum expansion ratio of ordinary messages. Only large blank images and maps exceed it."""
+_ORDINARY_LZ4_RATIO = 64
+"""Maximum expansion ratio of ordinary messages. Only large blank images and maps exceed it.
+
+lz4 reaches 255 at most, so that a higher limit would stop no file made to fill the memory.
+"""
 
 _ENTRY_BYTES_PER_BYTE = 16
 """Maximum plausible ratio of index bytes to compressed bytes.
@@ -27,8 +44,8 @@ _ENTRY_BYTES_PER_BYTE = 16
 A message usually adds at least one byte to a compressed chunk, and adds at most 16 bytes to an index.
 """
 
-_VIEW_BYTES = 64 * 1024
-"""Mean message size above which a chunk's messages are decoded without a copy."""
+VIEW_BYTES = 64 * 1024
+"""Size of a message, or mean size in a chunk, above which messages are decoded without a copy."""
 
 _SLOW = {BZ2, ZSTD}
 """Compressions whose chunks are decompressed in threads.
@@ -42,19 +59,19 @@ _AHEAD_BYTES = 64 * 1024 * 1024
 """Maximum total uncompressed size of the chunks that one call of `ChunkStore.get` starts to read ahead."""
 
 
-class Headers(Protocol):
+class ChunkHeaders(Protocol):
     """Callable that takes a chunk's number and returns the chunk's header."""
 
     def __call__(self, number: int, /) -> ChunkHeader: ...
 
 
-def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> bytes:
+def read_chunk_data(source: Source, header: ChunkHeader) -> bytes:
     """Return the entire content of a chunk.
 
     Raises:
         BagFormatError: the chunk is truncated, damaged or larger than allowed.
     """
-    where = check_chunk(source, header, limits)
+    where = check_chunk(source, header)
     data = source.read(header.data_position, header.data_size)
     return decompress(header.compression, data, header.size, where)
 
@@ -74,35 +91,33 @@ def are_large(size: int, count: int) -> bool:
     The allocator returns large blocks to the system, so each copy of a large message causes page faults.
     Reading a 0.9 MB image took 700 us with a copy, and 230 us as a view of a reused buffer.
     """
-    return size > count * _VIEW_BYTES
+    return size > count * VIEW_BYTES
 
 
-def check_chunk(source: Source, header: ChunkHeader, limits: Limits) -> str:
+def check_chunk(source: Source, header: ChunkHeader) -> str:
     """Check the size of a chunk against the limits, and return its location for error messages.
 
     Raises:
         BagFormatError: the chunk is larger than allowed.
     """
     where = f"{source.at(header.data_position)}, a chunk"
-    if header.size > limits.bag_chunk_bytes:
+    if header.size > BAG_CHUNK_BYTES:
+        raise BagFormatError(f"{where}: its size must be at most {BAG_CHUNK_BYTES} bytes, got {header.size}")
+    ratio = _ORDINARY_LZ4_RATIO if header.compression == LZ4 else _ORDINARY_RATIO
+    if BAG_EXPANDED_BYTES < header.size > ratio * header.data_size:
         raise BagFormatError(
-            f"{where}: its size must be at most {limits.bag_chunk_bytes} bytes (bag_chunk_bytes), "
-            f"got {header.size}"
-        )
-    if limits.bag_expanded_bytes < header.size > _ORDINARY_RATIO * header.data_size:
-        raise BagFormatError(
-            f"{where}: its {header.data_size} bytes expand to {header.size}, over {_ORDINARY_RATIO} times "
-            f"as many; {limit_text('bag_expanded_bytes', limits.bag_expanded_bytes)}"
+            f"{where}: its {header.data_size} bytes expand to {header.size}, over {ratio} times "
+            f"as many; the limit is {BAG_EXPANDED_BYTES} bytes"
         )
     return where
 
 
-def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
+def check_index_size(source: Source, entry_bytes: int) -> None:
     """Raise `BagFormatError` if the index entries are implausibly large for the file size."""
-    if entry_bytes > limits.bag_index_bytes + _ENTRY_BYTES_PER_BYTE * source.size:
+    if entry_bytes > BAG_INDEX_BYTES + _ENTRY_BYTES_PER_BYTE * source.size:
         raise BagFormatError(
             f"{source.name}: the index of this {source.size}-byte file needs {entry_bytes} "
-            f"bytes; {limit_text('bag_index_bytes', limits.bag_index_bytes)}"
+            f"bytes; the limit is {BAG_INDEX_BYTES} bytes"
         )
 
 
@@ -113,7 +128,7 @@ class ChunkStore:
     ahead.
     """
 
-    def __init__(self, source: Source, headers: Headers, limits: Limits) -> None:
+    def __init__(self, source: Source, headers: ChunkHeaders, limits: Limits) -> None:
         self._source = source
         self._headers = headers
         self._limits = limits
@@ -151,19 +166,20 @@ class ChunkStore:
             with _with_advice():
                 data = self._ahead.pop(number).result()
         elif is_reusable and header.compression == NONE and header.data_size == header.size:
-            check_chunk(self._source, header, self._limits)
+            check_chunk(self._source, header)
             data = self._spare if len(self._spare) == header.size else bytearray(header.size)
             self._spare = bytearray()
             self._source.read_into(data, header.data_position)
         else:
-            check_chunk(self._source, header, self._limits)
+            check_chunk(self._source, header)
             with _with_advice():
-                data = read_chunk_data(self._source, header, self._limits)
+                data = read_chunk_data(self._source, header)
         self._keep(number, data)
         return data
 
     def drop(self, number: int) -> None:
         """Discard a chunk that is no longer needed."""
+        self._ahead.pop(number, None)
         data = self._kept.pop(number, b"")
         self._kept_bytes -= len(data)
         if isinstance(data, bytearray):
@@ -193,7 +209,7 @@ class ChunkStore:
                 left_bytes -= header.size
                 if header.compression not in _SLOW or left_bytes < 0:
                     return
-                where = check_chunk(self._source, header, self._limits)
+                where = check_chunk(self._source, header)
                 data = self._source.read(header.data_position, header.data_size)
             except BagFormatError:
                 return  # `get` reports the error when the chunk is requested

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from typing import Any
 
-from pipros.bag.chunk_data import ChunkStore, are_large
-from pipros.bag.connection import Connection
-from pipros.bag.contents import BagContents
-from pipros.bag.errors import BagFormatError
-from pipros.bag.records import U32, Op, checked_time, field_bytes, op_of, parse_head
-from pipros.bag.records import number as number_of
-from pipros.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
 from pipros.basics.limits import Limits
+from pipros_tools.bag.chunk_data import VIEW_BYTES, ChunkStore, are_large
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.contents import BagContents
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.records import U32, Op, checked_time, field_bytes, op_of, parse_head
+from pipros_tools.bag.records import number as number_of
+from pipros_tools.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
 
 _MESSAGE_HEADER_BYTES = 38
 """Size of the message record header that rosbag and rosbag_storage write."""
@@ -28,11 +28,15 @@ def fields_of_chunks(
     *,
     as_views: bool,
     on_damage: Callable[[Iterable[str], BagFormatError], None],
+    where: Callable[[Connection, int], bool] | None = None,
+    has_places: bool = False,
 ) -> Iterator[tuple[Connection, int, Any, int, int]]:
-    """Yield what `BagReader.stored_fields` describes.
+    """Yield what `BagReader.stored_fields` describes, of the messages that `where` selects, if it is given.
 
+    `where` is called when a message is next. A chunk is read for its first selected message.
     `on_damage` is called with the topics of each chunk that cannot be read, which is then left out, and with
-    the error, which it may raise.
+    the error, which it may raise. With `has_places`, the last two fields are the position of the chunk in the
+    file and the message's offset in the chunk.
     """
     ranks = {connection.id: rank for rank, connection in enumerate(connections)}
     spans = _spans(bag, ranks, start_ns, end_ns)
@@ -55,6 +59,18 @@ def fields_of_chunks(
     try:
         for run in runs_in_time_order(spans, loaded):
             number = run.number
+            entries: Iterable[Entry] = run.entries
+            if run.begin or run.end < len(run.entries):
+                entries = islice(run.entries, run.begin, run.end)
+            if where is not None:
+                entries = (each for each in entries if where(connections[each[1]], each[0]))
+                first = next(entries, None)
+                if first is None:
+                    if run.is_last:
+                        store.drop(number)
+                        left.pop(number, None)
+                    continue
+                entries = chain((first,), entries)
             size = bag.chunk_header(number).size
             is_view = as_views and are_large(size, len(run.entries))
             upcoming = order[next_of[number] : next_of[number] + 8]
@@ -63,13 +79,11 @@ def fields_of_chunks(
             except BagFormatError as error:
                 on_damage((known[rank][0].topic for _, rank, _ in run.entries), error)
                 continue
-            content: Any = memoryview(data) if is_view and data is not None else data
+            view: Any = memoryview(data) if as_views and data is not None else data
+            content: Any = view if is_view else data
+            place = bag.layout.chunks[number].position if has_places else 0
             whole = 0 if data is None else len(data)
-            chunk_position = bag.layout.chunks[number].position
             left_bytes = left.get(number, size)
-            entries: Iterable[Entry] = run.entries
-            if run.begin or run.end < len(run.entries):
-                entries = islice(run.entries, run.begin, run.end)
             for time_ns, rank, offset in entries:
                 connection, usual, as_in_cpp = known[rank]
                 if data is not None and (
@@ -79,14 +93,14 @@ def fields_of_chunks(
                     after = begin + unpack(data, begin - 4)[0] if begin <= whole else whole + 1
                     if after > whole:
                         raise _misplaced(bag, number, offset, "the message is truncated")
-                    body = content[begin:after]
+                    body = (view if after - begin > VIEW_BYTES else content)[begin:after]
                     left_bytes += begin - after
                 else:
                     body = _message_at(bag, number, data, offset, connection)
                     left_bytes -= len(body)
                 if left_bytes < 0:
                     raise _misplaced(bag, number, offset, "the messages are larger than their chunk")
-                yield connection, time_ns, body, chunk_position, offset
+                yield connection, time_ns, body, place, offset if has_places else 0
             left[number] = left_bytes
             if run.is_last:
                 store.drop(number)

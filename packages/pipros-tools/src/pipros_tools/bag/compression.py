@@ -9,8 +9,8 @@ from __future__ import annotations
 import bz2
 from typing import Any
 
-from pipros.bag.errors import BagError, BagFormatError
 from pipros.basics.extras import install_command
+from pipros_tools.bag.errors import BagError, BagFormatError
 
 NONE, BZ2, LZ4 = "none", "bz2", "lz4"
 COMPRESSIONS = (NONE, BZ2, LZ4)
@@ -90,7 +90,7 @@ def _decompress_bz2(data: bytes, size: int, where: str) -> bytes:
 def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
     library = _lz4()
     if library is None:
-        from pipros.bag.lz4_frame import decompress_frame
+        from pipros_tools.bag.lz4_frame import decompress_frame
 
         return decompress_frame(data, size, where)
     try:

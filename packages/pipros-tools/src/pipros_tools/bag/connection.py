@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from pipros.bag.errors import BagFormatError, UnusableConnection
-from pipros.bag.records import U32, Fields, Op, field_bytes, number, parse_fields, record_bytes, text_of
+from pipros_tools.bag.errors import BagFormatError, UnusableConnection
+from pipros_tools.bag.records import U32, Fields, Op, field_bytes, number, parse_fields, record_bytes, text_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +17,9 @@ class Connection:
     Attributes:
         id: the connection's number in the file.
         topic: the topic on which the messages are played.
-        header: the fields of the connection header, as bytes: `type`, `md5sum`, `message_definition`, and
-            optionally `callerid`, `latching`, and `topic` (the publisher's name for the topic).
+        header: the fields of the connection header, as bytes; texts are encoded. They are `type`, `md5sum`,
+            `message_definition`, and optionally `callerid`, `latching`, and `topic` (the publisher's name
+            for the topic).
         type, md5sum, definition: the corresponding header fields as text.
     """
 
@@ -30,6 +31,9 @@ class Connection:
     definition: str = field(init=False)
 
     def __post_init__(self) -> None:
+        if not all(isinstance(value, bytes) for value in self.header.values()):
+            header = {key: v if isinstance(v, bytes) else str(v).encode() for key, v in self.header.items()}
+            object.__setattr__(self, "header", header)
         for name, source in (("type", "type"), ("md5sum", "md5sum"), ("definition", "message_definition")):
             object.__setattr__(self, name, text_of(self.header.get(source, b"")))
 
@@ -47,14 +51,14 @@ class StoredMessage(NamedTuple):
 
     Attributes:
         time_ns: time of receipt.
-        chunk, offset: byte position of the chunk in the file, and the message's offset in the chunk.
+        sequence, published_ns: number and time from the publisher, in MCAP files; otherwise 0.
     """
 
     connection: Connection
     time_ns: int
     data: bytes
-    chunk: int = 0
-    offset: int = 0
+    sequence: int = 0
+    published_ns: int = 0
 
 
 def received_connection(topic: str, header: Mapping[str, str]) -> Connection:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import NoMessages
-from pipros.bag.index import ChunkHeader, ChunkInfo
-from pipros.bag.layout import BagLayout, read_chunk_header, read_chunk_index
-from pipros.bag.records import parse_entries
-from pipros.bag.source import Source
-from pipros.bag.times import Stamp
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import NoMessages
+from pipros_tools.bag.index import ChunkHeader, ChunkInfo
+from pipros_tools.bag.layout import BagLayout, read_chunk_header, read_chunk_index
+from pipros_tools.bag.records import parse_entries
+from pipros_tools.bag.source import Source
+from pipros_tools.bag.times import Stamp
 
 
 class BagContents:
-    """The contents of a bag without its messages. Not thread-safe.
+    """The contents of a bag without its messages.
 
     Args:
         source: the bag's file, for random access.
@@ -26,6 +26,7 @@ class BagContents:
         self.source = source
         self.layout = layout
         self._chunk_headers: dict[int, ChunkHeader] = {}
+        self._by_topic: tuple[int, dict[str, list[Connection]]] = 0, {}
 
     @property
     def name(self) -> str:
@@ -138,5 +139,10 @@ class BagContents:
         """Return the connections for the given topics, or all connections if `topics` is None."""
         if topics is None:
             return self.connections
-        wanted = {topics} if isinstance(topics, str) else set(topics)
+        if isinstance(topics, str):
+            count = len(self.layout.connections)  # connections are only added
+            if self._by_topic[0] != count:
+                self._by_topic = count, self.connections_by_topic()
+            return list(self._by_topic[1].get(topics, ()))
+        wanted = set(topics)
         return [connection for connection in self.connections if connection.topic in wanted]

@@ -40,5 +40,9 @@ class NotIndexed(BagError):
     """
 
 
+class ClosedBag(BagError, ValueError):
+    """The bag is closed, so its messages cannot be read."""
+
+
 class NoMessages(BagError):
     """The start or end of a bag without messages was requested."""

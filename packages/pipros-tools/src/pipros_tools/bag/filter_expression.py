@@ -24,6 +24,7 @@ class MessageExpression:
         self._expression = Expression(text, fields=field_of)
         self.needs_message = "m" in self._expression.names()
         """False if the result depends only on the topic and the time."""
+        self.needs_time = "t" in self._expression.names()
 
     def value(self, topic: str, message: Any, time: Any) -> Any:
         """Return the value of the expression. Raise `ExpressionError` if the evaluation fails."""

@@ -10,12 +10,12 @@ from __future__ import annotations
 import io
 from typing import Any
 
-from pipros.bag.errors import BagError
 from pipros.basics.errors import MissingExtra
 from pipros.msg.class_finder import installed_class
-from pipros.pictures.compressed import check_complete, content_of, is_depth, pixels_of, suffix_of
-from pipros.pictures.errors import PictureError
-from pipros.pictures.image_message import image_npy, image_png, is_in_png
+from pipros_libraries.pictures.compressed import check_complete, content_of, is_depth, pixels_of, suffix_of
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.image_message import image_npy, image_png, is_in_png
+from pipros_tools.bag.errors import BagError
 
 
 def image_file(message: Any) -> tuple[str, bytes]:
@@ -60,7 +60,7 @@ def image_array_file(message: Any) -> bytes:
             return image_npy(message)
         import numpy
 
-        from pipros.pictures.codecs import codec
+        from pipros_libraries.pictures.codecs import codec
 
         file = io.BytesIO()
         pixels = pixels_of(message.format, bytes(message.data), codec())

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from pipros.bag.errors import BagFormatError
-from pipros.bag.records import (
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.records import (
     ENTRY,
     TIME,
     U32,

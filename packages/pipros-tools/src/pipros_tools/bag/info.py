@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
-from pipros.bag.reader import BagReader
 from pipros.msg.time import Time
+from pipros_tools.bag.reader import BagReader
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,8 @@ class BagTopic:
 class BagInfo:
     """Summary of a bag. `start` and `end` are in seconds, or None if there are no messages.
 
-    `left_out` lists the topics and files that cannot be read, with the reasons.
+    `left_out` lists the topics and files that cannot be read, with the reasons; `beside` has the names and
+    numbers of what the file has beside messages, such as attachments.
     """
 
     path: str | None
@@ -54,6 +55,7 @@ class BagInfo:
     types: Sequence[tuple[str, str]] = ()
     topics: Sequence[BagTopic] = field(default=())
     left_out: Sequence[tuple[str, str]] = ()
+    beside: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def compression(self) -> Compression:
@@ -74,16 +76,13 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
     Raises:
         BagFormatError: a header or an index is damaged.
     """
-    known = BagInfo(
-        path, bag.format_name, bag.size, left_out=(*bag.skipped_files.items(), *bag.skipped.items())
-    )
+    left_out = (*bag.skipped_files.items(), *bag.skipped.items())
+    known = BagInfo(path, bag.format_name, bag.size, left_out=left_out, beside=bag.beside())
     if not bag.message_count and not bag.connections:
         return known
     has_messages = bag.message_count > 0
-    return BagInfo(
-        known.path,
-        known.version,
-        known.size,
+    return replace(
+        known,
         is_indexed=True,
         start=_seconds(bag.range_ns[0]) if has_messages else None,
         end=_seconds(bag.range_ns[1]) if has_messages else None,
@@ -91,7 +90,6 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
         compressions=compressions(bag),
         types=sorted({(connection.type, connection.md5sum) for connection in bag.connections}),
         topics=topics(bag, with_frequencies=with_frequencies),
-        left_out=known.left_out,
     )
 
 

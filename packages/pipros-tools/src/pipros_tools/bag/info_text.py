@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from pipros.bag.errors import BagError
-from pipros.bag.info import BagInfo, BagTopic
 from pipros.basics.html_table import html_table
 from pipros.basics.printable import listed
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.info import BagInfo, BagTopic
 
 _PLAIN = re.compile(r"[\w/.*~+-]*")
 
@@ -44,6 +44,7 @@ def info_text(info: BagInfo) -> str:
         rows += _compression_rows(info)
         rows += _column("types", _type_lines(info))
         rows += _column("topics", _topic_lines(info))
+    rows += _column("beside", [f"{count} {name}" for name, count in info.beside.items()])
     rows += _column("left out", [f"{name}: {reason}" for name, reason in info.left_out])
     width = max(len(label) for label, _ in rows) + 1
     return "\n".join(f"{label + ':' if label else '':{width}} {text}" for label, text in rows).rstrip()
@@ -128,10 +129,11 @@ def info_tree(info: BagInfo) -> dict[str, Any]:
     info = _printable(info)
     tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
     tree["version"] = info.version
+    beside = [{"name": name, "count": count} for name, count in info.beside.items()]
     left_out = [{"name": name, "reason": reason} for name, reason in info.left_out]
+    end = {name: each for name, each in (("beside", beside), ("left_out", left_out)) if each}
     if not info.is_indexed:
-        tree |= {"size": info.size, "indexed": False}
-        return {**tree, "left_out": left_out} if left_out else tree
+        return {**tree, "size": info.size, "indexed": False, **end}
     if info.start is not None and info.end is not None:
         tree["duration"] = f"{info.end - info.start:.6f}"
         tree["start"] = f"{info.start:.6f}"
@@ -142,7 +144,7 @@ def info_tree(info: BagInfo) -> dict[str, Any]:
         tree |= {"uncompressed": total.uncompressed, "compressed": total.compressed}
     tree["types"] = [{"type": name, "md5": md5sum} for name, md5sum in info.types]
     tree["topics"] = [_topic_tree(each) for each in info.topics]
-    return {**tree, "left_out": left_out} if left_out else tree
+    return tree | end
 
 
 def _topic_tree(topic: BagTopic) -> dict[str, Any]:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from pipros.bag.connection import Connection, parse_connection
-from pipros.bag.errors import BagError, BagFormatError, NotIndexed, UnusableConnection
-from pipros.bag.index import (
+from pipros_tools.bag.connection import Connection, parse_connection
+from pipros_tools.bag.errors import BagError, BagFormatError, NotIndexed, UnusableConnection
+from pipros_tools.bag.index import (
     INDEX_RECORD_BYTES,
     ChunkHeader,
     ChunkInfo,
@@ -16,10 +16,11 @@ from pipros.bag.index import (
     parse_chunk_info,
     parse_index,
 )
-from pipros.bag.records import (
+from pipros_tools.bag.records import (
     ENTRY,
     HEADER_END,
     MAGIC,
+    Fields,
     Op,
     Version,
     number,
@@ -27,7 +28,7 @@ from pipros.bag.records import (
     parse_fields,
     parse_version,
 )
-from pipros.bag.source import Source
+from pipros_tools.bag.source import Source
 
 _LONGEST_FIRST_LINE = 100
 
@@ -64,6 +65,16 @@ class BagLayout:
     damage: list[str] = field(default_factory=list)
 
 
+_PACKED = (
+    (b"\x28\xb5\x2f\xfd", "zstd"),
+    (b"\x1f\x8b", "gzip"),
+    (b"BZh", "bzip2"),
+    (b"\xfd7zXZ", "xz"),
+    (b"\x04\x22\x4d\x18", "lz4"),
+    (b"PK\x03\x04", "zip"),
+)
+"""First bytes of files that other programs compressed as a whole."""
+
 GIT_LFS = b"version https://git-lfs"
 """The first bytes of a file that stands for a file in Git's large file storage."""
 IS_POINTER = "is not a bag, but a pointer of Git LFS; `git lfs pull` fetches the file itself"
@@ -83,6 +94,9 @@ def read_version(source: Source) -> tuple[Version, int]:
         raise BagError(f"{source.name} {IS_POINTER}")
     version = parse_version(line) if newline else None
     if version is None:
+        packed = next((name for magic, name in _PACKED if start.startswith(magic)), None)
+        if packed:
+            raise BagError(f"{source.name} is compressed with {packed}; decompress it first")
         raise BagError(f"{source.name} is not a bag: it must begin with {MAGIC.decode().strip()}")
     return version, len(line) + 1
 
@@ -104,8 +118,7 @@ def read_layout(source: Source, start: int) -> BagLayout:
         counts = number(fields, "conn_count", 4, where), number(fields, "chunk_count", 4, where)
     except BagFormatError as error:
         raise NotIndexed(f"{source.name} has no readable file header: {error}. {REPAIR}") from None
-    if fields.get("encryptor"):
-        raise BagError(f"{source.name} is encrypted; pipros cannot read encrypted bags")
+    check_not_encrypted(source, fields)
     if not position or (position >= source.size and counts != (0, 0)):
         reason = "has no index" if not position else "ends before its index"
         raise NotIndexed(f"{source.name} {reason}. {REPAIR}")
@@ -122,6 +135,12 @@ def read_layout(source: Source, start: int) -> BagLayout:
 
 
 REPAIR = "Run rosbag reindex"
+
+
+def check_not_encrypted(source: Source, fields: Fields) -> None:
+    """Raise `BagError` if the fields of a bag's file header name an encryptor."""
+    if fields.get("encryptor"):
+        raise BagError(f"{source.name} is encrypted; pipros cannot read encrypted bags")
 
 
 def _read_index(source: Source, layout: BagLayout, counts: tuple[int, int]) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from struct import Struct
 
-from pipros.bag.errors import BagFormatError
+from pipros_tools.bag.errors import BagFormatError
 
 _MAGIC = 0x184D2204
 _LANES = Struct("<4I")

@@ -10,33 +10,50 @@ The profile is `ros1`: messages have the encoding `ros1`, their definitions are 
 from __future__ import annotations
 
 import errno
+import os
 import struct
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from io import BytesIO
 from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
-from pipros.bag.index import ChunkHeader
-from pipros.bag.layout import REPAIR, BagLayout
-from pipros.bag.mcap_messages import McapMessages
-from pipros.bag.mcap_records import read_summary
-from pipros.bag.reader import BagReader
-from pipros.bag.records import Version
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits
 from pipros.basics.printable import listed
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
+from pipros_tools.bag.index import ChunkHeader
+from pipros_tools.bag.layout import REPAIR, BagLayout
+from pipros_tools.bag.mcap_messages import McapMessages
+from pipros_tools.bag.mcap_records import (
+    ATTACHMENT,
+    DATA_END,
+    FOOTER,
+    MAGIC,
+    METADATA,
+    McapSummary,
+    parsed,
+    read_summary,
+    records,
+)
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.records import Version
+from pipros_tools.bag.sinks import mcap_sink
+from pipros_tools.bag.source import Source
 
 _VERSION = Version(0, 0)
 COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
 AFTER_ALL = 1 << 64
 """A number larger than any timestamp (ns)."""
 
-_OF_HEADER = ("callerid", "latching", "md5sum", "topic")
+_IN_SCHEMA = ("type", "message_definition")
+_BESIDE = ("attachments", "metadata records", "schemas without a channel")
+_OF_ROS2 = "rosbag2"
+"""Name of the metadata record that every ROS 2 bag has. It describes the file itself."""
 MAX_CONNECTIONS = 65_535
 """Maximum number of connections in a file: channel ids are 16-bit numbers > 0."""
 
@@ -63,6 +80,58 @@ def translated(name: str) -> Iterator[None]:
         ) from error
 
 
+def count_beside(source: Source, summary: McapSummary) -> dict[str, int]:
+    """Return the names and numbers of the records that do not belong to messages."""
+    metadata = summary.statistics.metadata_count
+    if metadata:
+        metadata = sum(kind == METADATA for kind, *_ in _records_beside(source))
+    counts = summary.statistics.attachment_count, metadata, len(_unused_schemas(summary))
+    return {name: count for name, count in zip(_BESIDE, counts, strict=True) if count}
+
+
+def copy_beside(source: Source, summary: McapSummary, writer: Any) -> set[str]:
+    """Copy these records, if the writer writes MCAP. Return the names of those that the new file stores."""
+    from mcap.records import Attachment, Metadata
+
+    target = mcap_sink(writer)
+    if target is None:
+        return set()
+    for kind, position, size in _records_beside(source):
+        record_type = Metadata if kind == METADATA else Attachment
+        target.add_beside(parsed(record_type, source.read(position, size)))
+    for schema in _unused_schemas(summary):
+        target.add_beside(schema)
+    return set(_BESIDE)
+
+
+def add_record(writer: Any, record: Any) -> None:
+    """Add an attachment, a schema or a metadata record to a writer of the `mcap` library."""
+    if hasattr(record, "metadata"):
+        writer.add_metadata(record.name, record.metadata)
+    elif hasattr(record, "encoding"):
+        writer.register_schema(record.name, record.encoding, record.data)
+    else:
+        times = record.create_time, record.log_time
+        writer.add_attachment(*times, record.name, record.media_type, record.data)
+
+
+def _records_beside(source: Source) -> Iterator[tuple[int, int, int]]:
+    from mcap.records import Metadata
+
+    with translated(source.name):
+        for kind, position, size in records(source, len(MAGIC)):
+            if kind in (DATA_END, FOOTER):
+                return
+            is_metadata = kind == METADATA and parsed(Metadata, source.data(position, size)).name != _OF_ROS2
+            if kind == ATTACHMENT or is_metadata:
+                yield kind, position, size
+
+
+def _unused_schemas(summary: McapSummary) -> list[Any]:
+    used = {each.schema_id for each in summary.channels.values()}
+    return [schema for number, schema in sorted(summary.schemas.items()) if number not in used]
+
+
 def mcap_library() -> Any:
     """Import the `mcap` library. Raise `BagError` if it is not installed."""
     try:
@@ -75,8 +144,8 @@ def mcap_library() -> Any:
     return mcap
 
 
-def connection_of(channel: Any, schema: Any) -> Connection:
-    """Convert a channel into a connection.
+def connection_of(channel: Any, schema: Any, classes: ClassFinder) -> Connection:
+    """Convert a channel into a connection. `classes` finds the MD5 sum once for all channels of a type.
 
     Raises:
         BagError: the channel does not carry ROS 1 messages, or their definition is malformed.
@@ -94,7 +163,7 @@ def connection_of(channel: Any, schema: Any) -> Connection:
     if "md5sum" not in fields:
         definition = fields["message_definition"].decode("utf-8", "replace")
         try:
-            fields["md5sum"] = ClassFinder().find(schema.name, "", definition)._md5sum.encode()
+            fields["md5sum"] = classes.find(schema.name, "", definition)._md5sum.encode()
         except PiprosError as error:
             raise BagError(f"the definition of {schema.name} is broken: {error}") from error
     return Connection(channel.id, channel.topic, fields)
@@ -118,6 +187,7 @@ class McapReader(BagReader):
         mcap_library()
         super().__init__(path, layout=BagLayout(_VERSION), limits=limits)
         self._owned = self._owned or path
+        self._again = self._again and partial(McapReader, os.path.abspath(path), limits=limits)
         try:
             try:
                 with translated(self.source.name):
@@ -130,7 +200,7 @@ class McapReader(BagReader):
             for channel in self._summary.channels.values():
                 schema = self._summary.schemas.get(channel.schema_id)
                 try:
-                    self.layout.connections[channel.id] = connection_of(channel, schema)
+                    self.layout.connections[channel.id] = connection_of(channel, schema, self._classes)
                 except BagError as error:
                     self.skipped.setdefault(channel.topic, str(error))
             if self.skipped and not self.layout.connections:
@@ -143,6 +213,12 @@ class McapReader(BagReader):
     @property
     def format_name(self) -> str:
         return "mcap"
+
+    def beside(self) -> Mapping[str, int]:
+        return count_beside(self.source, self._summary)
+
+    def copy_beside(self, writer: Any) -> set[str]:
+        return copy_beside(self.source, self._summary, writer)
 
     @property
     def message_count(self) -> int:
@@ -193,7 +269,7 @@ class McapReader(BagReader):
             return
         first, last = start_ns or 0, AFTER_ALL if end_ns is None else end_ns
         with translated(self.source.name):
-            for channel, time_ns, data, chunk, offset in McapMessages(
+            for channel, time_ns, data, sequence, published in McapMessages(
                 self.source,
                 self._summary.chunk_indexes,
                 self._limits,
@@ -206,7 +282,8 @@ class McapReader(BagReader):
                 ),
             ):
                 if self._has_valid_time(wanted[channel], time_ns):
-                    yield wanted[channel], time_ns, data, chunk, offset
+                    self._note_origin(time_ns, sequence, published)
+                    yield wanted[channel], time_ns, data, sequence, published
 
 
 class McapWriter:
@@ -234,6 +311,7 @@ class McapWriter:
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._channels: dict[int, int] = {}
         self._is_finished = False
+        self.is_mcap = True
 
     @property
     def size(self) -> int:
@@ -249,10 +327,12 @@ class McapWriter:
         if len(self._channels) >= MAX_CONNECTIONS:
             raise BagError(f"an MCAP file can have at most {MAX_CONNECTIONS} connections")
         connection = Connection(len(self._channels), topic, dict(header))
+        header = connection.header
         key = connection.type, bytes(header.get("message_definition", b""))
         if key not in self._schemas:
             self._schemas[key] = self._writer.register_schema(key[0], "ros1msg", key[1])
-        metadata = {name: header[name].decode("utf-8", "replace") for name in _OF_HEADER if name in header}
+        kept = (each for each in header.items() if each[0] not in _IN_SCHEMA)
+        metadata = {name: value.decode("utf-8", "replace") for name, value in kept}
         channel = self._writer.register_channel(topic, "ros1", self._schemas[key], metadata)
         self._channels[connection.id] = channel
         self.layout.connections[connection.id] = connection
@@ -263,14 +343,26 @@ class McapWriter:
         time = seconds * NS_PER_S + nanoseconds
         self._writer.add_message(self._channels[connection.id], time, data, time)
 
+    def write_copy(
+        self, connection: Connection, time_ns: int, data: bytes, sequence: int, published_ns: int
+    ) -> None:
+        """Add a message of another file."""
+        channel = self._channels[connection.id]
+        self._writer.add_message(channel, time_ns, data, published_ns or time_ns, sequence)
+
     def write_message(self, connection: Connection, seconds: int, nanoseconds: int, message: Any) -> None:
         """Add a message. If a value does not fit its field, add nothing and raise `SerializationError`."""
         buffer = BytesIO()
         message.serialize(buffer)
         self.write(connection, seconds, nanoseconds, buffer.getvalue())
 
+    def add_beside(self, record: Any) -> None:
+        """Add an attachment, a schema or a metadata record."""
+        add_record(self._writer, record)
+
     def flush(self) -> None:
-        """Pass all written chunks to the operating system. The open chunk stays in memory."""
+        """Write the open chunk, and flush the file to the operating system."""
+        self._writer._Writer__finalize_chunk()  # the library has no public function for this
         self._file.flush()
 
     def finish(self) -> None:

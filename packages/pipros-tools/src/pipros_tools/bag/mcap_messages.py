@@ -10,10 +10,11 @@ from array import array
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any
 
-from pipros.bag.chunk_data import ChunkStore, are_large, check_index_size, read_chunk_data
-from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ChunkHeader
-from pipros.bag.mcap_records import (
+from pipros.basics.limits import Limits
+from pipros_tools.bag.chunk_data import ChunkStore, are_large, check_index_size, read_chunk_data
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.index import ChunkHeader
+from pipros_tools.bag.mcap_records import (
     CHUNK,
     DATA_END,
     ENTRY_BYTES,
@@ -29,12 +30,11 @@ from pipros.bag.mcap_records import (
     read_chunk,
     records,
 )
-from pipros.bag.runs import Span, runs_in_time_order
-from pipros.bag.source import Source
-from pipros.basics.limits import Limits
+from pipros_tools.bag.runs import Span, runs_in_time_order
+from pipros_tools.bag.source import Source
 
 McapMessage = tuple[int, int, Any, int, int]
-"""Channel, timestamp (ns), serialized message, position of the chunk, and offset in the chunk."""
+"""Channel, timestamp (ns), serialized message, sequence number, and publish time (ns)."""
 
 OnDamage = Callable[[Iterable[int], BagFormatError], None]
 """Function that is called with the channels of a chunk that cannot be read, and with the error."""
@@ -73,7 +73,6 @@ class McapMessages:
         on_damage: OnDamage,
     ) -> None:
         self._source = source
-        self._limits = limits
         self._wanted, self._first, self._last = wanted, first, last
         self._as_views, self._on_damage = as_views, on_damage
         self._chunks: dict[int, McapChunk] = {}
@@ -104,9 +103,9 @@ class McapMessages:
         try:
             for run in runs_in_time_order(spans, self._load):
                 number = run.number
-                data, place, base = None, 0, 0
+                data, base = None, 0
                 if number != _LOOSE:
-                    place, base = self._places[number], self._header(number).data_position
+                    base = self._header(number).data_position
                     data = self._store.get(number)
                 entries = self._entries[number]
                 content: Any = data
@@ -116,14 +115,15 @@ class McapMessages:
                     entries.times[run.begin : run.end], entries.offsets[run.begin : run.end], strict=True
                 ):
                     if data is not None:
-                        channel = start_of(data, offset + RECORD.size)[0]
+                        channel, sequence, _, published = start_of(data, offset + RECORD.size)
                         end = offset + RECORD.size + size_of(data, offset)[1]
-                        yield channel, time, content[offset + head_bytes : end], place, offset
+                        yield channel, time, content[offset + head_bytes : end], sequence, published
                     else:
                         head = source.read(base + offset, head_bytes)
                         size = size_of(head)[1] - MESSAGE_START.size
                         body = source.read(base + offset + head_bytes, size)
-                        yield start_of(head, RECORD.size)[0], time, body, place, offset
+                        channel, sequence, _, published = start_of(head, RECORD.size)
+                        yield channel, time, body, sequence, published
                 if run.is_last:
                     self._held_bytes -= len(self._entries.pop(number)) * ENTRY_BYTES
                     self._store.drop(number)
@@ -163,14 +163,14 @@ class McapMessages:
             upcoming = [span.number for span in self._spans[at : at + 8]]
             data = self._store.get(number, upcoming, is_reusable=self._is_reusable(number))
             if data is None:
-                data = read_chunk_data(self._source, chunk.header, self._limits)
+                data = read_chunk_data(self._source, chunk.header)
             check_content(self._source, chunk, data)
             where = self._source.at(self._places[number])
             found = message_entries(data, where, self._wanted, self._first, self._last)
         if found:
             self._entries[number] = found
             self._held_bytes += len(found) * ENTRY_BYTES
-            check_index_size(self._source, self._held_bytes, self._limits)
+            check_index_size(self._source, self._held_bytes)
         return found
 
     def _is_reusable(self, number: int) -> bool:

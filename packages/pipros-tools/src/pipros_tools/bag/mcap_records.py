@@ -16,13 +16,12 @@ from itertools import pairwise
 from struct import Struct
 from typing import Any, overload
 
-from pipros.bag.chunk_data import read_chunk_data
-from pipros.bag.compression import LZ4, NONE, ZSTD
-from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ChunkHeader
-from pipros.bag.runs import Entry
-from pipros.bag.source import Source
-from pipros.basics.limits import Limits
+from pipros_tools.bag.chunk_data import read_chunk_data
+from pipros_tools.bag.compression import LZ4, NONE, ZSTD
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.index import ChunkHeader
+from pipros_tools.bag.runs import Entry
+from pipros_tools.bag.source import Source
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -233,7 +232,6 @@ def message_entries(
 
 def all_records(
     source: Source,
-    limits: Limits,
     progress: Callable[[int], object],
     on_damage: Callable[[str], object],
 ) -> Iterator[tuple[int, bytes]]:
@@ -253,7 +251,7 @@ def all_records(
             source.read(position + size - 1, min(size, 1))  # the file ends within a truncated chunk
             try:
                 chunk = read_chunk(source, position - RECORD.size)
-                data = read_chunk_data(source, chunk.header, limits)
+                data = read_chunk_data(source, chunk.header)
                 check_content(source, chunk, data)
                 for inner, at, length in records_in(data, source.at(position)):
                     if inner in (SCHEMA, CHANNEL, MESSAGE):

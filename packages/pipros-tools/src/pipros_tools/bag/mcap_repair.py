@@ -6,9 +6,10 @@ import os
 from contextlib import suppress
 from typing import Any
 
-from pipros.bag.errors import BagFormatError
-from pipros.bag.mcap_files import mcap_library, translated
-from pipros.bag.mcap_records import (
+from pipros.basics.input_file import open_file
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.mcap_files import add_record, mcap_library, translated
+from pipros_tools.bag.mcap_records import (
     ATTACHMENT,
     CHANNEL,
     HEADER,
@@ -20,13 +21,12 @@ from pipros.bag.mcap_records import (
     parsed,
     read_summary,
 )
-from pipros.bag.records import checked_time
-from pipros.bag.scan import Progress
-from pipros.bag.source import Source
-from pipros.basics.limits import Limits
+from pipros_tools.bag.records import checked_time
+from pipros_tools.bag.scan import Progress
+from pipros_tools.bag.source import Source
 
 
-def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
+def recover(path: str | os.PathLike[str], file: Any, progress: Progress) -> list[str]:
     """Copy the readable records of an MCAP file to `file`, and add a summary.
 
     A chunk whose content is damaged loses the records after the damage; damaged record lengths end the copy.
@@ -36,12 +36,12 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
         BagError: the library is missing, or the file does not begin like an MCAP file.
     """
     copy = _Copy(file)
-    with open(path, "rb") as old:
-        source = Source(old, os.fspath(path), limits)
+    with open_file(path) as old:
+        source = Source(old, os.fspath(path))
         copy.read_ahead(source)
         try:
             with translated(source.name):
-                for kind, data in all_records(source, limits, progress, copy.damage.append):
+                for kind, data in all_records(source, progress, copy.damage.append):
                     copy.add(kind, data)
         except BagFormatError as error:
             copy.damage.append(str(error))
@@ -80,14 +80,8 @@ class _Copy:
             self._add_schema(parsed(Schema, data))
         elif kind == CHANNEL:
             self._add_channel(parsed(Channel, data))
-        elif kind == METADATA:
-            record = parsed(Metadata, data)
-            self._writer.add_metadata(record.name, record.metadata)
-        elif kind == ATTACHMENT:
-            each = parsed(Attachment, data)
-            self._writer.add_attachment(
-                each.create_time, each.log_time, each.name, each.media_type, each.data
-            )
+        elif kind in (METADATA, ATTACHMENT):
+            add_record(self._writer, parsed(Metadata if kind == METADATA else Attachment, data))
         else:
             number, sequence, time, published = MESSAGE_START.unpack_from(data)
             try:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import repeat
 from operator import itemgetter
+from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.reader import BagMessage, BagReader
-from pipros.bag.times import Stamp, ns_of
 from pipros.msg.time import NS_PER_S, Time
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.reader import BagMessage, BagReader
+from pipros_tools.bag.times import Stamp, ns_of
 
 Choice = Callable[[Connection], bool]
 
@@ -20,7 +22,10 @@ def merged_raw(
     where: Choice | None = None,
     start_ns: int | None = None,
     end_ns: int | None = None,
-) -> Iterator[tuple[int, tuple[Connection, int, bytes, int, int]]]:
+    *,
+    as_views: bool = False,
+    is_needed: Callable[[int, Connection, int], bool] | None = None,
+) -> Iterator[tuple[int, tuple[Connection, int, Any, int, int]]]:
     """Yield pairs of a bag's index and a message, in time order.
 
     The messages are tuples, as in `BagReader.stored_fields`. Messages with equal timestamps are yielded in
@@ -29,15 +34,27 @@ def merged_raw(
     Args:
         where: function that selects connections; defaults to all connections.
         start_ns, end_ns: earliest and latest timestamp, inclusive.
+        as_views: see `BagReader.stored_fields`.
+        is_needed: function that selects messages by the bag's index, connection and timestamp (ns) when they
+            are next; defaults to all messages.
 
     Raises:
         BagFormatError: a bag is damaged.
     """
     streams = [
-        zip(repeat(number), bag.stored_fields(_chosen(bag, where), start_ns, end_ns))
+        zip(
+            repeat(number),
+            bag.selected_fields(
+                _chosen(bag, where),
+                start_ns,
+                end_ns,
+                is_needed and partial(is_needed, number),
+                as_views=as_views,
+            ),
+        )
         for number, bag in enumerate(bags)
     ]
-    return heapq.merge(*streams, key=lambda item: item[1][1])
+    return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda item: item[1][1])
 
 
 def merged(

@@ -10,18 +10,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from pipros.bag.chunk_data import LARGE_BYTES, ChunkStore, check_chunk
-from pipros.bag.chunk_messages import usual_headers
-from pipros.bag.compression import NONE
-from pipros.bag.connection import Connection
-from pipros.bag.contents import BagContents
-from pipros.bag.errors import BagFormatError
-from pipros.bag.records import TIMES_NS
 from pipros.basics.limits import process_limits
 from pipros.msg.bulk.cursors import joined_parts, values_at
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.chunk_data import LARGE_BYTES, ChunkStore, check_chunk
+from pipros_tools.bag.chunk_messages import usual_headers
+from pipros_tools.bag.compression import NONE
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.contents import BagContents
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.records import TIMES_NS
+
+import numpy as np  # isort: skip  # after `pipros.msg.bulk`, whose error names the extra
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -213,7 +213,7 @@ class _ChunkReader:
         """Return the content of a chunk, which is valid until the next call."""
         header = self._bag.chunk_header(number)
         if header.compression == NONE and header.size == header.data_size <= LARGE_BYTES:
-            check_chunk(self._bag.source, header, self._limits)
+            check_chunk(self._bag.source, header)
             if len(self._buffer) < header.size:
                 self._buffer = np.empty(max(header.size, _BUFFER_BYTES), np.uint8)
             content = self._buffer[: header.size]

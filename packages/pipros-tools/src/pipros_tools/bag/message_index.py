@@ -8,14 +8,13 @@ from collections.abc import Callable, Iterable, Iterator
 from operator import attrgetter
 from typing import NamedTuple
 
-from pipros.bag.chunk_data import LARGE_BYTES, read_chunk_data
-from pipros.bag.compression import NONE
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.bag.errors import BagFormatError
-from pipros.bag.reader import BagReader
-from pipros.bag.records import Fields, Op, number, op_of, parse_entries, parse_head, text_of, time_of
-from pipros.basics.limits import Limits, process_limits
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.chunk_data import LARGE_BYTES, read_chunk_data
+from pipros_tools.bag.compression import NONE
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.records import Fields, Op, number, op_of, parse_entries, parse_head, text_of, time_of
 
 
 class Position(NamedTuple):
@@ -38,9 +37,8 @@ class MessageIndex:
     The most recently decompressed chunk is cached.
     """
 
-    def __init__(self, bag: BagReader, limits: Limits | None = None) -> None:
+    def __init__(self, bag: BagReader) -> None:
         self.bag = bag
-        self._limits = limits or process_limits()
         self._is_chunked = bag.layout.version.number == 200
         self._positions: dict[int, list[Position]] | None = None
         self._numbers: dict[int, int] = {}
@@ -121,7 +119,7 @@ class MessageIndex:
             time_ns = number(fields, "sec", 4, where) * NS_PER_S + number(fields, "nsec", 4, where)
         if connection is None:
             raise BagFormatError(f"{where}: the message belongs to an unknown connection")
-        return StoredMessage(connection, time_ns, read(data_position, data_size), chunk, offset)
+        return StoredMessage(connection, time_ns, read(data_position, data_size))
 
     def _old_connection(self, fields: Fields) -> Connection | None:
         """Return the connection of a message in a format 1.2 bag, given the fields of its record."""
@@ -137,15 +135,16 @@ class MessageIndex:
         if at is None:
             raise BagFormatError(f"{where}: there is no chunk")
         header = self.bag.chunk_header(at)
-        is_in_file = header.compression == NONE and (header.size > LARGE_BYTES or self._kept[0] != chunk)
-        if not is_in_file and self._kept[0] != chunk:
-            self._kept = (chunk, read_chunk_data(self.bag.source, header, self._limits))
+        kept = self._kept  # another thread may replace it
+        is_in_file = header.compression == NONE and (header.size > LARGE_BYTES or kept[0] != chunk)
+        if not is_in_file and kept[0] != chunk:
+            self._kept = kept = (chunk, read_chunk_data(self.bag.source, header))
 
         def read(position: int, size: int) -> bytes:
             if position + size > header.size:
                 raise BagFormatError(f"{where}: the message does not fit into its chunk")
             if is_in_file:
                 return self.bag.source.read(header.data_position + position, size)
-            return self._kept[1][position : position + size]
+            return kept[1][position : position + size]
 
         return read

@@ -8,19 +8,18 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
-from pipros.bag.migration_rules import MigrationRule
-from pipros.bag.migration_update import Update
-from pipros.bag.reader import BagReader
-from pipros.bag.sinks import MessageWriter
-from pipros.bag.times import received_at
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.errors import MessageException
-from pipros.msg.time import NS_PER_S
-from pipros.safe.expr import ExpressionError
+from pipros.safe.expr_walk import ExpressionError
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.migration_rules import MigrationRule
+from pipros_tools.bag.migration_update import Update
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.sinks import MessageWriter, copying
+from pipros_tools.bag.times import received_at
 
 _LONGEST_CHAIN = 50
 
@@ -183,8 +182,9 @@ class Migrator:
             return incomplete
         stays = {change.old for change in incomplete}
         made: dict[int, tuple[Connection, type[Message] | None]] = {}
+        write = copying(writer)
         for stored in bag.stored_messages():
-            connection, time_ns, data, _, _ = stored
+            connection, time_ns, data, *origin = stored
             if connection.id not in made:
                 is_kept = (connection.type, connection.md5sum) in stays
                 made[connection.id] = self._connect(
@@ -201,7 +201,7 @@ class Migrator:
                     bag.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
                     continue
                 data = buffer.getvalue()
-            writer.write(written, *divmod(time_ns, NS_PER_S), data)
+            write(written, time_ns, data, *origin)
         writer.finish()
         return []
 

@@ -10,12 +10,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.bag.errors import BagError
-from pipros.bag.migration_rules import MigrationRule, parse_rules
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.manifest import read_manifest
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.migration_rules import MigrationRule, parse_rules
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.manifest import read_manifest
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

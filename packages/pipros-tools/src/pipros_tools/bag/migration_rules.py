@@ -10,9 +10,9 @@ import ast
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from pipros.bag import migration_update
-from pipros.bag.errors import BagError
 from pipros.msg.dynamic import message_classes_from_text
+from pipros_tools.bag import migration_update
+from pipros_tools.bag.errors import BagError
 
 _DEPTH_LIMIT = 100
 """Maximum nesting of expressions and statements. Each `elif` adds one level."""
@@ -88,7 +88,7 @@ def _rule(node: ast.stmt, file: str) -> MigrationRule:
         if isinstance(part, ast.Assign) and len(part.targets) == 1 and isinstance(part.targets[0], ast.Name):
             try:
                 values[part.targets[0].id] = ast.literal_eval(part.value)
-            except (ValueError, TypeError):
+            except (ValueError, TypeError, RecursionError):
                 raise _refusal(part, file, "a value must be a literal") from None
         elif isinstance(part, ast.FunctionDef):
             if part.name != "get_class_def":  # genuine rosbag generates this method

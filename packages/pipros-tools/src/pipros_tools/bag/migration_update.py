@@ -12,11 +12,11 @@ import ast
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from pipros.bag.errors import BagError
 from pipros.basics.errors import PiprosError
 from pipros.msg.base import Message
 from pipros.msg.field_access import field_of
 from pipros.safe.expr import Expression
+from pipros_tools.bag.errors import BagError
 
 _CLASS_MAKERS = ("get_new_class", "get_old_class")
 _STATEMENT_LIMIT = 100_000

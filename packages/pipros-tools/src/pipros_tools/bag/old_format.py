@@ -7,14 +7,14 @@ distinguish the formats.
 
 from __future__ import annotations
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ChunkHeader
-from pipros.bag.layout import BagLayout
-from pipros.bag.records import Fields, Op, Version, checked_time, number, op_of, text_of
-from pipros.bag.scan import Contents, add_chunk
-from pipros.bag.source import Source
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.index import ChunkHeader
+from pipros_tools.bag.layout import BagLayout
+from pipros_tools.bag.records import Fields, Op, Version, checked_time, number, op_of, text_of
+from pipros_tools.bag.scan import Contents, add_chunk
+from pipros_tools.bag.source import Source
 
 _PART_BYTES = 1024 * 1024
 """Approximate size of the messages that form one chunk."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from pipros.bag.errors import BagError
-from pipros.bag.layout import GIT_LFS, IS_POINTER
-from pipros.bag.reader import BagReader
-from pipros.bag.sinks import MessageWriter
-from pipros.bag.writer import CHUNK_BYTES, BagWriter
+from pipros.basics.input_file import open_file
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.layout import GIT_LFS, IS_POINTER
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.sinks import MessageWriter
+from pipros_tools.bag.writer import CHUNK_BYTES, BagWriter
 
 _MCAP = b"\x89MCAP0\r\n"
 
@@ -25,7 +26,7 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
         OSError: the file cannot be read.
     """
     if is_mcap(path):
-        from pipros.bag.mcap_files import McapReader
+        from pipros_tools.bag.mcap_files import McapReader
 
         return McapReader(path)
     return BagReader(path, rebuild_index=rebuild_index)
@@ -42,21 +43,23 @@ def is_ros1_bag(path: str | os.PathLike[str]) -> bool:
     """
     if os.path.isdir(path) or is_mcap(path):
         return False
-    with open(path, "rb") as file:
-        return file.read(6) != b"SQLite"
+    return not _begins(path, b"SQLite")
 
 
 def check_no_pointer(path: str | os.PathLike[str]) -> None:
     """Raise `BagError` if a file is a pointer of Git LFS, and `OSError` if it cannot be read."""
-    with open(path, "rb") as file:
-        if file.read(len(GIT_LFS)) == GIT_LFS:
-            raise BagError(f"{os.fspath(path)} {IS_POINTER}")
+    if _begins(path, GIT_LFS):
+        raise BagError(f"{os.fspath(path)} {IS_POINTER}")
 
 
 def is_mcap(path: str | os.PathLike[str]) -> bool:
     """Return whether a file starts with MCAP's magic bytes. Raise `OSError` if it cannot be read."""
-    with open(path, "rb") as file:
-        return file.read(len(_MCAP)) == _MCAP
+    return _begins(path, _MCAP)
+
+
+def _begins(path: str | os.PathLike[str], magic: bytes) -> bool:
+    with open_file(path) as file:
+        return file.read(len(magic)) == magic
 
 
 def writer_for(
@@ -68,7 +71,7 @@ def writer_for(
         BagError: the format needs a library that is not installed, or does not support the compression.
     """
     if os.fspath(path).endswith(".mcap"):
-        from pipros.bag.mcap_files import McapWriter
+        from pipros_tools.bag.mcap_files import McapWriter
 
         return McapWriter(file, compression=compression, chunk_bytes=chunk_bytes)
     return BagWriter(file, compression=compression, chunk_bytes=chunk_bytes)

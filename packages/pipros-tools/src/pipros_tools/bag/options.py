@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from pipros.bag.writer import CHUNK_BYTES
+from pipros_tools.bag.writer import CHUNK_BYTES
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,18 +7,18 @@ import time
 from collections.abc import Callable, Container, Iterator, Sequence
 from typing import Any, Protocol
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
-from pipros.bag.merge import merged_raw
-from pipros.bag.opening import open_bag
-from pipros.bag.options import PlayOptions
-from pipros.bag.playback_clock import PlaybackClock
-from pipros.bag.reader import BagReader
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.merge import merged_raw
+from pipros_tools.bag.opening import open_bag
+from pipros_tools.bag.options import PlayOptions
+from pipros_tools.bag.playback_clock import PlaybackClock
+from pipros_tools.bag.reader import BagReader
 
 _FOUND_S = 1.1
 """Minimum lifetime of latched topics.
@@ -30,6 +30,16 @@ _SLICE_NS = 20_000_000
 """Maximum duration of an uninterruptible wait."""
 
 _MIN_SLICE_NS = 500_000
+
+_SHORTEST_NS = 200_000
+"""Minimum duration of a wait: waking up for each of many messages would cost more than publishing them."""
+
+_LOOK_NS = 1_000_000
+"""Time for which messages that are already due are published without a look at keys and clocks."""
+
+
+_AT_ONCE_NS = 1_000_000_000
+"""Bag time for which messages are published without a look at keys if they are not waited for."""
 
 
 class Controls(Protocol):
@@ -63,6 +73,7 @@ class Player:
         self._controls = controls
         self._say = say
         self._publishers: dict[tuple[int, int], tuple[Any, Any]] = {}
+        self._reached_ns, self._look_ns = -1, 0  # messages up to this bag time are due, until that time
         self._clock_publisher: Any = None
         self._clock_class: Any = None
         self._next_clock_ns = self._steps = 0
@@ -149,7 +160,7 @@ class Player:
                     latch=connection.is_latching,
                 )
                 taken[topic] = connection.md5sum
-                self._publishers[number, connection.id] = publisher, message_class
+                self._publishers[number, connection.id] = publisher.publication, message_class
         if self._options.clock:
             from pipros.msg import load_message_class
 
@@ -160,7 +171,7 @@ class Player:
         self._say(f"Waiting {self._options.delay_s:g} seconds after advertising topics...")
         self._node.wait_for_shutdown(self._options.delay_s)
         while self._options.wait_for_subscribers and not self._node.is_shutdown:
-            if all(publisher.connection_count for publisher, _ in self._publishers.values()):
+            if all(each.links or each.links_in_process for each, _ in self._publishers.values()):
                 break
             self._node.wait_for_shutdown(0.05)
 
@@ -173,43 +184,66 @@ class Player:
         previous_ns = self._start_ns
         skip_s = self._options.skip_empty_s
         skip_ns = None if skip_s is None else _ns(skip_s)
-        for number, message in merged_raw(self._bags, self._is_wanted, self._start_ns, self._end_ns):
+        self._reached_ns, nothing = -1, (None, None)
+        span = self._start_ns, self._end_ns
+        is_needed = None if self._pause_topics or skip_ns is not None else self._is_needed
+        for number, message in merged_raw(
+            self._bags, self._is_wanted, *span, as_views=True, is_needed=is_needed
+        ):
             connection, at_ns, data, _, _ = message
             if skip_ns is not None and at_ns - previous_ns > skip_ns:
                 self._clock.jump(at_ns, time.monotonic_ns())
+                self._reached_ns = -1
             previous_ns = at_ns
-            if not self._wait_until(at_ns):
+            is_due = at_ns <= self._reached_ns and time.monotonic_ns() <= self._look_ns
+            if not is_due and not self._wait_until(at_ns):
                 return
-            publisher = self._publishers.get((number, connection.id))
-            if publisher is not None:
-                publisher[0].publish(publisher[1](data))
-            if absolute(connection.topic) in self._pause_topics:
+            publication, message_class = self._publishers.get((number, connection.id), nothing)
+            if publication is not None and publication.is_received:
+                publication.publish(message_class(bytes(data)))
+            if self._pause_topics and absolute(connection.topic) in self._pause_topics:
                 self._clock.pause(time.monotonic_ns())
+                self._reached_ns = -1
         self._wait_until(self._end_ns)
 
+    def _is_needed(self, number: int, connection: Connection, at_ns: int) -> bool:
+        """Return whether a message must be waited for or published."""
+        if at_ns > self._reached_ns:
+            return True
+        publication, _ = self._publishers.get((number, connection.id), (None, None))
+        return publication is not None and publication.is_received
+
     def _wait_until(self, at_ns: int) -> bool:
-        """Wait until a bag time is due. Return False if the node shuts down while waiting."""
+        """Wait until a bag time is due. Return False if the node shuts down while waiting.
+
+        Set `_reached_ns` and `_look_ns`, so that this need not be called for each of many messages.
+        """
         while True:
             now_ns = time.monotonic_ns()
             if self._options.immediate and not self._clock.is_paused:
                 self._clock.jump(at_ns, now_ns)
-            self._handle_keys(now_ns)
-            self._wait_for_rate()
-            if self._node.is_shutdown:
-                return False
-            if self._clock.is_paused:
-                if self._steps:
-                    self._steps -= 1
-                    self._clock.jump(at_ns, now_ns)
-                    self._report_time(at_ns)
-                    return True
-                self._idle(self._clock.bag_time(now_ns))
-                continue
-            self._report_time(min(at_ns, self._clock.bag_time(now_ns)))
-            left_ns = self._clock.due(at_ns) - time.monotonic_ns()
+            if now_ns > self._look_ns or self._clock.is_paused:
+                self._handle_keys(now_ns)
+                self._wait_for_rate()
+                if self._node.is_shutdown:
+                    return False
+                if self._clock.is_paused:
+                    self._reached_ns = -1
+                    if self._steps:
+                        self._steps -= 1
+                        self._clock.jump(at_ns, now_ns)
+                        self._report_time(at_ns)
+                        return True
+                    self._idle(self._clock.bag_time(now_ns))
+                    continue
+                self._report_time(min(at_ns, self._clock.bag_time(now_ns)))
+                self._look_ns = now_ns + _LOOK_NS
+            left_ns = self._clock.due(at_ns) - now_ns
             if left_ns <= 0:
+                is_immediate = self._options.immediate
+                self._reached_ns = at_ns + _AT_ONCE_NS if is_immediate else self._clock.bag_time(now_ns)
                 return True
-            _sleep(min(left_ns, self._slice_ns(now_ns)))
+            _sleep(max(_SHORTEST_NS, min(left_ns, self._slice_ns(now_ns))))
 
     def _slice_ns(self, now_ns: int) -> int:
         if not self._options.clock:
@@ -256,7 +290,10 @@ class Player:
 
 
 def _class_of(connection: Connection) -> Any:
-    """Return a subclass of `AnyMsg` with the connection's type, md5sum and definition."""
+    """Return a subclass of `AnyMsg` with the connection's type, md5sum and definition.
+
+    The topic latches the last message of each recorded publisher that latches; see `Publication`.
+    """
     return type(
         "PlayedMessage",
         (AnyMsg,),
@@ -264,9 +301,15 @@ def _class_of(connection: Connection) -> Any:
             "_type": connection.type,
             "_md5sum": connection.md5sum,
             "_full_text": connection.definition,
+            "_recorded_publisher": connection.callerid if connection.is_latching else None,
+            "_to_buffers": _buffers,
             "__slots__": (),
         },
     )
+
+
+def _buffers(message: AnyMsg) -> list[bytes]:
+    return [message.body]
 
 
 def absolute(topic: str) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 
-from pipros.bag.opening import open_bag
-from pipros.policy.decisions import Act, PolicyState, decide, read_condition
-from pipros.policy.model import ActKind, ActRefused, Policy
+from pipros_server.policy.decisions import Act, PolicyState, decide, read_condition
+from pipros_server.policy.model import ActKind, ActRefused, Policy
+from pipros_tools.bag.opening import open_bag
 
 
 @dataclass(slots=True)

@@ -7,32 +7,32 @@ larger than memory.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pipros.bag.chunk_messages import fields_of_chunks
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.bag.contents import BagContents
-from pipros.bag.errors import BagError, BagFormatError
-from pipros.bag.layout import BagLayout, read_layout, read_version
-from pipros.bag.old_format import scan_old_format
-from pipros.bag.records import is_valid_time
-from pipros.bag.scan import Progress, scan
-from pipros.bag.source import SeekableFile, Source
-from pipros.bag.times import Stamp, ns_of, received_at
+from pipros.basics.input_file import open_file
 from pipros.basics.limits import Limits, process_limits
-from pipros.msg.class_finder import ClassFinder, MissingDefinition
+from pipros.msg.class_finder import ClassFinder, MissingDefinition, installed_class
 from pipros.msg.errors import DeserializationError
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import NS_PER_S, Time
+from pipros_tools.bag.chunk_messages import fields_of_chunks
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.contents import BagContents
+from pipros_tools.bag.errors import BagError, BagFormatError
+from pipros_tools.bag.layout import BagLayout, read_layout, read_version
+from pipros_tools.bag.old_format import scan_old_format
+from pipros_tools.bag.records import is_valid_time
+from pipros_tools.bag.scan import Progress, scan
+from pipros_tools.bag.source import SeekableFile, Source
+from pipros_tools.bag.times import Stamp, ns_of, received_at
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from pipros.bag.message_groups import MessageGroup
+    from pipros_tools.bag.message_groups import MessageGroup
 
 
 class BagMessage(NamedTuple):
@@ -45,7 +45,10 @@ class BagMessage(NamedTuple):
 
 
 class BagReader(BagContents):
-    """A bag open for reading. Not thread-safe.
+    """A bag open for reading.
+
+    Threads and forked processes may share it; each must use its own iterators. If it was opened by its path,
+    it can be pickled: the copy opens the file again. See `Source` for other files.
 
     Args:
         file: a path, or a seekable binary file open for reading, which the caller must close.
@@ -66,6 +69,7 @@ class BagReader(BagContents):
         layout: connections and chunks.
         skipped, skipped_files: map each topic, or file of a bag of several files, that cannot be read to the
             reason. The others are not affected.
+        origins: which of sequence numbers and publish times the messages have that were read so far.
         on_bad_message: called with the topic and the reason for each message that does not match its
             definition, for each connection without a valid definition, and for each damaged chunk, which are
             then left out; None (the default) to raise an error instead.
@@ -88,16 +92,21 @@ class BagReader(BagContents):
         self._limits = limits or process_limits()
         self._classes = ClassFinder()
         self._owned: Any = None
+        self._classes_without_fields: dict[int, Any] = {}
+        self._again: Callable[[], BagReader] | None = None
+        self.origins: dict[str, bool] = {}
         self.skipped: dict[str, str] = {}
         self.skipped_files: dict[str, str] = {}
         self.on_bad_message: Callable[[str, str], object] | None = None
         if isinstance(file, str | os.PathLike):
             name = name or os.fspath(file)
-            file = self._owned = Path(file).open("rb")  # noqa: SIM115 # closed by `close`
+            again = partial(BagReader, os.path.abspath(file), limits=limits, name=name, layout=layout)
+            self._again = partial(again, rebuild_index=rebuild_index)
+            file = self._owned = open_file(file)
         try:
-            source = Source(file, name or str(getattr(file, "name", "<bag>")), self._limits)
+            source = Source(file, name or str(getattr(file, "name", "<bag>")))
             if layout is None:
-                layout = _layout_of(source, self._limits, rebuild_index, progress)
+                layout = _layout_of(source, rebuild_index, progress)
         except BaseException:
             self.close()
             raise
@@ -112,6 +121,25 @@ class BagReader(BagContents):
     ) -> None:
         self.close()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self._again is None:
+            raise TypeError(f"{self.name} must be opened by its path to be pickled")
+        return _opened_again, (self._again, self.on_bad_message)
+
+    def beside(self) -> Mapping[str, int]:
+        """Return what the file has beside messages, such as attachments, with their numbers."""
+        return {}
+
+    def copy_beside(self, writer: Any) -> set[str]:  # noqa: ARG002 # other formats use it
+        """Copy what `beside` returns to a writer, if its format can store it. Return the names."""
+        return set()
+
+    def _note_origin(self, time_ns: int, sequence: int, published_ns: int) -> None:
+        if sequence:
+            self.origins["sequence numbers"] = True
+        if published_ns != time_ns and published_ns:
+            self.origins["publish times"] = True
+
     def close(self) -> None:
         """Close the file if this reader opened it. May be called repeatedly."""
         if self._owned is not None:
@@ -124,13 +152,30 @@ class BagReader(BagContents):
         """
         kind, topic = connection.type, connection.topic
         try:
-            return self._classes.find(kind, connection.md5sum, connection.definition)
+            found = self._classes.find(kind, connection.md5sum, connection.definition)
+            return found if found.__slots__ else self._class_without_fields(connection, found)
         except MissingDefinition:
             raise BagError(
                 f"the bag has no definition of {kind} (topic {topic}), and no package has the same definition"
             ) from None
         except DefinitionError as error:
             raise BagError(f"the bag's definition of {kind} (topic {topic}) is broken: {error}") from error
+
+    def _class_without_fields(self, connection: Connection, found: Any) -> Any:
+        """Return the class for a definition without fields: the installed one, if messages are not empty.
+
+        Some recorders store an empty definition instead of one that they do not know.
+        """
+        known = self._classes_without_fields.get(connection.id)
+        if known is None:
+            known, installed = found, installed_class(connection.type)
+            if installed is None or installed.__slots__:
+                first = next(self.stored_fields([connection]), None)
+                known = found if first is None or not len(first[2]) else installed
+            if known is None:
+                raise MissingDefinition
+            self._classes_without_fields[connection.id] = known
+        return known
 
     def raw_messages(
         self,
@@ -147,6 +192,8 @@ class BagReader(BagContents):
         connections: Iterable[Connection] | None = None,
         start_ns: int | None = None,
         end_ns: int | None = None,
+        *,
+        where: Callable[[Connection, int], bool] | None = None,
     ) -> Iterator[StoredMessage]:
         """Return an iterator over the serialized messages in time order.
 
@@ -156,11 +203,29 @@ class BagReader(BagContents):
             connections: connections to read; defaults to all.
             start_ns: earliest timestamp; None for no limit.
             end_ns: latest timestamp, inclusive; None for no limit.
+            where: function that selects messages by connection and timestamp (ns); defaults to all. It is
+                called when a message is next. A chunk of a bag without selected messages is not read.
 
         Raises:
             BagFormatError: the iteration reaches a damaged part of the file.
         """
-        return map(partial(tuple.__new__, StoredMessage), self.stored_fields(connections, start_ns, end_ns))
+        found = self.selected_fields(connections, start_ns, end_ns, where)
+        return map(partial(tuple.__new__, StoredMessage), found)
+
+    def selected_fields(
+        self,
+        connections: Iterable[Connection] | None,
+        start_ns: int | None,
+        end_ns: int | None,
+        where: Callable[[Connection, int], bool] | None,
+        *,
+        as_views: bool = False,
+    ) -> Iterator[tuple[Connection, int, Any, int, int]]:
+        """Like `stored_fields`, but only the messages that `where` selects; see `stored_messages`."""
+        if where is not None and type(self).stored_fields is BagReader.stored_fields:
+            return self._fields_where(connections, start_ns, end_ns, where, as_views=as_views)
+        fields = self.stored_fields(connections, start_ns, end_ns, as_views=as_views)
+        return fields if where is None else (each for each in fields if where(each[0], each[1]))
 
     def stored_fields(
         self,
@@ -175,16 +240,34 @@ class BagReader(BagContents):
         Named tuples would make reading a bag of `std_msgs/String` 10% slower. If `as_views` is true,
         large messages are views, which are valid until the next message is requested.
         """
-        if connections is None:
-            connections = self.connections
+        return self._fields_where(connections, start_ns, end_ns, None, as_views=as_views)
+
+    def placed_fields(
+        self, connections: Iterable[Connection], start_ns: int | None, end_ns: int | None
+    ) -> Iterator[tuple[Connection, int, Any, int, int]]:
+        """Like `stored_fields`, but end with the positions of the chunk in the file and in the chunk."""
+        return self._fields_where(connections, start_ns, end_ns, None, has_places=True)
+
+    def _fields_where(
+        self,
+        connections: Iterable[Connection] | None,
+        start_ns: int | None,
+        end_ns: int | None,
+        where: Callable[[Connection, int], bool] | None,
+        *,
+        as_views: bool = False,
+        has_places: bool = False,
+    ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         return fields_of_chunks(
             self,
-            list(connections),
+            list(self.connections if connections is None else connections),
             start_ns,
             end_ns,
             self._limits,
             as_views=as_views,
             on_damage=self._chunk_left_out,
+            where=where,
+            has_places=has_places,
         )
 
     def message_groups(
@@ -201,7 +284,7 @@ class BagReader(BagContents):
         Raises:
             BagFormatError: the bag is damaged.
         """
-        from pipros.bag.message_groups import groups_of
+        from pipros_tools.bag.message_groups import groups_of
 
         fields = partial(self.stored_fields, connections, start_ns, end_ns, as_views=True)
         bag = self if type(self).stored_fields is BagReader.stored_fields else None
@@ -307,7 +390,14 @@ class BagReader(BagContents):
         return self.messages(None, times.start, times.stop)
 
 
-def _layout_of(source: Source, limits: Limits, rebuild_index: bool, progress: Progress | None) -> BagLayout:
+def _opened_again(opener: Callable[[], BagReader], on_bad_message: Any) -> BagReader:
+    """Return the copy of a pickled reader."""
+    bag = opener()
+    bag.on_bad_message = on_bad_message
+    return bag
+
+
+def _layout_of(source: Source, rebuild_index: bool, progress: Progress | None) -> BagLayout:
     version, start = read_version(source)
     if version.number in (101, 102):
         return scan_old_format(source, version, start)
@@ -316,5 +406,5 @@ def _layout_of(source: Source, limits: Limits, rebuild_index: bool, progress: Pr
             f"{source.name}: bag version must be 1.2 or 2.0, got {version.major}.{version.minor}"
         )
     if rebuild_index:
-        return scan(source, start, limits, progress)
+        return scan(source, start, progress)
     return read_layout(source, start)

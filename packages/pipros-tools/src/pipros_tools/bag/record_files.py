@@ -10,13 +10,13 @@ from collections.abc import Set
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.bag.opening import writer_for
-from pipros.bag.options import FileOptions
-from pipros.bag.sinks import MessageWriter, WholeWrites
-from pipros.bag.writer import BagWriter
 from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.opening import writer_for
+from pipros_tools.bag.options import FileOptions
+from pipros_tools.bag.sinks import MessageWriter, WholeWrites
+from pipros_tools.bag.writer import BagWriter
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -85,8 +85,12 @@ class RecordFiles:
                 compression=self._options.compression,
                 chunk_bytes=self._options.chunk_bytes,
             )
-        except BaseException:
+        except BaseException as error:
             self._file.close()
+            if not active.stat().st_size:
+                active.unlink()
+            if isinstance(error, OSError) and error.filename is None:
+                error.filename = os.fspath(active)
             raise
         self._connections.clear()
         self._started_ns = now_ns
@@ -116,7 +120,7 @@ class RecordFiles:
         self._kept.append(self._path)
 
     def flush(self) -> None:
-        """Write a bag's open chunk, or the complete chunks of an MCAP file."""
+        """Write the open chunk to the file."""
         if self._writer is not None:
             self._writer.flush()
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 from collections import deque
 
-from pipros.bag.connection import StoredMessage
 from pipros.basics import one_thread
+from pipros_tools.bag.connection import StoredMessage
 
 
 class RecordQueue:
@@ -52,8 +52,8 @@ class RecordQueue:
 
         Return an empty list on timeout, or if the queue is empty and closed.
         """
-        if one_thread.turns is not None:
-            one_thread.turns.wait(lambda: bool(self._waiting) or self._is_closed, timeout_s)
+        if not one_thread.has_threads():
+            one_thread.wait(lambda: bool(self._waiting) or self._is_closed, timeout_s)
             timeout_s = 0.0
         with self._changed:
             if not self._waiting and not self._is_closed:

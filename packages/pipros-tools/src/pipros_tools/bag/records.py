@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from struct import Struct
 
-from pipros.bag.errors import BagFormatError
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.errors import BagFormatError
 
 MAGIC = b"#ROSBAG V2.0\n"
 HEADER_END = len(MAGIC) + 4096 + 8

@@ -11,21 +11,20 @@ import tempfile
 from collections.abc import Iterator
 from typing import Any
 
-from pipros.bag.chunk_data import read_chunk_data
-from pipros.bag.compression import NONE
-from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
-from pipros.bag.layout import BagLayout, read_chunk_header, read_chunk_index, read_version
-from pipros.bag.records import HEADER_END, LEAST_HEADER_END, Version
-from pipros.bag.scan import Progress, scan
-from pipros.bag.source import Source
-from pipros.bag.writer import BagWriter
-from pipros.basics.limits import Limits
+from pipros_tools.bag.chunk_data import read_chunk_data
+from pipros_tools.bag.compression import NONE
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.index import ChunkInfo, chunk_header_bytes, index_record
+from pipros_tools.bag.layout import BagLayout, read_chunk_header, read_chunk_index, read_version
+from pipros_tools.bag.records import HEADER_END, LEAST_HEADER_END, Version
+from pipros_tools.bag.scan import Progress, scan
+from pipros_tools.bag.source import Source
+from pipros_tools.bag.writer import BagWriter
 
 _IN_MEMORY_BYTES = 64 * 1024 * 1024
 
 
-def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = None) -> BagWriter:
+def reindex(file: Any, name: str, progress: Progress | None = None) -> BagWriter:
     """Repair a bag, and return a writer that can add messages. The writer's `finish` writes the index.
 
     Args:
@@ -34,11 +33,11 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
     Raises:
         BagError: the file is not a bag in format 2.0.
     """
-    source = Source(file, name, limits)
+    source = Source(file, name)
     version, start = read_version(source)
     if version.number != 200:
         raise BagFormatError(f"{name}: only bags in format 2.0 can be indexed")
-    found = scan(source, start, limits, progress)
+    found = scan(source, start, progress)
     header_end = _after_file_header(source, start)
     kept = BagLayout(Version(2, 0), connections=found.connections, header_end=header_end, end=header_end)
     rest = list(found.chunks)
@@ -46,7 +45,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
         kept.chunks.append(rest.pop(0))
         kept.end = end
     with tempfile.SpooledTemporaryFile(_IN_MEMORY_BYTES) as spool:
-        sizes = [len_written(spool, _rewritten(source, found, chunk, limits)) for chunk in rest]
+        sizes = [len_written(spool, _rewritten(source, found, chunk)) for chunk in rest]
         writer = BagWriter(file, layout=kept)
         spool.seek(0)
         file.seek(kept.end)
@@ -95,14 +94,14 @@ def _entries(data: bytes) -> list[bytes]:
     return [data[at : at + 12] for at in range(0, len(data), 12)]
 
 
-def _rewritten(source: Source, found: BagLayout, chunk: ChunkInfo, limits: Limits) -> Iterator[bytes]:
+def _rewritten(source: Source, found: BagLayout, chunk: ChunkInfo) -> Iterator[bytes]:
     """Yield the bytes of a chunk record and of its index records."""
     header = found.headers[chunk.position]
     if header.compression == NONE:
         data = source.read(header.data_position, header.data_size)
         yield chunk_header_bytes(NONE, len(data), len(data))
     else:
-        read_chunk_data(source, header, limits)
+        read_chunk_data(source, header)
         data = source.read(header.data_position, header.data_size)
         yield chunk_header_bytes(header.compression, header.size, header.data_size)
     yield data

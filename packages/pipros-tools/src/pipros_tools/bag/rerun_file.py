@@ -15,14 +15,14 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
-from pipros.bag.connection import Connection
-from pipros.bag.reader import BagReader
 from pipros.basics.errors import MissingExtra
 from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S, TVal
-from pipros.pictures.cloud_columns import cloud_columns
-from pipros.pictures.errors import PictureError
-from pipros.pictures.image_message import image_png
+from pipros_libraries.pictures.cloud_columns import cloud_columns
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.image_message import image_png
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.reader import BagReader
 
 CURVES: Final = 64
 POINTS: Final = 1_000_000

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush, heapreplace
 
-from pipros.bag.records import parse_entries
+from pipros_tools.bag.records import parse_entries
 
 Entry = tuple[int, int, int]
 """An entry: timestamp (ns), rank of the connection, and offset in the chunk."""

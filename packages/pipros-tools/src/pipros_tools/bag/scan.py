@@ -9,16 +9,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
-from pipros.bag.chunk_data import check_index_size, read_chunk_data
-from pipros.bag.connection import Connection, parse_connection
-from pipros.bag.errors import BagFormatError, UnusableConnection
-from pipros.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header
-from pipros.bag.layout import BagLayout
-from pipros.bag.records import ENTRY, Op, Version, entry_bytes, number, op_of, parse_fields, time_of
-from pipros.bag.source import Source
-from pipros.basics.limits import Limits
+from pipros_tools.bag.chunk_data import check_index_size, read_chunk_data
+from pipros_tools.bag.connection import Connection, parse_connection
+from pipros_tools.bag.errors import BagFormatError, UnusableConnection
+from pipros_tools.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header
+from pipros_tools.bag.layout import BagLayout, check_not_encrypted
+from pipros_tools.bag.records import (
+    ENTRY,
+    Op,
+    Version,
+    entry_bytes,
+    number,
+    op_of,
+    parse_entries,
+    parse_fields,
+    time_of,
+)
+from pipros_tools.bag.source import Source
 
 _CHUNK_STARTS = re.compile(rb"\x04\0\0\0op=\x05|....compression=", re.DOTALL)
 _SEARCH_BYTES = 1024 * 1024
@@ -45,27 +55,44 @@ class Contents:
         self.start_ns = time_ns if self.start_ns is None else min(self.start_ns, time_ns)
         self.end_ns = max(self.end_ns, time_ns)
 
+    def forget(self, offset: int) -> None:
+        """Remove the last record, at `offset`, if it is a message."""
+        end = offset.to_bytes(4, "little")
+        for connection, entries in list(self.entries.items()):
+            if entries.endswith(end):
+                del entries[-ENTRY.size :]
+                self.size = offset
+                if not entries:
+                    del self.entries[connection]
+        times = [time for data in self.entries.values() for time, _, _ in parse_entries(bytes(data))]
+        self.start_ns, self.end_ns = min(times, default=None), max(times, default=0)
 
-def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> BagLayout:
+
+def scan(source: Source, start: int, progress: Progress | None = None) -> BagLayout:
     """Return the connections and chunks of a bag whose first record starts at `start`.
 
     `progress` is called before each record, with the record's byte position. `BagLayout.damage` describes any
     damage.
+
+    Raises:
+        BagError: the bag is encrypted.
     """
+    with suppress(BagFormatError):
+        check_not_encrypted(source, source.header(start)[0])
     layout = BagLayout(Version(2, 0), end=start)
     position = start
     while position < source.size:
         if progress is not None:
             progress(position)
         try:
-            position = _scan_record(source, layout, position, limits)
+            position = _scan_record(source, layout, position)
         except BagFormatError as error:
             layout.damage.append(str(error))
             position = _next_chunk(source, position + 1)
     return layout
 
 
-def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limits) -> int:
+def _scan_record(source: Source, layout: BagLayout, position: int) -> int:
     """Add the contents of the record at `position` to the layout. Return the position of the next record."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
@@ -78,14 +105,14 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
             header = replace(header, data_size=source.size - data_position, size=source.size - data_position)
             return _scan_open_chunk(source, layout, position, header)
         try:
-            contents = _read_chunk(source, header, limits)
+            contents = _read_chunk(source, header)
         except BagFormatError as error:
             if after > source.size:
                 raise
             layout.damage.append(str(error))
             return after
         size = layout.index_bytes + sum(map(len, contents.entries.values()))
-        check_index_size(source, size, limits)
+        check_index_size(source, size)
         add_chunk(layout, position, header, contents)
         if contents.size < header.size:
             layout.damage.append(f"{where}: the chunk is damaged after byte {contents.size} of its content")
@@ -111,11 +138,11 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
     return after
 
 
-def _read_chunk(source: Source, header: ChunkHeader, limits: Limits) -> Contents:
+def _read_chunk(source: Source, header: ChunkHeader) -> Contents:
     if header.compression == "none" and header.size == header.data_size:
         start = header.data_position
         return _walk(lambda at, size: source.read(start + at, size), header.size)
-    data = read_chunk_data(source, header, limits)
+    data = read_chunk_data(source, header)
     return _walk(lambda at, size: data[at : at + size], len(data))
 
 
@@ -158,9 +185,15 @@ def _add_unusable(layout: BagLayout, error: UnusableConnection) -> None:
 def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
     """Return the connections and messages in a chunk before the first damaged or truncated record."""
     contents = Contents()
-    position = 0
-    while size - position >= 8:
+    position = last = 0
+    is_empty = False
+    while position < size:
         head = read(position, min(128, size - position))
+        if is_empty and not any(head[:8]):
+            contents.forget(last)  # after a power failure, the length of the last message was not written
+            break
+        if len(head) < 8:
+            break
         header_size = int.from_bytes(head[:4], "little")
         if header_size > size - position - 8:
             break
@@ -174,7 +207,8 @@ def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
             _scan_inner(contents, head[4 : 4 + header_size], position, after - data_size, data_size, read)
         except BagFormatError:
             break
-        position = contents.size = after
+        last, position, is_empty = position, after, not data_size
+        contents.size = after
     return contents
 
 

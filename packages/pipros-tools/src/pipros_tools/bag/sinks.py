@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from io import FileIO
 from typing import Any, Protocol
 
-from pipros.bag.connection import Connection
-from pipros.bag.layout import BagLayout
+from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.layout import BagLayout
 
 
 class WholeWrites(FileIO):
@@ -40,6 +41,33 @@ class MessageSink(Protocol):
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection: ...
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None: ...
     def finish(self) -> None: ...
+
+
+class McapSink(MessageSink, Protocol):
+    """A writer of MCAP files, which store more than bags: see `mcap_sink`."""
+
+    def write_copy(
+        self, connection: Connection, time_ns: int, data: bytes, sequence: int, published_ns: int
+    ) -> None: ...
+    def add_beside(self, record: Any) -> None: ...
+
+
+def mcap_sink(writer: Any) -> McapSink | None:
+    """Return a writer if it writes MCAP files: attachments, metadata, sequence numbers, publish times."""
+    found: McapSink | None = writer if getattr(writer, "is_mcap", False) else None
+    return found
+
+
+def copying(writer: MessageSink) -> Callable[[Connection, int, bytes, int, int], None]:
+    """Return a function that writes a message, which has the values of a `StoredMessage`."""
+    mcap = mcap_sink(writer)
+    if mcap is not None:
+        return mcap.write_copy
+
+    def write(connection: Connection, time_ns: int, data: bytes, _sequence: int, _published_ns: int) -> None:
+        writer.write(connection, *divmod(time_ns, NS_PER_S), data)
+
+    return write
 
 
 class MessageWriter(MessageSink, Protocol):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
-from pipros.bag.writer import BagWriter
 from pipros.msg.class_finder import installed_class
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.writer import BagWriter
 
 
 class TopicWriter:

@@ -15,14 +15,23 @@ from itertools import chain, islice
 from struct import Struct
 from typing import Any
 
-from pipros.bag.compression import NONE, compress
-from pipros.bag.connection import Connection, connection_record
-from pipros.bag.errors import BagError
-from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
-from pipros.bag.layout import BagLayout
-from pipros.bag.records import ENTRY, LEAST_HEADER_END, MAGIC, U32, Op, Version, field_bytes, file_header
-from pipros.bag.sinks import WritableFile
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.compression import NONE, compress
+from pipros_tools.bag.connection import Connection, connection_record
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
+from pipros_tools.bag.layout import BagLayout
+from pipros_tools.bag.records import (
+    ENTRY,
+    LEAST_HEADER_END,
+    MAGIC,
+    U32,
+    Op,
+    Version,
+    field_bytes,
+    file_header,
+)
+from pipros_tools.bag.sinks import WritableFile
 
 CHUNK_BYTES = 768 * 1024
 """Default uncompressed size at which a chunk ends."""

@@ -6,7 +6,7 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
 
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 _FOLDERS = {
     "bin": 'Search in "bin" folder',
@@ -21,9 +21,9 @@ _FOLDERS = {
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the paths found. Return 1 on errors, or if `--first-only` finds nothing; otherwise 0."""
-    from pipros.workspace.find_files import WrongFolders, find_files
-    from pipros.workspace.index import SHARED_PACKAGES
-    from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
+    from pipros_workspace.find_files import WrongFolders, find_files
+    from pipros_workspace.index import SHIPPED_FOLDERS
+    from pipros_workspace.overlays import BuiltWorkspace, built_workspaces
 
     parser = ArgumentParser(
         prog="catkin_find",
@@ -45,8 +45,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     for folder, text in _FOLDERS.items():
         group.add_argument(f"--{folder}", dest="folders", action="append_const", const=folder, help=text)
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
-    # The packages bundled with pipros form the lowest workspace, like /opt/ros/noetic in Noetic.
-    workspaces = [*built_workspaces(), BuiltWorkspace(SHARED_PACKAGES.parent)]
+    # The shipped packages form the lowest workspaces, like /opt/ros/noetic in Noetic.
+    workspaces = [*built_workspaces(), *(BuiltWorkspace(each.parent) for each in SHIPPED_FOLDERS)]
     try:
         found = find_files(
             workspaces,

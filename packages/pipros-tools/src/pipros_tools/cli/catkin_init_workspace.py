@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.replaced_file import write_whole
-from pipros.cli.entry_point import command
-from pipros.workspace.native_tools import find_toplevel
+from pipros_tools.cli.entry_point import command
+from pipros_workspace.native_tools import find_toplevel
 
 _TOPLEVEL = """\
 # Created by pipros's catkin_init_workspace, for genuine catkin, wherever it is installed.

@@ -11,21 +11,21 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.replaced_file import write_whole
-from pipros.cli.catkin_init_workspace import initialize
-from pipros.cli.entry_point import command
-from pipros.cli.make_args import MakeArguments, read_make_arguments
-from pipros.workspace import genuine_catkin, native_tools
-from pipros.workspace.build import BuildResult, build
-from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.cmake_runs import NativeBuildFailed
-from pipros.workspace.layout import WORKSPACE_MARKER, WorkspaceError, WorkspaceFolders
-from pipros.workspace.make_targets import names as target_names
+from pipros_tools.cli.catkin_init_workspace import initialize
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.make_args import MakeArguments, read_make_arguments
+from pipros_workspace import genuine_catkin, native_tools
+from pipros_workspace.build import BuildResult, build
+from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.cmake_runs import NativeBuildFailed
+from pipros_workspace.layout import WORKSPACE_MARKER, WorkspaceError, WorkspaceFolders
+from pipros_workspace.make_targets import names as target_names
 
 _MARKER_TEXT = (
     "# This file currently only serves to mark the location of a catkin workspace for tool integration\n"
 )
 _RED, _PLAIN = "\033[31m", "\033[0m"
-_SCRIPT_RUNNER = [sys.executable, "-m", "pipros.testing.script_runner"]
+_SCRIPT_RUNNER = [sys.executable, "-m", "pipros_tools.testing.script_runner"]
 
 
 @command
@@ -66,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if code == 0:
         _clean_results(targets, layout)
     if tests and code == 0:
-        from pipros.workspace.run_tests import run_tests
+        from pipros_workspace.run_tests import run_tests
 
         run_tests(result.projects, layout, tests, _print_line, _write_error_result, _SCRIPT_RUNNER)
     return code
@@ -111,8 +111,8 @@ def _clean_results(targets: list[str], layout: WorkspaceFolders) -> None:
 
 def _write_error_result(file: Path, test: str, problem: str) -> None:
     """Write a result file for a test that could not be run."""
-    from pipros.testing.results import Case, Outcome, Suite
-    from pipros.testing.xunit import format_suite
+    from pipros_tools.testing.results import Case, Outcome, Suite
+    from pipros_tools.testing.xunit import format_suite
 
     case = Case("run_tests", test, outcome=Outcome.ERROR, text=problem)
     write_whole(file, format_suite(Suite(test, (case,))).encode())

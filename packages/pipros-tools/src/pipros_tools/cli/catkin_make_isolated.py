@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
-from pipros.cli.make_args import read_make_arguments
-from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.isolated import IsolatedOptions, IsolatedResult, build_isolated
-from pipros.workspace.layout import (
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.make_args import read_make_arguments
+from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.isolated import IsolatedOptions, IsolatedResult, build_isolated
+from pipros_workspace.layout import (
     WORKSPACE_MARKER,
     SourcePackage,
     WorkspaceError,

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
-from pipros.cli.entry_point import command
-from pipros.testing.result_counts import ResultCounts, results_below
+from pipros_tools.cli.entry_point import command
+from pipros_tools.testing.result_counts import ResultCounts, results_below
 
 _RULE = "-" * 49
 

@@ -7,7 +7,7 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
 
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 
 @command

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from pipros.basics.input_file import read_text
 from pipros.basics.printable import printable_lines
-from pipros.cli.entry_point import command
-from pipros.cli.runner import CommandError, run
-from pipros.libraries.robot_model.urdf import Robot, UrdfError, read_robot
-from pipros.libraries.robot_model.urdf_text import tree_lines
+from pipros_libraries.robot_model.urdf import Robot, UrdfError, read_robot
+from pipros_libraries.robot_model.urdf_text import tree_lines
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import CommandError, run
 
 FAILED = 255
 """The exit code of urdfdom's programs for any error."""

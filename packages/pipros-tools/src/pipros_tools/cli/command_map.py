@@ -5,10 +5,8 @@ from __future__ import annotations
 import importlib.metadata
 
 import pipros
-from pipros.basics.rooms import rooms
-from pipros.cli.subcommands import subcommands
-
-_ABSENT = "pipros.cli.absent:main"
+from pipros.basics.plugins import plugins
+from pipros_tools.cli.subcommands import subcommands
 
 COMMANDS: dict[str, dict[str, str]] = {
     "Run": {
@@ -69,8 +67,8 @@ COMMANDS: dict[str, dict[str, str]] = {
 """Headings, each with ROS programs and their purposes. Only installed programs are printed."""
 
 
-ROOMS_AFTER = "Inspect and control a running system"
-"""The heading after which the headings of rooms are printed."""
+PLUGINS_AFTER = "Inspect and control a running system"
+"""The heading after which the headings of plugins are printed."""
 
 
 def installed_programs() -> set[str]:
@@ -79,8 +77,8 @@ def installed_programs() -> set[str]:
         points = importlib.metadata.distribution("pipros").entry_points
     except importlib.metadata.PackageNotFoundError:  # the command runs from a source tree
         ours = {name for commands in COMMANDS.values() for name in commands}
-        return ours.union(*(room.programs for room in rooms()))
-    return {point.name for point in points if point.group == "console_scripts" and point.value != _ABSENT}
+        return ours.union(*(plugin.programs for plugin in plugins()))
+    return {point.name for point in points if point.group == "console_scripts"}
 
 
 def command_map() -> str:
@@ -88,10 +86,10 @@ def command_map() -> str:
     headings: dict[str, dict[str, str]] = {}
     for heading, commands in COMMANDS.items():
         headings[heading] = dict(commands)
-        if heading == ROOMS_AFTER:
-            for room in rooms():
-                named = {f"pipros {name}": each for name, each in room.subcommands.items()}
-                named = {**room.programs, **named}
+        if heading == PLUGINS_AFTER:
+            for plugin in plugins():
+                named = {f"pipros {name}": each for name, each in plugin.subcommands.items()}
+                named = {**plugin.programs, **named}
                 for name, each in named.items():
                     headings.setdefault(each.heading, {})[name] = each.purpose
     installed = installed_programs()

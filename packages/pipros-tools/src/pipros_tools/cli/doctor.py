@@ -7,14 +7,14 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import CommandError, run
-from pipros.cli.terminal import has_colours, paragraph, passing_note
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import CommandError, run
+from pipros_tools.cli.terminal import has_colours, paragraph, passing_note
 
 if TYPE_CHECKING:
-    from pipros.health.examine import Examination
-    from pipros.health.finding import Finding
-    from pipros.health.self_test import SelfTest
+    from pipros_tools.health.examine import Examination
+    from pipros_tools.health.finding import Finding
+    from pipros_tools.health.self_test import SelfTest
 
 LONGEST_WAIT_S: Final = 3600.0
 _COLOURS = {"error": 31, "warning": 33}
@@ -81,7 +81,7 @@ def _parse(argv: Sequence[str]) -> Namespace:
 
 
 def _examine_everything(options: Namespace) -> int:
-    from pipros.health.examine import examine
+    from pipros_tools.health.examine import examine
 
     with passing_note("Querying every node, topic and service..."):
         examination = examine(
@@ -116,8 +116,8 @@ def _examine_subjects(options: Namespace) -> int:
 
 def _check_topics(topics: Sequence[str], options: Namespace) -> int:
     from pipros.basics.printable import listed
-    from pipros.health.gather_topic import gather_topic
-    from pipros.health.topic_check import check_topic
+    from pipros_tools.health.gather_topic import gather_topic
+    from pipros_tools.health.topic_check import check_topic
 
     checks = []
     for topic in topics:
@@ -143,8 +143,8 @@ def _describe_programs(files: Sequence[str], *, as_json: bool) -> int:
     import os
     from pathlib import Path
 
-    from pipros.workspace.program_description import describe_program
-    from pipros.workspace.program_start import program_environment
+    from pipros_workspace.program_description import describe_program
+    from pipros_workspace.program_start import program_environment
 
     environment = program_environment(os.environ)
     descriptions = [describe_program(Path(file), environment) for file in files]
@@ -157,7 +157,7 @@ def _describe_programs(files: Sequence[str], *, as_json: bool) -> int:
 
 
 def _run_self_test(*, as_json: bool) -> int:
-    from pipros.health.self_test import run_self_test
+    from pipros_tools.health.self_test import run_self_test
 
     with passing_note("Running a master, a talker and a listener..."):
         outcome: SelfTest = run_self_test()

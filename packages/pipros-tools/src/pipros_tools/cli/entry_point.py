@@ -39,6 +39,18 @@ class OutputFailed(OSError):
     """Standard output cannot be written to, for example because its disk is full."""
 
 
+def program(location: str) -> Callable[..., int]:
+    """Return the command `module:function`. A library that the module lacks is reported as by `command`."""
+    module, _, name = location.partition(":")
+
+    def main(*arguments: Any) -> int:
+        from importlib import import_module
+
+        return int(getattr(import_module(module), name)(*arguments))
+
+    return command(main)
+
+
 def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     """Make `main` a command that works with any standard streams and can be interrupted at any time.
 

@@ -7,7 +7,8 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
-from pipros.launch.survey import (
+from pipros.packages.apt_names import PLUGIN_PACKAGES, PROGRAM_PACKAGES
+from pipros_tools.launch.survey import (
     CPP,
     PYTHON,
     STARTED,
@@ -18,8 +19,7 @@ from pipros.launch.survey import (
     read_csv,
     read_trees,
 )
-from pipros.packages.apt_names import PLUGIN_PACKAGES, PROGRAM_PACKAGES
-from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
+from pipros_workspace.index import SHIPPED_FOLDERS, PackageIndex
 
 _PACKAGES_SHOWN = 25
 
@@ -47,7 +47,7 @@ def survey_csv(path: str, without: Collection[str]) -> int:
         without: packages shipped with pipros. The files are also counted as if pipros lacked these packages.
     """
     uses = read_csv(path)
-    index = PackageIndex([SHARED_PACKAGES])
+    index = PackageIndex(SHIPPED_FOLDERS)
     others = {use.in_package for use in uses}
     providers = Providers(index, others=others)
     code = _print_owners(uses, providers)

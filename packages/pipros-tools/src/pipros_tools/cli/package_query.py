@@ -8,8 +8,8 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.packages.crawl import PACKAGES
-from pipros.workspace.dependency_graph import DependencyGraph
-from pipros.workspace.index import PackageIndex
+from pipros_workspace.dependency_graph import DependencyGraph
+from pipros_workspace.index import PackageIndex
 
 
 def split_arguments(
@@ -60,6 +60,14 @@ class QueryFailed(PiprosError):
     """A command cannot be executed. The text is printed after `[rospack] Error: ` or `[rosstack] Error: `."""
 
 
+class UnknownPackage(QueryFailed):
+    """A package or stack does not exist. `name` is its name."""
+
+    def __init__(self, text: str, name: str) -> None:
+        super().__init__(text)
+        self.name = name
+
+
 class PackageQuery:
     """One command's arguments, with the package index and the dependency graph.
 
@@ -108,7 +116,7 @@ class PackageQuery:
                 raise QueryFailed(f"no {self._noun} given")
             name = current.name
         if self.index.get(name) is None:
-            raise QueryFailed(self._unknown.format(name))
+            raise UnknownPackage(self._unknown.format(name), name)
         return name
 
     def option(self, name: str, complaint: str) -> str:
@@ -147,7 +155,7 @@ class PackageQuery:
         """Return a report on the folders that take the longest to search (`profile`)."""
         from pipros.packages.installed_packages import is_installed_share
         from pipros.packages.system_packages import is_share_folder
-        from pipros.workspace.crawl_times import crawl_times
+        from pipros_workspace.crawl_times import crawl_times
 
         length = self.options.get("--length", "20")
         if not length.lstrip("-").isdecimal():
@@ -186,7 +194,13 @@ def answer(
     try:
         lines = ask(query_of(command, words))
     except (PiprosError, OSError) as error:
-        return complain(tool, str(error), options)
+        code = complain(tool, str(error), options)
+        if isinstance(error, UnknownPackage):
+            from pipros.packages.well_known import why_not_here
+
+            if "-q" not in options and (advice := why_not_here(error.name)):
+                print(f"[{tool}] {advice}", file=sys.stderr)
+        return code
     for line in lines:
         print(line)
     return 0

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 
 import pipros
-from pipros.cli.entry_point import command
-from pipros.cli.runner import USAGE_ERROR, CommandError, dispatch, run
-from pipros.cli.subcommands import SUBCOMMANDS, subcommands
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import USAGE_ERROR, CommandError, dispatch, run
+from pipros_tools.cli.subcommands import SUBCOMMANDS, subcommands
 
 
 def overview() -> str:
@@ -29,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(pipros.__version__)
         return 0
     if arguments[:1] in (["--help"], ["-h"], ["help"]):
-        from pipros.cli.command_map import command_map
+        from pipros_tools.cli.command_map import command_map
 
         print(command_map())
         return 0
@@ -40,9 +40,9 @@ def _main(arguments: list[str]) -> int:
     name = arguments[0] if arguments else ""
     found = SUBCOMMANDS if name in SUBCOMMANDS else subcommands()
     if name not in found:
-        from pipros.cli.absent import why_absent
+        from pipros.basics.plugin_table import why_no_command
 
-        reason = why_absent(f"pipros {name}")
+        reason = why_no_command(f"pipros {name}")
         if reason is not None:
             raise CommandError(reason)
         print(overview())

@@ -8,20 +8,20 @@ from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import run
-from pipros.policy.model import EACH, RUNS, ActKind, ActRule, FieldRule, FieldTree, Policy
+from pipros_server.policy.model import EACH, RUNS, ActKind, ActRule, FieldRule, FieldTree, Policy
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import run
 
 if TYPE_CHECKING:
-    from pipros.policy.bag_check import BagCheck
+    from pipros_tools.bag.policy_check import BagCheck
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros policy check",
-        description="Read a policy (docs/policy.md), and say in sentences what it allows. With a bag, decide "
-        "about each recorded message on the policy's topics as if a client had published it. Exits with 1 if "
+        description="Read a policy (docs/guides/policy.md), and say in sentences what it allows. With a bag, "
+        "decide about each recorded message on its topics as if a client had published it. Exits with 1 if "
         "the policy is invalid, or refuses a message in the bag.",
     )
     parser.add_argument("check", choices=["check"], help="the only subcommand")
@@ -30,13 +30,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
 
     def body() -> int:
-        from pipros.policy.policy_file import read_policy
+        from pipros_server.policy.policy_file import read_policy
 
         policy = read_policy(options.file)
         print("\n".join(sentences(policy)))
         if options.bag is None:
             return 0
-        from pipros.policy.bag_check import check_bag
+        from pipros_tools.bag.policy_check import check_bag
 
         result = check_bag(policy, options.bag)
         print("\n".join(_result(result)))

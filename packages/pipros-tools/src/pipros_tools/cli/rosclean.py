@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pipros.basics.log_folders import disk_usage, log_folders, oldest_first, readable, size_of
 from pipros.basics.names import without_launch_arguments
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 _MEGABYTE = 1024 * 1024
 

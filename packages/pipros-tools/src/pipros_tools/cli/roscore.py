@@ -6,11 +6,11 @@ import sys
 from collections.abc import Sequence
 from optparse import OptionParser
 
-from pipros.cli.entry_point import command
-from pipros.cli.roslaunch import run
-from pipros.cli.roslaunch_options import add_core_options, session_options
-from pipros.launch.console import Console
-from pipros.launch.session import LaunchSession
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.roslaunch import run
+from pipros_tools.cli.roslaunch_options import add_core_options, session_options
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.session import LaunchSession
 
 
 @command

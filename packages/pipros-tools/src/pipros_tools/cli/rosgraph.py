@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from pipros.basics.errors import Unreachable
 from pipros.basics.names import without_launch_arguments
 from pipros.basics.printable import printable
-from pipros.cli.entry_point import command
-from pipros.cli.runner import run
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import NO_MASTER
-from pipros.graph.system_state import SystemState
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import run
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import NO_MASTER
+from pipros_tools.graph.system_state import SystemState
 
 USAGE = """\
 rosgraph is a command-line tool for debugging the ROS Computation Graph.

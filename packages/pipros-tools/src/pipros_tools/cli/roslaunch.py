@@ -6,23 +6,24 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from optparse import Values
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import ENDING_SIGNALS
-from pipros.cli.entry_point import INTERRUPTED, command
-from pipros.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
-from pipros.launch.arguments import split_arguments
-from pipros.launch.console import Console
-from pipros.launch.find_launch_files import NoSuchFiles, resolve_files
-from pipros.workspace.index import PackageIndex
+from pipros_tools.cli.entry_point import INTERRUPTED, command
+from pipros_tools.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
+from pipros_tools.launch.arguments import split_arguments
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.find_launch_files import NoSuchFiles, resolve_files
+from pipros_workspace.index import PackageIndex
 
 if TYPE_CHECKING:
-    from pipros.cli.roslaunch_inspect import Inspection
-    from pipros.launch.child import Child
-    from pipros.launch.session import LaunchSession
+    from pipros_tools.cli.roslaunch_inspect import Inspection
+    from pipros_tools.launch.child import Child
+    from pipros_tools.launch.session import LaunchSession
 
     Launching = LaunchSession | Child
 
@@ -52,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return report(console, error)
     show = _inspection(options, files)
     if show is not None:
-        from pipros.cli.roslaunch_inspect import inspect
+        from pipros_tools.cli.roslaunch_inspect import inspect
 
         return inspect(show, files, arguments, index)
     return run(lambda: _session(options, files, arguments, console, index), console, options)
@@ -71,12 +72,12 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
     stop_handling = _handle_signals(lambda: session)
     try:
         if pid_file is not None:
-            _write_pid(pid_file)
+            _write_pid(pid_file, console)
         session = make_session()
         session.start()
         if options.core and pid_file is None:
             pid_file = _pid_file_of_core(options.port)
-            _write_pid(pid_file)
+            _write_pid(pid_file, console)
         session.wait()
     except KeyboardInterrupt:
         pass
@@ -89,20 +90,27 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
         finally:
             stop_handling()
             if pid_file is not None:
-                pid_file.unlink(missing_ok=True)
+                with suppress(OSError):
+                    pid_file.unlink()
     return code
 
 
-def _write_pid(file: Path) -> None:
+def _write_pid(file: Path, console: Console) -> None:
+    """Write this process's id to a file. If that fails, warn, and leave no empty file."""
     from pipros.basics.log_file import UntrustedFile, open_to_write
 
     try:
-        descriptor = open_to_write(file, append=False)
-    except UntrustedFile:
-        file.unlink()
-        descriptor = open_to_write(file, append=False)
-    with open(descriptor, "w") as opened:
-        opened.write(str(os.getpid()))
+        try:
+            descriptor = open_to_write(file, append=False)
+        except UntrustedFile:
+            file.unlink()
+            descriptor = open_to_write(file, append=False)
+        with open(descriptor, "w") as opened:
+            opened.write(str(os.getpid()))
+    except OSError as error:
+        console.error(f"WARNING: cannot write the process id to [{file}]: {error.strerror}")
+        with suppress(OSError):
+            file.unlink()
 
 
 def _pid_file_of_core(port: int | None) -> Path:
@@ -117,15 +125,14 @@ def report(console: Console, error: Exception) -> int:
 
     The traceback is written to the log file, if there is one.
     """
-    from pipros.launch.model import LaunchError
+    import traceback
+
+    from pipros_tools.launch.model import LaunchError
 
     kind = "RLException" if isinstance(error, LaunchError) else type(error).__name__
     console.error(f"{kind}: {error}")
-    console.error("The traceback for the exception was written to the log file")
-    if console.has_log:
-        import traceback
-
-        console.record("".join(traceback.format_exception(error)), "ERROR")
+    if console.record("".join(traceback.format_exception(error)), "ERROR"):
+        console.error("The traceback for the exception was written to the log file")
     return 1
 
 
@@ -158,13 +165,13 @@ def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], Non
 def _session(
     options: Values, files: Sequence[str], arguments: dict[str, str], console: Console, index: PackageIndex
 ) -> LaunchSession:
-    from pipros.launch.session import LaunchSession
+    from pipros_tools.launch.session import LaunchSession
 
     return LaunchSession(files, arguments, session_options(options), console, index=index)
 
 
 def _child(options: Values, console: Console) -> Child:
-    from pipros.launch.child import Child
+    from pipros_tools.launch.child import Child
 
     return Child(options.child_name, options.server_uri, options.run_id, run_options(options), console)
 
@@ -216,7 +223,7 @@ def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
         return None
     from functools import partial
 
-    from pipros.cli import roslaunch_inspect as inspect
+    from pipros_tools.cli import roslaunch_inspect as inspect
 
     if options.node_args:
         return partial(inspect.print_node_args, options.node_args, files)

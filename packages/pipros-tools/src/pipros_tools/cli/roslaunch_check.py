@@ -13,13 +13,13 @@ from pathlib import Path
 
 from pipros.basics.errors import NotFound
 from pipros.basics.names import without_launch_arguments
-from pipros.cli.entry_point import command
-from pipros.cli.runner import add_flag, run
-from pipros.launch.check import mistakes
-from pipros.testing.result_paths import prepare_path, results_file
-from pipros.testing.results import Case, Outcome, Suite
-from pipros.testing.xunit import format_suite
-from pipros.workspace.index import PackageIndex
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import add_flag, run
+from pipros_tools.launch.check import mistakes
+from pipros_tools.testing.result_paths import prepare_path, results_file, write_results
+from pipros_tools.testing.results import Case, Outcome, Suite
+from pipros_tools.testing.xunit import format_suite
+from pipros_workspace.index import PackageIndex
 
 _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.csv or options.survey:
         if bool(words) is bool(options.csv) or (options.csv and options.survey):
             parser.error("give either --survey with directories, or --csv with a file")
-        from pipros.cli.launch_survey import survey_csv, survey_trees
+        from pipros_tools.cli.launch_survey import survey_csv, survey_trees
 
         without = (options.without or "").replace(",", " ").split()
         return run(
@@ -100,10 +100,8 @@ def _check(path: Path, output: Path | None, *, with_test_depends: bool, ignore_u
     result = output or results_file(owner.name, f"roslaunch_check_{label}")
     print("...writing test results to", result, flush=True)
     prepare_path(result)
-    result.write_text(
-        format_suite(_suite(output.name if output else str(path), f"{owner.name}_{label}", path, found)),
-        encoding="utf-8",
-    )
+    suite = _suite(output.name if output else str(path), f"{owner.name}_{label}", path, found)
+    write_results(result, format_suite(suite))
     if not found:
         print("passed")
         return 0

@@ -9,14 +9,14 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.names import without_launch_arguments
-from pipros.cli.entry_point import command
-from pipros.cli.runner import add_flag
-from pipros.launch.check import needed_packages
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch
-from pipros.launch.xml import load
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.manifest import read_manifest
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import add_flag
+from pipros_tools.launch.check import needed_packages
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import Launch
+from pipros_tools.launch.xml import load
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.manifest import read_manifest
 
 
 @command
@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"roslaunch files must be in the same package: {' vs. '.join(sorted(owners))}", file=sys.stderr)
         return 1
     try:
-        launch = load(files, context=LoadContext.of_process(index), unset_as="")
+        launch = load(files, context=LoadContext.of_process(index).without_commands(), unset_as="")
     except PiprosError as error:
         print(error, file=sys.stderr)
         return 1

@@ -9,13 +9,13 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.launch.command import CannotLaunch
-from pipros.launch.find_launch_files import STDIN
-from pipros.launch.inspect import arguments_text, command_words, full_node_name, node_names, params_text
-from pipros.launch.load_context import LoadContext, NotRun
-from pipros.launch.model import Launch, LaunchNode, Output
-from pipros.launch.xml import DEFUNCT_MASTER, load
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.command import CannotLaunch
+from pipros_tools.launch.find_launch_files import STDIN
+from pipros_tools.launch.inspect import arguments_text, command_words, full_node_name, node_names, params_text
+from pipros_tools.launch.load_context import LoadContext, NotRun
+from pipros_tools.launch.model import Launch, LaunchNode, Output
+from pipros_tools.launch.xml import DEFUNCT_MASTER, load
+from pipros_workspace.index import PackageIndex
 
 Inspection = Callable[[Launch, PackageIndex], int]
 """A function that prints information about a launch, and returns the exit code."""
@@ -31,7 +31,7 @@ def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str]
     arguments_only = show is print_arguments
     context = LoadContext.of_process(index)
     if show is print_plan:
-        context = context._replace(run_command=NotRun)
+        context = context.without_commands()
     try:
         launch = load(
             [file for file in files if file != STDIN],

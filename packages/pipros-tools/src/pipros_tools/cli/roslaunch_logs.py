@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
-from pipros.launch.run_id import is_run_id, run_id_problem
 from pipros.net.master_client import MasterClient
+from pipros_tools.cli.entry_point import command
+from pipros_tools.launch.run_id import is_run_id, run_id_problem
 
 NO_MASTER = 2
 

@@ -8,14 +8,14 @@ from optparse import OptionParser, Values
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.cli.runner import add_flag
-from pipros.launch.model import Output
+from pipros_tools.cli.runner import add_flag
+from pipros_tools.launch.model import Output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pipros.launch.run import RunOptions
-    from pipros.launch.session import SessionOptions
+    from pipros_tools.launch.run import RunOptions
+    from pipros_tools.launch.session import SessionOptions
 
 USAGE = (
     "usage: %prog [options] [package] <filename> [arg_name:=value...]\n"
@@ -127,9 +127,9 @@ def session_options(options: Values) -> SessionOptions:
         LaunchError: the port is not between 0 and 65535, or the timeout of a stop signal is not positive.
     """
     from pipros.basics.ports import PORTS, PortRange
-    from pipros.launch.model import LaunchError
-    from pipros.launch.session import SessionOptions
     from pipros.master.options import MasterOptions, limits_with_timeout
+    from pipros_tools.launch.model import LaunchError
+    from pipros_tools.launch.session import SessionOptions
 
     if options.ports:
         PortRange.parse(options.ports, "--ports")
@@ -159,9 +159,9 @@ def run_options(options: Values) -> RunOptions:
     Raises:
         LaunchError: the timeout of a stop signal is not positive.
     """
-    from pipros.launch import output_prefix
-    from pipros.launch.run import RunOptions
-    from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
+    from pipros_tools.launch import output_prefix
+    from pipros_tools.launch.run import RunOptions
+    from pipros_tools.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
 
     sigint, sigterm = options.sigint_timeout, options.sigterm_timeout
     return RunOptions(

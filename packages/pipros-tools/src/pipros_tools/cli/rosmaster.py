@@ -13,7 +13,7 @@ from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.interrupts import ENDING_SIGNALS
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 _DEPRECATED = """
 
@@ -129,15 +129,9 @@ def _print_statistics(uri: str) -> int:
 
 
 def _log_to(file: Path, options: Values) -> None:
-    import logging
-
     from pipros.master.log import MasterLog
 
-    try:
-        MasterLog(file, options.master_logger_level or None, loggers=[""])
-    except OSError as error:
-        print(f"WARNING: cannot log to {file}: {error}", file=sys.stderr)
-        logging.basicConfig(level=logging.ERROR)
+    MasterLog(file, options.master_logger_level or None, loggers=[""])
 
 
 def _serve(environment: Environment, port: int, timeout_s: float | None, options: Values) -> int:

@@ -8,12 +8,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
-from pipros.cli.runner import USAGE_ERROR, add_flag, option_parser, run
-from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import Message
-from pipros.workspace.type_catalogue import MESSAGES, SERVICES
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import USAGE_ERROR, add_flag, option_parser, run
+from pipros_tools.graph.skeleton import skeleton
+from pipros_workspace.type_catalogue import MESSAGES, SERVICES
 
 if TYPE_CHECKING:
     from optparse import OptionParser

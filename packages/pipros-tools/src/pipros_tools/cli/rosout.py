@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from pipros.basics import names
 from pipros.basics.env import Environment
-from pipros.cli.entry_point import command
-from pipros.cli.runner import run
 from pipros.node.rosout import RosoutAggregator
 from pipros.node.signals import ended_by_signals
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import run
 
 
 @command

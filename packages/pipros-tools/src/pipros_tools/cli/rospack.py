@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from pipros.cli.entry_point import command
-from pipros.cli.package_query import PackageQuery, QueryFailed, answer, complain, split_arguments
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.package_query import PackageQuery, QueryFailed, answer, complain, split_arguments
 
 HELP = """\
 USAGE: rospack <command> [options] [package]
@@ -75,7 +75,7 @@ def _find(query: PackageQuery) -> list[str]:
     name = query.name
     if "-v" not in query.options:
         return [str(query.index.find(name).path)]
-    from pipros.workspace.candidates import describe_candidates
+    from pipros_workspace.candidates import describe_candidates
 
     return describe_candidates(query.index, name)
 
@@ -142,7 +142,7 @@ def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]
         if "--deps-only" in query.options:
             query.graph.all(name)
             return [""]  # pkg-config already includes the flags of the dependencies
-        from pipros.workspace.pkg_config import flags
+        from pipros_workspace.pkg_config import flags
 
         return [" ".join(flags(name, option, prefix))]
 

@@ -10,19 +10,20 @@ from typing import NoReturn
 
 from pipros.basics.errors import NotFound
 from pipros.basics.graph_variables import InvalidEnvironment
+from pipros.basics.input_file import open_file
 from pipros.basics.interrupts import ENDING_SIGNALS, forget_handlers
 from pipros.basics.windows import ON_WINDOWS
-from pipros.cli.entry_point import command
-from pipros.workspace.executables import (
+from pipros_tools.cli.entry_point import command
+from pipros_workspace.executables import (
     Executables,
     find_executables,
     list_executables,
     package_of_programs,
     why_not_built,
 )
-from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.program_start import command_of, environment_of, why_not_startable
-from pipros.workspace.python2 import python2_advice
+from pipros_workspace.index import Package, PackageIndex
+from pipros_workspace.program_start import command_of, environment_of, why_not_startable
+from pipros_workspace.python2 import python2_advice
 
 USAGE = """\
 Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
@@ -83,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if reason := why_not_built(package, name):
             print(f"[rosrun] {reason}", file=sys.stderr)
         else:
-            _print_advice(package_name, programs)
+            _print_advice(package_name, programs, name)
         return NOT_FOUND
     environment = environment_of(program, os.environ)
     try:
@@ -122,7 +123,7 @@ def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
     reason = why_not_startable(program, environment) if command[0] == str(program) else None
     if reason is not None:
         print(f"[rosrun] {reason}", file=sys.stderr)
-        with program.open("rb") as file:
+        with open_file(program) as file:
             names_interpreter = file.read(2) == b"#!"
         return NO_SUCH_COMMAND if names_interpreter else CANNOT_RUN
     advice = python2_advice(program)
@@ -173,14 +174,14 @@ def _print_search(found: Executables, name: str) -> None:
         print(f"[rosrun] Assuming {found.relay} is a devel-space relay for {found.runnable[1]}")
 
 
-def _print_advice(package: str, programs: Sequence[str] | None = None) -> bool:
-    """Print how to get a well-known package; return False if there is no advice.
+def _print_advice(package: str, programs: Sequence[str] | None = None, program: str = "") -> bool:
+    """Print how to get a well-known package or program; return False if there is no advice.
 
     Write to stderr, so that stdout equals Noetic's.
     """
     from pipros.packages.well_known import why_not_here
 
-    reason = why_not_here(package, programs)
+    reason = why_not_here(package, programs, program)
     if reason:
         print(f"[rosrun] {reason}", file=sys.stderr)
     return reason is not None

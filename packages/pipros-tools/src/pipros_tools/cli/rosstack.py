@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from pipros.cli.entry_point import command
-from pipros.cli.package_query import PackageQuery, QueryFailed, answer, complain, split_arguments
 from pipros.packages.crawl import STACKS
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.package_query import PackageQuery, QueryFailed, answer, complain, split_arguments
 
 HELP = """\
 USAGE: rosstack [options] <command> [stack]

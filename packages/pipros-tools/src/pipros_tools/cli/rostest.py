@@ -14,21 +14,21 @@ from pathlib import Path
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.interrupts import accept_ctrl_c
-from pipros.cli.entry_point import command
-from pipros.cli.runner import add_flag
-from pipros.launch.arguments import split_arguments
-from pipros.launch.console import Console
-from pipros.launch.find_launch_files import resolve_files
-from pipros.launch.load_context import LoadContext
-from pipros.launch.logs import LogFolder
-from pipros.launch.xml import load
-from pipros.testing.fixture import LaunchFixture
-from pipros.testing.result_paths import NoPlaceForResults, results_file, rostest_name
-from pipros.testing.results import Suite, Totals
-from pipros.testing.rostest import Plan, Rostest
-from pipros.testing.script_runner import make_xml_runner
-from pipros.testing.summary import runner_summary
-from pipros.workspace.index import Package, PackageIndex
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import add_flag
+from pipros_tools.launch.arguments import split_arguments
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.find_launch_files import resolve_files
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.logs import LogFolder
+from pipros_tools.launch.xml import load
+from pipros_tools.testing.fixture import LaunchFixture
+from pipros_tools.testing.result_paths import NoPlaceForResults, results_file, rostest_name
+from pipros_tools.testing.results import Suite, Totals
+from pipros_tools.testing.rostest import Plan, Rostest
+from pipros_tools.testing.script_runner import make_xml_runner
+from pipros_tools.testing.summary import runner_summary
+from pipros_workspace.index import Package, PackageIndex
 
 COULD_NOT_RUN = 1
 CASES_FAILED = 2
@@ -140,13 +140,7 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
     folder = LogFolder(environment.log_dir.absolute())
     log = folder.file_of_launcher("rostest")
     console = Console(has_title=False)
-    try:
-        log.parent.mkdir(parents=True, exist_ok=True)
-        console.open_log(log)
-    except OSError as error:
-        raise PiprosError(
-            f"cannot write the log file [{log}]: {error.strerror}. Set ROS_LOG_DIR to another folder"
-        ) from None
+    console.open_log(log)
     os.environ["ROS_LOG_FILENAME"] = str(log)
     print(f"... logging to {log}", flush=True)
     return console, log

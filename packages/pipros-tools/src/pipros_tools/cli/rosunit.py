@@ -9,14 +9,14 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.interrupts import accept_ctrl_c
-from pipros.cli.entry_point import command
-from pipros.cli.runner import run
-from pipros.testing.bare import BareTest
-from pipros.testing.result_paths import results_file
-from pipros.testing.results import Suite, Totals
-from pipros.testing.script_runner import make_xml_runner
-from pipros.testing.summary import runner_summary
-from pipros.workspace.index import PackageIndex
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import run
+from pipros_tools.testing.bare import BareTest
+from pipros_tools.testing.result_paths import results_file
+from pipros_tools.testing.results import Suite, Totals
+from pipros_tools.testing.script_runner import make_xml_runner
+from pipros_tools.testing.summary import runner_summary
+from pipros_workspace.index import PackageIndex
 
 # unittest omits the stack frames of modules with this variable from its reports.
 __unittest = True

@@ -7,10 +7,10 @@ import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import run
 from pipros.packages.crawl import STACKS
-from pipros.workspace.index import Package, PackageIndex
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import run
+from pipros_workspace.index import Package, PackageIndex
 
 DISTRO = "noetic"
 """The distribution that pipros follows. `ROS_DISTRO` overrides the name."""
@@ -65,6 +65,6 @@ def version_of(package: Package) -> str:
     Raises:
         XmlError: the manifest is malformed.
     """
-    from pipros.workspace.manifest import read_manifest
+    from pipros_workspace.manifest import read_manifest
 
     return read_manifest(package.path).version or UNKNOWN_VERSION

@@ -1,7 +1,4 @@
-"""`roswtf`: runs Noetic's checks, and prints the results in Noetic's wording.
-
-`pipros doctor` finds more problems, and suggests remedies.
-"""
+"""`roswtf`: runs the checks of `pipros doctor` and of plugins, and prints the results in Noetic's format."""
 
 from __future__ import annotations
 
@@ -15,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pipros.basics.errors import PiprosError
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import printable_lines
-from pipros.cli.entry_point import command
-from pipros.cli.runner import add_flag, run
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import add_flag, run
 
 if TYPE_CHECKING:
-    from pipros.health.wtf.rules import Problem
-    from pipros.health.wtf.subject import Subject
+    from pipros_tools.health.wtf.rules import Problem
+    from pipros_tools.health.wtf.subject import Subject
 
 
 class Plugins(Protocol):
@@ -55,8 +52,8 @@ def main(argv: Sequence[str] | None = None, plugins: Plugins | None = None) -> i
 
 
 def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str], plugins: Plugins | None) -> int:
-    from pipros.health.wtf.report import print_problems
-    from pipros.health.wtf.subject import CannotCheck
+    from pipros_tools.health.wtf.rules import print_problems
+    from pipros_tools.health.wtf.subject import CannotCheck
 
     if options.has_no_plugins:
         plugins = None
@@ -89,7 +86,7 @@ def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str], plu
 
 def _subject(files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
     """Return what to check: launch files, the package in the working directory, or only the environment."""
-    from pipros.health.wtf.subject import Subject
+    from pipros_tools.health.wtf.subject import Subject
 
     subject = Subject.from_variables()
     if files:
@@ -103,14 +100,14 @@ def _subject(files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
 
 
 def _offline_problems(subject: Subject, plugins: Plugins | None) -> list[Problem]:
-    from pipros.health.wtf.environment import check_environment
-    from pipros.health.wtf.launch import check_launch_files
-    from pipros.health.wtf.network import check_network
-    from pipros.health.wtf.packages import check_packages
+    from pipros_tools.health.gather_machine import gather_machine
+    from pipros_tools.health.machine_checks import check_machine
+    from pipros_tools.health.wtf.launch import check_launch_files, check_packages
+    from pipros_tools.health.wtf.rules import as_problems
 
+    machine = replace(gather_machine(subject.variables), master_error=None)  # the online checks need a master
     return [
-        *check_environment(subject),
-        *check_network(subject),
+        *as_problems(check_machine(machine)),
         *check_packages(subject),
         *check_launch_files(subject),
         *(plugins.check(subject) if plugins else ()),
@@ -118,8 +115,8 @@ def _offline_problems(subject: Subject, plugins: Plugins | None) -> list[Problem
 
 
 def _online_problems(subject: Subject, plugins: Plugins | None) -> list[Problem]:
-    from pipros.health.wtf.graph import check_graph, with_running_system
-    from pipros.health.wtf.launch import check_launchers
+    from pipros_tools.health.wtf.graph import check_graph, with_running_system
+    from pipros_tools.health.wtf.launch import check_launchers
 
     print("Beginning tests of your ROS graph. These may take a while...")
     print("analyzing graph...", flush=True)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError, Unreachable
 from pipros.basics.printable import printable_lines
-from pipros.cli.entry_point import discard_output
-from pipros.graph.errors import NO_MASTER
+from pipros_tools.cli.entry_point import discard_output
+from pipros_tools.graph.errors import NO_MASTER
 
 if TYPE_CHECKING:
     from optparse import OptionParser

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.names import is_legal_remapping
-from pipros.cli.runner import CommandError
+from pipros_tools.cli.runner import CommandError
 
 if TYPE_CHECKING:
     from optparse import OptionParser
 
-    from pipros.policy.model import Policy
+    from pipros_server.policy.model import Policy
 
 
 def without_remappings(argv: Sequence[str]) -> list[str]:
@@ -52,6 +52,6 @@ def policy_of(options: Any) -> Policy | None:
     """
     if options.policy is None:
         return None
-    from pipros.policy.policy_file import read_policy
+    from pipros_server.policy.policy_file import read_policy
 
     return read_policy(options.policy)

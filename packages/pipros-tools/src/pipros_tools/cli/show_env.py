@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.windows import ON_WINDOWS
-from pipros.cli.entry_point import command
-from pipros.cli.runner import CommandError, run
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import CommandError, run
 
 SHELLS = ("sh", "fish", "powershell", "cmd")
 
@@ -36,8 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def body() -> int:
         space = None if options.workspace is None else built_space(Path(options.workspace))
-        from pipros.workspace.environment import environment_changes, print_code, setup_code
-        from pipros.workspace.setup_files import functions_code
+        from pipros_workspace.environment import environment_changes, print_code, setup_code
+        from pipros_workspace.setup_files import functions_code
 
         if options.json:
             import json
@@ -62,7 +62,7 @@ def built_space(folder: Path) -> Path:
     Raises:
         CommandError: the folder has not been built.
     """
-    from pipros.workspace.overlays import MARKER
+    from pipros_workspace.overlays import MARKER
 
     folder = folder.absolute()
     for space in (folder, folder / "devel", folder / "install"):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 if TYPE_CHECKING:
     from pipros.msg.stub_files import StubFiles

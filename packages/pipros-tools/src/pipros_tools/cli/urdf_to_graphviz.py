@@ -8,14 +8,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.check_urdf import FAILED, read_robot_file
-from pipros.cli.entry_point import command
-from pipros.cli.runner import CommandError, run
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
-from pipros.graph.drawing.pdf import to_pdf
-from pipros.graph.drawing.scene import Scene, draw
-from pipros.libraries.robot_model.urdf import Robot
-from pipros.libraries.robot_model.urdf_text import dot_lines
+from pipros.basics.replaced_file import write_whole
+from pipros_libraries.robot_model.urdf import Robot
+from pipros_libraries.robot_model.urdf_text import dot_lines
+from pipros_tools.cli.check_urdf import FAILED, read_robot_file
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import CommandError, run
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros_tools.graph.drawing.pdf import to_pdf
+from pipros_tools.graph.drawing.scene import Scene, draw
 
 USAGE = (
     "Usage: urdf_to_graphviz FILE [OUTPUT]: writes OUTPUT.gv and OUTPUT.pdf; without OUTPUT, both are named "
@@ -55,22 +56,24 @@ def _draw(arguments: list[str]) -> int:
     output = arguments[1] if len(arguments) == 2 else robot.name
     drawing, pdf = f"{output}.gv", f"{output}.pdf"
     try:
-        Path(drawing).write_text("\n".join(dot_lines(robot)) + "\n")
+        write_whole(Path(drawing), ("\n".join(dot_lines(robot)) + "\n").encode())
     except OSError as error:
         raise CommandError(f"cannot write {drawing}: {error.strerror}") from None
     print(f"Created file {drawing}")
     dot = shutil.which("dot") if len(robot.links) <= _DOT_LINKS else None
     try:
-        if dot is None:
-            Path(pdf).write_bytes(to_pdf(_scene_of(robot)))
-        else:
-            subprocess.run(  # noqa: S603
-                [dot, "-Tpdf", Path(drawing).resolve(), "-o", Path(pdf).resolve()], check=True, timeout=DOT_S
-            )
-    except (OSError, subprocess.SubprocessError) as error:
+        write_whole(Path(pdf), _drawn(dot, Path(drawing)) if dot else to_pdf(_scene_of(robot)))
+    except OSError as error:
+        raise CommandError(f"cannot write {pdf}: {error.strerror}") from None
+    except subprocess.SubprocessError as error:
         raise CommandError(f"cannot draw {pdf}: {error}") from None
     print(f"Created file {pdf}")
     return 0
+
+
+def _drawn(dot: str, drawing: Path) -> bytes:
+    words = [dot, "-Tpdf", str(drawing.resolve())]
+    return subprocess.run(words, stdout=subprocess.PIPE, check=True, timeout=DOT_S).stdout  # noqa: S603
 
 
 def _scene_of(robot: Robot) -> Scene:

@@ -10,7 +10,7 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 
 import pipros
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 
 @command
@@ -32,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def versions_of_process() -> dict[str, str]:
     """Return the versions and paths to print, keyed by label, in order."""
-    from pipros.cli.rosversion import DISTRO
+    from pipros_tools.cli.rosversion import DISTRO
 
     return {
         "pipros": pipros.__version__,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from pipros.safe.yaml import load
+from pipros.basics.limits import limit_text, process_limits
+from pipros.safe.yaml import YamlError, load
 
 SEPARATOR = "---"
 
@@ -19,16 +20,27 @@ def value_of(word: str) -> Any:
     return load(word, "argument", angles=False) if word else ""
 
 
+def _parts(lines: Iterable[str], size: int) -> Iterator[str]:
+    """Yield lines; a line of a file that is longer than `size` may be one without an end."""
+    readline = getattr(lines, "readline", None)
+    return iter(lines) if readline is None else iter(lambda: readline(size), "")
+
+
 def documents_of(lines: Iterable[str], file: str = "standard input") -> Iterator[Any]:
     """Yield the documents in the lines, each as soon as its separator arrives. Empty documents are skipped.
 
     The lines may come from a pipe that stays open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
 
     Raises:
-        YamlError: a document is not valid YAML.
+        YamlError: a document is not valid YAML, or larger than the limit `file_bytes`.
     """
+    limit = process_limits().file_bytes
     pending: list[str] = []
-    for line in lines:
+    size = 0
+    for line in _parts(lines, limit + 1):
+        size = size * bool(pending) + len(line)
+        if size > limit:
+            raise YamlError(file, 0, 0, f"a document is too long; {limit_text('file_bytes', limit)}")
         if line.strip() != SEPARATOR:
             pending.append(line)
             continue

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from pipros.basics.printable import listed
-from pipros.graph.nodes import unregister
-from pipros.graph.output import bullets, to_stderr, to_stdout
-from pipros.graph.ping import ask_pid, ping_all
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.nodes import unregister
+from pipros_tools.graph.output import bullets, to_stderr, to_stdout
+from pipros_tools.graph.ping import ask_pid, ping_all
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

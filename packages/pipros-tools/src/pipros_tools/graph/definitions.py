@@ -11,16 +11,16 @@ from functools import partial
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError, ProtocolError
-from pipros.graph.node_queries import NodeQueries
-from pipros.graph.services import header_of
 from pipros.msg import load_service_class
 from pipros.msg.class_finder import ClassFinder, installed_class
-from pipros.net import tcpros
+from pipros.net import tcpros_client
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async_client import call_async
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
 from pipros.wire.handshake import ANY, WireType, request_topic_link
+from pipros_tools.graph.node_queries import NodeQueries
+from pipros_tools.graph.services import header_of
 
 HEADER_S: Final = 5.0
 """Timeout for the connection header of a publisher."""
@@ -84,7 +84,7 @@ class TopicDefinitions:
         self._latest: dict[str, Definition] = {}
         self._loop = loop
         self._calls = calls
-        self._classes = ClassFinder(node.limits)
+        self._classes = ClassFinder()
         self._installed: dict[str, Definition | None] = {}
         self._asked: dict[Key, tuple[float, Any]] = {}
         self._corrected: dict[str, tuple[float, Definition]] = {}
@@ -190,7 +190,7 @@ class TopicDefinitions:
         match answer:
             case [1, _, ["TCPROS", str(host), int(port)]]:
                 wanted = request_topic_link(topic, name, WireType(ANY, ANY), tcp_nodelay=False)
-                connection = await tcpros.connect(host, port, wanted, limits=self._node.limits)
+                connection = await tcpros_client.connect(host, port, wanted)
                 connection.sock.close()
                 return connection.fields
         raise ProtocolError(f"{uri} does not offer [{topic}]")

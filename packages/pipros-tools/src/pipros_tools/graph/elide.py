@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.graph.message_path import Part
 from pipros.msg.base import Message
+from pipros_tools.graph.message_path import Part
 
 
 class Elision:

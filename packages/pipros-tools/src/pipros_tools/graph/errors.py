@@ -1,4 +1,4 @@
-"""Errors raised by `pipros.graph`, and their translation into the exceptions that ROS modules raise."""
+"""Errors raised by `pipros_tools.graph`, and their translation into the exceptions that ROS modules raise."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class GraphError(PiprosError):
 
 @contextlib.contextmanager
 def translated(unreachable: Callable[[str], Exception], failed: Callable[[str], Exception]) -> Iterator[None]:
-    """Translate errors from `pipros.graph` into the exceptions that a ROS module documents.
+    """Translate errors from `pipros_tools.graph` into the exceptions that a ROS module documents.
 
     Args:
         unreachable: function that creates the exception for an unreachable master.

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import Interrupted
 from pipros.basics.interruptible_wait import OnceEvent
-from pipros.graph.message_path import InvalidIndex, PathStep, has_field, parse_path
-from pipros.graph.output import to_stderr
-from pipros.graph.topics import topic_type
 from pipros.msg.class_finder import installed_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
+from pipros_tools.graph.message_path import InvalidIndex, PathStep, has_field, parse_path
+from pipros_tools.graph.output import to_stderr
+from pipros_tools.graph.topics import topic_type
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

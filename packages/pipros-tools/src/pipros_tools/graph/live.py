@@ -16,9 +16,9 @@ from typing import Any, NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.graph.bus_info import BusConnection, read_row, rows_of
-from pipros.graph.system_state import SystemState
 from pipros.net.rpc_client import RpcClient
+from pipros_tools.graph.bus_info import BusConnection, read_row, rows_of
+from pipros_tools.graph.system_state import SystemState
 
 CALLER_ID = "/rosviz"
 ANSWER_DEADLINE_S = 3.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pipros.graph.errors import GraphError
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.errors import GraphError
 
 if TYPE_CHECKING:
     from pipros.node.service_server import ServiceClass
@@ -42,7 +42,7 @@ def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
 
 def nodes_with_loggers(master: MasterClient) -> list[str]:
     """Return the nodes whose levels can be set, sorted."""
-    from pipros.graph.services import nodes_by_service
+    from pipros_tools.graph.services import nodes_by_service
 
     suffix = "/set_logger_level"
     return sorted(name.removesuffix(suffix) for name in nodes_by_service(master) if name.endswith(suffix))
@@ -51,11 +51,11 @@ def nodes_with_loggers(master: MasterClient) -> list[str]:
 def _call(
     master: MasterClient, node: str, service: str, type_name: str, limit_s: float, **fields: str
 ) -> Any:
-    from pipros.graph.services import uri_of
     from pipros.msg import load_service_class
     from pipros.node.open_calls import OpenCalls
     from pipros.node.service_client import ServiceClient
     from pipros.node.service_link import ServiceFailed
+    from pipros_tools.graph.services import uri_of
 
     name = f"{node.rstrip('/')}/{service}"
     if uri_of(master, name) is None:

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.graph.samples import DEFAULT_WINDOW, RateWindow, SampleFigures
+from pipros_tools.graph.samples import DEFAULT_WINDOW, RateWindow, SampleFigures
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pipros.graph.output import to_stderr
 from pipros.msg.field_access import field_of
-from pipros.safe.expr import ExpressionError, evaluate
+from pipros.safe.expr import evaluate
+from pipros.safe.expr_walk import ExpressionError
+from pipros_tools.graph.output import to_stderr
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

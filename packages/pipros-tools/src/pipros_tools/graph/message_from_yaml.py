@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.graph.errors import GraphError
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.msg.errors import MessageException
 from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
 from pipros.msg.time import NS_PER_S, Time
+from pipros_tools.graph.errors import GraphError
 
 
 def message_from_yaml(message_class: type[Message], value: Any, now_ns: int) -> Message:

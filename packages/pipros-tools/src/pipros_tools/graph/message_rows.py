@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from pipros.basics.printable import listed
-from pipros.graph.message_path import Part
 from pipros.msg.base import Message
 from pipros.msg.time import Time, TVal
+from pipros_tools.graph.message_path import Part
 
 FieldFilter = Callable[[Any], list[str]]
 """Function that returns the names of the fields to show in a message."""

@@ -6,8 +6,12 @@ import contextlib
 import threading
 from collections.abc import Collection, Iterator
 
-from pipros.basics.limits import process_limits
 from pipros.net.rpc_client import RpcClient
+
+BUS_ANSWER_BYTES = 8 * 1024 * 1024
+"""Limit: a node's report on its connections, for tools that show the graph. Beyond it, the node is shown as
+unresponsive.
+"""
 
 MAX_KEPT = 256
 """Maximum number of nodes whose connections are kept. Each call to a further node opens a new connection."""
@@ -51,5 +55,5 @@ class NodeClients:
             client.close()
 
     def _new(self, uri: str) -> RpcClient:
-        limit_bytes = process_limits().bus_answer_bytes
+        limit_bytes = BUS_ANSWER_BYTES
         return RpcClient(uri, timeout_s=self._timeout_s, answer_limit_bytes=limit_bytes)

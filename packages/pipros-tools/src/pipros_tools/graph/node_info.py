@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import listed, printable
-from pipros.graph.bus_info import BusConnection, established
-from pipros.graph.errors import GraphError
-from pipros.graph.nodes import api_of
-from pipros.graph.output import bullets, to_stderr, to_stdout
-from pipros.graph.system_state import SystemState, of_node
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
+from pipros_tools.graph.bus_info import BusConnection, established
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.nodes import api_of
+from pipros_tools.graph.output import bullets, to_stderr, to_stdout
+from pipros_tools.graph.system_state import SystemState, of_node
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

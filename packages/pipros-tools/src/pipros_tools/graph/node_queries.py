@@ -13,7 +13,7 @@ from pipros.net.workers import Workers
 RETRY_S: Final = 10.0
 """Minimum time between queries with the same key. The old result is used until the new one arrives."""
 _AT_ONCE: Final = 64
-_LOG = logging.getLogger("pipros.graph")
+_LOG = logging.getLogger("pipros_tools.graph")
 
 
 class NodeQueries:

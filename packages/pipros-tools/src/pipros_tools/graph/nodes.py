@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import listed, printable
-from pipros.graph.errors import GraphError
-from pipros.graph.system_state import SystemState, is_below, of_node
+from pipros.net.identify import identification, value_of
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
+from pipros.wire.xmlrpc import Fault
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.system_state import SystemState, is_below, of_node
 
 UNKNOWN_API = "unknown address"
 
@@ -96,12 +98,30 @@ def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[st
             contextlib.suppress(PiprosError, ValueError),
             RpcClient(api, timeout_s=SHUTDOWN_DEADLINE_S) as client,
         ):
+            if not _is_node(client, node, master.caller_id):
+                failed[node] = f"the server at {printable(api)} is not this node, and is left alone"
+                continue
             answer = client.call("shutdown", master.caller_id, "user request")
         if isinstance(answer, list) and len(answer) == 3 and answer[0] != 1:
             failed[node] = f"{printable(api)} refuses: {printable(answer[1])}"
         else:
             killed.append(node)
     return killed, failed
+
+
+def _is_node(client: RpcClient, node: str, caller_id: str) -> bool:
+    """Return whether the server is the node. Raises PiprosError if it does not respond."""
+    queries = identification(node)
+    method = next(queries)
+    while True:
+        try:
+            answer = client.call(method, caller_id)
+        except Fault:
+            answer = None
+        try:
+            method = queries.send(value_of(answer))
+        except StopIteration as end:
+            return bool(end.value)
 
 
 def unregister(master: MasterClient, node: str) -> None:

@@ -15,11 +15,18 @@ from typing import Any, NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts, statistics_of
-from pipros.graph.node_clients import NodeClients
-from pipros.graph.system_state import SystemState, TopicConnection
-from pipros.graph.wrong_types import NodeTypes, WrongTypes
 from pipros.net.in_parallel import in_parallel
+from pipros_tools.graph.bus_info import (
+    BusConnection,
+    SentCount,
+    established,
+    rows_of,
+    sent_counts,
+    statistics_of,
+)
+from pipros_tools.graph.node_clients import NodeClients
+from pipros_tools.graph.system_state import SystemState, TopicConnection
+from pipros_tools.graph.wrong_types import NodeTypes, WrongTypes
 
 Ask = Callable[[str], tuple[Any, Any]]
 

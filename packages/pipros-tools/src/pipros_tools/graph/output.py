@@ -1,4 +1,4 @@
-"""Default output functions for `pipros.graph`."""
+"""Default output functions for `pipros_tools.graph`."""
 
 from __future__ import annotations
 

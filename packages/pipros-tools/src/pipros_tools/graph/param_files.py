@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from pipros.basics import input_file
 from pipros.basics.names import is_private, join
-from pipros.graph.errors import GraphError
 from pipros.safe.yaml import load, load_all
+from pipros_tools.graph.errors import GraphError
 
 NAMESPACE_KEY = "_ns"
 """Key for the namespace of a document's values, relative to the requested namespace."""
@@ -24,7 +25,7 @@ def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
     if not path.is_file():
         raise GraphError(f"file [{file}] does not exist")
     try:
-        content = path.read_bytes()
+        content = input_file.read_file(path)
     except OSError as error:
         raise GraphError(f"cannot read [{file}]: {error.strerror}") from None
     return read_text(content, file, ns)

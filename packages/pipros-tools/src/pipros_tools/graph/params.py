@@ -7,10 +7,10 @@ from typing import Any
 
 from pipros.basics.errors import Refused
 from pipros.basics.names import InvalidKey, canonicalize, leaves_below
-from pipros.graph.errors import GraphError
-from pipros.graph.system_state import is_below
 from pipros.net.master_client import MasterClient
 from pipros.wire.xmlrpc import encode_call
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.system_state import is_below
 
 
 class ParameterNotSet(GraphError):

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import listed, printable
-from pipros.graph.nodes import node_names
-from pipros.graph.output import bullets, to_stderr
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import Fault, RpcClient
+from pipros_tools.graph.nodes import node_names
+from pipros_tools.graph.output import bullets, to_stderr
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

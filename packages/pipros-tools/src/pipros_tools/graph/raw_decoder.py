@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.printable import printable
-from pipros.graph.errors import GraphError
 from pipros.msg.class_finder import ClassFinder, MissingDefinition
 from pipros.node.any_msg import AnyMsg
+from pipros_tools.graph.errors import GraphError
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message

@@ -11,8 +11,8 @@ from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pipros.graph.observer import GraphObservation, Traffic
-from pipros.graph.system_state import Registrations, SystemState, TopicConnection
+from pipros_tools.graph.observer import GraphObservation, Traffic
+from pipros_tools.graph.system_state import Registrations, SystemState, TopicConnection
 
 Kind = Literal["node", "topic"]
 Part = tuple[Kind, str]

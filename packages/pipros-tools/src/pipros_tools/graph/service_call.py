@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.graph.errors import GraphError
-from pipros.graph.services import argument_names, service_class_of, uri_of
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.services import argument_names, service_class_of, uri_of
 
 if TYPE_CHECKING:
     from pipros.node.open_calls import OpenCalls

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import printable
-from pipros.graph.errors import GraphError
-from pipros.graph.system_state import SystemState
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.system_state import SystemState
 
 if TYPE_CHECKING:
     from pipros.node.open_calls import OpenCalls

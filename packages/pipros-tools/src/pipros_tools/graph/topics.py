@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from pipros.basics.errors import NotFound, Refused
 from pipros.basics.printable import listed
-from pipros.graph.errors import GraphError
-from pipros.graph.system_state import SystemState
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.system_state import SystemState
 
 
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
@@ -32,7 +32,7 @@ def field_type(type_name: str, path: Sequence[str]) -> str:
     Raises:
         NotFound: the field or the message type does not exist.
     """
-    from pipros.graph.message_path import field_types
+    from pipros_tools.graph.message_path import field_types
 
     for name in path:
         fields = field_types(type_name)

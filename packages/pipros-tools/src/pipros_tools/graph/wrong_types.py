@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.graph.bus_info import rows_of
-from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.net.in_parallel import in_parallel
+from pipros_tools.graph.bus_info import rows_of
+from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 Ask = Callable[[str], tuple[Any, Any]]
 """Returns the responses to `getPublications` and `getSubscriptions` of the node at a URI."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.ports import AdvertisedAddress, PortRange
-from pipros.health.finding import Findings, error, warning
-from pipros.health.machine import MachineReport
 from pipros.net.address import is_loopback
+from pipros_tools.health.finding import Findings, error, warning
+from pipros_tools.health.machine import MachineReport
 
 EXAMPLE_PORTS = "11400-11420"
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pipros.basics.printable import listed
-from pipros.health.finding import Findings, error, warning
-from pipros.health.system_report import SystemReport
+from pipros_tools.health.finding import Findings, error, warning
+from pipros_tools.health.system_report import SystemReport
 
 CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0

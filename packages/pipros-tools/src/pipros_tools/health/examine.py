@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import os
+import threading
+import time
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
+from pipros.basics import names
 from pipros.basics.env import Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.errors import PiprosError
-from pipros.health.call_back import uncalled_address
-from pipros.health.finding import Finding, error, has_errors
-from pipros.health.gather_machine import gather_machine
-from pipros.health.gather_system import gather_system
-from pipros.health.graph_checks import check_graph
-from pipros.health.machine_checks import check_machine
-from pipros.health.system_report import SystemReport
+from pipros.net import address
+from pipros.net.loop import BackgroundLoop
+from pipros.net.master_client import MasterClient
+from pipros.net.rpc_server import RpcServer
 from pipros.net.sockets import NoFreePort
 from pipros.net.this_machine import is_this_machine
+from pipros_tools.health.finding import Finding, error, has_errors
+from pipros_tools.health.gather_machine import gather_machine
+from pipros_tools.health.gather_system import gather_system
+from pipros_tools.health.graph_checks import check_graph
+from pipros_tools.health.machine_checks import check_machine
+from pipros_tools.health.system_report import SystemReport
 
 CONNECTION_RULES = {"not-connected", "one-sided-connection"}
 
@@ -54,7 +61,7 @@ def examine(
     message is sent. If a subscriber lacks a connection, its topic is advertised for up to `timeout_s` to test
     whether the subscriber can connect to this machine. If `both_ways` is true, this is done for every
     subscriber. If the master connects to this machine over the network, a parameter is set briefly; see
-    `pipros.health.call_back`. Blocks up to `timeout_s` per peer.
+    `pipros_tools.health.examine`. Blocks up to `timeout_s` per peer.
     """
     variables = environment.applied_to(os.environ) if environment is not None else None
     environment = environment or Environment.from_os()
@@ -103,7 +110,7 @@ def stable_system(
     if topic is not None:
         pairs = frozenset(pair for pair in pairs if pair[0] == topic)
     if pairs:
-        from pipros.health.reach_back import reach_back
+        from pipros_tools.health.reach_back import reach_back
 
         with suppress(InvalidEnvironment, NoFreePort):  # `check_machine` reports this error
             reached = reach_back(pairs, environment, wait_s=timeout_s)
@@ -119,3 +126,54 @@ def _to_try_back(system: SystemReport, *, both_ways: bool) -> frozenset[tuple[st
         )
     wanting = (finding for finding in check_graph(system) if finding.rule == "not-connected")
     return frozenset((finding.subjects[0], finding.subjects[2]) for finding in wanting)
+
+
+WAIT_S = 0.8
+
+
+def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
+    """Return a URI that was registered with the master but that the master did not call within `WAIT_S`.
+
+    The result is empty if the master called the URI, or if the test is not possible because no port is free
+    or the master does not answer. The test subscribes to a parameter and sets it briefly as another node,
+    because the master notifies all subscribers except the node that sets the parameter. (Programs that record
+    all topics would subscribe to a test topic.)
+    """
+    name = f"/{names.anonymous('pipros_doctor')}"
+    called = threading.Event()
+
+    def param_update(*_: Any) -> list[Any]:
+        called.set()
+        return [1, "", 0]
+
+    table = {
+        "paramUpdate": param_update,
+        "getPid": lambda *_: [1, "", 0],
+        "shutdown": lambda *_: [1, "", 0],
+    }
+    loop = BackgroundLoop("call from the master")
+    master = MasterClient(environment.master_uri, name, timeout_s=timeout_s)
+    setter = MasterClient(environment.master_uri, f"{name}_setter", timeout_s=timeout_s)
+    loop.start()
+    try:
+        advertised = address.advertised_address(environment)
+        server = RpcServer(table, host=address.bind_host(environment), port=environment.port_range or 0)
+        loop.run(server.start())
+        uri = address.uri(*advertised.outside(server.port))
+        key = f"{name}_called"  # not in a namespace, which genuine masters would keep
+        until = time.monotonic() + WAIT_S
+        try:
+            master.subscribe_param(uri, key)
+            setter.set_param(key, True)
+            return "" if called.wait(max(until - time.monotonic(), WAIT_S / 2)) else uri
+        finally:
+            with suppress(PiprosError):
+                master.call("unsubscribeParam", uri, key)
+                setter.delete_param(key)
+            loop.run(server.stop())
+    except (OSError, PiprosError):
+        return ""
+    finally:
+        setter.close()
+        master.close()
+        loop.stop()

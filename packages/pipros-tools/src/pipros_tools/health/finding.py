@@ -65,7 +65,7 @@ def warning(rule: str, summary: str, cure: str, *subjects: str) -> Finding:
 def findings_of(checks: Iterable[Callable[[Report], Findings]], report: Report) -> list[Finding]:
     """Run all checks and return the findings, in the order of the checks.
 
-    A check that raises an exception, such as that of a room, does not end the others.
+    A check that raises an exception, such as that of a plugin, does not end the others.
     """
     found: list[Finding] = []
     for check in checks:

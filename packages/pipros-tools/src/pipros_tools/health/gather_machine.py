@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import csv
+import hashlib
 import importlib.util
 import os
 import re
@@ -9,13 +12,12 @@ import shutil
 import socket
 import sys
 from collections.abc import Mapping
+from importlib.metadata import Distribution, PackageNotFoundError, distribution, distributions
 from pathlib import Path
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.errors import PiprosError
-from pipros.health.installed_files import changed_packages
-from pipros.health.machine import MachineReport, PathKind
-from pipros.health.windows_setup import gather_windows
+from pipros.basics.input_file import open_file
 from pipros.msg.importing.modules import ros1_has_public_names
 from pipros.net.address import LOOPBACK, address_towards, bind_host, is_loopback
 from pipros.net.in_parallel import in_parallel
@@ -23,9 +25,11 @@ from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import reason_of
 from pipros.net.sockets import NoFreePort, listen
 from pipros.net.this_machine import addresses_of, has_address, is_this_machine, listening_addresses
-from pipros.packages import SHARE
+from pipros.packages import shipped_folder
 from pipros.packages.installed_packages import AMENT_INDEX, share_folders
-from pipros.workspace.overlays import MARKER
+from pipros_tools.health.machine import MachineReport, PathKind
+from pipros_tools.health.windows_setup import gather_windows
+from pipros_workspace.overlays import MARKER
 
 COMMANDS = ("roscore", "roslaunch", "rosrun", "rosnode", "rostopic", "rosparam", "rosservice", "rosmsg")
 PACKAGES = ("rospy", "roslib", "rosgraph", "roslaunch", "genpy")
@@ -137,7 +141,13 @@ def _other_master(environment: Environment, timeout_s: float) -> str:
 def _kinds(environment: Environment, variables: Mapping[str, str]) -> dict[str, PathKind]:
     entries = [
         entry
-        for name in ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
+        for name in (
+            "ROS_ROOT",
+            "ROS_PACKAGE_PATH",
+            "CMAKE_PREFIX_PATH",
+            "PYTHONPATH",
+            "ROSCONSOLE_CONFIG_FILE",
+        )
         for entry in variables.get(name, "").split(os.pathsep)
         if entry
     ]
@@ -164,7 +174,7 @@ def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
 def _is_own(program: str) -> bool:
     """Return whether a program contains the word pipros, as the scripts that pip installs for pipros do."""
     try:
-        with open(program, "rb") as file:
+        with open_file(program) as file:
             return b"pipros" in file.read(_SCRIPT_BYTES)
     except OSError:
         return False
@@ -192,7 +202,7 @@ def _ros2_packages() -> tuple[str, ...]:
     """Return the installed packages of ROS 2 that have the name of a package of pipros."""
     shares = map(Path, share_folders())
     installed = {file.name for share in shares for file in (share / AMENT_INDEX).glob("*")}
-    return tuple(sorted(name for name in installed if Path(SHARE, name).is_dir()))
+    return tuple(sorted(name for name in installed if shipped_folder(name)))
 
 
 def _is_ours(package: Path) -> bool:
@@ -212,7 +222,7 @@ def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
     found = {}
     for name in _START_FILES:
         try:
-            with (Path(variables.get("HOME") or Path.home()) / name).open("rb") as file:
+            with open_file(Path(variables.get("HOME") or Path.home()) / name) as file:
                 text = file.read(_SCRIPT_BYTES).decode(errors="replace")
         except (OSError, RuntimeError):
             continue
@@ -220,3 +230,51 @@ def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
             if not Path(match[1]).exists():
                 found[f"~/{name}"] = match[1]
     return found
+
+
+NAME = "pipros"
+
+
+def changed_packages(name: str = NAME) -> dict[str, str]:
+    """Map changed import packages to the distribution that replaced their files.
+
+    The value of `rospy` may be `py3rosmsgs`; it is empty if the distribution is unknown. Modules are compared
+    with the checksums that pip recorded. In a checkout, for which pip records no modules, the result is
+    empty. Blocks while reading the modules and, if a module has changed, the records of all distributions.
+    """
+    try:
+        installed = distribution(name)
+    except PackageNotFoundError:
+        return {}
+    sums = _recorded_sums(installed)
+    changed = {module for module, recorded in sums.items() if _differs(installed, module, recorded)}
+    if not changed:
+        return {}
+    packages = dict.fromkeys(sorted({module.split("/")[0] for module in changed}), "")
+    for other in distributions():
+        if other.metadata["Name"] != name:
+            shared = changed & _recorded_sums(other).keys()
+            packages.update((module.split("/")[0], other.metadata["Name"]) for module in shared)
+    return packages
+
+
+def _recorded_sums(installed: Distribution) -> dict[str, str]:
+    """Map modules to `algorithm=sum`, as in a distribution's `RECORD` file (PEP 376)."""
+    rows = csv.reader((installed.read_text("RECORD") or "").splitlines())
+    return {
+        row[0]: row[1]
+        for row in rows
+        if len(row) > 1 and row[0].endswith(".py") and not row[0].startswith("..")
+    }
+
+
+def _differs(installed: Distribution, module: str, recorded: str) -> bool:
+    algorithm, _, value = recorded.partition("=")
+    if not value:
+        return False
+    try:
+        content = Path(str(installed.locate_file(module))).read_bytes()
+    except OSError:
+        return True
+    found = base64.urlsafe_b64encode(hashlib.new(algorithm, content).digest())
+    return found.rstrip(b"=").decode() != value

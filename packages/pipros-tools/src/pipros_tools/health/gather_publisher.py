@@ -8,11 +8,11 @@ import time
 
 from pipros.basics.errors import PiprosError, Unreachable
 from pipros.basics.printable import printable
-from pipros.health.system_report import Failure, PublisherReport
 from pipros.net.connect import Connector
 from pipros.net.rpc_client import RpcClient, reason_of
 from pipros.wire.handshake import WireType, request_topic_link
 from pipros.wire.header import HeaderReader, encode_header
+from pipros_tools.health.system_report import Failure, PublisherReport
 
 CALLER_ID = "/pipros_doctor"
 _STAMP_SHARE = 1 / 6

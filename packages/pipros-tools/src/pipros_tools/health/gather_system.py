@@ -11,14 +11,6 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError, Refused, Unreachable
 from pipros.basics.uri import split_uri
-from pipros.graph.bus_info import established
-from pipros.graph.errors import GraphError
-from pipros.graph.services import PROBE_DEADLINE_S, header_of
-from pipros.graph.system_state import SystemState
-from pipros.health.gather_publisher import CALLER_ID, ask_publisher, failure_of
-from pipros.health.nodelet_checks import services_of_managers
-from pipros.health.room_check import RoomCheck, RoomReply, room_checks
-from pipros.health.system_report import Failure, NodeReport, ServiceReport, SystemReport
 from pipros.msg import load_service_class
 from pipros.msg.importing.load import installed_md5
 from pipros.net.in_parallel import in_parallel
@@ -27,6 +19,14 @@ from pipros.net.rpc_client import RpcClient
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
 from pipros.wire.xmlrpc import encode_call
+from pipros_tools.graph.bus_info import established
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.services import PROBE_DEADLINE_S, header_of
+from pipros_tools.graph.system_state import SystemState
+from pipros_tools.health.gather_publisher import CALLER_ID, ask_publisher, failure_of
+from pipros_tools.health.nodelet_checks import services_of_managers
+from pipros_tools.health.plugin_check import PluginCheck, PluginReply, plugin_checks
+from pipros_tools.health.system_report import Failure, NodeReport, ServiceReport, SystemReport
 
 AT_ONCE = 16
 """Maximum number of nodes queried concurrently."""
@@ -39,7 +39,7 @@ _LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too impre
 def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float = 3.0) -> SystemReport:
     """Return the current state of the system that uses a master.
 
-    If a topic is given, only its nodes are queried, and only the services of nodelet managers and rooms.
+    If a topic is given, only its nodes are queried, and only the services of nodelet managers and plugins.
     Blocks up to `timeout_s` for each node that does not answer; nodes are queried concurrently.
 
     Raises:
@@ -69,15 +69,15 @@ def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float
         services = in_parallel(
             servers, lambda name: _ask_service(master, name, servers[name], silent), at_once=AT_ONCE
         )
-        checks = room_checks()
+        checks = plugin_checks()
         judged = {
             node: check
             for node in nodes
             for check in checks
             if node.startswith(check.prefix) and not nodes[node].failure
         }
-        room_replies = in_parallel(
-            judged, lambda node: _ask_room(master, node, judged[node], timeout_s), at_once=AT_ONCE
+        plugin_replies = in_parallel(
+            judged, lambda node: _ask_plugin(master, node, judged[node], timeout_s), at_once=AT_ONCE
         )
         replies = in_parallel(
             services_of_managers(state), lambda name: _ask_manager(master, name, timeout_s), at_once=AT_ONCE
@@ -94,7 +94,7 @@ def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float
         publishers=publishers,
         services=services,
         clock_offset_s=clock_offset_s,
-        room_replies=room_replies,
+        plugin_replies=plugin_replies,
         nodelets=tuple(line for name in sorted(replies) for line in replies[name]),
         installed={type_name: installed_md5(type_name) for type_name in sorted(named)},
     )
@@ -202,12 +202,12 @@ def _ask_service(master: MasterClient, service: str, node: str, silent: dict[str
     return ServiceReport(node, uri)
 
 
-def _ask_room(master: MasterClient, node: str, check: RoomCheck, timeout_s: float) -> RoomReply:
+def _ask_plugin(master: MasterClient, node: str, check: PluginCheck, timeout_s: float) -> PluginReply:
     try:
         reply = _trigger(master, f"{node}/{check.service}", timeout_s)
     except PiprosError as problem:
-        return RoomReply(check, failure=str(problem))
-    return RoomReply(check, bool(reply.success), str(reply.message))
+        return PluginReply(check, failure=str(problem))
+    return PluginReply(check, bool(reply.success), str(reply.message))
 
 
 def _ask_manager(master: MasterClient, service: str, timeout_s: float) -> list[str]:

@@ -1,4 +1,4 @@
-"""Gather the facts for `pipros.health.topic_check`: replies of the topic's nodes, and received messages."""
+"""Gather the facts for `health.topic_check`: replies of the topic's nodes, and received messages."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from typing import Final
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.graph.bus_info import drop_counts, statistics_of
-from pipros.graph.raw_decoder import RawDecoder
-from pipros.health.examine import stable_system
-from pipros.health.gather_publisher import begins_with_header
-from pipros.health.system_report import SystemReport
-from pipros.health.topic_facts import CheckedMessage, TopicFacts
 from pipros.msg.errors import MessageException
 from pipros.net.in_parallel import in_parallel
 from pipros.net.rpc_client import RpcClient
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.start_params import is_on
+from pipros_tools.graph.bus_info import drop_counts, statistics_of
+from pipros_tools.graph.raw_decoder import RawDecoder
+from pipros_tools.health.examine import stable_system
+from pipros_tools.health.gather_publisher import begins_with_header
+from pipros_tools.health.system_report import SystemReport
+from pipros_tools.health.topic_facts import CheckedMessage, TopicFacts
 
 MESSAGES: Final = 10_000
 """Maximum number of messages kept. At this number, the older half is dropped."""
@@ -47,7 +47,7 @@ def gather_topic(
 
     A node in this process connects to the publishers, and receives their messages for `wait_s`, or until
     `over` is set. No message is sent. If a subscriber lacks a connection, the topic is advertised; see
-    `pipros.health.examine.examine`.
+    `pipros_tools.health.examine.examine`.
 
     Raises:
         InvalidName: `topic` is not a legal name.

@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
-from pipros.health.clock_checks import clocks
-from pipros.health.finding import Finding, Findings, error, findings_of, warning
-from pipros.health.nodelet_checks import slow_nodelets
-from pipros.health.system_report import Failure, SystemReport
-from pipros.health.type_checks import definitions, type_mismatches, types_differ
 from pipros.net.address import is_loopback
+from pipros_tools.health.clock_checks import clocks
+from pipros_tools.health.finding import Finding, Findings, error, findings_of, warning
+from pipros_tools.health.nodelet_checks import slow_nodelets
+from pipros_tools.health.system_report import Failure, SystemReport
+from pipros_tools.health.type_checks import definitions, type_mismatches, types_differ
 
 _CLOSE_NAMES = 0.75  # minimum similarity for a name to count as a misspelling of another name
 
@@ -175,15 +175,15 @@ def _not_connected(system: SystemReport, topic: str, publisher: str, subscriber:
 def topics_without_publishers(system: SystemReport) -> Findings:
     """Find topics that have subscribers but no publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
-        alive = [node for node in subscribers if system.is_alive(node) and node not in system.room_replies]
+        alive = [node for node in subscribers if system.is_alive(node) and node not in system.plugin_replies]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
             continue
         like = published_like(topic, system)
-        hint = f" Published topics with similar names: {', '.join(map(listed, like))}." if like else ""
+        hint = f", or correct a name. {correct_name(topic, like, system)}" if like else "."
         yield warning(
             "no-publishers",
             f"No node publishes [{listed(topic)}], subscribed by {', '.join(map(listed, alive))}",
-            f"Start its publisher, or remap one of the two names.{hint}",
+            f"Start its publisher{hint}",
             topic,
             *alive,
         )
@@ -194,6 +194,30 @@ def published_like(topic: str, system: SystemReport) -> list[str]:
     published = [name for name in system.state.publishers if name != topic]
     like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
     return like + [name for name in published if _base(name) == _base(topic) and name not in like][:2]
+
+
+def correct_name(topic: str, like: Sequence[str], system: SystemReport) -> str:
+    """Return advice to correct the wrong one of two similar names: the one that fewer nodes use.
+
+    If as many nodes use both, the name without a publisher is wrong.
+
+    Args:
+        topic: the name without a publisher.
+        like: the published names that are similar, at least one.
+    """
+    readers = set(system.state.subscribers.get(topic, ()))
+    users = {*system.state.publishers[like[0]], *system.state.subscribers.get(like[0], ())}
+    if len(readers) > len(users):
+        wrong, right, nodes = like[0], topic, sorted(users)
+    else:
+        wrong, right, nodes = topic, like[0], sorted(readers)
+    text = f"Published topics with similar names: {', '.join(map(listed, like))}."
+    if not nodes:
+        return f"{text} If [{listed(right)}] is the intended topic, use this name."
+    where = ", ".join(map(listed, nodes))
+    return (
+        f"{text} Probably [{listed(wrong)}] is wrong: correct it in {where}, or remap {wrong}:={right} there."
+    )
 
 
 def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[str]) -> bool:
@@ -244,9 +268,9 @@ def _port(uri: str) -> int:
         return 0
 
 
-def rooms(system: SystemReport) -> Findings:
-    """Find the problems that the rooms' checks derive from their nodes' replies."""
-    for node, reply in sorted(system.room_replies.items()):
+def plugins(system: SystemReport) -> Findings:
+    """Find the problems that the plugins' checks derive from their nodes' replies."""
+    for node, reply in sorted(system.plugin_replies.items()):
         yield from reply.check.judge(node, reply)
 
 
@@ -260,6 +284,6 @@ CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     topics_without_publishers,
     services,
     clocks,
-    rooms,
+    plugins,
     slow_nodelets,
 )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
-from pipros.health.windows_setup import WindowsReport
+from pipros_tools.health.windows_setup import WindowsReport
 
 
 class PathKind(Enum):

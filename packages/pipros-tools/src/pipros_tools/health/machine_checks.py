@@ -6,21 +6,80 @@ import os
 import shlex
 from collections.abc import Callable
 
-from pipros.basics.env import Environment
-from pipros.health.address_checks import master_calls_back, ports_and_advertised_address
-from pipros.health.finding import Finding, Findings, error, findings_of, warning
-from pipros.health.machine import MachineReport, PathKind
-from pipros.health.master_checks import is_own_master, master_uri
-from pipros.health.windows_checks import (
+from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.net.address import is_loopback
+from pipros_tools.health.address_checks import master_calls_back, ports_and_advertised_address
+from pipros_tools.health.finding import Finding, Findings, error, findings_of, warning
+from pipros_tools.health.machine import MachineReport, PathKind
+from pipros_tools.health.windows_checks import (
     blocked_by_firewall,
     long_paths,
     programs_in_path,
     refused_scripts,
     wsl_network,
 )
-from pipros.net.address import is_loopback
 
-_PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
+
+def master_uri(machine: MachineReport) -> Findings:
+    """Check that ROS_MASTER_URI is valid, its host is known, and a master answers there."""
+    uri = machine.variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    try:
+        host, port = split_master_uri(uri)
+    except InvalidEnvironment as problem:
+        yield error(
+            "master-uri", str(problem), f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}", "ROS_MASTER_URI"
+        )
+        return
+    if machine.resolved.get(host) == ():
+        yield error(
+            "master-host-unknown",
+            f"The host [{host}] of ROS_MASTER_URI [{uri}] cannot be resolved to an address",
+            f"Use the address of that machine, or add a line 'ADDRESS {host}' to /etc/hosts.",
+            "ROS_MASTER_URI",
+            host,
+        )
+    elif machine.master_error:
+        yield _no_master(machine, uri, host, port)
+
+
+def _no_master(machine: MachineReport, uri: str, host: str, port: int) -> Finding:
+    summary = f"No master answers at ROS_MASTER_URI [{uri}]: {machine.master_error}"
+    is_here = is_loopback(host) or host in machine.own_hosts
+    if machine.other_master:
+        cure = f"export ROS_MASTER_URI={machine.other_master}"
+        if is_here and not is_loopback(host):
+            cure += f", or, to let other machines connect, restart that master: roscore --bind {host}"
+        elif machine.other_master == DEFAULT_MASTER_URI:
+            cure = f"ROS_MASTER_URI is probably outdated: {cure}, and look for the old value in ~/.bashrc."
+        else:
+            cure += " in each terminal; another roscore would start a separate system."
+        return error(
+            "stale-master-uri",
+            f"{summary}, but one answers at {machine.other_master}",
+            cure,
+            "ROS_MASTER_URI",
+        )
+    start = "roscore" if port == 11311 else f"roscore -p {port}"
+    cure = (
+        f"Start it: {start}"
+        if is_here
+        else f"Start roscore on [{host}] so that it can be reached from here (with --bind or ROS_IP, and "
+        f"with this machine's network in --allow, if used), check the network (ping {host}), or correct "
+        "ROS_MASTER_URI."
+    )
+    return error("no-master", summary, cure, "ROS_MASTER_URI")
+
+
+def is_own_master(machine: MachineReport, environment: Environment) -> bool:
+    """Return whether the master runs on this machine; True if its URI is invalid."""
+    try:
+        host, _ = split_master_uri(environment.master_uri)
+    except InvalidEnvironment:
+        return True
+    return is_loopback(host) or host in machine.own_hosts
+
+
+_PATH_VARIABLES = ("ROS_ROOT", "ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
 
 
 def check_machine(machine: MachineReport) -> list[Finding]:
@@ -131,6 +190,19 @@ def missing_paths(machine: MachineReport) -> Findings:
                     name,
                     entry,
                 )
+
+
+def log_configuration(machine: MachineReport) -> Findings:
+    """Check that the file with the levels of loggers exists."""
+    file = machine.variables.get("ROSCONSOLE_CONFIG_FILE", "")
+    if machine.paths.get(file) is PathKind.MISSING:
+        yield warning(
+            "missing-log-configuration",
+            f"ROSCONSOLE_CONFIG_FILE [{file}] does not exist: all loggers have their default levels",
+            "Correct the variable, or unset it.",
+            "ROSCONSOLE_CONFIG_FILE",
+            file,
+        )
 
 
 def missing_setup_files(machine: MachineReport) -> Findings:
@@ -264,6 +336,7 @@ CHECKS: tuple[Callable[[MachineReport], Findings], ...] = (
     other_ros_set_up,
     ros2_packages,
     missing_paths,
+    log_configuration,
     missing_setup_files,
     workspace_not_set_up,
     master_uri,

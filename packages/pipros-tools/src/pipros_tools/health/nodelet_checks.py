@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable
 
 from pipros.basics.printable import listed
-from pipros.graph.system_state import SystemState
-from pipros.health.finding import Findings, warning
-from pipros.health.system_report import SystemReport
+from pipros_tools.graph.system_state import SystemState
+from pipros_tools.health.finding import Findings, warning
+from pipros_tools.health.system_report import SystemReport
 
 INPUTS = "/inputs"
 """Name suffix of the std_srvs/Trigger service that pipros's nodelet managers offer."""

@@ -1,17 +1,17 @@
-"""Checks that rooms add to `pipros doctor`. They judge the reply of a service that the rooms' nodes offer."""
+"""Checks that plugins add to `pipros doctor`. They judge the reply of a service of the plugins' nodes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pipros.basics.rooms import all_loaded
-from pipros.health.finding import Findings
+from pipros.basics.plugins import all_loaded
+from pipros_tools.health.finding import Findings
 
 
 @dataclass(frozen=True, slots=True)
-class RoomCheck:
-    """A check of a room's nodes.
+class PluginCheck:
+    """A check of a plugin's nodes.
 
     Attributes:
         prefix: the prefix of these nodes' names. The nodes may subscribe to topics that have no publisher,
@@ -22,24 +22,24 @@ class RoomCheck:
 
     prefix: str
     service: str
-    judge: Callable[[str, RoomReply], Findings]
+    judge: Callable[[str, PluginReply], Findings]
 
 
 @dataclass(frozen=True, slots=True)
-class RoomReply:
-    """The reply of a room's node to a check.
+class PluginReply:
+    """The reply of a plugin's node to a check.
 
     Attributes:
         success, message: the fields of the response.
         failure: why the node did not respond; empty if it did.
     """
 
-    check: RoomCheck
+    check: PluginCheck
     success: bool = False
     message: str = ""
     failure: str = ""
 
 
-def room_checks() -> list[RoomCheck]:
-    """Return the checks of all installed rooms."""
-    return all_loaded(lambda room: room.check)
+def plugin_checks() -> list[PluginCheck]:
+    """Return the checks of all installed plugins."""
+    return all_loaded(lambda plugin: plugin.check)

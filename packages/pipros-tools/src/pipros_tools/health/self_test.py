@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.env import Environment
-from pipros.health.finding import Finding, error
-from pipros.health.gather_system import gather_system
-from pipros.health.graph_checks import check_graph
+from pipros_tools.health.finding import Finding, error
+from pipros_tools.health.gather_system import gather_system
+from pipros_tools.health.graph_checks import check_graph
 
 TOPIC = "/pipros_self_test"
 
@@ -35,9 +35,9 @@ def run_self_test(duration_s: float = 1.0, environment: Environment | None = Non
 
     Blocks for about `duration_s`; if no message arrives, for at least 10 seconds.
     """
-    from pipros.launch.roscore import Core
     from pipros.msg import load_message_class
     from pipros.node import Node
+    from pipros_tools.launch.roscore import Core
 
     text: Any = load_message_class("std_msgs/String")
     local = (environment or Environment.from_os())._replace(hostname=None, ip="127.0.0.1", namespace="/")

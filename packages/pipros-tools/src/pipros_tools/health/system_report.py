@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pipros.graph.bus_info import BusConnection
-from pipros.graph.system_state import SystemState
-from pipros.health.room_check import RoomReply
+from pipros_tools.graph.bus_info import BusConnection
+from pipros_tools.graph.system_state import SystemState
+from pipros_tools.health.plugin_check import PluginReply
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class SystemReport:
             installed.
         is_time_simulated: whether the parameter `/use_sim_time` is true.
         clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
-        room_replies: maps nodes of rooms to their replies; see `RoomCheck`.
+        plugin_replies: maps nodes of plugins to their replies; see `PluginCheck`.
         nodelets: a line for each nodelet in Python: its name, its plugin, and its inputs.
         reached_back: the (topic, node) pairs of the subscribers that connected to a publisher on this
             machine.
@@ -109,7 +109,7 @@ class SystemReport:
     services: Mapping[str, ServiceReport] = field(default_factory=dict)
     installed: Mapping[str, str | None] = field(default_factory=dict)
     is_time_simulated: bool = False
-    room_replies: Mapping[str, RoomReply] = field(default_factory=dict)
+    plugin_replies: Mapping[str, PluginReply] = field(default_factory=dict)
     nodelets: tuple[str, ...] = ()
     clock_offset_s: float | None = None
     reached_back: frozenset[tuple[str, str]] = frozenset()

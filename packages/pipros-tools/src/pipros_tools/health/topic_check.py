@@ -13,17 +13,18 @@ from statistics import median
 from typing import Final
 
 from pipros.basics.printable import listed
-from pipros.health.clock_checks import STAMP_TOLERANCE_S, clocks
-from pipros.health.finding import Finding, Findings, error, warning
-from pipros.health.graph_checks import (
+from pipros_tools.health.clock_checks import STAMP_TOLERANCE_S, clocks
+from pipros_tools.health.finding import Finding, Findings, error, warning
+from pipros_tools.health.graph_checks import (
     connections,
+    correct_name,
     nodes_of_other_masters,
     published_like,
     unreachable_nodes,
     unreachable_publishers,
 )
-from pipros.health.topic_facts import CheckStep, TopicCheck, TopicFacts
-from pipros.health.type_checks import definitions, type_mismatches
+from pipros_tools.health.topic_facts import CheckStep, TopicCheck, TopicFacts
+from pipros_tools.health.type_checks import definitions, type_mismatches
 
 STOPPED_PERIODS: Final = 5.0
 STOPPED_S: Final = 1.0
@@ -56,7 +57,7 @@ def _publisher(facts: TopicFacts) -> Finding | str:
         return error(
             "similar-topic",
             f"{summary}, but {_names(like)} {'is' if len(like) == 1 else 'are'} published",
-            f"If this is the intended topic, use its name, or remap: {like[0]}:={topic} for its publisher.",
+            correct_name(facts.topic, like, facts.system),
             facts.topic,
             *like,
         )

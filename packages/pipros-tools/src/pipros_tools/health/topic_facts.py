@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from pipros.health.finding import Finding
-from pipros.health.system_report import SystemReport
+from pipros_tools.health.finding import Finding
+from pipros_tools.health.system_report import SystemReport
 
 
 class CheckedMessage(NamedTuple):

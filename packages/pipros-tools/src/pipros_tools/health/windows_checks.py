@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
-from pipros.health.finding import Findings, error, warning
-from pipros.health.machine import MachineReport
 from pipros.net.address import is_loopback
+from pipros_tools.health.finding import Findings, error, warning
+from pipros_tools.health.machine import MachineReport
 
 _LONG = 140
 """Paths below a workspace or ROS_HOME have up to about 120 characters more."""

@@ -7,9 +7,9 @@ from typing import Any
 
 from pipros.basics.env import split_master_uri
 from pipros.basics.printable import listed
-from pipros.launch.console import Console
-from pipros.launch.model import Launch, LaunchNode
 from pipros.net import address
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.model import Launch, LaunchNode
 
 _VALUE_CHARACTERS = 20
 

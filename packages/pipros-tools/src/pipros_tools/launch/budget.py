@@ -5,10 +5,18 @@ Without limits, a 3 kB file could double a string 40 times, or include a file tw
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits, limit_text, process_limits
+
+LAUNCH_FILES_BYTES = 512 * 1024 * 1024
+"""Limit: the files and command outputs that one launch reads, and the text that its substitutions insert,
+together. Beyond it, the launch file is refused; the error names the file and line.
+"""
+LAUNCH_INCLUDES = 10_000
+"""Limit: `<include>`s in one launch. Beyond it, the launch file is refused; the error names the file and
+line.
+"""
 
 
 class OverBudget(PiprosError, ValueError):
@@ -24,7 +32,6 @@ class LaunchBudget:
         includes: number of `<include>`s so far.
     """
 
-    limits: Limits = field(default_factory=process_limits)
     read_bytes: int = 0
     includes: int = 0
 
@@ -32,23 +39,21 @@ class LaunchBudget:
         """Count bytes read, or characters inserted by a substitution.
 
         Raises:
-            OverBudget: the total exceeds the limit `launch_bytes`.
+            OverBudget: the total exceeds the limit `LAUNCH_FILES_BYTES`.
         """
         self.read_bytes += count
-        if self.read_bytes > self.limits.launch_bytes:
+        if self.read_bytes > LAUNCH_FILES_BYTES:
             raise OverBudget(
                 "the files of this launch and their substitutions are too large: "
-                + limit_text("launch_bytes", self.limits.launch_bytes)
+                + f"the limit is {LAUNCH_FILES_BYTES} bytes"
             )
 
     def add_include(self) -> None:
         """Count an `<include>`.
 
         Raises:
-            OverBudget: the total exceeds the limit `launch_includes`.
+            OverBudget: the total exceeds the limit `LAUNCH_INCLUDES`.
         """
         self.includes += 1
-        if self.includes > self.limits.launch_includes:
-            raise OverBudget(
-                "too many files are included: " + limit_text("launch_includes", self.limits.launch_includes)
-            )
+        if self.includes > LAUNCH_INCLUDES:
+            raise OverBudget("too many files are included: " + f"the limit is {LAUNCH_INCLUDES}")

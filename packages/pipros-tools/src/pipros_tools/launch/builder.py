@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
-from pipros.launch.model import (
+from pipros_tools.launch.model import (
     Argument,
     Launch,
     LaunchError,
     LaunchNode,
     Machine,
     ParameterCommand,
+    Place,
     Test,
 )
 
@@ -29,6 +31,7 @@ class LaunchBuilder:
         self._arguments: dict[str, Argument] = {}
         self._warnings: list[str] = []
         self._includes: list[tuple[str, str]] = []
+        self._unused_private: dict[str, Place] = {}
 
     def add_file(self, file: str) -> None:
         if file not in self._files:
@@ -53,6 +56,15 @@ class LaunchBuilder:
             parent = parent.rpartition("/")[0]
         self._params.pop(key, None)
         self._params[key] = value
+
+    def declare_private(self, key: str, place: Place) -> None:
+        """Record a parameter `~name` that was declared outside of nodes, for later nodes."""
+        self._unused_private[key] = place
+
+    def use_private(self, keys: Iterable[str]) -> None:
+        """Record that a node has these parameters. `finish` warns about those that no node has."""
+        for key in keys:
+            self._unused_private.pop(key, None)
 
     def clear_params(self, namespace: str) -> None:
         if namespace not in self._clear_params:
@@ -107,6 +119,12 @@ class LaunchBuilder:
             tests=tuple(self._tests),
             machines=dict(self._machines),
             arguments=tuple(self._arguments.values()),
-            warnings=tuple(self._warnings),
+            warnings=(
+                *self._warnings,
+                *(
+                    f"parameter [{key}] in {place} is set for no node: it applies to later nodes only"
+                    for key, place in self._unused_private.items()
+                ),
+            ),
             includes=tuple(self._includes),
         )

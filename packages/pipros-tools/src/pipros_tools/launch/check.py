@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, LaunchNode
-from pipros.launch.xml import Loader
-from pipros.workspace.executables import find_executables, package_of_programs
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.manifest import read_manifest
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import Launch, LaunchNode
+from pipros_tools.launch.xml import Loader
+from pipros_workspace.executables import find_executables, package_of_programs
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.manifest import read_manifest
 
 _RUN_KINDS = ("exec_depends",)
 

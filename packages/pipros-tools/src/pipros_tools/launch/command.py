@@ -16,21 +16,21 @@ from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
-from pipros.launch.model import LaunchNode, Machine, WorkingFolder
-from pipros.launch.nodelet_choice import why_not_loadable
-from pipros.launch.ros2_node import ARGUMENT, ros2_arguments, why_no_rclpy
 from pipros.packages.well_known import why_not_here
-from pipros.workspace.client_library import is_here, is_ros2_script, relayed_script, without_libraries
-from pipros.workspace.executables import (
+from pipros_tools.launch.model import LaunchNode, Machine, WorkingFolder
+from pipros_tools.launch.nodelet_choice import why_not_loadable
+from pipros_tools.launch.ros2_node import ARGUMENT, ros2_arguments, why_no_rclpy
+from pipros_workspace.client_library import is_here, is_ros2_script, relayed_script, without_libraries
+from pipros_workspace.executables import (
     Executables,
     find_executables,
     list_executables,
     package_of_programs,
     why_not_built,
 )
-from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.program_start import command_of, environment_of, program_environment
-from pipros.workspace.script_interpreter import interpreter_of
+from pipros_workspace.index import Package, PackageIndex
+from pipros_workspace.program_start import command_of, environment_of, program_environment
+from pipros_workspace.script_interpreter import interpreter_of
 
 
 class CannotLaunch(PiprosError):
@@ -142,7 +142,7 @@ class CommandMaker:
             f"__name:={node.name}",
         ]
         if machine is not None:
-            from pipros.launch.ssh import remote_command
+            from pipros_tools.launch.ssh import remote_command
 
             argv = remote_command(machine, node, overlay, arguments)
             return NodeCommand(tuple(argv), self._environment, overlay, self._ros_home)
@@ -229,9 +229,9 @@ def _words(text: str, what: str, node: LaunchNode) -> list[str]:
 
 
 def _why_not_here(node: LaunchNode, package: Package | None = None) -> str | None:
-    """Return advice if the node is from a well-known C++ package.
+    """Return advice if the node is from a well-known package, or a program that pipros leaves out.
 
     `package` is None if the package was not found.
     """
     programs = list_executables(package) if package else None
-    return why_not_here(node.package, programs)
+    return why_not_here(node.package, programs, node.type)

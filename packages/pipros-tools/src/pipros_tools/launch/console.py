@@ -35,20 +35,12 @@ class Console:
         self._lock = threading.Lock()
 
     def open_log(self, file: Path) -> None:
-        """Copy all further output to this file.
-
-        Raises:
-            OSError: the file cannot be created, or another user may have planted it.
-        """
+        """Copy all further output to this file, as far as it can be written."""
         self._log = LogFile(file)
 
     def relay_to(self, relay: Callable[[str, bool], None]) -> None:
         """Pass the lines of `say`, `bold` and `error` to `relay(text, is_error)` instead of printing them."""
         self._relay = relay
-
-    @property
-    def has_log(self) -> bool:
-        return self._log is not None
 
     def close(self) -> None:
         """Close the log file. May be called repeatedly."""
@@ -78,13 +70,14 @@ class Console:
         if self._has_title:
             self._print(sys.stdout, f"\033]2;{text}\007")
 
-    def record(self, text: str, level: str = "INFO") -> None:
-        """Write a line only to the log file."""
+    def record(self, text: str, level: str = "INFO") -> bool:
+        """Write a line only to the log file. Return False if there is a log file that cannot be written."""
         with self._lock:
-            if self._log is not None:
-                now = time.time()
-                stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
-                self._log.write(f"[roslaunch][{level}] {stamp},{int(now * 1000) % 1000:03d}: {text}\n")
+            if self._log is None:
+                return True
+            now = time.time()
+            stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
+            return self._log.write(f"[roslaunch][{level}] {stamp},{int(now * 1000) % 1000:03d}: {text}\n")
 
     def _emit(self, stream: IO[str] | None, shown: str, text: str, *, is_error: bool = False) -> None:
         if self._relay is not None:

@@ -19,12 +19,16 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_end
-from pipros.basics.limits import limit_text, process_limits
-from pipros.launch.managed_node import ManagedNode
-from pipros.launch.model import LaunchError
-from pipros.launch.run import LaunchRun
 from pipros.net import local_requests
 from pipros.net.local_requests import LocalFailed, LocalServer
+from pipros_tools.launch.managed_node import ManagedNode
+from pipros_tools.launch.model import LaunchError
+from pipros_tools.launch.run import LaunchRun
+
+LAUNCH_ANSWER_BYTES = 4 * 1024 * 1024
+"""Limit: a response from roslaunch to the web page, with its nodes or one node's output. Beyond it, the page
+reports that roslaunch does not respond, and names the limit.
+"""
 
 MAX_NODES: Final = 1000
 OUTPUT_BYTES: Final = 65_536
@@ -104,9 +108,9 @@ def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
     Raises:
         LaunchUnavailable: the process has ended, does not respond, or refuses the request.
     """
-    limit = process_limits().launch_answer_bytes
+    limit = LAUNCH_ANSWER_BYTES
     try:
-        return local_requests.ask(_FOLDER, launch, request, limit, limit_text("launch_answer_bytes", limit))
+        return local_requests.ask(_FOLDER, launch, request, limit, f"the limit is {limit} bytes")
     except LocalFailed as error:
         text = f"roslaunch {launch} has ended" if error.has_ended else str(error)
         raise LaunchUnavailable(text.replace("process", "roslaunch", 1)) from None

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from pipros.basics.errors import NotFound
 from pipros.basics.similar_names import similar_names
-from pipros.launch.model import LaunchError
 from pipros.packages.well_known import why_not_here
-from pipros.workspace.index import Package, PackageIndex
+from pipros_tools.launch.model import LaunchError
+from pipros_workspace.index import Package, PackageIndex
 
 STDIN = "-"
 

@@ -54,7 +54,7 @@ class Guardian:
         """
         from pipros.basics import one_thread
 
-        if not _ON_POSIX or self._process is not None or one_thread.turns is not None:
+        if not _ON_POSIX or self._process is not None or not one_thread.has_threads():
             return
         import subprocess
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from pipros.basics import names
 from pipros.basics.env import Environment
-from pipros.launch.command import CommandMaker
-from pipros.launch.model import Argument, Launch, LaunchNode
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.command import CommandMaker
+from pipros_tools.launch.model import Argument, Launch, LaunchNode
+from pipros_workspace.index import PackageIndex
 
 
 def node_names(launch: Launch) -> list[str]:

@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.graph_variables import InvalidEnvironment
-from pipros.basics.input_file import read_file
+from pipros.basics.input_file import open_file, read_file
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
-from pipros.launch.budget import LaunchBudget
-from pipros.launch.substitute import FindResource, anonymous_name
 from pipros.packages.well_known import why_not_here
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.overlays import built_workspaces
-from pipros.workspace.program_start import program_environment, starter_of
+from pipros_tools.launch.budget import LaunchBudget
+from pipros_tools.launch.substitute import FindResource, anonymous_name
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.overlays import built_workspaces
+from pipros_workspace.program_start import program_environment, starter_of
 
 if TYPE_CHECKING:
     import subprocess
@@ -69,6 +69,10 @@ class LoadContext(NamedTuple):
         if ON_WINDOWS:  # launch files use $(env HOME), which Windows does not set
             variables = ChainMap(os.environ, {"HOME": os.path.expanduser("~")})
         return cls(find, variables, anonymous_name, _read_file, _run_command)
+
+    def without_commands(self) -> LoadContext:
+        """Return a context for programs that only read launch files: it runs none of their commands."""
+        return self._replace(run_command=NotRun)
 
     def within(self, budget: LaunchBudget) -> LoadContext:
         """Return a context whose functions raise OverBudget if they read more than `budget` allows."""
@@ -117,6 +121,8 @@ def _run_command(command_line: str) -> str:
     command = split_words(command_line)
     if not command:
         raise CommandFailed("the command is empty")
+    if os.path.basename(command[0]) in ("xacro", "xacro.py"):
+        _check_files(command)
     encoding = {"PYTHONIOENCODING": "utf-8"} if ON_WINDOWS else {}  # instead of the code page
     environment = program_environment({**encoding, **os.environ})  # run xacro with pipros's Python
     try:
@@ -135,6 +141,15 @@ def _run_command(command_line: str) -> str:
         return printed.decode()
     except UnicodeDecodeError as error:
         raise CommandFailed(f"command [{command}] printed bytes that are not UTF-8: {error}") from None
+
+
+def _check_files(command: list[str]) -> None:
+    """Raise CommandFailed if an argument is a pipe, a folder or a device, for which xacro could wait."""
+    for word in filter(os.path.exists, command[1:]):
+        try:
+            open_file(word).close()
+        except OSError as error:
+            raise CommandFailed(f"cannot read [{word}]: {error.strerror} [{command}]") from None
 
 
 def _read_output(process: subprocess.Popen[bytes], command: list[str]) -> bytes:

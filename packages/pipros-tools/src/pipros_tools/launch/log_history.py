@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.input_file import read_end
-from pipros.launch.run_id import is_run_id
+from pipros_tools.launch.run_id import is_run_id
 
 FILE_BYTES = 1_000_000
 """Number of bytes that are read from the end of the file."""

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.basics.log_file import refuse_planted_link
-from pipros.launch.console import Console
+from pipros.basics.log_file import UntrustedFile, refuse_planted_link, warn_unwritable
+from pipros_tools.launch.console import Console
 
 _GIGABYTE = 1_000_000_000
 
@@ -22,28 +22,44 @@ _ALWAYS_MEASURED = 100
 
 
 class LogFolderUnusable(PiprosError):
-    """Log files cannot be written to the configured folder."""
+    """Another user could redirect the log files of a run."""
 
 
 class LogFolder(NamedTuple):
-    """The folder for the log files of all processes in one run. `path` exists."""
+    """The folder for the log files of all processes in one run.
+
+    Attributes:
+        path: the folder.
+        is_usable: whether files could be written to it at the start. Otherwise, for example because the disk
+            is full, the launcher and the nodes write to the console only, as the user has been warned.
+    """
 
     path: Path
+    is_usable: bool = True
 
     @classmethod
     def of_run(cls, environment: Environment, run_id: str) -> LogFolder:
-        """Create a run's folder and point `latest` to it.
+        """Create a run's folder and point `latest` to it. Warn if it cannot be written to.
 
         Raises:
-            LogFolderUnusable: the folder cannot be created; the error says what to do.
+            LogFolderUnusable: another user has planted a link with the folder's name.
         """
         root = environment.log_dir.absolute()
         folder = root / run_id
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            refuse_planted_link(folder)
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            finally:
+                with suppress(FileNotFoundError, NotADirectoryError):
+                    refuse_planted_link(folder)
+            _write_probe(folder)
+        except UntrustedFile as error:
+            raise LogFolderUnusable(
+                f"cannot write log files to [{folder}]: {error.strerror}. Set ROS_LOG_DIR to another folder"
+            ) from None
         except OSError as error:
-            raise _unusable(folder, error) from None
+            warn_unwritable(folder / "*.log", error)
+            return cls(folder, is_usable=False)
         if run_id:
             _point_latest(root / "latest", folder)
         return cls(folder)
@@ -55,22 +71,6 @@ class LogFolder(NamedTuple):
     def stem(self, process_name: str) -> str:
         """Return the path of a process's log files without suffix; `g/talker-2` becomes `…/g-talker-2`."""
         return str(self.path / process_name.replace("/", "-"))
-
-    def check_writable(self) -> None:
-        """Check that the folder is writable by writing a small file and deleting it.
-
-        Raises:
-            LogFolderUnusable: no file can be created in the folder, or the disk is full.
-        """
-        probe = self.path / f".pipros-{os.urandom(8).hex()}"
-        try:
-            with probe.open("xb") as file:
-                file.write(b"\0" * 4096)
-        except OSError as error:
-            raise _unusable(self.path, error) from None
-        finally:
-            with suppress(OSError):
-                probe.unlink()
 
 
 class LauncherLog(NamedTuple):
@@ -86,25 +86,28 @@ class LauncherLog(NamedTuple):
 
     @classmethod
     def open(cls, environment: Environment, run_id: str, console: Console) -> LauncherLog:
-        """Create a run's folder, and copy the console's output to a file in it.
+        """Create a run's folder, and copy the console's output to a file in it, if possible.
 
         Raises:
-            LogFolderUnusable: the folder cannot be written to; the error says what to do.
-            OSError: the file cannot be opened.
+            LogFolderUnusable: see `LogFolder.of_run`.
         """
         folder = LogFolder.of_run(environment, run_id)
-        folder.check_writable()
         file = folder.file_of_launcher()
         console.open_log(file)
-        console.say(f"... logging to {file}")
+        if folder.is_usable:
+            console.say(f"... logging to {file}")
         return cls(folder, file)
 
 
-def _unusable(folder: Path, error: OSError) -> LogFolderUnusable:
-    return LogFolderUnusable(
-        f"cannot write log files to [{folder}]: {error.strerror}. Free some space or fix the permissions, "
-        "or set ROS_LOG_DIR to another folder"
-    )
+def _write_probe(folder: Path) -> None:
+    """Write a small file and delete it, because a file may be created on a full disk. Raises OSError."""
+    probe = folder / f".pipros-{os.urandom(8).hex()}"
+    try:
+        with probe.open("xb") as file:
+            file.write(b"\0" * 4096)
+    finally:
+        with suppress(OSError):
+            probe.unlink()
 
 
 def _point_latest(link: Path, folder: Path) -> None:

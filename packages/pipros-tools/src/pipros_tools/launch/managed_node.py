@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
-from pipros.launch.command import NodeCommand
-from pipros.launch.model import LaunchNode, Output
-from pipros.launch.process import NodeProcess
+from pipros_tools.launch.command import NodeCommand
+from pipros_tools.launch.model import LaunchNode, Output
+from pipros_tools.launch.process import NodeProcess
 
 
 class ProcessInfo(NamedTuple):

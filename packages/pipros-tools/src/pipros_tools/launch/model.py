@@ -150,7 +150,7 @@ class Argument(NamedTuple):
     name: str
     default: str | None = None
     value: str | None = None
-    doc: str = ""
+    doc: str | None = None
 
     @property
     def is_required(self) -> bool:

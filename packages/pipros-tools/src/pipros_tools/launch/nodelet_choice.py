@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 from pipros.basics import names
 from pipros.basics.words import split_words
-from pipros.launch.model import Launch, LaunchNode
 from pipros.packages.nodelets import (
     CHOICE_VARIABLE,
     GENUINE,
@@ -23,7 +22,8 @@ from pipros.packages.nodelets import (
     python_nodelet,
 )
 from pipros.packages.well_known import why_no_nodelet
-from pipros.workspace.compiled_nodelets import loadable_nodelets
+from pipros_tools.launch.model import Launch, LaunchNode
+from pipros_workspace.compiled_nodelets import loadable_nodelets
 
 _WHY_MIXED = (
     f"The nodelet {{}} is a C++ plugin, but its manager is in Python, because {CHOICE_VARIABLE} says so, or "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.basics.names import is_global, leaves_below
+from pipros.basics.names import is_global, is_private, leaves_below
 
 
 def convert(text: str, type_name: str, source: str = "<param>") -> Any:
@@ -69,7 +69,8 @@ def _automatic(text: str) -> Any:
 def flatten(key: str, value: Any) -> dict[str, Any]:
     """Flatten a tree of parameters to names and values; empty dictionaries are dropped.
 
-    As in Noetic, a key that is a global name is the name of that parameter, wherever the tree is stored.
+    As in Noetic, a key that is a global name is the name of that parameter, wherever the tree is stored. So
+    is a private name, `~x`.
 
     Raises:
         InvalidKey: a key is not a string; XML-RPC allows only strings as keys.
@@ -81,7 +82,7 @@ def flatten(key: str, value: Any) -> dict[str, Any]:
 
 
 def _below(namespace: str, key: str) -> str:
-    if is_global(key):
+    if is_global(key) or is_private(key):
         return key.rstrip("/")
     return f"{namespace.rstrip('/')}/{key.rstrip('/')}" if namespace else key.rstrip("/")
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from pipros.basics.errors import Refused
-from pipros.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
+from pipros.basics.replaced_file import write_whole
 from pipros.net.master_client import MasterClient
+from pipros_tools.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
 
 CALLER_ID = "/roslaunch"
 
@@ -59,7 +60,7 @@ def _run(command: ParameterCommand, client: ParameterServer) -> None:
     text = yaml.safe_dump(tree)
     try:
         if command.file:
-            Path(command.file).write_text(text, "utf-8")
+            write_whole(Path(command.file), text.encode())
         else:
             print(text, end="")
     except OSError as error:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pipros.launch.model import LaunchNode, Machine
 from pipros.net.this_machine import is_this_machine
+from pipros_tools.launch.model import LaunchNode, Machine
 
 
 class Placement:

@@ -13,13 +13,15 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from pipros.basics import one_thread
-from pipros.basics.log_file import open_to_write
+from pipros.basics.input_file import open_file
+from pipros.basics.log_file import open_to_write, warn_unwritable
 from pipros.basics.posix import NEW_GROUP, interrupt, signal_group
+from pipros.basics.warn_once import warn_once
 from pipros.basics.windows import ON_WINDOWS, check_working_folder
-from pipros.launch.command import CannotLaunch, CannotStart, NodeCommand
-from pipros.launch.guardian import SIGKILL, Guardian
-from pipros.launch.output_prefix import PrefixedOutput
-from pipros.workspace.program_start import has_windows_line_ends, is_left_to_env, why_not_startable
+from pipros_tools.launch.command import CannotLaunch, CannotStart, NodeCommand
+from pipros_tools.launch.guardian import SIGKILL, Guardian
+from pipros_tools.launch.output_prefix import PrefixedOutput
+from pipros_workspace.program_start import has_windows_line_ends, is_left_to_env, why_not_startable
 
 if TYPE_CHECKING:
     from pipros.basics.windows_job import Job
@@ -80,10 +82,7 @@ class NodeProcess:
                 self._job = Job(self.pid)
         self._has_group = True
         guardian.started(self.pid)
-        if one_thread.turns is None:
-            threading.Thread(target=self._wait, name=f"wait for {name}", daemon=True).start()
-        else:
-            one_thread.turns.repeat(self._look)
+        one_thread.start_work(self._wait, self._look, name=f"wait for {name}")
 
     @property
     def exit_code(self) -> int | None:
@@ -160,16 +159,13 @@ def _start(
     ours = None if prefixed is None else prefixed.write_end
     try:
         _check_first_line(command)
-        command.folder.mkdir(parents=True, exist_ok=True)
-        check_working_folder(str(command.folder))
         with ExitStack() as files:
-            stdout, stderr = [
-                ours if log is None else files.enter_context(_opened(log, append=is_again)) for log in logs
-            ]
+            opened = [None if log is None else _opened(log, append=is_again) for log in logs]
+            stdout, stderr = [ours if file is None else files.enter_context(file) for file in opened]
             return subprocess.Popen(  # noqa: S603
                 command.argv,
                 env=dict(command.environment),
-                cwd=command.folder,
+                cwd=_working_folder(command.folder),
                 stdout=stdout,
                 stderr=stderr,
                 start_new_session=True,
@@ -183,8 +179,27 @@ def _start(
             prefixed.started()
 
 
-def _opened(log: Path, *, append: bool) -> IO[bytes]:
-    return open(open_to_write(log, append=append), "wb")
+def _opened(log: Path, *, append: bool) -> IO[bytes] | None:
+    """Open a file for a node's output; None, the console instead, if that fails."""
+    try:
+        return open(open_to_write(log, append=append), "wb")
+    except OSError as error:
+        warn_unwritable(log, error)
+        return None
+
+
+def _working_folder(folder: Path) -> Path | None:
+    """Create the folder in which a node starts; None, the launcher's own folder, if that is impossible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        os.scandir(folder).close()
+    except OSError as error:
+        warn_once(
+            f"WARNING: nodes start in [{os.getcwd()}], because [{folder}] is unusable: {error.strerror}"
+        )
+        return None
+    check_working_folder(str(folder))
+    return folder
 
 
 def _check_first_line(command: NodeCommand) -> None:
@@ -224,7 +239,7 @@ def _is_group_alive(group: int) -> bool:
 def last_lines(file: Path, count: int = 5, limit_bytes: int = 4096) -> list[str]:
     """Return the last `count` non-blank lines among the last `limit_bytes` of a log file."""
     try:
-        with file.open("rb") as log:
+        with open_file(file) as log:
             log.seek(0, os.SEEK_END)
             log.seek(max(0, log.tell() - limit_bytes))
             tail = log.read().decode("utf-8", "replace")

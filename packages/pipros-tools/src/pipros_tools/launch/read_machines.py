@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from pipros.launch.model import Machine
-from pipros.launch.reader import ElementReader
+from pipros_tools.launch.model import Machine
+from pipros_tools.launch.reader import ElementReader
 
-_BEFORE_FUERTE = ("ros-root", "ros-package-path", "ros-ip", "ros-host-name")
+_BEFORE_FUERTE = ("ros-root", "ros-package-path", "ros-ip", "ros-hostname")
 
 
 def read_machine(reader: ElementReader) -> None:
@@ -13,7 +13,7 @@ def read_machine(reader: ElementReader) -> None:
 
     A default machine becomes the machine of later nodes without a `machine` attribute.
     """
-    if any(map(reader.has, _BEFORE_FUERTE)):
+    if any(map(reader.text, _BEFORE_FUERTE)):
         raise reader.error(
             "<machine>: ros-* attributes are not supported since ROS Fuerte.\nPlease use env-loader instead."
         )
@@ -21,6 +21,8 @@ def read_machine(reader: ElementReader) -> None:
         raise reader.error(
             "<machine>: <env> tag is not supported since ROS Fuerte.\nPlease use env-loader instead."
         )
+    for child in reader.children():
+        reader.warn(f"unrecognized '{child.tag}' tag in <machine> tag in {child.place}")
     reader.allow("name", "address", "ssh-port", "env-loader", "user", "password", "default", "timeout")
     default = (reader.text("default") or "false").lower()
     if default not in ("true", "false", "never"):
@@ -44,7 +46,7 @@ def read_machine(reader: ElementReader) -> None:
 
 
 def _ssh_port(reader: ElementReader) -> int:
-    text = reader.text("ssh-port") or "22"
+    text = (reader.text("ssh-port") or "22").strip()
     if not text.isdecimal() or not 0 < int(text) < 65536:
         raise reader.error(f"'ssh-port' must be a port number: [{text}]")
     return int(text)

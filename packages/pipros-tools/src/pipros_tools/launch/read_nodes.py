@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from pipros.basics import names
-from pipros.launch.model import LaunchError, LaunchNode, Output, Test, WorkingFolder
-from pipros.launch.read_params import read_param, read_rosparam
-from pipros.launch.read_scope import read_env, read_remap
-from pipros.launch.reader import ElementReader
-from pipros.launch.ros2_node import ARGUMENT as ROS2_PYTHON
-from pipros.launch.scope import LaunchScope
+from pipros_tools.launch.model import LaunchError, LaunchNode, Output, Test, WorkingFolder
+from pipros_tools.launch.read_params import read_param, read_rosparam
+from pipros_tools.launch.read_scope import read_env, read_remap
+from pipros_tools.launch.reader import ElementReader
+from pipros_tools.launch.ros2_node import ARGUMENT as ROS2_PYTHON
+from pipros_tools.launch.scope import LaunchScope
 
 _SHARED = ("pkg", "type", "machine", "args", "ns", "clear_params", "cwd", "launch-prefix", "required")
 _NODE_ONLY = ("name", "respawn", "respawn_delay", "output")
@@ -43,11 +43,13 @@ def read_test(reader: ElementReader) -> None:
     reader.allow(*_SHARED, *_TEST_ONLY, *_REFUSED_IN_TEST)
     try:
         test_name = reader.required("test-name")
+        reader.flag("required")  # it has no effect, but Noetic refuses an invalid value
         for refused in _REFUSED_IN_TEST:
             if reader.has(refused):
                 raise reader.error(f"<test> tags cannot have '{refused}' attribute")
         node = replace(_read(reader, reader.text("name") or test_name), output=Output.LOG)
-        test = Test(node, test_name, reader.positive("time-limit", 60.0), reader.whole_number("retry", 0))
+        limit_s = reader.positive("time-limit", 60.0) if reader.text("time-limit") else 60.0
+        test = Test(node, test_name, limit_s, reader.whole_number("retry", 0))
     except LaunchError as error:
         raise _invalid(error, "test") from error.__cause__
     reader.builder.add_test(test)
@@ -63,12 +65,15 @@ def _read(reader: ElementReader, name: str) -> LaunchNode:
             f"This will likely cause problems with other ROS tools.\nThe node is in {reader.place}"
         )
     package, type_name = reader.required("pkg"), reader.required("type")
-    if not package:
+    if not package.strip():
         raise reader.error("package must be non-empty")
-    if not type_name:
+    if not type_name.strip():
         raise reader.error("type must be non-empty")
     inner = reader.open_namespace()
-    private = inner.child(name)
+    try:
+        private = inner.child(name)
+    except ValueError as error:
+        raise reader.error(str(error)) from None
     if reader.text("clear_params") and reader.flag("clear_params"):
         reader.builder.clear_params(private.namespace)
     machine = reader.text("machine") or reader.scope.default_machine
@@ -104,33 +109,30 @@ def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchSco
     order in the file. Private parameters declared outside of nodes, which apply to every node, are set before
     both.
     """
+    reader.builder.use_private(inner.private_params)
     params: dict[str, Any] = {
-        private.resolve_param(key[1:]): value for key, value in inner.private_params.items()
+        private.resolve_private(key): value for key, value in inner.private_params.items()
     }
     for child in reader.inside(inner).children():
-        if child.tag not in ("param", "rosparam", "remap", "env"):
+        tag = child.tag.lower()  # Noetic ignores the case of these tags, and only of these
+        if tag not in ("param", "rosparam", "remap", "env"):
             child.warn(f"WARN: unrecognized '{child.tag}' child tag in the parent tag element: "
                        f"<{reader.tag}> in {child.place}")  # fmt: skip
         elif not child.is_wanted():
             continue
-        elif child.tag == "remap":
+        elif tag == "remap":
             read_remap(child)
-        elif child.tag == "env":
+        elif tag == "env":
             read_env(child)
-        elif child.tag == "param":
+        elif tag == "param":
             # As in Noetic, even a name with a leading slash is private inside a node.
             name, value = read_param(child.inside(private))
             params[private.resolve_param(name.lstrip("~/"))] = value
         else:
-            for key, value in read_rosparam(child.inside(private)).items():
-                reader.builder.add_param(_of_node(private, key), value)
+            for key, value in read_rosparam(child.inside(private), is_in_node=True).items():
+                reader.builder.add_param(private.resolve_private(key), value)
     for key, value in params.items():
         reader.builder.add_param(key, value)
-
-
-def _of_node(private: LaunchScope, key: str) -> str:
-    """Return the full name of a parameter. Inside a node, `~name` is private to the node, like `name`."""
-    return private.resolve_param(key[1:]) if names.is_private(key) else key
 
 
 def _invalid(error: LaunchError, tag: str) -> LaunchError:

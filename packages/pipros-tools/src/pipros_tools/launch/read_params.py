@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from pipros.basics import names
-from pipros.launch.load_context import NotRun
-from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
-from pipros.launch.param_types import convert, parameters_in
-from pipros.launch.reader import ElementReader
+from pipros_tools.launch.load_context import NotRun
+from pipros_tools.launch.model import LaunchError, ParameterAction, ParameterCommand
+from pipros_tools.launch.param_types import convert, parameters_in
+from pipros_tools.launch.reader import ElementReader
 
 _PARAM_SOURCES = ("value", "textfile", "binfile", "command")
 
@@ -45,12 +45,15 @@ def _run(reader: ElementReader, name: str, command: str) -> str:
         raise ValueError(f"Cannot load command parameter [{key}]: {error}") from error
 
 
-def read_rosparam(reader: ElementReader) -> dict[str, Any]:
+def read_rosparam(reader: ElementReader, *, is_in_node: bool = False) -> dict[str, Any]:
     """Return the parameters that a `<rosparam>` loads, by name.
 
-    If the element dumps or deletes parameters, add that command to the launch.
+    If the element dumps or deletes parameters, add that command to the launch. A name that starts with `~`
+    is private to the node in which the element is, or to each later node. This differs from Noetic, which
+    sets a parameter with a tilde in its name, which no node can read.
     """
     reader.allow("command", "file", "param", "ns", "subst_value")
+    has_substitutions = reader.flag("subst_value")
     command = reader.text("command") or "load"
     file = reader.text("file")
     if command not in ("load", "dump", "delete"):
@@ -61,6 +64,8 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
         if command == "delete" and file is not None:
             raise _error(reader, "'file' attribute is invalid with 'delete' command.")
         key = reader.scope.resolve_param(param)
+        if is_in_node:
+            key = reader.scope.resolve_private(key)
         if not reader.text("param"):
             try:
                 key = names.make_global_namespace(key)
@@ -68,10 +73,10 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
                 raise _error(reader, str(error)) from None
         reader.builder.add_command(ParameterCommand(ParameterAction(command), key, file or ""))
         return {}
-    return _load(reader, param, file)
+    return _load(reader, param, file, has_substitutions=has_substitutions)
 
 
-def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
+def _load(reader: ElementReader, param: str, file: str | None, *, has_substitutions: bool) -> dict[str, Any]:
     # imported here, because the import takes 10 ms and few launch files need it
     from pipros.safe.yaml import YamlError
 
@@ -87,7 +92,7 @@ def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]
             raise _error(reader, f"cannot read [{file}]: {error.strerror or error}") from None
         except ValueError as error:  # not UTF-8, or over the launch's budget
             raise _error(reader, f"cannot read [{file}]: {error}") from None
-    if reader.flag("subst_value"):
+    if has_substitutions:
         text = reader.resolve(text)
     if not text.strip():
         return {}

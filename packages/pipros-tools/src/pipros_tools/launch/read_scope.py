@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from pipros.launch.model import Argument, LaunchError
-from pipros.launch.reader import ElementReader
+from collections.abc import Mapping
+
+from pipros_tools.launch.model import Argument, LaunchError
+from pipros_tools.launch.reader import ElementReader
 
 
 def read_remap(reader: ElementReader) -> None:
@@ -31,43 +33,52 @@ def read_env(reader: ElementReader) -> None:
 
 def read_arg(reader: ElementReader) -> Argument:
     """Read an `<arg>`, declare the argument in the scope, and return it."""
-    reader.allow("name", "value", "default", "doc")
+    argument = _argument(reader)
     try:
-        _refuse_value_and_default(reader)
-        argument = Argument(
-            reader.required("name"),
-            reader.text("default"),
-            reader.text("value"),
-            reader.element.attributes.get("doc", ""),
-        )
         reader.scope.declare(argument)
-    except LaunchError as error:
-        raise LaunchError(f"Invalid <arg> tag: {error.reason}", error.places, error.element) from None
     except ValueError as error:
         raise reader.error(f"Invalid <arg> tag: {error}.") from None
     return argument
 
 
-def read_included_arguments(reader: ElementReader) -> dict[str, str | None]:
-    """Return the values of the `<arg>`s inside an `<include>`, by name, and add its `<env>`s to the scope."""
+def read_included_arguments(
+    reader: ElementReader, passed: Mapping[str, str | None] | None
+) -> dict[str, str | None]:
+    """Return the values of the `<arg>`s inside an `<include>`, by name, and add its `<env>`s to the scope.
+
+    `passed` is the arguments that `pass_all_args` passes; None without it. As in Noetic, an `<arg>` may only
+    be repeated with `pass_all_args`, where a `default` does not replace a passed value.
+    """
     given: dict[str, str | None] = {}
     for child in reader.children():
-        if child.tag not in ("arg", "env"):
+        if child.tag.lower() not in ("arg", "env"):
             child.warn(f"unrecognized '{child.tag}' tag in <include> tag in {child.place}")
         elif not child.is_wanted():
             continue
-        elif child.tag == "env":
+        elif child.tag.lower() == "env":
             read_env(child)
         else:
-            name = child.required("name")
-            _refuse_value_and_default(child)
-            value = child.text("value") if child.has("value") else child.text("default")
+            name, default, value, _ = _argument(child)
+            if name in given and passed is None:
+                raise child.error(f"Invalid <arg> tag: arg '{name}' has already been declared.")
+            if value is None:
+                value = given.get(name, (passed or {}).get(name))
+            value = default if value is None else value
             if value is None:
                 raise child.error("include args must have declared values")
             given[name] = value
     return given
 
 
-def _refuse_value_and_default(reader: ElementReader) -> None:
-    if reader.has("value") and reader.has("default"):
-        raise reader.error("<arg> tag must have one and only one of value/default.")
+def _argument(reader: ElementReader) -> Argument:
+    reader.allow("name", "value", "default", "doc")
+    try:
+        if reader.has("value") and reader.has("default"):
+            raise reader.error("<arg> tag must have one and only one of value/default.")
+        return Argument(
+            reader.required("name"), reader.text("default"), reader.text("value"), reader.text("doc")
+        )
+    except LaunchError as error:
+        raise LaunchError(
+            f"Invalid <arg> tag: {error.reason}", error.places, error.element
+        ) from error.__cause__

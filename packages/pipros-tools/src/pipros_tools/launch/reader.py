@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple, TypeVar
 
-from pipros.launch.builder import LaunchBuilder
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
-from pipros.launch.param_types import convert_bool
-from pipros.launch.scope import LaunchScope
-from pipros.launch.substitute import UnsetArgument
 from pipros.safe.xml import Element
+from pipros_tools.launch.builder import LaunchBuilder
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import LaunchError, Output, Place, WorkingFolder
+from pipros_tools.launch.param_types import convert_bool
+from pipros_tools.launch.scope import LaunchScope
+from pipros_tools.launch.substitute import UnsetArgument
 
 _SHOWN_CHARACTERS = 200
 

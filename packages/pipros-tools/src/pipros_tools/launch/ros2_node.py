@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from typing import Any
 
-from pipros.launch.model import LaunchNode
+from pipros_tools.launch.model import LaunchNode
 
 ARGUMENT = "ros2_python"
 """The argument of a launch file that names the Python with rclpy."""

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.env import Environment
-from pipros.launch.run_id import new_run_id
 from pipros.master.options import MasterOptions
+from pipros_tools.launch.run_id import new_run_id
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

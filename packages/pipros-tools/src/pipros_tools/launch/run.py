@@ -9,6 +9,7 @@ threads may start and stop nodes in the meantime.
 from __future__ import annotations
 
 import itertools
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -17,17 +18,17 @@ from pathlib import Path
 from queue import SimpleQueue
 
 from pipros.basics.interruptible_wait import SLICE_S, get_within_slice, wait_in_slices
-from pipros.launch.command import CannotLaunch, CannotStart, CommandMaker
-from pipros.launch.console import Console
-from pipros.launch.guardian import Guardian
-from pipros.launch.logs import LogFolder
-from pipros.launch.managed_node import AfterExit, ManagedNode, ProcessInfo
-from pipros.launch.model import Launch, LaunchError, LaunchNode, Output
-from pipros.launch.nodelet_choice import with_choices
-from pipros.launch.param_upload import apply_parameters
-from pipros.launch.placement import Placement
-from pipros.launch.process import NodeProcess
-from pipros.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end, report_end
+from pipros_tools.launch.command import CannotLaunch, CannotStart, CommandMaker
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.guardian import Guardian
+from pipros_tools.launch.logs import LogFolder
+from pipros_tools.launch.managed_node import AfterExit, ManagedNode, ProcessInfo
+from pipros_tools.launch.model import Launch, LaunchError, LaunchNode, Output
+from pipros_tools.launch.nodelet_choice import with_choices
+from pipros_tools.launch.param_upload import apply_parameters
+from pipros_tools.launch.placement import Placement
+from pipros_tools.launch.process import NodeProcess
+from pipros_tools.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end, report_end
 
 _CHECK_EVERY_S = 0.2
 
@@ -360,15 +361,15 @@ class LaunchRun:
         managed.restart_at = None if managed.is_stopped else time.monotonic()
 
     def _start(self, managed: ManagedNode) -> None:
-        stem, is_logged = self._logs.stem(managed.name), managed.output is Output.LOG
+        is_logged, is_child = managed.output is Output.LOG, self._options.is_child
         is_again = managed.restart_at is not None
         managed.restart_at = None
         managed.is_stopped = False
         managed.process = managed.latest = NodeProcess(
             managed.name,
             managed.command,
-            stdout_log=Path(f"{stem}-stdout.log") if is_logged or self._options.is_child else None,
-            stderr_log=Path(f"{stem}-stderr.log") if is_logged and self._options.is_child else None,
+            stdout_log=self._output_file(managed, "stdout") if is_logged or is_child else None,
+            stderr_log=self._output_file(managed, "stderr") if is_logged and is_child else None,
             guardian=self._guardian,
             on_exit=self._events.put,
             restarts=is_again,
@@ -376,6 +377,12 @@ class LaunchRun:
         )
         managed.spawn_count += 1
         self._console.bold(f"process[{managed.name}]: started with pid [{managed.process.pid}]")
+
+    def _output_file(self, managed: ManagedNode, stream: str) -> Path | None:
+        """Return the file for a node's output; None, the console, if the folder was unusable at the start."""
+        if self._logs.is_usable:
+            return Path(f"{self._logs.stem(managed.name)}-{stream}.log")
+        return Path(os.devnull) if self._options.is_child else None
 
     @property
     def _is_running(self) -> bool:

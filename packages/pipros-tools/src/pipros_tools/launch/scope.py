@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pipros.basics import names
-from pipros.launch.model import Argument
-from pipros.launch.substitute import Substitution
+from pipros_tools.launch.model import Argument
+from pipros_tools.launch.substitute import Substitution
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -104,6 +104,10 @@ class LaunchScope:
         if names.is_private(name):
             return names.canonicalize(name)
         return names.canonicalize(names.join(self.namespace, name)) or "/"
+
+    def resolve_private(self, key: str) -> str:
+        """Return the full name of a resolved parameter in a node's scope, to which `~name` is private."""
+        return self.resolve_param(key[1:].lstrip("/")) if names.is_private(key) else key
 
     def _below(self, namespace: str) -> str:
         if not namespace:

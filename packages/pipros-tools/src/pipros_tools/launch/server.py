@@ -8,13 +8,13 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.launch.managed_node import ProcessInfo
-from pipros.launch.model import LaunchError
 from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import Method, RpcServer
 from pipros.net.this_machine import ThisMachineCaller
+from pipros_tools.launch.managed_node import ProcessInfo
+from pipros_tools.launch.model import LaunchError
 
 
 class LaunchServer:

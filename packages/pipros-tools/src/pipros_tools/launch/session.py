@@ -14,29 +14,35 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import pipros
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.launch.announcements import announce_launch, summary, warn_about_arguments, warn_about_machines
-from pipros.launch.command import CommandMaker
-from pipros.launch.console import Console
-from pipros.launch.find_launch_files import STDIN
-from pipros.launch.load_context import LoadContext
-from pipros.launch.logs import LauncherLog, disk_usage_report
-from pipros.launch.managed_node import ProcessInfo
-from pipros.launch.model import Launch
-from pipros.launch.param_upload import CALLER_ID
-from pipros.launch.placement import Placement
-from pipros.launch.roscore import ROS_COMM_VERSION, STANDARD_PARAMETERS
-from pipros.launch.run import LaunchRun, RunOptions
-from pipros.launch.server import LaunchServer
-from pipros.launch.session_master import SessionMaster, choose_run_id
-from pipros.launch.xml import load
 from pipros.master.options import MasterOptions
 from pipros.net.master_client import MasterClient
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.announcements import (
+    announce_launch,
+    summary,
+    warn_about_arguments,
+    warn_about_machines,
+)
+from pipros_tools.launch.command import CommandMaker
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.find_launch_files import STDIN
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.logs import LauncherLog, disk_usage_report
+from pipros_tools.launch.managed_node import ProcessInfo
+from pipros_tools.launch.model import Launch
+from pipros_tools.launch.param_upload import CALLER_ID
+from pipros_tools.launch.placement import Placement
+from pipros_tools.launch.roscore import ROS_COMM_VERSION, STANDARD_PARAMETERS
+from pipros_tools.launch.run import LaunchRun, RunOptions
+from pipros_tools.launch.server import LaunchServer
+from pipros_tools.launch.session_master import SessionMaster, choose_run_id
+from pipros_tools.launch.xml import load
+from pipros_workspace.index import PackageIndex
 
 if TYPE_CHECKING:
-    from pipros.launch.control import LaunchControl
+    from pipros_tools.launch.control import LaunchControl
 
 _OWN_ADDRESS_TIMEOUT_S = 5.0
 
@@ -249,7 +255,7 @@ class LaunchSession:
         server.check_address(_OWN_ADDRESS_TIMEOUT_S)
         self._console.bold(f"started roslaunch server {server.uri}")
         if self._options.is_core:
-            self._console.say(f"ros_comm version {ROS_COMM_VERSION}")
+            self._console.say(f"ros_comm version {ROS_COMM_VERSION}\npipros version {pipros.__version__}")
 
     def _processes(self) -> Sequence[ProcessInfo]:
         return self._run.processes() if self._run is not None else ()
@@ -311,7 +317,7 @@ class LaunchSession:
 
     def _open_control(self, run_id: str) -> None:
         """Let pipros's web page stop and restart nodes. Called once the nodes have been started."""
-        from pipros.launch.control import LaunchControl
+        from pipros_tools.launch.control import LaunchControl
 
         control = LaunchControl(run_id, self._files, self.run)
         try:

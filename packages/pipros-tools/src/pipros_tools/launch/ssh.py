@@ -11,7 +11,7 @@ import math
 import shlex
 from collections.abc import Mapping, Sequence
 
-from pipros.launch.model import LaunchNode, Machine
+from pipros_tools.launch.model import LaunchNode, Machine
 
 
 def remote_command(

@@ -13,10 +13,15 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.basics.limits import limit_text
-from pipros.launch.budget import LaunchBudget
-from pipros.launch.param_types import convert
-from pipros.safe.expr import Expression, ExpressionError
+from pipros.safe.expr import Expression
+from pipros.safe.expr_walk import ExpressionError
+from pipros_tools.launch.budget import LaunchBudget
+from pipros_tools.launch.param_types import convert
+
+LAUNCH_INSERT_CHARACTERS = 1024 * 1024
+"""Limit: the text that all substitutions in one attribute or element insert. Beyond it, the launch file is
+refused; the error names the file and line.
+"""
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
@@ -80,9 +85,9 @@ class Substitution:
 
         Raises:
             SubstitutionError: a command is unknown or has the wrong number of words; a variable or argument
-                is unset; or the substitutions in this text insert more than `launch_insert_characters`
+                is unset; or the substitutions in this text insert more than `LAUNCH_INSERT_CHARACTERS`
                 characters.
-            OverBudget: the launch exceeds `launch_bytes`, which counts files, command outputs and
+            OverBudget: the launch exceeds `LAUNCH_BYTES`, which counts files, command outputs and
                 substitutions.
             ExpressionError: an `$(eval …)` is invalid.
             NotFound: a package is unknown.
@@ -104,7 +109,7 @@ class Substitution:
 
         Without this limit, a value would double with every `<arg>` that contains the previous one twice.
         """
-        limit = self.budget.limits.launch_insert_characters
+        limit = LAUNCH_INSERT_CHARACTERS
         inserted = 0
 
         def replacement(match: re.Match[str]) -> str:
@@ -113,8 +118,7 @@ class Substitution:
             inserted += len(text)
             if inserted > limit:
                 raise SubstitutionError(
-                    "the substitutions insert too many characters: "
-                    + limit_text("launch_insert_characters", limit)
+                    "the substitutions insert too many characters: " + f"the limit is {limit} characters"
                 )
             self.budget.add_bytes(len(text))
             return text

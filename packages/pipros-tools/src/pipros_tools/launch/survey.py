@@ -17,13 +17,14 @@ from typing import NamedTuple
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.input_file import read_file, read_text
-from pipros.launch.substitute import Substitution, anonymous_name
+from pipros.packages import shipped_folder
 from pipros.packages.apt_names import PLUGIN_PACKAGES, PROGRAM_PACKAGES
 from pipros.packages.nodelets import package_of, python_nodelet, shipped_nodelets
 from pipros.packages.system_packages import PROGRAM_FOLDER, SYSTEM_SHARE
 from pipros.safe.xml import Element, XmlError, parse
-from pipros.workspace.executables import find_executables
-from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
+from pipros_tools.launch.substitute import Substitution, anonymous_name
+from pipros_workspace.executables import find_executables
+from pipros_workspace.index import SHIPPED_FOLDERS, Package, PackageIndex
 
 COLUMNS = ("file", "in_package", "element", "pkg", "type", "nodelet", "language")
 CPP, PYTHON = "cpp", "py"
@@ -206,7 +207,7 @@ class Providers:
 
     def ships_package(self, name: str) -> bool:
         """Return whether pipros ships a package with this name, even if it lacks some of its programs."""
-        return name not in self._without and (SHARED_PACKAGES / name).is_dir()
+        return name not in self._without and shipped_folder(name) is not None
 
     def owner(self, use: Use) -> Owner:
         """Return who provides a program, plugin or package."""
@@ -243,7 +244,7 @@ def _path(package: Package, use: Use) -> Path | None:
 
 
 def _owner(path: Path) -> Owner:
-    if path.is_relative_to(SHARED_PACKAGES):
+    if any(map(path.is_relative_to, SHIPPED_FOLDERS)):
         return Owner.SHIPPED
     is_systems = any(map(path.is_relative_to, (SYSTEM_SHARE, PROGRAM_FOLDER)))
     return Owner.DEBIAN if is_systems else Owner.WORKSPACE

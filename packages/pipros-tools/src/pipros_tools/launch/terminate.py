@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from pipros.launch.console import Console
-from pipros.launch.guardian import SIGKILL
-from pipros.launch.process import SIGINT, SIGTERM, NodeProcess, last_lines
-from pipros.workspace.python2 import python2_advice
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.guardian import SIGKILL
+from pipros_tools.launch.process import SIGINT, SIGTERM, NodeProcess, last_lines
+from pipros_workspace.python2 import python2_advice
 
 SIGINT_TIMEOUT_S = 15.0
 SIGTERM_TIMEOUT_S = 2.0

@@ -10,19 +10,18 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 
 from pipros.basics import names
-from pipros.basics.limits import Limits, process_limits
-from pipros.launch.budget import LaunchBudget, OverBudget
-from pipros.launch.builder import LaunchBuilder
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, LaunchError, Place
-from pipros.launch.read_machines import read_machine
-from pipros.launch.read_nodes import read_node, read_test
-from pipros.launch.read_params import read_param, read_rosparam
-from pipros.launch.read_scope import read_arg, read_env, read_included_arguments, read_remap
-from pipros.launch.reader import ElementReader
-from pipros.launch.scope import LaunchScope
-from pipros.launch.substitute import Substitution, UnsetArgument
 from pipros.safe.xml import Element, XmlError, parse
+from pipros_tools.launch.budget import LaunchBudget, OverBudget
+from pipros_tools.launch.builder import LaunchBuilder
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import Launch, LaunchError, Place
+from pipros_tools.launch.read_machines import read_machine
+from pipros_tools.launch.read_nodes import read_node, read_test
+from pipros_tools.launch.read_params import read_param, read_rosparam
+from pipros_tools.launch.read_scope import read_arg, read_env, read_included_arguments, read_remap
+from pipros_tools.launch.reader import ElementReader
+from pipros_tools.launch.scope import LaunchScope
+from pipros_tools.launch.substitute import Substitution, UnsetArgument
 
 INCLUDE_LIMIT = 60
 """Maximum nesting of includes; deeper nesting is considered a cycle."""
@@ -38,7 +37,6 @@ def load(
     texts: Sequence[str] = (),
     unset_as: str | None = None,
     arguments_only: bool = False,
-    limits: Limits | None = None,
 ) -> Launch:
     """Load launch files into one `Launch`.
 
@@ -48,7 +46,6 @@ def load(
         unset_as: the value to use for unset arguments, for tools that only inspect the file; by default,
             unset arguments are an error.
         arguments_only: whether to read only these files' own `<arg>`s, not those in included files.
-        limits: defaults to the process-wide limits.
 
     Raises:
         LaunchError: a file is invalid. The error names the file, line and element.
@@ -58,7 +55,6 @@ def load(
         arguments or {},
         unset_as=unset_as,
         arguments_only=arguments_only,
-        limits=limits,
     )
     for file in files:
         loader.load_file(file)
@@ -85,17 +81,16 @@ class Loader:
         arguments_only: bool = False,
         skips_unset: bool = False,
         builder: LaunchBuilder | None = None,
-        limits: Limits | None = None,
     ) -> None:
         """Store the arguments. Files are read by `load_file`.
 
         Args:
-            unset_as, arguments_only, limits: see `load`.
+            unset_as, arguments_only: see `load`.
             skips_unset: whether to skip the rest of a file after the first use of an argument without a
                 value, as Noetic does if it checks a file without its arguments.
             builder: collects the contents; by default, an empty builder is used.
         """
-        self._budget = LaunchBudget(limits or process_limits())
+        self._budget = LaunchBudget()
         self._context = context.within(self._budget)
         self.arguments: dict[str, str | None] = dict(arguments)
         self._unset_as = unset_as
@@ -146,16 +141,20 @@ class Loader:
         return self._process_root(_parse(content, file), scope)
 
     def _process_root(self, root: Element, scope: LaunchScope) -> bool:
-        if root.tag != "launch":
+        if root.tag != "launch" or _has_launch(root):
             raise LaunchError(
-                "Invalid roslaunch XML syntax: no root <launch> tag",
+                "Invalid roslaunch XML syntax: no root <launch> tag"
+                if root.tag != "launch"
+                else "Invalid roslaunch XML syntax: a <launch> tag cannot be inside of another one",
                 [Place(scope.file, root.line, root.column)],
                 f"<{root.tag}>",
             )
-        if "deprecated" in root.attributes:
+        if root.attributes.get("deprecated"):
             self._builder.warn(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
         try:
-            self._process(ElementReader(root, scope, self._builder, self._context))
+            reader = ElementReader(root, scope, self._builder, self._context)
+            reader.is_wanted()  # as in Noetic, an invalid condition is an error; a valid one has no effect
+            self._process(reader)
         except LaunchError as error:
             if not self._skips_unset or not self._is_unset(error.__cause__):
                 raise
@@ -176,7 +175,7 @@ class Loader:
                 continue
             if process is None:
                 reader.warn(f"unrecognized tag {reader.tag} in {reader.place}")
-            elif reader.is_wanted():
+            elif reader.tag == "master" or reader.is_wanted():
                 process(self, reader)
 
     def _param(self, reader: ElementReader) -> None:
@@ -212,7 +211,7 @@ class Loader:
         _clear_params(reader, inner)
         pass_all = reader.flag("pass_all_args")
         outer = inner.child()
-        given = read_included_arguments(reader.inside(outer))
+        given = read_included_arguments(reader.inside(outer), inner.arguments if pass_all else None)
         passed = {**inner.arguments, **given} if pass_all else given
         folder = os.path.dirname(os.path.abspath(file))
         included = outer.included("", file, folder, passed, passed_all=pass_all)
@@ -255,6 +254,7 @@ _ELEMENTS: Mapping[str, Callable[[Loader, ElementReader], object]] = {
 def _set(reader: ElementReader, key: str, value: object) -> None:
     if names.is_private(key):
         reader.scope.private_params[key] = value
+        reader.builder.declare_private(key, reader.place)
     else:
         reader.builder.add_param(key, value)
 
@@ -267,6 +267,10 @@ def _clear_params(reader: ElementReader, inner: LaunchScope) -> None:
     if inner.namespace == "/":
         raise reader.error("'clear_params' in the namespace / would delete all parameters")
     reader.builder.clear_params(inner.namespace)
+
+
+def _has_launch(element: Element) -> bool:
+    return any(child.tag == "launch" or _has_launch(child) for child in element.children)
 
 
 def _parse(content: bytes | str, file: str) -> Element:

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
-from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
-from pipros.testing.results import Suite
-from pipros.testing.rostest import TestProgramTimedOut
-from pipros.testing.xunit import parse_suites
-from pipros.workspace.program_start import command_of, environment_of
+from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
+from pipros_tools.testing.results import Suite
+from pipros_tools.testing.rostest import TestProgramTimedOut
+from pipros_tools.testing.xunit import parse_suites
+from pipros_workspace.program_start import command_of, environment_of
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

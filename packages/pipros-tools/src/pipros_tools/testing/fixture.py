@@ -8,17 +8,17 @@ from contextlib import suppress
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment
 from pipros.basics.errors import PiprosError, Refused, Unreachable
-from pipros.launch.announcements import summary
-from pipros.launch.command import CannotLaunch, CommandMaker
-from pipros.launch.console import Console
-from pipros.launch.logs import LogFolder
-from pipros.launch.model import Launch, Output, Test
-from pipros.launch.roscore import STANDARD_PARAMETERS, Core
-from pipros.launch.run import LaunchRun
-from pipros.launch.run_id import is_run_id, new_run_id, run_id_problem
 from pipros.net.master_client import MasterClient
-from pipros.testing.rostest import TestProgramTimedOut
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.announcements import summary
+from pipros_tools.launch.command import CannotLaunch, CommandMaker
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.logs import LogFolder
+from pipros_tools.launch.model import Launch, Output, Test
+from pipros_tools.launch.roscore import STANDARD_PARAMETERS, Core
+from pipros_tools.launch.run import LaunchRun
+from pipros_tools.launch.run_id import is_run_id, new_run_id, run_id_problem
+from pipros_tools.testing.rostest import TestProgramTimedOut
+from pipros_workspace.index import PackageIndex
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True
@@ -39,7 +39,7 @@ class RequiredNodeEnded(PiprosError):
 
 
 class LaunchFixture:
-    """Fixture for a launch file's tests; implements `pipros.testing.rostest.SystemFixture`."""
+    """Fixture for a launch file's tests; implements `pipros_tools.testing.rostest.SystemFixture`."""
 
     def __init__(
         self,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.graph.client import GraphClient
-from pipros.graph.system_state import SystemState
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.system_state import SystemState
 
 
 def is_publisher(topic: str, node: str, tool: str) -> bool:

@@ -11,8 +11,8 @@ import json
 from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
 
-from pipros.testing.results import Case, Outcome
-from pipros.testing.xunit import escape_controls
+from pipros_tools.testing.results import Case, Outcome
+from pipros_tools.testing.xunit import escape_controls
 
 PROPERTY = "pipros.cases"
 _TAGS = {Outcome.FAILURE: "failure", Outcome.ERROR: "error"}

@@ -10,15 +10,15 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.launch.command import CommandMaker
-from pipros.launch.console import Console
-from pipros.launch.find_launch_files import resolve_files
-from pipros.launch.load_context import LoadContext
-from pipros.launch.logs import LogFolder
-from pipros.launch.run import LaunchRun
-from pipros.launch.run_id import new_run_id
-from pipros.launch.xml import load
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.command import CommandMaker
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.find_launch_files import resolve_files
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.logs import LogFolder
+from pipros_tools.launch.run import LaunchRun
+from pipros_tools.launch.run_id import new_run_id
+from pipros_tools.launch.xml import load
+from pipros_workspace.index import PackageIndex
 
 
 class NodesDidNotStart(PiprosError):

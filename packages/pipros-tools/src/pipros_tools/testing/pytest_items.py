@@ -15,18 +15,18 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.launch.console import Console
-from pipros.launch.load_context import LoadContext
-from pipros.launch.logs import LogFolder
-from pipros.launch.model import Launch, Test
-from pipros.launch.run_id import new_run_id
-from pipros.launch.xml import load
-from pipros.testing.fixture import LaunchFixture
-from pipros.testing.junit_cases import as_property
-from pipros.testing.results import Case, Outcome
-from pipros.testing.rostest import Plan, Rostest
-from pipros.testing.runner import CaseResult
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.logs import LogFolder
+from pipros_tools.launch.model import Launch, Test
+from pipros_tools.launch.run_id import new_run_id
+from pipros_tools.launch.xml import load
+from pipros_tools.testing.fixture import LaunchFixture
+from pipros_tools.testing.junit_cases import as_property
+from pipros_tools.testing.results import Case, Outcome
+from pipros_tools.testing.rostest import Plan, Rostest
+from pipros_tools.testing.runner import CaseResult
+from pipros_workspace.index import PackageIndex
 
 
 class TestDidNotPass(Exception):
@@ -41,7 +41,7 @@ class LaunchFileCollector(pytest.File):
     def collect(self) -> Iterator[pytest.Item]:
         index = PackageIndex.from_environment()
         try:
-            launch = load([str(self.path)], self._arguments(), context=LoadContext.of_process(index))
+            launch = read_launch_file(self.path, self.config, index)
         except PiprosError as error:
             raise self.CollectError(str(error)) from None
         for test in launch.tests:
@@ -50,14 +50,21 @@ class LaunchFileCollector(pytest.File):
                 self, name=test.test_name, launch=replace(launch, tests=(test,)), test=test, index=index
             )
 
-    def _arguments(self) -> dict[str, str]:
-        arguments = {}
-        for word in self.config.getoption("ros_arg"):
-            name, separator, value = word.partition(":=")
-            if not separator:
-                raise self.CollectError(f"--ros-arg={word} must have the form NAME:=VALUE")
-            arguments[name.strip()] = value.strip()
-        return arguments
+
+def read_launch_file(file: Path, config: pytest.Config, index: PackageIndex) -> Launch:
+    """Load a launch file with the arguments on pytest's command line.
+
+    Raises:
+        LaunchError: the file is invalid.
+        PiprosError: an option `--ros-arg` is invalid.
+    """
+    arguments = {}
+    for word in config.getoption("ros_arg"):
+        name, separator, value = word.partition(":=")
+        if not separator:
+            raise PiprosError(f"--ros-arg={word} must have the form NAME:=VALUE")
+        arguments[name.strip()] = value.strip()
+    return load([str(file)], arguments, context=LoadContext.of_process(index))
 
 
 class LaunchTestItem(pytest.Item):

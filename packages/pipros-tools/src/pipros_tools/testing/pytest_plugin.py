@@ -7,6 +7,7 @@ or to write a JUnit file.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,15 +16,18 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import pytest
 
 if TYPE_CHECKING:
-    from pipros.launch.roscore import Core
     from pipros.node import Node
-    from pipros.testing.faults.history import History
-    from pipros.testing.faults.ros_proxy import FaultProxy
-    from pipros.testing.launch_fixture import Launched
+    from pipros_tools.launch.roscore import Core
+    from pipros_tools.testing.faults.history import History
+    from pipros_tools.testing.faults.ros_proxy import FaultProxy
+    from pipros_tools.testing.launch_fixture import Launched
+    from pipros_tools.testing.pytest_programs import TestPrograms
 
 T = TypeVar("T")
 
 _POLL_INTERVAL_S = 0.02
+
+_PROGRAMS: pytest.StashKey[TestPrograms | None] = pytest.StashKey()
 
 
 class WaitUntil(Protocol):
@@ -58,15 +62,54 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Collect `.test` files that are launch files, and `.launch` files with tests."""
-    if file_path.suffix not in (".test", ".launch"):
+    from pipros_tools.testing.pytest_programs import has_tests
+
+    if not has_tests(file_path):
         return None
-    content = file_path.read_bytes()
-    # A `.test` file's tests may be in included files. Other programs also use the suffix `.test`.
-    if b"<launch" not in content or (file_path.suffix == ".launch" and b"<test" not in content):
-        return None
-    from pipros.testing.pytest_items import LaunchFileCollector
+    from pipros_tools.testing.pytest_items import LaunchFileCollector
 
     return LaunchFileCollector.from_parent(parent, path=file_path)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out the folders `devel` and `install` of a workspace, unless the command line names a path there.
+
+    Their programs run those in `src`.
+    """
+    if not (collection_path / ".catkin").is_file():
+        return None
+    named = (Path(config.invocation_params.dir, word.partition("::")[0]) for word in config.args)
+    return None if any(path.is_relative_to(collection_path) for path in named) else True
+
+
+def pytest_configure() -> None:
+    """Limit waits for a master in this process, but not in programs that it starts.
+
+    See `pipros.node.missing_master`.
+    """
+    os.environ["PIPROS_PYTEST"] = str(os.getpid())
+
+
+def pytest_unconfigure() -> None:
+    os.environ.pop("PIPROS_PYTEST", None)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Leave out a program that a collected launch file runs as `<test>`."""
+    if not any((folder / "package.xml").is_file() for folder in module_path.parents):
+        return None
+    from pipros_tools.testing.pytest_programs import LeftOutFile, TestPrograms
+
+    programs = parent.config.stash.setdefault(_PROGRAMS, None) or TestPrograms(parent.config)
+    parent.config.stash[_PROGRAMS] = programs
+    return LeftOutFile.from_parent(parent, path=module_path) if programs.leaves_out(module_path) else None
+
+
+def pytest_report_collectionfinish(config: pytest.Config) -> list[str]:
+    """List the programs that were left out."""
+    programs = config.stash.get(_PROGRAMS, None)
+    return [] if programs is None else programs.report()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -76,20 +119,22 @@ def pytest_sessionfinish(session: pytest.Session) -> Iterator[None]:
     named = session.config.getoption("xmlpath", None)
     if not named or hasattr(session.config, "workerinput"):
         return
-    from pipros.testing.junit_cases import PROPERTY, with_cases
+    from pipros.basics.input_file import read_text
+    from pipros.basics.replaced_file import write_whole
+    from pipros_tools.testing.junit_cases import PROPERTY, with_cases
 
     file = Path(named).expanduser()
-    text = file.read_text("utf-8") if file.is_file() else ""
+    text = read_text(file) if file.is_file() else ""
     if PROPERTY in text:
-        file.write_text(with_cases(text), "utf-8")
+        write_whole(file, with_cases(text).encode())
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Register the fixtures that rooms offer, before the first test that uses an undefined fixture."""
+    """Register the fixtures that plugins offer, before the first test that uses an undefined fixture."""
     defined = getattr(getattr(item, "_fixtureinfo", None), "name2fixturedefs", {})
     if not set(getattr(item, "fixturenames", ())) <= {"request", *defined}:
-        from pipros.basics.rooms import all_offered
+        from pipros.basics.plugins import all_offered
 
         for module in all_offered("pytest"):
             if not item.config.pluginmanager.is_registered(module):
@@ -104,7 +149,7 @@ def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
     masters.
     """
     from pipros.basics.env import DEFAULT_MASTER_URI, Environment
-    from pipros.launch.roscore import Core
+    from pipros_tools.launch.roscore import Core
 
     # The new master is on this computer, even if ROS_MASTER_URI refers to another one.
     monkeypatch.setenv("ROS_MASTER_URI", DEFAULT_MASTER_URI)
@@ -134,7 +179,7 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
     the nodes are stopped, those of the last call first. If the `ros_faults` fixture is used, the nodes
     communicate with all other nodes through its proxy.
     """
-    from pipros.testing.launch_fixture import Launched
+    from pipros_tools.testing.launch_fixture import Launched
 
     launched: list[Launched] = []
     master_uri = ros_master.uri
@@ -164,7 +209,7 @@ def ros_faults(
     `ros_node` is not. The proxy does not disturb connections until
     `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or `.refuse()` is called.
     """
-    from pipros.testing.faults.ros_proxy import FaultProxy
+    from pipros_tools.testing.faults.ros_proxy import FaultProxy
 
     with FaultProxy(ros_master.uri, seed=pytestconfig.getoption("--ros-fault-seed")) as proxy:
         monkeypatch.setenv("ROS_MASTER_URI", proxy.uri)
@@ -179,7 +224,7 @@ def ros_history() -> History:
     `ros_history.receive(text)`, and `ros_history.problems()` lists the duplicated, reordered, corrupted and
     lost messages.
     """
-    from pipros.testing.faults.history import History
+    from pipros_tools.testing.faults.history import History
 
     return History()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from contextlib import suppress
 from pathlib import Path
 
 from pipros.basics.env import Environment
@@ -40,19 +42,32 @@ def prepare_path(file: Path) -> bool:
     """Create a result file's folder, and remove the file if it exists. Return True if it existed.
 
     Raises:
-        NoPlaceForResults: the file cannot be written; the message suggests a solution.
+        NoPlaceForResults: see `write_results`. This is checked before a test that takes long.
+    """
+    existed = os.path.lexists(file)
+    write_results(file, " " * 4096)
+    file.unlink()
+    return existed
+
+
+def write_results(file: Path, text: str) -> None:
+    """Write a result file.
+
+    Raises:
+        NoPlaceForResults: the file cannot be written, for example because the disk is full; the message
+            suggests a solution. No part of a file is left.
     """
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.unlink()
-    except FileNotFoundError:
-        return False
+        file.unlink(missing_ok=True)
+        file.write_text(text, encoding="utf-8")
     except OSError as error:
+        with suppress(OSError):
+            file.unlink()
         raise NoPlaceForResults(
             f"cannot write test results to [{file}]: {error.strerror}. "
             "Set ROS_TEST_RESULTS_DIR to a writable folder"
         ) from None
-    return True
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:

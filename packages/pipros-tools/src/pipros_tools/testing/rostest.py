@@ -14,12 +14,12 @@ from typing import Protocol
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.input_file import read_file
-from pipros.launch.model import Launch, Test
-from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
-from pipros.testing.results import Suite, Totals
-from pipros.testing.xunit import parse_suites
-from pipros.workspace.executables import find_executables, package_of_programs
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch.model import Launch, Test
+from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
+from pipros_tools.testing.results import Suite, Totals
+from pipros_tools.testing.xunit import parse_suites
+from pipros_workspace.executables import find_executables, package_of_programs
+from pipros_workspace.index import PackageIndex
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

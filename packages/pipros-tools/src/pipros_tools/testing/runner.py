@@ -20,9 +20,9 @@ from types import TracebackType
 from typing import Any, TextIO
 
 from pipros.basics.errors import PiprosError
-from pipros.testing.result_paths import prepare_path
-from pipros.testing.results import Case, Outcome, Suite
-from pipros.testing.xunit import format_suite
+from pipros_tools.testing.result_paths import prepare_path, write_results
+from pipros_tools.testing.results import Case, Outcome, Suite
+from pipros_tools.testing.xunit import format_suite
 
 _SEPARATOR = "-" * 80
 ErrorInfo = tuple[type[BaseException], BaseException, TracebackType] | tuple[None, None, None]
@@ -133,11 +133,11 @@ class XmlRunner:
         """Run the suite, and write the result file, including the output to `sys.stdout` and `sys.stderr`.
 
         Raises:
-            NoPlaceForResults: the result file cannot be written; raised before any case runs.
+            NoPlaceForResults: the result file cannot be written; raised before any case runs, if possible.
         """
         prepare_path(self.results_file)
         result, done = run_captured(suite)
-        self.results_file.write_text(format_suite(done), encoding="utf-8")
+        write_results(self.results_file, format_suite(done))
         return result
 
 

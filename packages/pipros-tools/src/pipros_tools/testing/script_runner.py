@@ -1,7 +1,8 @@
 """Run Python test scripts: run the cases, write the result file, and print the summary.
 
-`python -m pipros.testing.script_runner PATH RESULTS` runs `unittest` cases without pytest, as nose did for
-`catkin_add_nosetests`. PATH is a test file, or a folder with modules `test*.py`; RESULTS is the result file.
+`python -m pipros_tools.testing.script_runner PATH RESULTS` runs `unittest` cases without pytest, as nose did
+for `catkin_add_nosetests`. PATH is a test file, or a folder with modules `test*.py`; RESULTS is the result
+file.
 """
 
 from __future__ import annotations
@@ -12,10 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from pipros.testing.result_paths import XML_OUTPUT_FLAG, results_file
-from pipros.testing.results import Outcome
-from pipros.testing.runner import XmlRunner
-from pipros.testing.summary import unittest_summary
+from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG, results_file
+from pipros_tools.testing.results import Outcome
+from pipros_tools.testing.runner import XmlRunner
+from pipros_tools.testing.summary import unittest_summary
 
 Tests = type[unittest.TestCase] | unittest.TestSuite | ModuleType | str
 

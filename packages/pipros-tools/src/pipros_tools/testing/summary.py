@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from pipros.testing.results import Outcome, Suite, Totals
+from pipros_tools.testing.results import Outcome, Suite, Totals
 
 _GREEN = "\x1b[32m"
 _BOLD_RED = "\x1b[1;31m"

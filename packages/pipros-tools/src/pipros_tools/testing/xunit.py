@@ -11,7 +11,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from pipros.basics.errors import PiprosError
 from pipros.safe.xml import Element, XmlError, parse
-from pipros.testing.results import Case, Outcome, Suite
+from pipros_tools.testing.results import Case, Outcome, Suite
 
 _TAG_OF = {Outcome.FAILURE: "failure", Outcome.ERROR: "error"}
 CDATA_START = "<![CDATA[\n"

@@ -3,21 +3,27 @@ from __future__ import annotations
 import io
 import struct
 import zlib
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy
 import pytest
-from geometry_msgs.msg import Vector3Stamped
-from sensor_msgs.msg import CompressedImage, Image, JointState
+from geometry_msgs.msg import TransformStamped, Vector3Stamped
+from sensor_msgs.msg import CompressedImage, Image, JointState, PointCloud2, PointField
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
-from pipros.bag import BagError
-from pipros.bag.images import image_array_file, image_file
-from pipros.cli.rosbag import main
+from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.time import Time
-from pipros.pictures.codecs import codec
+from pipros_libraries.pictures.codecs import codec
+from pipros_tools.bag import BagError
+from pipros_tools.bag.images import image_array_file, image_file
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import bag_bytes
+
+NAMES = ["a", "bc", *"e" * 60, "d" * 5000]
+"""If all had the width of the longest, an array of these names would be large."""
 
 
 @pytest.fixture
@@ -28,11 +34,15 @@ def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         point = Vector3Stamped(header=Header(stamp=Time(n, 5), frame_id="a,b"))
         point.vector.x = n / 2
         rows.append(("/deep/point", point, n, 7))
-        rows.append(("/joints", JointState(position=[1.0] * n, velocity=[float(n), 2.0]), n, 8))
+        rows.append(("/joints", joints(n), n, 8))
     rows.append(("/camera", image("rgb8"), 9, 10))
     path = tmp_path / "run.bag"
     path.write_bytes(bag_bytes(rows))
     return path
+
+
+def joints(number: int) -> JointState:
+    return JointState(name=["a", "bc"][:number], position=[1.0] * number, velocity=[float(number), 2.0])
 
 
 def image(encoding: str, data: bytes = bytes(range(12)), **more: Any) -> Image:
@@ -40,10 +50,18 @@ def image(encoding: str, data: bytes = bytes(range(12)), **more: Any) -> Image:
 
 
 def pixels(png: bytes) -> bytes:
-    """Return the rows of a PNG file without filters, each after a zero."""
+    """Return the rows of a PNG file, each after a zero; the files have the filter `Sub`."""
+    width, _, bits, kind = struct.unpack(">IIBB", png[16:26])
     at = png.index(b"IDAT")
     (size,) = struct.unpack(">I", png[at - 4 : at])
-    return zlib.decompress(png[at + 4 : at + 4 + size])
+    data = bytearray(zlib.decompress(png[at + 4 : at + 4 + size]))
+    pixel = {0: 1, 2: 3, 6: 4}[kind] * bits // 8
+    for start in range(0, len(data), 1 + width * pixel):
+        assert data[start] == 1
+        data[start] = 0
+        for each in range(start + 1 + pixel, start + 1 + width * pixel):
+            data[each] = (data[each] + data[each - pixel]) % 256
+    return bytes(data)
 
 
 def test_topics_become_tables_and_images(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -70,8 +88,48 @@ def test_topics_become_arrays(bag: Path, capsys: pytest.CaptureFixture[str]) -> 
         assert found["time"].tolist() == [7, 1000000007, 2000000007]
     with numpy.load("out/joints.npz") as found:
         assert found["velocity"].tolist() == [[0.0, 2.0], [1.0, 2.0], [2.0, 2.0]]
-        assert "position" not in found
-    assert "/joints: position is omitted" in capsys.readouterr().err
+        offsets = found["position:offsets"].tolist()
+        assert [found["position"][begin:end].tolist() for begin, end in pairwise(offsets)] == [
+            [],
+            [1],
+            [1, 1],
+        ]
+        assert found["name"].tolist() == ["a", "a", "bc"]
+        assert found["name:offsets"].tolist() == [0, 0, 1, 3]
+        assert found["header.frame_id"].tolist() == [""] * 3
+    assert capsys.readouterr().err == ""
+
+
+def test_arrays_of_messages_become_an_array_for_each_field(bag: Path) -> None:
+    moves = [TransformStamped(child_frame_id=name) for name in NAMES]
+    clouds = [
+        PointCloud2(fields=[PointField(name="x"), PointField(name="y", offset=4)], data=bytes(range(size)))
+        for size in (8, 16, 0)
+    ]
+    rows: list[Any] = [("/tf", TFMessage(moves[:n]), n, 0) for n in (1, len(moves))]
+    bag.write_bytes(bag_bytes([*rows, *(("/cloud", each, 5, 0) for each in clouds)]))
+
+    assert main(["export", "--format", "npz", "run.bag", "out"]) == 0
+
+    with numpy.load("out/tf.npz") as found:
+        assert found["transforms:offsets"].tolist() == [0, 1, 1 + len(moves)]
+        texts, at = found["transforms.child_frame_id"].tobytes(), found["transforms.child_frame_id:offsets"]
+        assert [texts[begin:end] for begin, end in pairwise(at)] == [b"a", *map(str.encode, NAMES)]
+        assert found["transforms.transform.rotation.w"].tolist() == [0.0] * (1 + len(moves))
+    with numpy.load("out/cloud.npz") as found:
+        assert found["data:offsets"].tolist() == [0, 8, 24, 24]
+        assert found["data"].tolist() == [*range(8), *range(16)]
+        assert found["fields.name"].tolist() == ["x", "y"] * 3
+
+
+def test_a_field_with_the_name_time_is_kept(bag: Path) -> None:
+    timed = message_classes_from_text("a/Timed", "float64 time")["a/Timed"]
+    bag.write_bytes(bag_bytes([("/timed", timed(0.5), 7, 8)]))
+
+    assert main(["export", "--format", "npz", "run.bag", "out"]) == 0
+
+    with numpy.load("out/timed.npz") as found:
+        assert {name: found[name].tolist() for name in found} == {"time": [0.5], "_time": [7_000_000_008]}
 
 
 def test_samples_are_in_the_order_of_png() -> None:

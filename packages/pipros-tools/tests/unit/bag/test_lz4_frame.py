@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.bag.compression import compress, decompress
-from pipros.bag.errors import BagFormatError
-from pipros.bag.lz4_frame import decompress_frame, xxh32
+from pipros_tools.bag.compression import compress, decompress
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.lz4_frame import decompress_frame, xxh32
 
 CONTENTS = st.one_of(
     st.binary(max_size=300),

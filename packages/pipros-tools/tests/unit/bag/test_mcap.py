@@ -12,18 +12,18 @@ from mcap.writer import Writer as LibraryWriter
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from pipros.bag import BagError
-from pipros.bag.connection import StoredMessage, received_connection
-from pipros.bag.mcap_files import MAX_CONNECTIONS, McapWriter
-from pipros.bag.mcap_repair import recover
-from pipros.bag.opening import open_bag
-from pipros.bag.options import FileOptions
-from pipros.bag.record_files import RecordFiles
-from pipros.bag.rewrite import copy_chosen
 from pipros.basics.extras import install_command
-from pipros.basics.limits import process_limits
-from pipros.cli.rosbag import main
+from pipros.msg import dynamic
 from pipros.msg.errors import DeserializationError
+from pipros_tools.bag import BagError
+from pipros_tools.bag.connection import StoredMessage, received_connection
+from pipros_tools.bag.mcap_files import MAX_CONNECTIONS, McapWriter
+from pipros_tools.bag.mcap_repair import recover
+from pipros_tools.bag.opening import open_bag
+from pipros_tools.bag.options import FileOptions
+from pipros_tools.bag.record_files import RecordFiles
+from pipros_tools.bag.rewrite import copy_chosen
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import bag_bytes, rows_of, some_rows, values
 
 ROWS = some_rows()
@@ -85,7 +85,7 @@ def test_many_are_converted_at_once_and_none_is_overwritten(
 
     assert main(["convert", "--output-dir=out", "run.bag", "two.bag"]) == 0
     assert sorted(os.listdir("out")) == ["run.mcap", "two.mcap"]
-    assert main(["convert", "--output-dir=out", "run.bag", "two.bag"]) == 1
+    assert main(["convert", "run.bag", "out/run.mcap"]) == 1
     assert "already exists; --force overwrites it" in capsys.readouterr().err
     assert main(["convert", "-f", "run.bag", "out/two.mcap"]) == 0
     for options in ([], ["-f"]):
@@ -251,7 +251,7 @@ def test_an_unfinished_recording_can_be_read(bag: Path) -> None:
 def contents_of_active(path: Path) -> list[str]:
     """Return the texts in a file that another program may still write."""
     with open("copy.mcap", "w+b") as file:
-        recover(path, file, process_limits(), lambda _: None)
+        recover(path, file, lambda _: None)
     return [row[1] for row in contents("copy.mcap")]
 
 
@@ -269,3 +269,50 @@ def test_a_file_with_too_many_connections_is_completed_without_the_surplus(tmp_p
         summary = make_reader(file).get_summary()
     assert summary is not None
     assert len(summary.channels) == MAX_CONNECTIONS
+
+
+def test_the_definition_of_many_channels_is_compiled_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "many.mcap"
+    with path.open("wb") as file:
+        writer = LibraryWriter(file)
+        writer.start("ros1")
+        schema = writer.register_schema("a_robot/Level", "ros1msg", b"int32 level\n")
+        for number in range(20):
+            channel = writer.register_channel(f"/level_{number}", "ros1", schema)
+            writer.add_message(channel, 1, bytes([number, 0, 0, 0]), 1)
+        writer.finish()
+    compiled: list[str] = []
+    original = dynamic.message_source
+
+    def counted(spec: Any, *args: Any) -> Any:
+        compiled.append(spec.name)
+        return original(spec, *args)
+
+    monkeypatch.setattr(dynamic, "message_source", counted)
+
+    with open_bag(path) as reader:
+        levels = [message.level for _, message, *_ in reader.messages()]
+
+    assert sorted(levels) == [*range(20)]
+    assert compiled == ["Level"]
+
+
+def test_sequence_numbers_and_publish_times_are_noted_as_they_are_read(tmp_path: Path) -> None:
+    path, file = tmp_path / "run.mcap", BytesIO()
+    writer: Any = LibraryWriter(file, compression=CompressionType.NONE)
+    writer.start(profile="ros1", library="x")
+    schema = writer.register_schema("std_msgs/String", "ros1msg", String._full_text.encode())
+    channel = writer.register_channel("/a", "ros1", schema, {"md5sum": String._md5sum})
+    writer.add_message(channel, 5, bytes(4), 5)
+    writer.add_message(channel, 9, bytes(4), 7, sequence=3)
+    writer.finish()
+
+    path.write_bytes(file.getvalue())
+    with open_bag(path) as bag:
+        messages = bag.stored_fields()
+        next(messages)
+        assert bag.origins == {}
+        next(messages)
+        assert bag.origins == {"sequence numbers": True, "publish times": True}

@@ -9,12 +9,12 @@ import pytest
 from geometry_msgs.msg import Point32, Polygon
 from std_msgs.msg import String
 
-from pipros.bag import BagError, BagReader, BagWriter
-from pipros.bag.migration import Migrator
-from pipros.bag.migration_rules import parse_rules
 from pipros.basics.errors import PiprosError
-from pipros.cli.rosbag import main
 from pipros.msg.dynamic import message_classes_from_text
+from pipros_tools.bag import BagError, BagReader, BagWriter
+from pipros_tools.bag.migration import Migrator
+from pipros_tools.bag.migration_rules import parse_rules
+from pipros_tools.cli.rosbag import main
 from rosbag import migration
 from tests.support.bags import header_of, rows_of
 

@@ -8,6 +8,7 @@ import io
 import os
 import sqlite3
 import struct
+from bisect import bisect
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -23,11 +24,11 @@ from std_msgs.msg import Int32, String
 
 import rosbag
 import rospy
-from pipros.bag import BagError, BagFormatError, BagWriter, open_bag
-from pipros.bag.merge import merged
-from pipros.bag.migration import rule_text
-from pipros.cli.rosbag import main
 from pipros.msg.dynamic import message_classes_from_text
+from pipros_tools.bag import BagError, BagFormatError, BagWriter, open_bag
+from pipros_tools.bag.merge import merged
+from pipros_tools.bag.migration import rule_text
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import bag_bytes, header_of, rows_of
 
 Change = Callable[[dict[str, bytes]], object]
@@ -281,7 +282,7 @@ def test_a_damaged_message_affects_only_itself(bad: int, capsys: pytest.CaptureF
 
 
 def open_any(path: str) -> Any:
-    from pipros.ros2.bags.reader import open_any_bag
+    from pipros_rosbag2.bags.reader import open_any_bag
 
     return open_any_bag(path)
 
@@ -622,18 +623,12 @@ def write_chunks(path: str, bad: int) -> list[int]:
         places = [header.data_position + header.data_size // 2 for header in headers]
     assert len(places) == 3
     with open_bag(path) as bag:
-        found = [(message.data, chunk) for _, message, _, chunk in chunked(bag)]
-    order = list(dict.fromkeys(chunk for _, chunk in found))
+        starts = [getattr(each, "start_ns", None) or each.message_start_time for each in bag.chunks]
+        found = [(bag.decode(each).data, bisect(starts, each.time_ns) - 1) for each in bag.stored_messages()]
     data = bytearray(Path(path).read_bytes())
     data[places[bad]] ^= 0xFF
     Path(path).write_bytes(data)
-    return [value for value, chunk in found if chunk != order[bad]]
-
-
-def chunked(bag: Any) -> Any:
-    """Yield the topic, message, time and chunk of each message."""
-    for stored in bag.stored_messages():
-        yield stored.connection.topic, bag.decode(stored), stored.time_ns, stored.chunk
+    return [value for value, chunk in found if chunk != bad]
 
 
 @pytest.mark.parametrize("bad", POSITIONS)

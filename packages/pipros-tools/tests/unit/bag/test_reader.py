@@ -12,15 +12,17 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import Image
 from std_msgs.msg import Int32, String
 
-from pipros.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
-from pipros.bag import chunk_data as chunk_data_module
-from pipros.bag.connection import Connection, connection_record
-from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
-from pipros.bag.info import bag_info
-from pipros.bag.records import ENTRY, MAGIC, TIME, file_header, record_bytes
-from pipros.bag.source import Source
 from pipros.basics.limits import Limits
+from pipros.msg.errors import DeserializationError
+from pipros_tools.bag import BagError, BagFormatError, BagReader, NoMessages, NotIndexed
+from pipros_tools.bag import chunk_data as chunk_data_module
+from pipros_tools.bag.connection import Connection, connection_record
+from pipros_tools.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.records import ENTRY, MAGIC, TIME, file_header, record_bytes
+from pipros_tools.bag.source import Source
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
+from tests.support.constants import Constants
 from tests.support.examples import examples
 
 
@@ -41,6 +43,45 @@ def test_messages_are_read_as_they_were_written(compression: str, tmp_path: Path
         assert [connection.topic for connection in bag.connections] == ["/a", "/b"]
         assert len(bag.chunks) > 3
         assert {bag.chunk_header(number).compression for number in range(len(bag.chunks))} == {compression}
+
+
+@pytest.mark.parametrize("compression", ["none", "lz4"])
+def test_large_messages_among_small_ones_are_read_without_a_copy(compression: str) -> None:
+    rows: list[Any] = [("/number", Int32(n), n // 10, n % 10) for n in range(40)]
+    images = [("/image", Image(data=random.Random(n).randbytes(100_000)), n, 5) for n in range(4)]  # noqa: S311
+    rows = sorted([*rows, *images], key=lambda row: row[2:])
+    bag = read(bag_bytes(rows, compression=compression, chunk_bytes=250_000))
+
+    found = [(type(data), bytes(data)) for _, _, data, *_ in bag.stored_fields(as_views=True)]
+
+    assert [data for _, data in found] == [data for _, _, data, *_ in bag.stored_fields()]
+    assert {kind for kind, data in found if len(data) > 99_000} == {memoryview}
+    assert {kind for kind, data in found if len(data) < 99_000} == {bytes}
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_messages_are_selected_when_they_are_next_and_other_chunks_are_not_read(compression: str) -> None:
+    rows = some_rows(60)
+    data = bytearray(bag_bytes(rows, compression=compression, chunk_bytes=300))
+    bag = read(bytes(data))
+    assert len(bag.chunks) > 5
+    for number in (2, 3):
+        header = bag.chunk_header(number)
+        data[header.data_position : header.data_position + header.data_size] = bytes(header.data_size)
+    bag = read(bytes(data))
+    limit_ns = bag.chunks[2].start_ns
+    last = bag.chunks[3].end_ns
+    times = [seconds * 10**9 + nanoseconds for _, _, seconds, nanoseconds in rows]
+    wanted = [time for time in times if not limit_ns <= time <= last]
+
+    found: list[int] = []
+
+    def is_selected(_: Connection, time_ns: int) -> bool:
+        return len(found) < times.index(limit_ns) or time_ns > last
+
+    for _, time_ns, *_ in bag.selected_fields(None, None, None, is_selected):
+        found.append(time_ns)
+    assert found == wanted
 
 
 def test_topics_times_and_connections_choose_messages() -> None:
@@ -176,7 +217,7 @@ def test_an_unknown_type_is_defined_by_the_bag() -> None:
     definition = b"string data\nint32 more\n"
     header = {**header_of(String(), "/a"), "md5sum": b"0" * 32, "message_definition": definition}
     file = io.BytesIO()
-    from pipros.bag import BagWriter
+    from pipros_tools.bag import BagWriter
 
     writer = BagWriter(file)
     writer.write(writer.add_connection("/a", header), 1, 0, b"\x02\0\0\0hi\x07\0\0\0")
@@ -227,13 +268,14 @@ def test_an_incomplete_bag_is_refused(data: bytes, error: type[Exception], words
 
 
 def test_a_bag_that_ends_within_a_records_length_is_refused() -> None:
-    source = Source(io.BytesIO(b"#ROSBAG V2.0\n\x01\x00"), "cut.bag", Limits())
+    source = Source(io.BytesIO(b"#ROSBAG V2.0\n\x01\x00"), "cut.bag")
     with pytest.raises(BagFormatError, match=r"^cut\.bag, byte 13: the file ends within the length field"):
         source.header(13)
 
 
-def test_a_chunk_larger_than_the_limit_is_refused() -> None:
-    bag = read(bag_bytes(some_rows(), compression="bz2"), limits=Limits(bag_chunk_bytes=100))
+def test_a_chunk_larger_than_the_limit_is_refused(constants: Constants) -> None:
+    constants(BAG_CHUNK_BYTES=100)
+    bag = read(bag_bytes(some_rows(), compression="bz2"))
 
     with pytest.raises(BagFormatError, match="its size must be at most 100 bytes"):
         list(bag.raw_messages())
@@ -273,7 +315,7 @@ def test_a_flipped_bit_raises_an_explained_error_or_changes_at_most_one_message(
 
 
 def test_bags_of_format_1_2_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.bag.old_format._PART_BYTES", 500)
+    monkeypatch.setattr("pipros_tools.bag.old_format._PART_BYTES", 500)
     rows = some_rows()
     data = old_bag_bytes(rows, is_indexed=False)
     bag = read(data)
@@ -338,3 +380,57 @@ def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Pat
     with BagReader(path) as bag:
         assert rows_of(bag) == [("/a", 7, 5, 0)]
         assert bag.chunk_header(0).size == size
+
+
+def test_the_connections_of_each_topic_are_found_without_a_search_through_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "many.bag"
+    path.write_bytes(bag_bytes([(f"/t{number}", Int32(number), number, 0) for number in range(30)]))
+    with BagReader(path) as bag:
+        searches: list[None] = []
+        every = bag.layout.connections
+
+        class Counted(dict[int, Connection]):
+            def values(self) -> Any:
+                searches.append(None)
+                return super().values()
+
+        bag.layout.connections = Counted(every)
+        found = [bag.connections_of(f"/t{number}") for number in range(30)]
+        assert [[each.topic for each in topic] for topic in found] == [
+            [f"/t{number}"] for number in range(30)
+        ]
+        assert bag.connections_of("/none") == []
+    assert len(searches) == 1
+
+
+def test_a_message_that_its_type_does_not_fit_is_an_error_or_reported() -> None:
+    file = io.BytesIO()
+    from pipros_tools.bag import BagWriter
+
+    writer = BagWriter(file)
+    writer.write(writer.add_connection("/a", header_of(String(), "/a")), 1, 0, b"\x09\0\0\0short")
+    writer.write(writer.add_connection("/b", header_of(String(), "/b")), 2, 0, b"\x02\0\0\0ho")
+    writer.finish()
+
+    bag = read(file.getvalue())
+    with pytest.raises(DeserializationError):
+        list(bag.decoded())
+    reported: list[str] = []
+    bag.on_bad_message = lambda topic, _: reported.append(topic)
+    assert [message.data for _, _, message in bag.decoded()] == ["ho"]
+    assert reported == ["/a"]
+
+
+def test_a_definition_that_nothing_understands_is_an_error_or_reported() -> None:
+    rows = [("/a", String("x"), 1, 0)]
+    broken = bag_bytes(rows).replace(b"string data ", b"string 1ata ")
+    bag = read(broken.replace(String._md5sum.encode(), b"0" * 32))
+
+    with pytest.raises(BagError, match="is broken"):
+        list(bag.decoded())
+    reported: list[str] = []
+    bag.on_bad_message = lambda topic, _: reported.append(topic)
+    assert list(bag.decoded()) == []
+    assert reported == ["/a"]

@@ -1,22 +1,23 @@
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 from typing import Any
 
 import pytest
 from std_msgs.msg import Int32
 
-from pipros.bag import BagError, BagReader
-from pipros.bag.connection import StoredMessage, received_connection
-from pipros.bag.merge import merged
-from pipros.bag.options import FileOptions, RecordOptions
-from pipros.bag.playback_clock import PlaybackClock
-from pipros.bag.record_files import RecordFiles
-from pipros.bag.record_queue import RecordQueue
-from pipros.bag.recorder import Recorder
-from pipros.bag.snapshots import Snapshots
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
+from pipros_tools.bag import BagError, BagReader
+from pipros_tools.bag.connection import StoredMessage, received_connection
+from pipros_tools.bag.merge import merged
+from pipros_tools.bag.options import FileOptions, RecordOptions
+from pipros_tools.bag.playback_clock import PlaybackClock
+from pipros_tools.bag.record_files import RecordFiles
+from pipros_tools.bag.record_queue import RecordQueue
+from pipros_tools.bag.recorder import Recorder, Snapshots
 from tests.support.bags import bag_bytes, rows_of
 
 HEADER = {"type": "std_msgs/Int32", "md5sum": Int32._md5sum, "message_definition": Int32._full_text}
@@ -191,3 +192,16 @@ def test_a_recording_ends_with_a_complete_file_when_the_disk_is_nearly_full(tmp_
     assert [path.name for path in tmp_path.iterdir()] == ["full.bag"]
     assert "The recording ends." in warnings[0]
     assert (recorder.written, recorder.topics) == (0, 0)
+
+
+def test_a_file_that_cannot_be_begun_is_named_and_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("pipros_tools.bag.record_files.writer_for", fail)
+    recording = files(tmp_path, monkeypatch, [], name="new.bag")
+    with pytest.raises(OSError, match=r"No space left on device: 'new\.bag\.active'"):
+        recording.open(0)
+    assert list(tmp_path.iterdir()) == []

@@ -4,9 +4,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.bag.errors import BagFormatError
-from pipros.bag.index import ChunkInfo, chunk_info_record, index_record, parse_chunk_info, parse_index
-from pipros.bag.records import field_bytes, file_header, number, parse_fields, parse_version, record_bytes
+from pipros_tools.bag.errors import BagFormatError
+from pipros_tools.bag.index import ChunkInfo, chunk_info_record, index_record, parse_chunk_info, parse_index
+from pipros_tools.bag.records import (
+    field_bytes,
+    file_header,
+    number,
+    parse_fields,
+    parse_version,
+    record_bytes,
+)
 
 NAMES = st.text(st.characters(codec="utf-8", exclude_characters="="), max_size=8)
 

@@ -16,8 +16,8 @@ from sensor_msgs.msg import CompressedImage, Image, JointState, LaserScan, Point
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from pipros.cli.rosbag import main as rosbag
 from pipros.msg.time import Time
+from pipros_tools.cli.rosbag import main as rosbag
 from tests.support.bags import Row, bag_bytes
 
 

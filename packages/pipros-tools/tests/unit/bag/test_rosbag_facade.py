@@ -291,3 +291,13 @@ def test_subcommands_are_functions(
     with pytest.raises(SystemExit) as ended:
         rosbag.rosbag_main.compress_cmd([])
     assert ended.value.code == 2
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2"])
+def test_raw_messages_end_with_their_positions_in_the_file(compression: str, tmp_path: Path) -> None:
+    written(path := tmp_path / "run.bag", compression=compression, chunk_threshold=100)
+
+    with rosbag.Bag(str(path)) as bag:
+        positions = [raw[3] for _, raw, _ in bag.read_messages(raw=True)]
+        assert positions == [entry.position for entry in bag._get_entries()]
+        assert len({chunk for chunk, _ in positions}) > 3

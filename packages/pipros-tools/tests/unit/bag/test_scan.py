@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from pipros.bag import BagError, BagReader
+from pipros_tools.bag import BagError, BagReader
 from tests.support.bags import bag_bytes, rows_of, some_rows, values
 from tests.support.examples import examples
 

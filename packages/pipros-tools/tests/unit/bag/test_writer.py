@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from std_msgs.msg import Int32, String
 
-from pipros.bag import BagError, BagReader, BagWriter, NotIndexed
-from pipros.bag.sinks import WholeWrites
 from pipros.basics.extras import install_command
 from pipros.msg.errors import SerializationError
+from pipros_tools.bag import BagError, BagReader, BagWriter, NotIndexed
+from pipros_tools.bag.sinks import WholeWrites
 from tests.support.bags import bag_bytes, header_of, rows_of, some_rows, values
 
 
@@ -62,7 +62,7 @@ def test_an_unknown_compression_is_refused() -> None:
 
 
 def test_lz4_without_its_library_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.bag.compression._lz4", lambda: None)
+    monkeypatch.setattr("pipros_tools.bag.compression._lz4", lambda: None)
 
     with pytest.raises(BagError, match=re.escape(install_command("lz4"))):
         bag_bytes(some_rows(), compression="lz4")
@@ -70,7 +70,7 @@ def test_lz4_without_its_library_says_what_to_install(monkeypatch: pytest.Monkey
 
 def test_lz4_is_read_without_its_library(monkeypatch: pytest.MonkeyPatch) -> None:
     data = bag_bytes(some_rows(), compression="lz4")
-    monkeypatch.setattr("pipros.bag.compression._lz4", lambda: None)
+    monkeypatch.setattr("pipros_tools.bag.compression._lz4", lambda: None)
 
     assert rows_of(BagReader(io.BytesIO(data))) == values(some_rows())
 

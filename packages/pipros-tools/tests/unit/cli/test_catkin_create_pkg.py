@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import catkin_create_pkg
+from pipros_tools.cli import catkin_create_pkg
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import catkin_init_workspace, catkin_make, catkin_test_results
+from pipros_tools.cli import catkin_init_workspace, catkin_make, catkin_test_results
 from tests.support.full_disk import files_limited_to
 
 MANIFEST = (

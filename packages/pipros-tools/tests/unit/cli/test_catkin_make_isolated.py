@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import catkin_find, catkin_make_isolated, catkin_topological_order
+from pipros_tools.cli import catkin_find, catkin_make_isolated, catkin_topological_order
 from tests.support.workspaces import Workspace
 
 EXTRAS = 'function(hello)\n  message(STATUS "hello from ${PROJECT_NAME}")\nendfunction()\n'

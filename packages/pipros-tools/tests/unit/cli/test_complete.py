@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import complete
-from pipros.cli.complete.options import words_after
-from pipros.cli.subcommands import subcommands
+from pipros_tools.cli import complete
+from pipros_tools.cli.complete.options import words_after
+from pipros_tools.cli.subcommands import subcommands
 
 
 @pytest.fixture(autouse=True)

@@ -10,11 +10,11 @@ import pytest
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 PRINTING = """
 import threading
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 class Slow:
     def __str__(self):
@@ -88,7 +88,7 @@ def test_ctrl_c_while_a_class_is_made_prints_no_traceback(
 
 LACKING = """
 import sys
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 def main():
     for stream in (sys.stdout, sys.stderr):
@@ -110,7 +110,7 @@ def test_characters_that_an_encoding_lacks_are_written_as_escapes(errors: str) -
 
 def test_output_to_a_closed_pipe_of_windows_ends_silently() -> None:
     code = (
-        "import os, pipros.cli.entry_point as module\n"
+        "import os, pipros_tools.cli.entry_point as module\n"
         "module.ON_WINDOWS = True\n"
         "if hasattr(os, 'eventfd'):  # refuses one byte with the error that Windows has for a closed pipe\n"
         "    os.dup2(os.eventfd(0), 1)\n"

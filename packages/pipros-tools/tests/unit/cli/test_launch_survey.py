@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli.roslaunch_check import main
+from pipros_tools.cli.roslaunch_check import main
 
 HEAD = "file,in_package,element,pkg,type,nodelet,language\n"
 

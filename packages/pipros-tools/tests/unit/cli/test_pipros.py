@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
-import pipros
 from pipros import __version__
-from pipros.basics.rooms import Room, RoomCommand, own_rooms
-from pipros.cli import absent, command_map
-from pipros.cli.complete.candidates import candidates
-from pipros.cli.pipros import main
-from pipros.workspace.overlays import MARKER
+from pipros.basics import plugin_table
+from pipros.basics.plugins import Plugin, PluginCommand, named_plugins
+from pipros_tools.cli import command_map, rosbag, rosdep
+from pipros_tools.cli.complete.candidates import candidates
+from pipros_tools.cli.pipros import main
+from pipros_workspace.index import SHIPPED_FOLDERS
+from pipros_workspace.overlays import MARKER
 from tests.support.project import PROGRAMS as COMMANDS
 
 
@@ -56,7 +57,7 @@ def test_help_is_an_overview_of_all_commands(
 
 def test_every_command_is_in_the_overview() -> None:
     placed = {name for commands in command_map.COMMANDS.values() for name in commands}
-    placed |= {name for room in own_rooms() for name in room.programs}
+    placed |= {name for room in named_plugins() for name in room.programs}
     assert set(COMMANDS) - placed == {"pipros", "pipros-complete"}
 
 
@@ -69,11 +70,11 @@ def test_the_overview_lists_only_installed_commands(monkeypatch: pytest.MonkeyPa
     assert "pipros env" in text
 
 
-SHELF = Room(
+SHELF = Plugin(
     "shelf",
     "books",
-    programs={"shelve": RoomCommand("shelf:shelve", "store books", "Read")},
-    subcommands={"shelf": RoomCommand(f"{__name__}:run_shelf", "find books", "Read", "find list")},
+    programs={"shelve": PluginCommand("shelf:shelve", "store books", "Read")},
+    subcommands={"shelf": PluginCommand(f"{__name__}:run_shelf", "find books", "Read", "find list")},
 )
 
 
@@ -82,11 +83,11 @@ def run_shelf(argv: list[str]) -> int:
     return 3
 
 
-def test_commands_of_rooms_run_and_are_listed_and_completed(
+def test_commands_of_plugins_run_and_are_listed_and_completed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for module in ("pipros.cli.subcommands", "pipros.cli.command_map"):
-        monkeypatch.setattr(f"{module}.rooms", lambda: iter([SHELF]))
+    for module in ("pipros_tools.cli.subcommands", "pipros_tools.cli.command_map"):
+        monkeypatch.setattr(f"{module}.plugins", lambda: iter([SHELF]))
     monkeypatch.setattr(command_map, "installed_programs", lambda: {"rostopic", "rosbag", "shelve"})
 
     assert main(["shelf", "find", "it"]) == 3
@@ -100,20 +101,25 @@ def test_commands_of_rooms_run_and_are_listed_and_completed(
     assert list(candidates(["pipros", "shelf", ""])) == ["find", "list"]
 
 
-def test_commands_that_were_left_out_say_so_in_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+def test_commands_of_absent_plugins_name_the_command_that_installs_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / absent.LEFT_OUT).write_text(
-        '{"shelve": ["shelf", "books"], "pipros shelf": ["shelf", "books"]}'
-    )
-    monkeypatch.setattr("pipros.__file__", str(tmp_path / "__init__.py"))
-    reason = "is not installed: it belongs to the room shelf (books), which this wheel leaves out\n"
+    shelf = plugin_table.KnownPlugin("books", ("pipros shelf", "rosbag shelve", "rosdep"))
+    monkeypatch.setattr(plugin_table, "PLUGINS", {"shelf": shelf})
+    for module in ("pipros_tools.cli.rosdep", "pipros_tools.cli.subcommands", "pipros.basics.plugins"):
+        monkeypatch.setattr(f"{module}.plugins", lambda: iter(()))
+    monkeypatch.setattr("pipros.basics.extras._origin", dict)
 
-    assert main(["shelf"]) == 1
-    assert capsys.readouterr() == ("", f"ERROR: pipros shelf {reason}")
-    monkeypatch.setattr("sys.argv", ["/usr/bin/shelve", "x"])
-    assert absent.main() == 127
-    assert capsys.readouterr() == ("", f"ERROR: shelve {reason}")
+    for command, run, code in (
+        ("pipros shelf", lambda: main(["shelf"]), 1),
+        ("rosbag shelve", lambda: rosbag.main(["shelve"]), plugin_table.NOT_INSTALLED),
+        ("rosdep", lambda: rosdep.main([]), plugin_table.NOT_INSTALLED),
+    ):
+        assert run() == code
+        output, error = capsys.readouterr()
+        assert output == ""
+        assert error.startswith(f"ERROR: {command} belongs to pipros-shelf (books), which is not installed.")
+        assert error.endswith("pip install pipros-shelf\n")
 
 
 @pytest.fixture
@@ -143,8 +149,8 @@ def test_env_without_a_workspace_is_that_of_pipros(
 ) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     assert main(["env"]) == 0
-    share = Path(pipros.__file__).absolute().parent / "share"
-    assert f"export ROS_PACKAGE_PATH='{share}'\n" in capsys.readouterr().out
+    shares = ":".join(map(str, SHIPPED_FOLDERS))
+    assert f"export ROS_PACKAGE_PATH='{shares}'\n" in capsys.readouterr().out
 
 
 def test_env_reports_that_nothing_was_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""`pipros policy check`: the examples of docs/policy.md, and a bag tested with that of turtlesim."""
+"""`pipros policy check`: the examples of docs/guides/policy.md, and a bag tested with that of turtlesim."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 import rosbag
-from pipros.cli.policy import main
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from tests.support.environments import REPOSITORY
+from pipros_tools.cli.policy import main
+from tests.support import documents
 
-DOCUMENT = (REPOSITORY / "docs" / "policy.md").read_text()
+DOCUMENT = documents.text_of("guides/policy.md")
 FILES = dict(re.findall(r'^```yaml title="(\w+\.yaml)"\n(.*?)^```', DOCUMENT, re.MULTILINE | re.DOTALL))
 TYPED = re.findall(r"^```console\n\$ (.*?)\n(.*?)^```", DOCUMENT, re.MULTILINE | re.DOTALL)
 
@@ -43,7 +43,7 @@ def test_the_documentation_shows_what_the_command_prints(capsys: pytest.CaptureF
 
 
 def test_the_names_of_all_units_are_in_the_documentation() -> None:
-    from pipros.policy.field_file import UNITS
+    from pipros_server.policy.field_file import UNITS
 
     (row,) = [line for line in DOCUMENT.splitlines() if line.startswith("| `unit`")]
     assert {each for each in UNITS if each} <= set(re.findall(r"`([^`]+)`", row))

@@ -14,10 +14,10 @@ import pytest
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header, Int32, String
 
-from pipros.bag import BagReader
 from pipros.basics.replaced_file import replaced_file
-from pipros.cli.rosbag import main
-from pipros.cli.rosbag.progress import Progress
+from pipros_tools.bag import BagReader
+from pipros_tools.cli.rosbag import main
+from pipros_tools.cli.rosbag.progress import Progress
 from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows, values
 from tests.support.full_disk import files_limited_to
 
@@ -106,7 +106,7 @@ def test_a_rewriting_that_a_signal_ends_leaves_nothing_behind(
         assert signal.getsignal(number) is not signal.SIG_DFL
         signal.raise_signal(number)
 
-    monkeypatch.setattr("pipros.cli.rosbag.rewriting.recompress", recompress)
+    monkeypatch.setattr("pipros_tools.cli.rosbag.rewriting.recompress", recompress)
     before = signal.signal(number, signal.SIG_DFL)
     try:
         with pytest.raises(SystemExit) as end:
@@ -122,7 +122,7 @@ def test_a_rewriting_that_a_signal_ends_leaves_nothing_behind(
 
 def test_a_signal_that_is_ignored_stays_ignored(bag: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "pipros.cli.rosbag.rewriting.recompress", lambda *_: signal.raise_signal(signal.SIGTERM)
+        "pipros_tools.cli.rosbag.rewriting.recompress", lambda *_: signal.raise_signal(signal.SIGTERM)
     )
     before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
@@ -142,7 +142,7 @@ def test_a_background_job_of_a_script_ends_on_sigint(
         found.append(signal.getsignal(signal.SIGINT))
         return 0
 
-    monkeypatch.setattr(f"pipros.cli.rosbag.{module}.{name}", run)
+    monkeypatch.setattr(f"pipros_tools.cli.rosbag.{module}.{name}", run)
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         assert main([name, "run.bag"]) == 0
@@ -177,7 +177,7 @@ def test_bags_of_format_1_2_can_be_compressed_too(bag: Path) -> None:
     assert (contents("old.bag"), compression_of("old.bag")) == (values(ROWS), {"bz2"})
 
 
-@pytest.mark.parametrize("more", [[], *([["--ros2", "jazzy"]] if find_spec("pipros.ros2") else [])])
+@pytest.mark.parametrize("more", [[], *([["--ros2", "jazzy"]] if find_spec("pipros_ros2") else [])])
 def test_convert_says_that_mcap_files_cannot_have_bz2(
     more: list[str], bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -357,7 +357,7 @@ def test_progress_is_shown_on_a_terminal_only(
 
 
 def test_a_closed_pipe_ends_info_silently(bag: Path) -> None:
-    call = "import sys; from pipros.cli.rosbag import main; sys.exit(main())"
+    call = "import sys; from pipros_tools.cli.rosbag import main; sys.exit(main())"
     reader, writer = os.pipe()
     os.close(reader)
     try:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import rosclean as facade
-from pipros.cli import rosclean, roslaunch_deps
+from pipros_tools.cli import rosclean, roslaunch_deps
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from pipros.cli.rosconsole import main
-from pipros.cli.rosconsole.echo import LogPrinter
 from pipros.msg import load_message_class
+from pipros_tools.cli.rosconsole import main
+from pipros_tools.cli.rosconsole.echo import LogPrinter
 
 
 def log(level: int, text: str, name: str = "/talker") -> Any:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import roslaunch
-from pipros.launch.arguments import split_arguments
+from pipros_tools.cli import roslaunch
+from pipros_tools.launch.arguments import split_arguments
 
 CONTENT = """\
 <launch>

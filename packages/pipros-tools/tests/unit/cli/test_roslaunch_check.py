@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pipros.cli.roslaunch_check import main
+from pipros_tools.cli.roslaunch_check import main
 
 MANIFEST = """<package format="2"><name>{name}</name><exec_depend>std_msgs</exec_depend>{more}</package>"""
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import rosaction, rosmsg, rossrv
-from tests.support.environments import TESTS
+from pipros_tools.cli import rosaction, rosmsg, rossrv
+from tests.support.environments import file_of_tests
 
-BAG = TESTS / "golden" / "messages" / "two_types.bag"
+BAG = file_of_tests("golden/messages/two_types.bag")
 
 
 @pytest.fixture

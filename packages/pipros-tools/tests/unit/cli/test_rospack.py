@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import rospack
+from pipros_tools.cli import rospack
 
 
 def add(folder: Path, name: str, content: str = "") -> Path:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import rosrun
+from pipros_tools.cli import rosrun
 
 
 class Became(Exception):

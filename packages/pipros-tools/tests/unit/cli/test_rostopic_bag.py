@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from std_msgs.msg import Header, Int32
 
-from pipros.cli import rostopic
+from pipros_tools.cli import rostopic
 from tests.support.bags import bag_bytes
 
 

@@ -2,15 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.elide import Elision
-from pipros.graph.errors import GraphError
-from pipros.graph.message_filter import MessageFilter
-from pipros.graph.message_path import Part
-from pipros.graph.message_rows import MessageRows, field_filter
-from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.text import strify_message
 from pipros.node.any_msg import AnyMsg
+from pipros_tools.graph.elide import Elision
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.message_filter import MessageFilter
+from pipros_tools.graph.message_path import Part
+from pipros_tools.graph.message_rows import MessageRows, field_filter
+from pipros_tools.graph.raw_decoder import RawDecoder
 
 String = load_message_class("std_msgs/String")
 Image = load_message_class("sensor_msgs/Image")

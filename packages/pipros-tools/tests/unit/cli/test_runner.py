@@ -8,10 +8,10 @@ from optparse import OptionParser
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.cli.runner import CommandError, dispatch, option_parser, run
-from pipros.cli.yaml_args import documents_of, value_of
-from pipros.graph.output import bullets
 from pipros.safe.yaml import YamlError
+from pipros_tools.cli.runner import CommandError, dispatch, option_parser, run
+from pipros_tools.cli.yaml_args import documents_of, value_of
+from pipros_tools.graph.output import bullets
 
 HEAVY = {
     "argparse",
@@ -114,7 +114,7 @@ def test_documents_cannot_construct_objects() -> None:
 def test_quick_commands_import_nothing_heavy(command: str) -> None:
     program, *arguments = command.split()
     script = (
-        f"import sys; from pipros.cli.{program} import main; main({arguments!r});"
+        f"import sys; from pipros_tools.cli.{program} import main; main({arguments!r});"
         f"print(sorted({HEAVY} & sys.modules.keys()))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
@@ -159,6 +159,6 @@ def test_a_malformed_master_uri_is_named(
 ) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", uri)
     program, *arguments = command.split()
-    main = importlib.import_module(f"pipros.cli.{program}").main
+    main = importlib.import_module(f"pipros_tools.cli.{program}").main
     assert main(arguments) == (2 if program == "rosservice" else 1)
     assert f"ERROR: ROS_MASTER_URI [{uri}]" in capsys.readouterr().err

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.cli.terminal import (
+from pipros_tools.cli.terminal import (
     CYAN,
     LiveBlock,
     aligned,
@@ -14,8 +14,8 @@ from pipros.cli.terminal import (
     passing_note,
     table,
 )
-from pipros.graph.measurements import bandwidth_table
-from pipros.graph.samples import SampleFigures
+from pipros_tools.graph.measurements import bandwidth_table
+from pipros_tools.graph.samples import SampleFigures
 
 ROWS = [["/scan", "[a/Scan]", "1"], ["/battery", "[b/B]", "12"]]
 

@@ -7,7 +7,14 @@ from typing import Any
 
 import pytest
 
-from pipros.graph.bus_info import BusConnection, established, read_row, rows_of, sent_counts, statistics_of
+from pipros_tools.graph.bus_info import (
+    BusConnection,
+    established,
+    read_row,
+    rows_of,
+    sent_counts,
+    statistics_of,
+)
 
 
 def test_a_row_is_read_with_and_without_the_values_that_old_clients_omit() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.cleanup import WARNING, clean_up
+from pipros_tools.graph.cleanup import WARNING, clean_up
 from tests.support.table_master import TableMaster
 
 ANSWERS = {

@@ -7,9 +7,9 @@ from typing import Any, cast
 
 import pytest
 
-from pipros.graph.listening import Listening, wait_for_topic
-from pipros.graph.message_path import describe_path
 from pipros.node import Node
+from pipros_tools.graph.listening import Listening, wait_for_topic
+from pipros_tools.graph.message_path import describe_path
 from tests.support.table_master import TableMaster
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.live import GraphLink, LiveGraph, links_of, vertex_of_topic
+from pipros_tools.graph.live import GraphLink, LiveGraph, links_of, vertex_of_topic
 from tests.support.table_master import Answers, TableMaster
 
 API = {"/talker": "http://h:1/", "/listener": "http://h:2/"}

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.graph.errors import GraphError
-from pipros.graph.node_info import describe_registrations
-from pipros.graph.nodes import UNKNOWN_API, kill, listing, machines, node_names
-from pipros.graph.params import delete, names_below, read, write
-from pipros.graph.services import nodes_by_service, service_class_of, uri_of
-from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.node_info import describe_registrations
+from pipros_tools.graph.nodes import UNKNOWN_API, kill, listing, machines, node_names
+from pipros_tools.graph.params import delete, names_below, read, write
+from pipros_tools.graph.services import nodes_by_service, service_class_of, uri_of
+from pipros_tools.graph.topics import describe_topic, field_type, topic_type, topics_of_type
 from tests.support.table_master import Answers, TableMaster
 
 STATE = [

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.message_filter import MessageFilter
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
+from pipros_tools.graph.message_filter import MessageFilter
 
 Pose = load_message_class("geometry_msgs/PoseStamped")
 

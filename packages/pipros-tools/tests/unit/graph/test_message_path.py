@@ -3,7 +3,8 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.graph.message_path import (
+from pipros.msg import load_message_class
+from pipros_tools.graph.message_path import (
     InvalidIndex,
     NotAnArray,
     PathStep,
@@ -12,7 +13,6 @@ from pipros.graph.message_path import (
     has_field,
     parse_path,
 )
-from pipros.msg import load_message_class
 
 LaserScan = load_message_class("sensor_msgs/LaserScan")
 DiagnosticArray = load_message_class("diagnostic_msgs/DiagnosticArray")

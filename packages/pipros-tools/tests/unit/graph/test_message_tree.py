@@ -13,8 +13,8 @@ from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import Float64, Header, String
 
 from genpy import Time
-from pipros.graph.message_tree import LEAVES, message_tree
 from pipros.msg.dynamic import message_classes_from_text
+from pipros_tools.graph.message_tree import LEAVES, message_tree
 
 
 def test_fields_by_name() -> None:

@@ -6,8 +6,8 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
 
-from pipros.graph.node_clients import NodeClients
 from pipros.wire.xmlrpc import decode_call, encode_response
+from pipros_tools.graph.node_clients import NodeClients
 
 PEERS: list[tuple[str, int]] = []
 

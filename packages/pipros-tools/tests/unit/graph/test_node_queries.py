@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from pipros.graph.node_queries import NodeQueries
+from pipros_tools.graph.node_queries import NodeQueries
 
 
 def test_a_node_that_does_not_answer_delays_only_its_own_key() -> None:

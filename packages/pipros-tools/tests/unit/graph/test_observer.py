@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.observer import (
+from pipros_tools.graph.observer import (
     ANSWER_DEADLINE_S,
     ASKED_AT_ONCE,
     CALLS_PER_POLL,
     SystemObserver,
     Traffic,
 )
-from pipros.graph.system_state import TopicConnection
+from pipros_tools.graph.system_state import TopicConnection
 
 LEVEL = TopicConnection("/talker", "/level", "/listener")
 

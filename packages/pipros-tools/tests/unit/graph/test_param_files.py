@@ -8,11 +8,11 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.graph.errors import GraphError
-from pipros.graph.param_files import read_file, read_text
-from pipros.graph.param_text import as_document, as_pretty_text, as_shown, node_parameters
-from pipros.graph.params import leaves
 from pipros.safe.yaml import YamlError
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.param_files import read_file, read_text
+from pipros_tools.graph.param_text import as_document, as_pretty_text, as_shown, node_parameters
+from pipros_tools.graph.params import leaves
 
 
 def test_each_document_has_its_namespace() -> None:

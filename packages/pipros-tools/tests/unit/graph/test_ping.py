@@ -9,8 +9,8 @@ from socket import gaierror
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.ping import ping, ping_all
 from pipros.net.rpc_client import Fault
+from pipros_tools.graph.ping import ping, ping_all
 from tests.support.table_master import TableMaster
 
 API = "http://robot:1234/"

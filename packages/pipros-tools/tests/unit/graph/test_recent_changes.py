@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pipros.graph.observer import GraphObservation
-from pipros.graph.recent_changes import EVENTS_S, LONGEST_GAP_S, MAX_REMOVED, SHOWN_S, RecentChanges
-from pipros.graph.system_state import SystemState, TopicConnection
+from pipros_tools.graph.observer import GraphObservation
+from pipros_tools.graph.recent_changes import EVENTS_S, LONGEST_GAP_S, MAX_REMOVED, SHOWN_S, RecentChanges
+from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 LEVEL = TopicConnection("/talker", "/level", "/listener")
 ALL = GraphObservation(

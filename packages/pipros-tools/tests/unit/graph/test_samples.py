@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.measurements import NO_NEW_MESSAGES, Rates, as_bytes
-from pipros.graph.samples import BandwidthWindow, RateWindow, Samples
+from pipros_tools.graph.measurements import NO_NEW_MESSAGES, Rates, as_bytes
+from pipros_tools.graph.samples import BandwidthWindow, RateWindow, Samples
 
 
 def test_figures_of_samples() -> None:

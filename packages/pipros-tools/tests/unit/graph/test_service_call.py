@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.errors import GraphError
-from pipros.graph.service_call import ServiceCaller, wait_for_service
 from pipros.msg import load_service_class
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.service_call import ServiceCaller, wait_for_service
 from tests.support.table_master import TableMaster
 
 MASTER = TableMaster({})

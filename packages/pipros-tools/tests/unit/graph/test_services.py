@@ -8,9 +8,9 @@ from typing import Any, cast
 
 import pytest
 
-from pipros.graph import services
-from pipros.graph.errors import GraphError
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph import services
+from pipros_tools.graph.errors import GraphError
 
 
 def test_a_silent_address_is_called_twice_by_each_thread_whatever_is_registered_there(

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.system_state import SystemState, by_node, is_below, of_node
+from pipros_tools.graph.system_state import SystemState, by_node, is_below, of_node
 
 STATE = [
     [["/chatter", ["/talker", "/other"]], ["/rosout", ["/talker"]]],

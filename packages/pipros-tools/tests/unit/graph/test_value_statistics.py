@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from pipros.graph.value_statistics import FIELDS, numbers_in, summaries
 from pipros.msg import load_message_class
+from pipros_tools.graph.value_statistics import FIELDS, numbers_in, summaries
 
 Odometry: Any = load_message_class("nav_msgs/Odometry")
 LaserScan: Any = load_message_class("sensor_msgs/LaserScan")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.health.gather_machine import gather_machine
+from pipros_tools.health.gather_machine import gather_machine
 
 
 def test_a_missing_setup_file_in_bashrc_is_found(tmp_path: Path) -> None:

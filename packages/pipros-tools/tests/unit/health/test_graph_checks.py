@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from pipros.graph.bus_info import BusConnection
-from pipros.graph.system_state import SystemState
-from pipros.health.finding import Findings, warning
-from pipros.health.graph_checks import check_graph
-from pipros.health.room_check import RoomCheck, RoomReply
-from pipros.health.system_report import (
+from pipros_tools.graph.bus_info import BusConnection
+from pipros_tools.graph.system_state import SystemState
+from pipros_tools.health.finding import Findings, warning
+from pipros_tools.health.graph_checks import check_graph, correct_name
+from pipros_tools.health.plugin_check import PluginCheck, PluginReply
+from pipros_tools.health.system_report import (
     Failure,
     NodeReport,
     PublisherReport,
@@ -92,7 +92,7 @@ def test_only_the_planted_fault_is_found(rule: str) -> None:
     assert findings[0].cure
 
 
-def judge(node: str, reply: RoomReply) -> Findings:
+def judge(node: str, reply: PluginReply) -> Findings:
     if not reply.success:
         yield warning("closed", f"{node} is closed", "Open it.", node)
 
@@ -102,11 +102,13 @@ def test_nodes_of_rooms_are_judged_and_may_wait_for_publishers() -> None:
     subscribers = {TOPIC: [LISTENER], "/robot1/cmd": [node]}
     nodes = {**NODES, node: NodeReport("http://10.0.0.1:1003/")}
     state = HEALTHY.state._replace(subscribers=subscribers)
-    check = RoomCheck("/door_", "state", judge)
-    system = replace(HEALTHY, state=state, nodes=nodes, room_replies={node: RoomReply(check, success=True)})
+    check = PluginCheck("/door_", "state", judge)
+    system = replace(
+        HEALTHY, state=state, nodes=nodes, plugin_replies={node: PluginReply(check, success=True)}
+    )
 
     assert check_graph(system) == []
-    (finding,) = check_graph(replace(system, room_replies={node: RoomReply(check)}))
+    (finding,) = check_graph(replace(system, plugin_replies={node: PluginReply(check)}))
     assert finding.rule == "closed"
 
 
@@ -181,6 +183,30 @@ def test_timestamps_of_simulated_time_are_distinguished_from_clock_offsets() -> 
 def test_a_misspelt_topic_is_reported() -> None:
     (finding,) = check_graph(FAULTS["no-publishers"])
     assert "with similar names: /chatter." in finding.cure
+
+
+@pytest.mark.parametrize(
+    ("readers", "others", "cure"),
+    [
+        ([], [], "If [/image_raw] is the intended topic, use this name."),
+        (["/view"], [], "[/image_rav] is wrong: correct it in /view, or remap /image_rav:=/image_raw there."),
+        (["/view", "/view"], [], "[/image_rav] is wrong: correct it in /view, or remap"),
+        (["/view"], ["/log"], "[/image_rav] is wrong: correct it in /view, or"),
+        (["/a", "/b"], ["/a"], "[/image_rav] is wrong: correct it in /a, /b, or remap"),
+        (
+            ["/a", "/b"],
+            [],
+            "[/image_raw] is wrong: correct it in /camera, or remap /image_raw:=/image_rav there.",
+        ),
+        (["/a", "/b", "/c"], ["/d"], "[/image_raw] is wrong: correct it in /camera, /d, or"),
+    ],
+)
+def test_the_name_that_fewer_nodes_use_is_to_be_corrected(
+    readers: list[str], others: list[str], cure: str
+) -> None:
+    state = SystemState({"/image_raw": ["/camera"]}, {"/image_rav": readers, "/image_raw": others}, {})
+    system = replace(HEALTHY, state=state)
+    assert cure in correct_name("/image_rav", ["/image_raw"], system)
 
 
 def test_names_of_peers_cannot_forge_lines() -> None:

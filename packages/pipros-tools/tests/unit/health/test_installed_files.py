@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.health.installed_files import changed_packages
+from pipros_tools.health.gather_machine import changed_packages
 
 OURS = "pipros-of-test"
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import DEFAULT_MASTER_URI
-from pipros.health.finding import FindingSeverity, has_errors
-from pipros.health.machine import MachineReport, PathKind
-from pipros.health.machine_checks import check_machine
-from pipros.health.windows_setup import WindowsReport
+from pipros_tools.health.finding import FindingSeverity, has_errors
+from pipros_tools.health.machine import MachineReport, PathKind
+from pipros_tools.health.machine_checks import check_machine
+from pipros_tools.health.windows_setup import WindowsReport
 
 PROGRAMS, PACKAGES = Path("/venv/bin"), Path("/venv/lib")
 

@@ -1,8 +1,8 @@
 from __future__ import annotations
 
-from pipros.graph.system_state import SystemState
-from pipros.health.nodelet_checks import services_of_managers, slow_nodelets
-from pipros.health.system_report import SystemReport
+from pipros_tools.graph.system_state import SystemState
+from pipros_tools.health.nodelet_checks import services_of_managers, slow_nodelets
+from pipros_tools.health.system_report import SystemReport
 
 
 def test_nodelets_that_drop_messages_are_found() -> None:

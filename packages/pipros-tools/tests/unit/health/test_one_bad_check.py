@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from pipros.health import graph_checks, machine_checks
-from pipros.health.finding import Findings, FindingSeverity, findings_of, warning
-from pipros.health.wtf.rules import Rule, problems_of
+from pipros_tools.health import graph_checks, machine_checks
+from pipros_tools.health.finding import Findings, FindingSeverity, findings_of, warning
+from pipros_tools.health.wtf.rules import Rule, problems_of
 
 PLACES = pytest.mark.parametrize("place", range(3), ids=["first", "middle", "last"])
 

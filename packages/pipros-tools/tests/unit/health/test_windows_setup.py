@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.health.windows_setup import blocking_rules, refusing_policy, scripts_off_path, wsl_network
+from pipros_tools.health.windows_setup import blocking_rules, refusing_policy, scripts_off_path, wsl_network
 
 SYSTEM = r"C:\Program Files\WindowsPowerShell\Modules;C:\Windows\system32\WindowsPowerShell\v1.0\Modules"
 CMD = {"ProgramFiles": r"C:\Program Files", "SystemRoot": r"C:\Windows", "PSModulePath": SYSTEM}

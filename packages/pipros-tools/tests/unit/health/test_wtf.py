@@ -12,11 +12,10 @@ import roswtf
 import roswtf.context
 import roswtf.model
 import roswtf.rules
-from pipros.health.system_report import SystemReport
-from pipros.health.wtf.graph import check_graph
-from pipros.health.wtf.plugins import load_plugins
-from pipros.health.wtf.rules import Problem
-from pipros.health.wtf.subject import Subject
+from pipros_tools.health.system_report import SystemReport
+from pipros_tools.health.wtf.graph import check_graph
+from pipros_tools.health.wtf.plugins import load_plugins
+from pipros_tools.health.wtf.subject import Subject
 from roswtf import main
 from tests.unit.health.test_graph_checks import HEALTHY, UNCONNECTED
 
@@ -70,9 +69,12 @@ def test_a_healthy_system_passes_all_rules() -> None:
     assert ctx.service_providers == ["/talker"]
 
 
-def test_a_missing_connection_is_an_error() -> None:
-    text = "The following nodes should be connected but aren't:\n * /talker->/listener (/chatter)\n"
-    assert Problem(True, text) in check_graph(subject(UNCONNECTED))
+def test_a_missing_connection_is_an_error_with_its_remedy() -> None:
+    (problem,) = [found for found in check_graph(subject(UNCONNECTED)) if found.is_error]
+    assert problem.text.startswith(
+        "[/listener] does not receive [/chatter] from [/talker], though both answer. "
+    )
+    assert "ROS_IP" in problem.text
 
 
 def test_an_unknown_package_cannot_be_checked() -> None:

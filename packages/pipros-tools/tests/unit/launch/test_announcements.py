@@ -4,9 +4,14 @@ import re
 
 import pytest
 
-from pipros.launch.announcements import announce_launch, summary, warn_about_arguments, warn_about_machines
-from pipros.launch.console import Console
-from pipros.launch.model import Argument, Launch, LaunchNode, Machine
+from pipros_tools.launch.announcements import (
+    announce_launch,
+    summary,
+    warn_about_arguments,
+    warn_about_machines,
+)
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.model import Argument, Launch, LaunchNode, Machine
 
 
 def test_the_summary_is_the_one_of_noetic() -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.launch.command import CannotLaunch, CommandMaker
-from pipros.launch.model import LaunchNode, Machine, WorkingFolder
-from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
+from pipros_tools.launch.command import CannotLaunch, CommandMaker
+from pipros_tools.launch.model import LaunchNode, Machine, WorkingFolder
+from pipros_workspace.index import SHARED_PACKAGES, PackageIndex
 from tests.support.debian_system import make_debian
 
 

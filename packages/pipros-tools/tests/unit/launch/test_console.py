@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.console import Console
+from pipros_tools.launch.console import Console
 
 
 def test_the_console_prints_and_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.find_launch_files import NoSuchFiles, resolve_files
-from pipros.launch.model import LaunchError
-from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
+from pipros_tools.launch.find_launch_files import NoSuchFiles, resolve_files
+from pipros_tools.launch.model import LaunchError
+from pipros_workspace.index import SHARED_PACKAGES, PackageIndex
 
 
 @pytest.fixture

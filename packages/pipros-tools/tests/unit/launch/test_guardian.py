@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import io
 
-from pipros.launch.guardian import read_groups
+from pipros_tools.launch.guardian import read_groups
 
 
 def test_the_guardian_knows_which_groups_are_left() -> None:

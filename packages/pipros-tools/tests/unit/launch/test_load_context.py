@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.load_context import LoadContext
+from pipros_tools.launch.load_context import LoadContext
 
 PYTHON = f'"{Path(sys.executable).as_posix()}"'
 
 
 def test_a_command_in_python_prints_any_text_on_windows(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.launch.load_context.ON_WINDOWS", True)
+    monkeypatch.setattr("pipros_tools.launch.load_context.ON_WINDOWS", True)
     monkeypatch.delenv("PYTHONIOENCODING", raising=False)
     for name, value in (("LC_ALL", "C"), ("PYTHONCOERCECLOCALE", "0"), ("PYTHONUTF8", "0")):
         monkeypatch.setenv(name, value)  # on Linux, a pipe has a poor encoding only with these
@@ -20,7 +20,7 @@ def test_a_command_in_python_prints_any_text_on_windows(monkeypatch: pytest.Monk
 
 def test_on_windows_the_variable_home_names_the_users_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = str(Path.home())
-    monkeypatch.setattr("pipros.launch.load_context.ON_WINDOWS", True)
+    monkeypatch.setattr("pipros_tools.launch.load_context.ON_WINDOWS", True)
     monkeypatch.setattr("os.path.expanduser", lambda _: expected)
     monkeypatch.delenv("HOME", raising=False)
     assert LoadContext.of_process().environment["HOME"] == expected

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.log_history import FILE_BYTES, log_history
+from pipros_tools.launch.log_history import FILE_BYTES, log_history
 
 RUN = "0fb2803c-e4ea-11f1"
 GENUINE = "1.5  WARN /arm [/ws/arm.py:7(move)] [topics: /rosout, /a] slow"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.launch.logs import LogFolder, LogFolderUnusable, disk_usage_report
+from pipros_tools.launch.logs import LogFolder, disk_usage_report
 
 
 def test_each_run_has_a_log_folder_and_latest_points_to_the_newest(tmp_path: Path) -> None:
@@ -14,14 +14,17 @@ def test_each_run_has_a_log_folder_and_latest_points_to_the_newest(tmp_path: Pat
     second = LogFolder.of_run(environment, "two")
     assert (tmp_path / "log" / "latest").resolve() == second.path
     assert second.stem("g/h/n-2") == str(tmp_path / "log" / "two" / "g-h-n-2")
-    second.check_writable()
+    assert second.is_usable
     assert list(second.path.iterdir()) == []
 
 
-def test_a_log_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+def test_a_log_folder_that_cannot_be_made_is_reported_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(LogFolderUnusable, match="set ROS_LOG_DIR to another folder"):
-        LogFolder.of_run(Environment(log_dir=tmp_path / "file" / "log"), "run")
+    environment = Environment(log_dir=tmp_path / "file" / "log")
+    assert [LogFolder.of_run(environment, "run").is_usable for _ in range(2)] == [False, False]
+    assert capsys.readouterr().err.count("set ROS_LOG_DIR to a writable location") == 1
 
 
 def test_a_large_log_folder_is_warned_about(tmp_path: Path) -> None:

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from pipros.launch.command import NodeCommand
-from pipros.launch.managed_node import ManagedNode, ProcessInfo
-from pipros.launch.model import LaunchNode, Output
+from pipros_tools.launch.command import NodeCommand
+from pipros_tools.launch.managed_node import ManagedNode, ProcessInfo
+from pipros_tools.launch.model import LaunchNode, Output
 
 
 def process(*, exit_code: int | None = None, has_group: bool = False) -> Any:

@@ -7,12 +7,12 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import ProtocolError, Refused, Unreachable
-from pipros.basics.limits import Limits
-from pipros.launch.master_location import master_environment, run_id_of
-from pipros.launch.model import LaunchError
 from pipros.net import this_machine
 from pipros.net.lookup import Lookups
 from pipros.net.rpc_client import Fault
+from pipros_tools.launch.model import LaunchError
+from pipros_tools.launch.session_master import master_environment, run_id_of
+from tests.support.constants import Constants
 from tests.support.names import hosts
 
 ELSEWHERE = Environment(master_uri="http://robot:1234")
@@ -53,11 +53,11 @@ def test_roslaunch_uses_the_master_of_the_environment_unless_given_a_port() -> N
     ],
 )
 def test_a_uri_with_the_name_of_this_computer_opens_the_master(
-    monkeypatch: pytest.MonkeyPatch, requested: str, announced: str
+    monkeypatch: pytest.MonkeyPatch, constants: Constants, requested: str, announced: str
 ) -> None:
     lookups = Lookups(4, resolve=hosts({"laptop": "127.0.1.1", "robot": "198.51.100.7"}))
     monkeypatch.setattr(this_machine, "process_lookups", lambda: lookups)
-    monkeypatch.setattr(this_machine, "process_limits", lambda: Limits(lookup_s=60.0))
+    constants(LOOKUP_S=60.0)
     monkeypatch.setattr(socket, "gethostname", lambda: "laptop")
     environment = master_environment(Environment(master_uri=requested), is_core=True, port=5, bind=None)
     assert environment.master_uri == f"http://{announced}:5/"

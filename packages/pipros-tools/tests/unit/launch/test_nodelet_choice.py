@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.model import Launch, LaunchNode
-from pipros.launch.nodelet_choice import arguments_of, why_not_loadable, with_choices
 from pipros.packages import nodelets
+from pipros_tools.launch.model import Launch, LaunchNode
+from pipros_tools.launch.nodelet_choice import arguments_of, why_not_loadable, with_choices
 from tests.support.debian_system import make_debian
 
 COMPILED = {"image_proc/debayer": "image_proc", "only_cpp/C": "only_cpp"}

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.launch.output_prefix import LinePrefix, PrefixedOutput, is_available
+from pipros_tools.launch.output_prefix import LinePrefix, PrefixedOutput, is_available
 
 if sys.platform != "win32":
     import pty

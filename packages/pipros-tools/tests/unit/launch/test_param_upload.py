@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Refused
-from pipros.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
-from pipros.launch.param_upload import upload
+from pipros_tools.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
+from pipros_tools.launch.param_upload import upload
 
 
 class FakeServer:

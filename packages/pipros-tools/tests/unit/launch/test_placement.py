@@ -4,9 +4,9 @@ import getpass
 
 import pytest
 
-from pipros.launch import placement
-from pipros.launch.model import LaunchNode, Machine
-from pipros.launch.placement import Placement, is_local
+from pipros_tools.launch import placement
+from pipros_tools.launch.model import LaunchNode, Machine
+from pipros_tools.launch.placement import Placement, is_local
 
 BASE = Machine("base", "base.local")
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.launch.process import last_lines
+from pipros_tools.launch.process import last_lines
 
 
 def test_the_last_lines_of_a_file_are_not_blank(tmp_path: Path) -> None:

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from pipros.launch import ros2_node
-from pipros.launch.command import CannotLaunch, CommandMaker
-from pipros.launch.model import LaunchNode
-from pipros.launch.ros2_node import ros2_arguments
-from pipros.workspace.client_library import relayed_script
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch import ros2_node
+from pipros_tools.launch.command import CannotLaunch, CommandMaker
+from pipros_tools.launch.model import LaunchNode
+from pipros_tools.launch.ros2_node import ros2_arguments
+from pipros_workspace.client_library import relayed_script
+from pipros_workspace.index import PackageIndex
 
 
 @pytest.fixture
@@ -132,8 +132,8 @@ def test_a_script_in_a_devel_space_leads_to_its_source(
 def test_on_windows_the_first_line_does_not_choose_the_python(
     maker: CommandMaker, script: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in ("launch.command", "workspace.program_start"):
-        monkeypatch.setattr(f"pipros.{module}.ON_WINDOWS", True)
+    for module in ("pipros_tools.launch.command", "pipros_workspace.program_start"):
+        monkeypatch.setattr(f"{module}.ON_WINDOWS", True)
     monkeypatch.setattr(ros2_node, "find_spec", lambda _: None)
     script.write_bytes(b"#!/opt/none/python3\r\nimport rclpy\r\n")
     with pytest.raises(CannotLaunch, match="imports rclpy, which this Python lacks"):

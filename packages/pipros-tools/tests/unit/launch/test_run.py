@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.launch.model import LaunchError
-from pipros.launch.run import RunOptions
+from pipros_tools.launch.model import LaunchError
+from pipros_tools.launch.run import RunOptions
 
 
 @pytest.mark.parametrize("name", ["sigint_timeout_s", "sigterm_timeout_s"])

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.launch.console import Console
-from pipros.launch.model import LaunchError
-from pipros.launch.session_master import choose_run_id
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.model import LaunchError
+from pipros_tools.launch.session_master import choose_run_id
 
 
 @pytest.mark.parametrize(

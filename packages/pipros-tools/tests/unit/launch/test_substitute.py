@@ -6,8 +6,8 @@ import pytest
 
 from pipros.basics.errors import NotFound
 from pipros.basics.names import is_legal_base
-from pipros.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
-from pipros.safe.expr import ExpressionError
+from pipros.safe.expr_walk import ExpressionError
+from pipros_tools.launch.substitute import Substitution, SubstitutionError, UnsetArgument, anonymous_name
 
 
 def find(package: str, path: str) -> str:

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from pipros.launch.process import SIGINT, SIGKILL, SIGTERM
-from pipros.launch.terminate import end, report_end
+from pipros_tools.launch.process import SIGINT, SIGKILL, SIGTERM
+from pipros_tools.launch.terminate import end, report_end
 
 
 class FakeProcess:

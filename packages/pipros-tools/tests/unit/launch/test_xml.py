@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 import pipros
-from pipros.basics.limits import Limits
-from pipros.launch import param_types, substitute
-from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
-from pipros.launch.roscore import STANDARD_PARAMETERS
-from pipros.launch.xml import INCLUDE_LIMIT, load
+from pipros_tools.launch import param_types, substitute
+from pipros_tools.launch.budget import LAUNCH_INCLUDES
+from pipros_tools.launch.model import LaunchError, Output, Place, WorkingFolder
+from pipros_tools.launch.roscore import STANDARD_PARAMETERS
+from pipros_tools.launch.xml import INCLUDE_LIMIT, load
+from tests.support.constants import Constants
 
 
 def write(folder: Path, name: str, content: str) -> str:
@@ -140,7 +141,7 @@ def test_the_arguments_of_the_named_files_are_listed(tmp_path: Path) -> None:
     launch = load([file], unset_as="")
     assert [(argument.name, argument.is_required, argument.doc) for argument in launch.arguments] == [
         ("x", True, "the x"),
-        ("y", False, ""),
+        ("y", False, None),
     ]
 
 
@@ -204,34 +205,40 @@ def test_arguments_that_double_each_other_are_refused(tmp_path: Path) -> None:
     assert 'name="a17"' in error.value.element
 
 
-def test_the_total_length_of_substitutions_is_limited(tmp_path: Path) -> None:
+def test_the_total_length_of_substitutions_is_limited(tmp_path: Path, constants: Constants) -> None:
     params = "".join(f'<param name="p{number}" value="$(arg a)"/>' for number in range(9))
     file = write(
         tmp_path, "a.launch", f'<launch><arg name="a" value="{"x" * 900}"/><group>{params}</group></launch>'
     )
-    assert len(load([file], limits=Limits(launch_bytes=20_000)).params) == 9
+    constants(LAUNCH_FILES_BYTES=20000)
+    assert len(load([file]).params) == 9
+    constants(LAUNCH_FILES_BYTES=5000)
     with pytest.raises(LaunchError, match=r"the files of this launch.* are too large: the limit is 5000"):
-        load([file], limits=Limits(launch_bytes=5_000))
+        load([file])
 
 
 @pytest.mark.parametrize(
     "element", ['<param name="p" textfile="{}"/>', '<rosparam file="{}" param="p"/>', '<include file="{}"/>']
 )
-def test_a_file_that_is_read_many_times_counts_each_time(tmp_path: Path, element: str) -> None:
+def test_a_file_that_is_read_many_times_counts_each_time(
+    tmp_path: Path, element: str, constants: Constants
+) -> None:
     other = write(tmp_path, "other", f"<launch><!--{'x' * 900}--></launch>")
     file = write(tmp_path, "a.launch", f"<launch>{element.format(other) * 9}</launch>")
+    constants(LAUNCH_FILES_BYTES=5000)
     with pytest.raises(LaunchError, match="too large: the limit is 5000"):
-        load([file], limits=Limits(launch_bytes=5_000))
+        load([file])
 
 
-def test_files_that_include_each_other_twice_are_refused(tmp_path: Path) -> None:
+def test_files_that_include_each_other_twice_are_refused(tmp_path: Path, constants: Constants) -> None:
     for depth in range(30):
         include = f'<include file="{tmp_path / f"i{depth + 1}.launch"}"/>'
         write(tmp_path, f"i{depth}.launch", f"<launch>{include * 2}</launch>")
     write(tmp_path, "i30.launch", "<launch/>")
+    assert LAUNCH_INCLUDES == 10_000
+    constants(LAUNCH_INCLUDES=500)
     with pytest.raises(LaunchError, match="too many files are included: the limit is 500"):
-        load([str(tmp_path / "i0.launch")], limits=Limits(launch_includes=500))
-    assert Limits().launch_includes == 10_000
+        load([str(tmp_path / "i0.launch")])
 
 
 def test_an_expression_converts_only_the_arguments_that_it_names(monkeypatch: pytest.MonkeyPatch) -> None:

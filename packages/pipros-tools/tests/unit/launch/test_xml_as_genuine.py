@@ -16,12 +16,12 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, LaunchError, LaunchNode, Output, WorkingFolder
-from pipros.launch.xml import load
-from tests.support.environments import TESTS
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import Launch, LaunchError, LaunchNode, Output, WorkingFolder
+from pipros_tools.launch.xml import load
+from tests.support.environments import file_of_tests
 
-FOLDER = TESTS / "golden" / "launch_language"
+FOLDER = file_of_tests("golden/launch_language")
 GENUINE = [json.loads(line) for line in (FOLDER / "genuine.jsonl").read_text().splitlines()]
 
 # Deliberate differences, with their reasons.
@@ -35,6 +35,10 @@ DIFFERENT_HERE = {
     '<rosparam param="~p">1</rosparam><node pkg="p" type="t" name="n"/>': "likewise",
     '<node pkg="p" type="t" name="n"><rosparam param="~a">1</rosparam></node>': "likewise",
     '<rosparam file="$(dirname)/p.yaml" command="load" param="~k"/>': "likewise",
+    '<rosparam ns="x">{~a: 1}</rosparam><node pkg="p" type="t" name="n"/>': "likewise",
+    '<node pkg="p" type="t" name="n"><rosparam ns="x">{~a: 1}</rosparam></node>': "likewise",
+    '<node pkg="p" type="t" name="n"><rosparam ns="~">{a: 1}</rosparam></node>': "likewise",
+    '<node pkg="p" type="t" name="n"><rosparam command="delete" param="~a"/></node>': "likewise",
     '<arg name="e" value="$(eval 1 + 1)"/><param name="p" value="$(eval e * 2)"/>'
     """<param name="q" value="$(eval 'a' + str(e))"/>""": "genuine's math.e hides the argument",
 }
@@ -144,3 +148,46 @@ def test_each_case_has_the_outcome_of_genuine_roslaunch(outcome: dict[str, Any],
     warned = genuine.pop("warnings")
     assert sorted_text(ours) == sorted_text(genuine)
     assert len(launch.warnings) >= warned
+
+
+@pytest.mark.parametrize(
+    ("rosparam", "found"),
+    [
+        ('<rosparam ns="~p">{a: 1}</rosparam>', {"/g/n/p/a": 1}),
+        ('<rosparam ns="/x">{~a: 1, b: {~c: 2}}</rosparam>', {"/g/n/a": 1, "/g/n/c": 2}),
+        ('<rosparam ns="x" param="~a">1</rosparam>', {"/g/n/a": 1}),
+        ('<rosparam param="~">{a: 1}</rosparam>', {"/g/n/a": 1}),
+        ('<rosparam>{~/a: 1, "~": 2}</rosparam>', {"/g/n/a": 1, "/g/n": 2}),
+    ],
+)
+@pytest.mark.parametrize("where", ["before", "inside"])
+def test_private_names_of_rosparam_belong_to_nodes(
+    rosparam: str, found: dict[str, Any], where: str, folder: Path
+) -> None:
+    before, inside = (rosparam, "") if where == "before" else ("", rosparam)
+    node = f'<node pkg="p" type="t" name="n">{inside}</node>'
+
+    launch = load_case(f'<group ns="g">{before}{node}</group>', folder)
+
+    assert (launch.params, launch.warnings) == (found, ())
+
+
+@pytest.mark.parametrize("action", ["dump", "delete"])
+def test_private_parameters_of_a_node_are_dumped_and_deleted(action: str, folder: Path) -> None:
+    case = f'<node pkg="p" type="t" name="n"><rosparam command="{action}" param="~a" ns="x"/></node>'
+
+    assert [command.key for command in load_case(case, folder).commands] == ["/n/a"]
+
+
+@pytest.mark.parametrize(
+    "element",
+    ['<param name="~a" value="1"/>', "<rosparam>{~a: 1}</rosparam>", '<rosparam param="~a">1</rosparam>'],
+)
+def test_private_parameters_without_a_later_node_are_named(element: str, folder: Path) -> None:
+    node = '<node pkg="p" type="t" name="n"/>'
+
+    (warning,) = load_case(f"{node}<group>{element}</group>", folder).warnings
+
+    assert warning.startswith("parameter [~a] in ")
+    assert "is set for no node" in warning
+    assert load_case(f"<group>{element}{node}</group>", folder).warnings == ()

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch import model
-from pipros.launch.model import Launch, LaunchNode
-from pipros.testing.result_paths import XML_OUTPUT_FLAG
-from pipros.testing.results import Case, Outcome, Suite
-from pipros.testing.rostest import Plan, Rostest, TestProgramTimedOut
-from pipros.testing.runner import CaseResult
-from pipros.testing.xunit import format_suite
-from pipros.workspace.index import PackageIndex
+from pipros_tools.launch import model
+from pipros_tools.launch.model import Launch, LaunchNode
+from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG
+from pipros_tools.testing.results import Case, Outcome, Suite
+from pipros_tools.testing.rostest import Plan, Rostest, TestProgramTimedOut
+from pipros_tools.testing.runner import CaseResult
+from pipros_tools.testing.xunit import format_suite
+from pipros_workspace.index import PackageIndex
 
 PASSED = Suite("s", (Case("c", "test_it"),))
 FAILED = Suite("s", (Case("c", "test_it", 0.0, Outcome.FAILURE, "AssertionError", "no\n"),))

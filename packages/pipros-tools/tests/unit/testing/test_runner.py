@@ -13,9 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from pipros.testing.results import Outcome, Suite
-from pipros.testing.runner import CaseResult, XmlRunner
-from pipros.testing.xunit import parse_suites
+from pipros_tools.testing.result_paths import NoPlaceForResults
+from pipros_tools.testing.results import Outcome, Suite
+from pipros_tools.testing.runner import CaseResult, XmlRunner
+from pipros_tools.testing.xunit import parse_suites
+from tests.support.full_disk import files_limited_to
 
 
 def case_of(**methods: Callable[[unittest.TestCase], None]) -> unittest.TestSuite:
@@ -132,3 +134,14 @@ def test_an_interrupted_run_leaves_no_file_that_could_be_taken_for_a_passed_one(
         run(case_of(test_a=lambda self: None, test_b=test_b), tmp_path / "r.xml")
 
     assert not (tmp_path / "r.xml").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs resource limits")
+def test_no_case_runs_if_its_results_cannot_be_written(tmp_path: Path) -> None:
+    ran: list[unittest.TestCase] = []
+    with (
+        files_limited_to(0),
+        pytest.raises(NoPlaceForResults, match=r"r\.xml.*Set ROS_TEST_RESULTS_DIR to a writable folder"),
+    ):
+        XmlRunner(tmp_path / "r.xml").run(case_of(test_it=ran.append))
+    assert (ran, list(tmp_path.iterdir())) == ([], [])

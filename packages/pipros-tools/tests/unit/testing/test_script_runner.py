@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import rosunit
-from pipros.testing.script_runner import run_program
+from pipros_tools.testing.script_runner import run_program
 
 
 class Fine(unittest.TestCase):
@@ -93,7 +93,7 @@ def test_unitrun_ends_the_process_with_1_only_when_tests_do_not_pass(results: Pa
 
 def test_result_files_are_named_after_package_runner_and_test(results: Path) -> None:
     assert rosunit.xml_results_file("pkg", "a/b") == f"{results}/pkg/rosunit-a_b.xml"
-    assert rosunit.xml_results_file("pkg", "t", True, env={"ROS_HOME": "/h"}) == (
-        "/h/test_results/pkg/rostest-t.xml"
+    assert rosunit.xml_results_file("pkg", "t", True, env={"ROS_HOME": f"{results}/h"}) == (
+        f"{results}/h/test_results/pkg/rostest-t.xml"
     )
     assert rosunit.rostest_name_from_path("/ws/pkg", "/ws/pkg/test/a.test") == "test_a"

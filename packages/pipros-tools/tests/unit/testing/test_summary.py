@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.testing.results import Case, Outcome, Suite
-from pipros.testing.summary import runner_summary
+from pipros_tools.testing.results import Case, Outcome, Suite
+from pipros_tools.testing.summary import runner_summary
 
 PASSED = Case("__main__.TalkerTestCase", "test_talker_publishing", 1.1)
 FAILED = Case(

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.testing.results import Case, Outcome, Suite
-from pipros.testing.xunit import UnreadableResults, format_suite, parse_suites
+from pipros_tools.testing.results import Case, Outcome, Suite
+from pipros_tools.testing.xunit import UnreadableResults, format_suite, parse_suites
 
 SUITE = Suite(
     name="unittest.suite.TestSuite",

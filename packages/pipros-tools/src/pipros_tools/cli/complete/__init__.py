@@ -12,9 +12,9 @@ import os
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.complete.candidates import candidates
-from pipros.cli.complete.running import MANY_LINES
-from pipros.cli.entry_point import command
+from pipros_tools.cli.complete.candidates import candidates
+from pipros_tools.cli.complete.running import MANY_LINES
+from pipros_tools.cli.entry_point import command
 
 NO_SUCH_COMMAND = 127
 """The exit code of a shell that does not find a command."""
@@ -59,16 +59,17 @@ def _print_advice(name: str) -> int:
 
 def _print_similar(package: str) -> int:
     from pipros.basics.similar_names import similar_names
-    from pipros.workspace.index import PackageIndex
+    from pipros.packages.well_known import why_not_here
+    from pipros_workspace.index import PackageIndex
 
-    question = similar_names(package, (each.name for each in PackageIndex.from_environment()))
-    if question:
-        print(question)
+    names = (each.name for each in PackageIndex.from_environment())
+    if advice := why_not_here(package) or similar_names(package, names):
+        print(advice)
     return 0
 
 
 def _print_files(package_name: str, name: str) -> int:
-    from pipros.workspace.index import PackageIndex
+    from pipros_workspace.index import PackageIndex
 
     package = PackageIndex.from_environment().get(package_name)
     if package is None:

@@ -6,11 +6,12 @@ import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.complete.options import options, words_after
-from pipros.cli.complete.running import live_names, prototype, service_type
+from pipros.basics.input_file import read_file
+from pipros_tools.cli.complete.options import options, words_after
+from pipros_tools.cli.complete.running import live_names, prototype, service_type
 
 if TYPE_CHECKING:
-    from pipros.workspace.index import PackageIndex
+    from pipros_workspace.index import PackageIndex
 
 _ENDINGS = {"roslaunch": (".launch", ".test"), "rostest": (".test", ".launch")}
 _KINDS = {"rosmsg": "msg", "rossrv": "srv", "rosaction": "action"}
@@ -64,7 +65,7 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
 
 
 def _words_of(before: Sequence[str]) -> list[str]:
-    from pipros.cli.subcommands import subcommands
+    from pipros_tools.cli.subcommands import subcommands
 
     found = subcommands().get(before[0])
     return [] if found is None else found.subcommands.split()
@@ -72,7 +73,7 @@ def _words_of(before: Sequence[str]) -> list[str]:
 
 def _index() -> PackageIndex:
     # imported only here, because completing names in the running system does not need it
-    from pipros.workspace.index import PackageIndex
+    from pipros_workspace.index import PackageIndex
 
     return PackageIndex.from_environment()
 
@@ -89,7 +90,7 @@ def _packages_with_programs() -> list[str]:
 
 def _programs(package: str) -> list[str]:
     from pipros.basics.errors import NotFound
-    from pipros.workspace.executables import list_executables, package_of_programs
+    from pipros_workspace.executables import list_executables, package_of_programs
 
     try:
         return list_executables(package_of_programs(_index(), package))
@@ -132,8 +133,7 @@ def _arguments(folder: str, name: str) -> list[str]:
         if name in files:
             path = os.path.join(base, name)
             try:
-                with open(path, "rb") as file:
-                    root = parse(file.read(), path)
+                root = parse(read_file(path), path)
             except (XmlError, OSError):
                 return []
             settable = [

@@ -9,12 +9,12 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
-from pipros.basics.rooms import loaded, own_rooms, rooms
+from pipros.basics.plugins import loaded, named_plugins, plugins
 
 SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
-    "rosbag": "check compress convert decompress decrypt encrypt export filter fix help info play record "
-    "reindex",
+    "rosbag": "check compress convert decompress decrypt encrypt export filter fix help info merge play "
+    "record reindex split",
     "rosclean": "check purge",
     "rosconsole": "echo get list set",
     "rosmsg": "info list md5 package packages show",
@@ -34,14 +34,14 @@ SUBCOMMANDS = {
 def words_after(command: str) -> list[str]:
     """Return the subcommands of a command, or an empty list."""
     if command == "pipros":
-        from pipros.cli.subcommands import subcommands
+        from pipros_tools.cli.subcommands import subcommands
 
         return sorted(subcommands())
     known = SUBCOMMANDS.get(command)
     if known is None:
-        of_rooms = (room.programs[command] for room in own_rooms() if command in room.programs)
-        known = next((program.subcommands for program in of_rooms), "")
-    return [*known.split(), *(verb for room in own_rooms() for verb in room.verbs.get(command, ()))]
+        of_plugins = (plugin.programs[command] for plugin in named_plugins() if command in plugin.programs)
+        known = next((program.subcommands for program in of_plugins), "")
+    return [*known.split(), *(verb for plugin in named_plugins() for verb in plugin.verbs.get(command, ()))]
 
 
 def options(command: str, before: Sequence[str]) -> list[str]:
@@ -71,11 +71,13 @@ def options(command: str, before: Sequence[str]) -> list[str]:
 
 
 def _main_of(command: str) -> Callable[[list[str]], int] | None:
-    """Return the main function of one of pipros's or a room's commands, or None if there is none."""
+    """Return the main function of one of pipros's or a plugin's commands, or None if there is none."""
     found: Callable[[list[str]], int] | None
     try:
-        found = getattr(import_module(f"pipros.cli.{command.replace('-', '_')}"), "main", None)
+        found = getattr(import_module(f"pipros_tools.cli.{command.replace('-', '_')}"), "main", None)
     except ImportError:
-        target = next((room.programs[command].target for room in rooms() if command in room.programs), None)
+        target = next(
+            (plugin.programs[command].target for plugin in plugins() if command in plugin.programs), None
+        )
         found = None if target is None else loaded(target)
     return found

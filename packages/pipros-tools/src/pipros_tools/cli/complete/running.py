@@ -24,8 +24,8 @@ def live_names(command: str, before: Sequence[str]) -> list[str]:
 
 
 def _registered(command: str, before: Sequence[str]) -> list[str]:
-    from pipros.graph.system_state import SystemState
     from pipros.net.master_client import MasterClient
+    from pipros_tools.graph.system_state import SystemState
 
     if len(before) > 1 and command != "rosnode":
         return []
@@ -49,8 +49,8 @@ def _registered(command: str, before: Sequence[str]) -> list[str]:
 
 def service_type(service: str) -> str:
     """Return the type of a running service, or an empty string if it is unknown."""
-    from pipros.graph.client import GraphClient
-    from pipros.graph.services import type_of
+    from pipros_tools.graph.client import GraphClient
+    from pipros_tools.graph.services import type_of
 
     try:
         with GraphClient("rosservice") as graph:
@@ -62,8 +62,8 @@ def service_type(service: str) -> str:
 
 def prototype(kind: str, type_name: str) -> list[str]:
     """Return a message or request template with default values, or an empty list if the type is unknown."""
-    from pipros.cli.rosmsg_proto import NoPrototype, example
-    from pipros.graph.skeleton import skeleton
+    from pipros_tools.cli.rosmsg_proto import NoPrototype, example
+    from pipros_tools.graph.skeleton import skeleton
 
     try:
         return [f'{MANY_LINES}"{skeleton(example(kind, type_name))}"'] if type_name else []

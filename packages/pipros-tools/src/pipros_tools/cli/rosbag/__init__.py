@@ -8,9 +8,9 @@ from contextlib import nullcontext
 from functools import partial
 
 from pipros.basics.interrupts import accept_ctrl_c, ended_by_termination
-from pipros.basics.rooms import loaded, verbs
-from pipros.cli.entry_point import OutputFailed, command
-from pipros.cli.runner import CommandError, Subcommand, run
+from pipros.basics.plugins import loaded, verbs
+from pipros_tools.cli.entry_point import OutputFailed, command
+from pipros_tools.cli.runner import CommandError, Subcommand, run
 
 _DESCRIPTIONS = {
     "check": "Determine whether a bag is playable in the current system, or if it can be migrated.",
@@ -24,9 +24,11 @@ _DESCRIPTIONS = {
     "fix": "Repair the messages in a bag file so that it can be played in the current system.",
     "help": "",
     "info": "Summarize the contents of one or more bag files.",
+    "merge": "Merge several bag files into one.",
     "play": "Play back the contents of one or more bag files in a time-synchronized fashion.",
     "record": "Record a bag file with the contents of specified topics.",
     "reindex": "Reindexes one or more bag files.",
+    "split": "Split a bag file by time or size.",
 }
 _HOMES = {
     "compress": "rewriting",
@@ -40,6 +42,8 @@ _HOMES = {
     "filter": "filtering",
     "fix": "migrating",
     "info": "info",
+    "merge": "merging",
+    "split": "merging",
     "play": "playing",
     "record": "recording",
 }
@@ -66,9 +70,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if name in ("help", "-h", "--help"):
         return _help(arguments[1:])
     if name not in _HOMES and name not in verbs("rosbag"):
-        from pipros.cli.absent import NOT_INSTALLED, why_absent
+        from pipros.basics.plugin_table import NOT_INSTALLED, why_no_command
 
-        if why := why_absent(f"rosbag {name}"):
+        if why := why_no_command(f"rosbag {name}"):
             print(f"ERROR: {why}", file=sys.stderr)
             return NOT_INSTALLED
         print(f"Unknown command: '{name}'\n{_subcommands()}", file=sys.stderr)
@@ -104,13 +108,15 @@ def _help(arguments: Sequence[str]) -> int:
 
 
 def _subcommands() -> str:
-    """Return a list of all subcommands, including those of rooms, sorted by name."""
+    """Return a list of all subcommands, including those of plugins, sorted by name."""
     purposes = _DESCRIPTIONS | {name: each.purpose for name, each in verbs("rosbag").items()}
     lines = (f"   {name}  " + (f"\t{text}\n" if text else "\n") for name, text in sorted(purposes.items()))
     return "Available subcommands:\n" + "".join(lines)
 
 
 def _subcommand(name: str) -> Subcommand:
-    target = f"pipros.cli.rosbag.{_HOMES[name]}:{name}" if name in _HOMES else verbs("rosbag")[name].target
+    target = (
+        f"pipros_tools.cli.rosbag.{_HOMES[name]}:{name}" if name in _HOMES else verbs("rosbag")[name].target
+    )
     found: Subcommand = loaded(target)
     return found

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from optparse import OptionParser
 
-from pipros.bag.reader import BagReader
-from pipros.cli.rosbag.rewriting import bag_parser
-from pipros.cli.runner import CommandError, add_flag
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.cli.rosbag.rewriting import bag_parser
+from pipros_tools.cli.runner import CommandError, add_flag
 
 _CURE = "Use genuine rosbag with GnuPG, keep the bag on an encrypted disk, or encrypt the file"
 

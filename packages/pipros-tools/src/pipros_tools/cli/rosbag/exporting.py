@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import sys
 import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
@@ -11,25 +10,23 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
-from pipros.bag.images import check_image, image_array_file, image_file
-from pipros.bag.left_out import LeftOut
-from pipros.bag.reader import BagReader
-from pipros.bag.times import received_at
 from pipros.basics.extras import install_command
 from pipros.basics.names import canonicalize, is_legal_topic
-from pipros.basics.printable import listed
 from pipros.basics.replaced_file import naming, replaced_file, write_whole
 from pipros.basics.windows import replace_file
-from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
-from pipros.cli.runner import CommandError, option_parser
-from pipros.graph.message_path import Part
-from pipros.graph.message_rows import MessageRows
-from pipros.msg.base import Message
 from pipros.msg.errors import MessageException
-from pipros.msg.time import Time, TVal
-from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.msg.time import Time
+from pipros_libraries.pictures.image_message import IMAGE_TYPES
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.images import check_image, image_array_file, image_file
+from pipros_tools.bag.left_out import LeftOut
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.times import received_at
+from pipros_tools.cli.rosbag.other_bags import add_reading_options, name_beside, opened, warned
+from pipros_tools.cli.runner import CommandError, option_parser
+from pipros_tools.graph.message_path import Part
+from pipros_tools.graph.message_rows import MessageRows
 
 _LONGEST_NAME: Final = 240  # file systems allow 255 bytes, a number and suffixes included
 _FORMATS = ("csv", "npz")
@@ -72,6 +69,7 @@ def export(argv: Sequence[str]) -> int:
         for group in [[topic] for topic in chosen] if options.format == "npz" else [chosen]:
             paths = {topic: folder / names[topic] for topic in group}
             _export(bag, {topic: of_topic[topic] for topic in group}, paths, options.format, left_out)
+        name_beside([bag])
     return 1 if left_out else 0
 
 
@@ -123,8 +121,8 @@ def _export(
     for topic, connections in of_topic.items():
         first = connections[0]
         try:
-            bag.class_of(first)
-            sink = _sink(first, paths[topic], form, left_out)
+            full_text = bag.class_of(first)._full_text
+            sink = _sink(first, full_text, paths[topic], form, left_out)
         except (BagError, MessageException, OSError) as error:
             left_out.whole(topic, error)
             continue
@@ -160,11 +158,11 @@ def _kind(connection: Connection) -> tuple[str, str]:
     return connection.type, connection.md5sum
 
 
-def _sink(first: Connection, path: Path, form: str, left_out: LeftOut) -> _Sink:
+def _sink(first: Connection, full_text: str, path: Path, form: str, left_out: LeftOut) -> _Sink:
     if first.type in IMAGE_TYPES:
         kind = _ImageArrays if form == "npz" else _ImageFiles
         return kind(first.topic, path, left_out)
-    return _Arrays(first.topic, path) if form == "npz" else _Table(first, path)
+    return _Arrays(first, path, full_text) if form == "npz" else _Table(first, path)
 
 
 class _Sink:
@@ -284,13 +282,13 @@ class _ImageArrays(_Images):
 
 
 class _Arrays(_Sink):
-    """One array per field, and an array `time` of the message times.
+    """One array per field, and an array `time` of the message times; see `field_arrays`.
 
-    Times are in ns. Strings, lists of varying length, and lists of strings, times or messages are omitted.
+    If a field has this name, the times are in the array `_time`.
     """
 
-    def __init__(self, topic: str, path: Path) -> None:
-        super().__init__(topic, path.with_name(path.name + ".npz"))
+    def __init__(self, first: Connection, path: Path, full_text: str) -> None:
+        super().__init__(first.topic, path.with_name(path.name + ".npz"))
         try:
             import numpy
         except ImportError:
@@ -298,34 +296,22 @@ class _Arrays(_Sink):
                 f"npz files need numpy, which is not installed. Try: {install_command('numpy')}"
             ) from None
         self._numpy = numpy
-        self._columns: dict[str, list[Any]] = {"time": []}
+        self._kind = first.type, full_text
+        self._times: list[int] = []
+        self._ends: list[int] = []
+        self._data = io.BytesIO()
 
     def add(self, time: Time, message: Any) -> None:
-        self._columns["time"].append(time.to_nsec())
-        _flatten("", message, self._columns)
+        message.serialize(self._data)
+        self._times.append(time.to_nsec())
+        self._ends.append(self._data.tell())
         self.count += 1
 
     def finish(self) -> None:
-        kept: dict[str, Any] = {}
-        for name, values in self._columns.items():
-            sizes = {len(value) if isinstance(value, list | tuple | bytes) else -1 for value in values}
-            if len(values) != self.count or len(sizes) > 1:
-                print(f"{self.topic}: {listed(name)} is omitted, because its length varies", file=sys.stderr)
-                continue
-            lists = [list(value) if isinstance(value, bytes) else value for value in values]
-            kept[name] = self._numpy.array(lists)
+        from pipros.msg.bulk.arrays import field_arrays
+
+        found = field_arrays(*self._kind, self._data.getbuffer(), self._ends)
         content = io.BytesIO()
-        self._numpy.savez_compressed(content, **kept)
+        found["_time" if "time" in found else "time"] = self._numpy.array(self._times, "int64")
+        self._numpy.savez_compressed(content, **found)
         write_whole(self.path, content.getvalue())
-
-
-def _flatten(name: str, value: Any, columns: dict[str, list[Any]]) -> None:
-    if isinstance(value, Message):
-        for field in value.__slots__:
-            _flatten(f"{name}.{field}" if name else field, getattr(value, field), columns)
-    elif isinstance(value, TVal):
-        columns.setdefault(name, []).append(value.to_nsec())
-    elif isinstance(value, bool | int | float | bytes) or (
-        isinstance(value, list | tuple) and not any(isinstance(each, Message | TVal | str) for each in value)
-    ):
-        columns.setdefault(name, []).append(value)

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
-from pipros.bag.filter_expression import MessageExpression
-from pipros.bag.left_out import LeftOut
-from pipros.bag.opening import writer_for
-from pipros.bag.reader import BagReader
-from pipros.bag.rewrite import copy_chosen
-from pipros.bag.times import received_at
 from pipros.basics.printable import listed, printable_lines
 from pipros.basics.replaced_file import replaced_file
-from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
-from pipros.cli.rosbag.progress import Progress
-from pipros.cli.runner import CommandError, option_parser
 from pipros.msg.errors import MessageException
 from pipros.msg.time import Time
-from pipros.safe.expr import ExpressionError
+from pipros.safe.expr_walk import ExpressionError
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.filter_expression import MessageExpression
+from pipros_tools.bag.left_out import LeftOut
+from pipros_tools.bag.opening import writer_for
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.rewrite import copy_chosen
+from pipros_tools.bag.times import received_at
+from pipros_tools.cli.rosbag.other_bags import add_reading_options, keep_beside, opened, warned
+from pipros_tools.cli.rosbag.progress import Progress
+from pipros_tools.cli.runner import CommandError, option_parser
 
 _USAGE = """rosbag filter [options] INBAG OUTBAG EXPRESSION
 
@@ -64,7 +64,8 @@ def filter(argv: Sequence[str]) -> int:  # noqa: A001 # the name of the subcomma
         shown = None if options.verbose_pattern is None else MessageExpression(options.verbose_pattern)
         left_out = warned()
         with opened(source, options, left_out) as bag:
-            _write(bag, target, _choice(wanted, shown, left_out))
+            stored = _indexed(bag, wanted) if shown is None and not wanted.needs_message else None
+            _write(bag, target, _choice(wanted, shown, left_out), stored)
     except ExpressionError as error:
         raise CommandError(str(error)) from error
     return 1 if left_out else 0
@@ -91,10 +92,26 @@ def _choice(
     return choose
 
 
+def _indexed(bag: BagReader, wanted: MessageExpression) -> Iterator[StoredMessage]:
+    """Return the messages that match an expression without `m`. Chunks without such messages are not read."""
+
+    def is_wanted(connection: Connection, time_ns: int) -> bool:
+        return bool(wanted.value(connection.topic, None, Time(0, time_ns)))
+
+    if wanted.needs_time:
+        return bag.stored_messages(where=is_wanted)
+    return bag.stored_messages([each for each in bag.connections if is_wanted(each, 0)])
+
+
 def _write(
-    bag: BagReader, target: Path, choice: Callable[[Connection, Callable[[], Any], Time], bool]
+    bag: BagReader,
+    target: Path,
+    choice: Callable[[Connection, Callable[[], Any], Time], bool],
+    stored: Iterator[StoredMessage] | None,
 ) -> None:
     with replaced_file(target) as file:
         progress = Progress(str(target), sum(bag.chunk_header(n).size for n in range(len(bag.chunks))))
-        copy_chosen(bag, writer_for(target, file), choice, progress)
+        writer = writer_for(target, file)
+        with keep_beside(bag, writer):
+            copy_chosen(bag, writer, choice if stored is None else None, progress, stored_messages=stored)
         progress.finish()

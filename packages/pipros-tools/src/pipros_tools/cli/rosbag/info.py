@@ -7,12 +7,12 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.bag.errors import BagError, NotIndexed
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_text, info_value, info_yaml
-from pipros.cli.entry_point import OutputFailed
-from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
-from pipros.cli.runner import add_flag, option_parser
+from pipros_tools.bag.errors import BagError, NotIndexed
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.info_text import info_text, info_value, info_yaml
+from pipros_tools.cli.entry_point import OutputFailed
+from pipros_tools.cli.rosbag.other_bags import add_reading_options, opened, warned
+from pipros_tools.cli.runner import add_flag, option_parser
 
 
 def info(argv: Sequence[str]) -> int:

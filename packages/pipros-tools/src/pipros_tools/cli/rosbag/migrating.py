@@ -6,17 +6,18 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from pipros.bag.left_out import LeftOut
-from pipros.bag.migration import Kind, Migrator, TypeChange, rule_text
-from pipros.bag.migration_plugins import installed_rules, rules_of_files
-from pipros.bag.opening import writer_for
-from pipros.bag.reader import BagReader
+from pipros.basics.input_file import read_file
 from pipros.basics.printable import listed
-from pipros.basics.replaced_file import replaced_file
-from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
-from pipros.cli.runner import add_flag, option_parser
+from pipros.basics.replaced_file import overwritten_file, replaced_file
 from pipros.msg.class_finder import installed_class
-from pipros.workspace.index import PackageIndex
+from pipros_tools.bag.left_out import LeftOut
+from pipros_tools.bag.migration import Kind, Migrator, TypeChange, rule_text
+from pipros_tools.bag.migration_plugins import installed_rules, rules_of_files
+from pipros_tools.bag.opening import writer_for
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.cli.rosbag.other_bags import add_reading_options, keep_beside, name_beside, opened, warned
+from pipros_tools.cli.runner import add_flag, option_parser
+from pipros_workspace.index import PackageIndex
 
 
 def check(argv: Sequence[str]) -> int:
@@ -44,6 +45,7 @@ def check(argv: Sequence[str]) -> int:
     left_out = warned()
     with opened(arguments[0], options, left_out) as bag:
         changes = _changes(migrator, bag, left_out)
+        name_beside([bag])
         if not changes:
             print("Bag file does not need any migrations.")
             return 1 if left_out else 0
@@ -83,7 +85,9 @@ def fix(argv: Sequence[str]) -> int:
         )
         if not missing:
             with replaced_file(target) as file:
-                migrator.fix(bag, writer_for(target, file), force=bool(options.force))
+                writer = writer_for(target, file)
+                with keep_beside(bag, writer):
+                    migrator.fix(bag, writer, force=bool(options.force))
             print("Bag migrated successfully.")
             return 1 if left_out else 0
     print("Bag could not be migrated.  The following migrations could not be performed:")
@@ -138,11 +142,13 @@ def _write_rules(path: Path, changes: Iterable[TypeChange], bag: BagReader) -> N
             for made in message_classes_from_text(connection.type, text).values():
                 classes[made._type, made._md5sum] = made
     missing = dict.fromkeys(pair for change in changes for pair in change.missing)
-    with path.open("a", encoding="utf-8") as file:
+    before = read_file(path) if path.is_file() else b""
+    with overwritten_file(path) as file:
+        file.write(before)
         for pair in missing:
             new = installed_class(pair[1][0])
             if pair[0] in classes and new is not None:
-                file.write(rule_text(pair, classes[pair[0]], new) + "\n")
+                file.write((rule_text(pair, classes[pair[0]], new) + "\n").encode())
             else:
                 kind = f"{listed(pair[0][0])} [{listed(pair[0][1])}]"
                 print(f"cannot write a rule for {kind}", file=sys.stderr)

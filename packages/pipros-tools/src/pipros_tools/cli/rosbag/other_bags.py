@@ -1,27 +1,28 @@
-"""Bag formats that a room adds to `rosbag`, such as ROS 2 bags."""
+"""Bag formats that a plugin adds to `rosbag`, such as ROS 2 bags."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
-from pipros.bag.left_out import LeftOut
-from pipros.bag.opening import is_ros1_bag, open_bag
-from pipros.basics.rooms import offered
+from pipros.basics.plugins import offered
+from pipros_tools.bag.left_out import LeftOut
+from pipros_tools.bag.opening import is_ros1_bag, open_bag
+from pipros_tools.bag.sinks import mcap_sink
 
 if TYPE_CHECKING:
-    from pipros.bag.reader import BagReader
-    from pipros.bag.sinks import MessageSink
+    from pipros_tools.bag.reader import BagReader
+    from pipros_tools.bag.sinks import MessageSink
 
 
 class OtherBags(Protocol):
-    """The interface that a room offers under the name `bags`. `options` are the command's parsed options."""
+    """The interface that a plugin offers under the name `bags`. `options` are parsed options."""
 
     def add_reading_options(self, parser: OptionParser) -> None:
         """Add the options for reading bags in this format."""
@@ -54,7 +55,7 @@ class OtherBags(Protocol):
 
 
 def other_bags() -> OtherBags | None:
-    """Return the interface that an installed room offers, or None if no room does."""
+    """Return the interface that an installed plugin offers, or None if no plugin does."""
     found: OtherBags | None = offered("bags")
     return found
 
@@ -64,6 +65,30 @@ def add_reading_options(parser: OptionParser) -> None:
     others = other_bags()
     if others is not None:
         others.add_reading_options(parser)
+
+
+@contextmanager
+def keep_beside(bag: BagReader, writer: Any) -> Iterator[None]:
+    """Copy what a file has beside messages, while the block copies these.
+
+    Afterwards, name in one line what the new file cannot store.
+    """
+    kept = bag.copy_beside(writer)
+    yield
+    origins = () if mcap_sink(writer) else bag.origins
+    _name(bag, kept, (*origins, *getattr(writer, "lost", ())), "the new file cannot store them")
+
+
+def name_beside(bags: Iterable[BagReader]) -> None:
+    """Name in one line for each bag what a command that reads messages has left out."""
+    for bag in bags:
+        _name(bag, set(), bag.origins, "only the content of messages is read")
+
+
+def _name(bag: BagReader, kept: set[str], more: Iterable[str], why: str) -> None:
+    found = [f"{count} {name}" for name, count in bag.beside().items() if name not in kept]
+    if left_out := [*found, *more]:
+        print(f"WARNING: {bag.name}: {' and '.join(left_out)} are left out; {why}", file=sys.stderr)
 
 
 def warned() -> LeftOut:

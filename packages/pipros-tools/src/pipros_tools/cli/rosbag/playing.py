@@ -11,16 +11,16 @@ from functools import partial
 from optparse import OptionParser, OptionValueError, Values
 from typing import Any
 
-from pipros.bag.errors import BagError
-from pipros.bag.options import PlayOptions
-from pipros.bag.player import Player, absolute, is_played, opened_bags
 from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
-from pipros.cli.command_node import command_node
-from pipros.cli.entry_point import OutputFailed
-from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
-from pipros.cli.runner import CommandError, add_flag, option_parser
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.options import PlayOptions
+from pipros_tools.bag.player import Player, absolute, is_played, opened_bags
+from pipros_tools.cli.command_node import command_node
+from pipros_tools.cli.entry_point import OutputFailed
+from pipros_tools.cli.rosbag.other_bags import add_reading_options, name_beside, opened, warned
+from pipros_tools.cli.runner import CommandError, add_flag, option_parser
 
 _SHOW_PERIOD_S = 0.1
 _KEY_PERIOD_S = 0.02
@@ -48,6 +48,7 @@ def play(argv: Sequence[str]) -> int:
                     say("\nHit space to toggle paused, or 's' to step.")
                 player.run()
                 terminal.finish()
+            name_beside(bags)
             if not node.is_shutdown:
                 say("\nDone.")
     except (OutputFailed, BrokenPipeError):

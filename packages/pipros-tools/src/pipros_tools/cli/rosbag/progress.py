@@ -6,7 +6,7 @@ import shutil
 import sys
 import time
 
-from pipros.bag.info_text import human_size
+from pipros_tools.bag.info_text import human_size
 
 _PERIOD_S = 0.1
 

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from optparse import OptionParser, Values
 
-from pipros.bag.compression import BZ2, LZ4, NONE, has_lz4
-from pipros.bag.options import FileOptions, RecordOptions
-from pipros.bag.recorder import Recorder
 from pipros.basics.extras import install_command
 from pipros.basics.file_names import is_device
 from pipros.basics.names import parse_arguments
 from pipros.basics.windows import ON_WINDOWS
-from pipros.cli.command_node import command_node
-from pipros.cli.runner import CommandError, add_flag, option_parser
+from pipros_tools.bag.compression import BZ2, LZ4, NONE, has_lz4
+from pipros_tools.bag.options import FileOptions, RecordOptions
+from pipros_tools.bag.recorder import Recorder
+from pipros_tools.cli.command_node import command_node
+from pipros_tools.cli.rosbag.quantities import bytes_of, seconds_of
+from pipros_tools.cli.runner import CommandError, add_flag, option_parser
 
 _MIB = 1024 * 1024
-_MULTIPLIERS = {"": 1, "k": 1024, "m": _MIB, "g": 1024 * _MIB}
 
 
 def record(argv: Sequence[str]) -> int:
@@ -144,17 +143,17 @@ def _check(parser: OptionParser, options: Values, topics: Sequence[str]) -> None
 def _seconds(parser: OptionParser, text: str | None) -> float:
     if text is None:
         return 0.0
-    match = re.fullmatch(r"(\d+(?:\.\d*)?)([smh]?)", text)
-    if match is None or float(match[1]) <= 0:
-        parser.error(f"Duration specification invalid: {text}. It must be like 30, 5m or 2h")
-    return float(match[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[match[2]]
+    try:
+        return seconds_of(text)
+    except ValueError as error:
+        parser.error(str(error))
 
 
 def _bytes(parser: OptionParser, text: str) -> int:
-    match = re.fullmatch(r"(\d+)([kKmMgG]?)", text)
-    if match is None:
-        parser.error(f"the minimum space must be like 500M, got {text}")
-    return int(match[1]) * _MULTIPLIERS[match[2].lower()]
+    try:
+        return bytes_of(text, "the minimum space")
+    except ValueError as error:
+        parser.error(str(error))
 
 
 def _info(text: str) -> None:

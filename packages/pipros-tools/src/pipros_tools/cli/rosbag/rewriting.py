@@ -5,6 +5,7 @@ Unless `--output-dir` is given, each rewritten bag replaces the original, which 
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 from collections.abc import Callable, Sequence
@@ -12,18 +13,23 @@ from optparse import OptionParser, Values
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.compression import BZ2, LZ4, NONE
-from pipros.bag.errors import BagError, NotIndexed
-from pipros.bag.opening import check_no_pointer, is_mcap, is_ros1_bag
-from pipros.bag.reader import BagReader
-from pipros.bag.repair import reindex as reindex_file
-from pipros.bag.rewrite import recompress
-from pipros.basics.limits import process_limits
+from pipros.basics.input_file import open_file
 from pipros.basics.replaced_file import replaced_file
 from pipros.basics.windows import replace_file
-from pipros.cli.rosbag.other_bags import other_bags
-from pipros.cli.rosbag.progress import Progress
-from pipros.cli.runner import add_flag, option_parser
+from pipros_tools.bag.compression import BZ2, LZ4, NONE
+from pipros_tools.bag.errors import BagError, NotIndexed
+from pipros_tools.bag.layout import read_version
+from pipros_tools.bag.opening import check_no_pointer, is_mcap, is_ros1_bag
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.repair import reindex as reindex_file
+from pipros_tools.bag.rewrite import recompress
+from pipros_tools.bag.source import Source
+from pipros_tools.cli.rosbag.other_bags import other_bags
+from pipros_tools.cli.rosbag.progress import Progress
+from pipros_tools.cli.runner import add_flag, option_parser
+
+_DATABASE_FILES = ("-wal", "-shm", "-journal")
+"""Suffixes of the files that SQLite keeps beside a database."""
 
 Work = Callable[[Path, Path, Values], None]
 """A function that reads the bag at the first path and writes the result to the second."""
@@ -53,7 +59,15 @@ def decompress(argv: Sequence[str]) -> int:
 
 
 def reindex(argv: Sequence[str]) -> int:
-    return _for_each(bag_parser("reindex", "Reindexes one or more bag files."), argv, _reindex)
+    parser = bag_parser("reindex", "Reindexes one or more bag files.")
+    return _for_each(parser, argv, _reindex, _files_in)
+
+
+def _files_in(name: str) -> list[str]:
+    """Return the files of a ROS 2 bag that is a folder. Other names are returned as they are."""
+    found = sorted(Path(name).iterdir()) if os.path.isdir(name) else []
+    files = [each for each in found if each.suffix in (".mcap", ".db3") and ".orig." not in each.name]
+    return list(map(str, files)) or [name]
 
 
 def bag_parser(name: str, description: str) -> OptionParser:
@@ -66,16 +80,23 @@ def bag_parser(name: str, description: str) -> OptionParser:
     return parser
 
 
-def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
-    options, names = parser.parse_args(list(argv))
-    if not names:
+def _for_each(
+    parser: OptionParser,
+    argv: Sequence[str],
+    work: Work,
+    files_of: Callable[[str], list[str]] = lambda name: [name],
+) -> int:
+    options, arguments = parser.parse_args(list(argv))
+    if not arguments:
         parser.error("You must specify at least one bag file.")
     status = 0
-    for name in names:
+    pairs = [(name, file) for name in arguments for file in files_of(name)]
+    for bag, name in pairs:
         path = Path(name)
         try:
             if options.output_dir:
-                work(path, Path(options.output_dir) / path.name, options)
+                folder = _output_folder(Path(options.output_dir), Path(bag), path)
+                work(path, folder / path.name, options)
             else:
                 _with_backup(path, options, work)
         except NotIndexed:
@@ -85,6 +106,18 @@ def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
             print(f"ERROR reading {name}: {error}", file=sys.stderr)
             status = 1
     return status
+
+
+def _output_folder(folder: Path, bag: Path, file: Path) -> Path:
+    """Create the folder for a rewritten file: for a file of a ROS 2 bag, one with the bag's name."""
+    if file == bag:
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+    folder /= bag.resolve().name
+    folder.mkdir(parents=True, exist_ok=True)
+    if (bag / "metadata.yaml").exists():
+        shutil.copyfile(bag / "metadata.yaml", folder / "metadata.yaml")
+    return folder
 
 
 def _with_backup(path: Path, options: Values, work: Work) -> None:
@@ -101,6 +134,9 @@ def _with_backup(path: Path, options: Values, work: Work) -> None:
     try:
         work(path, unfinished, options)
         replace_file(path, backup)
+        for end in _DATABASE_FILES:  # beside the new database, they would damage it
+            if path.with_name(path.name + end).exists():
+                replace_file(path.with_name(path.name + end), backup.with_name(backup.name + end))
         replace_file(unfinished, path)
     finally:
         unfinished.unlink(missing_ok=True)
@@ -115,7 +151,7 @@ def _recompress(source: Path, target: Path, options: Values) -> None:
         total = sum(bag.chunk_header(number).size for number in range(len(bag.chunks)))
         progress = Progress(str(source), total, is_quiet=options.quiet)
         with replaced_file(target) as file:
-            recompress(bag, file, options.compression, process_limits(), progress)
+            recompress(bag, file, options.compression, progress)
     progress.finish()
 
 
@@ -124,7 +160,9 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
     if target.exists() and source.samefile(target):
         raise BagError(f"the output would be the input itself: {target}")
     if source.is_dir():
-        raise BagError("it is a folder; give the .mcap or .db3 files in it")
+        packed = any(each.suffix in (".zstd", ".zst") for each in source.iterdir())
+        hint = ": they are compressed with zstd; decompress them first" if packed else ""
+        raise BagError(f"it is a folder without .mcap or .db3 files{hint}")
     check_no_pointer(source)
     if not is_ros1_bag(source):
         recover = _recover_mcap if is_mcap(source) else _recover_sqlite
@@ -134,18 +172,20 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
         _warn(damages, options)
         return
     with replaced_file(target) as file:
-        with source.open("rb") as old:
+        with open_file(source) as old:
+            read_version(Source(old, str(source)))  # refuse other files before the copy
+            old.seek(0)
             shutil.copyfileobj(old, file, 1024 * 1024)
-        writer = reindex_file(file, str(source), process_limits(), progress)
+        writer = reindex_file(file, str(source), progress)
         writer.finish()
     progress.finish()
     _warn(writer.layout.damage, options)
 
 
 def _recover_mcap(source: Path, file: Any, progress: Progress) -> list[str]:
-    from pipros.bag.mcap_repair import recover
+    from pipros_tools.bag.mcap_repair import recover
 
-    return recover(source, file, process_limits(), progress)
+    return recover(source, file, progress)
 
 
 def _recover_sqlite(source: Path, file: Any, _: Progress) -> list[str]:

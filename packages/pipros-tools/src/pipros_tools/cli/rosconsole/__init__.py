@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import USAGE_ERROR, dispatch, run
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = """\
 rosconsole is a command-line tool for configuring the logger level of ROS nodes.
@@ -21,10 +21,10 @@ Type rosconsole <command> -h for more detailed usage, e.g. 'rosconsole list -h'
 """
 
 SUBCOMMANDS = {
-    "get": "pipros.cli.rosconsole.levels:show_level",
-    "list": "pipros.cli.rosconsole.levels:list_loggers",
-    "set": "pipros.cli.rosconsole.levels:change_level",
-    "echo": "pipros.cli.rosconsole.echo:echo",
+    "get": "pipros_tools.cli.rosconsole.levels:show_level",
+    "list": "pipros_tools.cli.rosconsole.levels:list_loggers",
+    "set": "pipros_tools.cli.rosconsole.levels:change_level",
+    "echo": "pipros_tools.cli.rosconsole.echo:echo",
 }
 
 

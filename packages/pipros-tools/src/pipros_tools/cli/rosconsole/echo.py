@@ -10,10 +10,10 @@ from typing import Any
 
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed, printable_lines
-from pipros.cli.terminal import has_colours
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import GraphError
-from pipros.graph.loggers import LEVELS
+from pipros_tools.cli.terminal import has_colours
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.loggers import LEVELS
 
 # Level numbers from rosgraph_msgs/Log, and Noetic's colours.
 _NUMBERS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
@@ -71,10 +71,10 @@ def _pattern(text: str) -> re.Pattern[str]:
 
 
 def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[str]) -> None:
-    from pipros.cli.command_node import command_node
-    from pipros.graph.listening import Listening
-    from pipros.graph.raw_decoder import decode_as
     from pipros.msg import load_message_class
+    from pipros_tools.cli.command_node import command_node
+    from pipros_tools.graph.listening import Listening
+    from pipros_tools.graph.raw_decoder import decode_as
 
     with GraphClient("rosconsole") as graph:
         graph.master.get_pid()  # fail at once if there is no master

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
-from pipros.cli.runner import option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import GraphError
-from pipros.graph.loggers import LEVELS, levels_of, set_level
+from pipros_tools.cli.runner import option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.loggers import LEVELS, levels_of, set_level
 
 NO_SUCH_NODE, NO_SUCH_LOGGER = 1, 2
 """Noetic's exit codes."""

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import USAGE_ERROR, run
-from pipros.workspace.type_catalogue import MESSAGES, TypeCatalogue
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import USAGE_ERROR, run
+from pipros_workspace.type_catalogue import MESSAGES, TypeCatalogue
 
 OVERVIEW = """\
 {command} is a command-line tool for displaying information about ROS {Noun} types.
@@ -39,7 +39,7 @@ def main(argv: Sequence[str] | None = None, interfaces: TypeCatalogue = MESSAGES
 
 
 def _subcommand(name: str) -> Body | None:
-    from pipros.cli.rosmsg import listing, show
+    from pipros_tools.cli.rosmsg import listing, show
 
     return {
         "show": show.show,

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.errors import NotFound
-from pipros.cli.runner import USAGE_ERROR, add_flag, option_parser, single_argument
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.type_catalogue import TypeCatalogue
+from pipros_tools.cli.runner import USAGE_ERROR, add_flag, option_parser, single_argument
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.type_catalogue import TypeCatalogue
 
 
 def list_types(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:

@@ -8,11 +8,12 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.errors import NotFound
-from pipros.cli.rosmsg.bag import bag_definitions
-from pipros.cli.runner import USAGE_ERROR, add_flag, option_parser
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import DefinitionError
-from pipros.workspace.type_catalogue import TypeCatalogue, expanded
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.cli.runner import USAGE_ERROR, CommandError, add_flag, option_parser
+from pipros_workspace.type_catalogue import TypeCatalogue, expanded
 
 
 def show(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int:
@@ -106,3 +107,18 @@ def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
     if not names:
         parser.error("you must specify a message type")
     return names
+
+
+def bag_definitions(path: Path) -> dict[str, str]:
+    """Return the full definition of each topic's message type in a bag, keyed by type name.
+
+    Raises:
+        CommandError: the file does not exist, is not a bag, or has no readable index.
+    """
+    if not path.is_file():
+        raise CommandError(f"bag file [{path}] does not exist")
+    try:
+        with BagReader(path) as bag:
+            return {connection.type: connection.definition for connection in bag.connections}
+    except BagError as error:
+        raise CommandError(str(error)) from error

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import USAGE_ERROR, dispatch, run
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = """\
 rosnode is a command-line tool for printing information about ROS Nodes.
@@ -23,12 +23,12 @@ Type rosnode <command> -h for more detailed usage, e.g. 'rosnode ping -h'
 """
 
 SUBCOMMANDS = {
-    "list": "pipros.cli.rosnode.listing:list_nodes",
-    "info": "pipros.cli.rosnode.info:show_info",
-    "ping": "pipros.cli.rosnode.ping:ping_nodes",
-    "machine": "pipros.cli.rosnode.machine:show_machines",
-    "kill": "pipros.cli.rosnode.kill:kill_nodes",
-    "cleanup": "pipros.cli.rosnode.cleanup:clean_up_nodes",
+    "list": "pipros_tools.cli.rosnode.listing:list_nodes",
+    "info": "pipros_tools.cli.rosnode.info:show_info",
+    "ping": "pipros_tools.cli.rosnode.ping:ping_nodes",
+    "machine": "pipros_tools.cli.rosnode.machine:show_machines",
+    "kill": "pipros_tools.cli.rosnode.kill:kill_nodes",
+    "cleanup": "pipros_tools.cli.rosnode.cleanup:clean_up_nodes",
 }
 
 

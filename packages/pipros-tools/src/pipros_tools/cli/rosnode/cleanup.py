@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.runner import option_parser
-from pipros.graph.cleanup import clean_up
-from pipros.graph.client import GraphClient
+from pipros_tools.cli.runner import option_parser
+from pipros_tools.graph.cleanup import clean_up
+from pipros_tools.graph.client import GraphClient
 
 
 def clean_up_nodes(argv: Sequence[str]) -> int:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.runner import add_flag, option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.errors import GraphError
-from pipros.graph.node_info import report_node
-from pipros.graph.output import to_stderr
+from pipros_tools.cli.runner import add_flag, option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.node_info import report_node
+from pipros_tools.graph.output import to_stderr
 
 
 def show_info(argv: Sequence[str]) -> int:

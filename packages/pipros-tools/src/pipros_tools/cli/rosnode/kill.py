@@ -6,10 +6,10 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.printable import listed
-from pipros.cli.runner import add_flag, option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.nodes import kill, node_names
-from pipros.graph.output import bullets
+from pipros_tools.cli.runner import add_flag, option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.nodes import kill, node_names
+from pipros_tools.graph.output import bullets
 
 
 def kill_nodes(argv: Sequence[str]) -> int:

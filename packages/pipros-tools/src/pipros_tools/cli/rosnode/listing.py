@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.runner import add_flag, option_parser
-from pipros.cli.terminal import DIM, aligned, is_terminal
-from pipros.graph.client import GraphClient
-from pipros.graph.nodes import listing
+from pipros_tools.cli.runner import add_flag, option_parser
+from pipros_tools.cli.terminal import DIM, aligned, is_terminal
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.nodes import listing
 
 
 def list_nodes(argv: Sequence[str]) -> int:

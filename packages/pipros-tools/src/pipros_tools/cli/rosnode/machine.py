@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.basics.printable import listed
-from pipros.cli.runner import option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.nodes import machines, nodes_on
+from pipros_tools.cli.runner import option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.nodes import machines, nodes_on
 
 
 def show_machines(argv: Sequence[str]) -> int:

@@ -8,11 +8,11 @@ from optparse import OptionParser
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
-from pipros.cli.runner import add_flag, option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.nodes import node_names
-from pipros.graph.ping import ping, ping_all
 from pipros.net.master_client import MasterClient
+from pipros_tools.cli.runner import add_flag, option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.nodes import node_names
+from pipros_tools.graph.ping import ping, ping_all
 
 
 def ping_nodes(argv: Sequence[str]) -> int:

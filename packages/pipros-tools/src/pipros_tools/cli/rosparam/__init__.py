@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import dispatch, run
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import dispatch, run
 
 OVERVIEW = """\
 rosparam is a command-line tool for getting, setting, and deleting parameters from the ROS Parameter Server.
@@ -21,12 +21,12 @@ Commands:
 """
 
 SUBCOMMANDS = {
-    "set": "pipros.cli.rosparam.change:set_parameter",
-    "get": "pipros.cli.rosparam.show:get_parameter",
-    "load": "pipros.cli.rosparam.change:load_parameters",
-    "dump": "pipros.cli.rosparam.show:dump_parameters",
-    "delete": "pipros.cli.rosparam.change:delete_parameter",
-    "list": "pipros.cli.rosparam.show:list_parameters",
+    "set": "pipros_tools.cli.rosparam.change:set_parameter",
+    "get": "pipros_tools.cli.rosparam.show:get_parameter",
+    "load": "pipros_tools.cli.rosparam.change:load_parameters",
+    "dump": "pipros_tools.cli.rosparam.show:dump_parameters",
+    "delete": "pipros_tools.cli.rosparam.change:delete_parameter",
+    "list": "pipros_tools.cli.rosparam.show:list_parameters",
 }
 
 

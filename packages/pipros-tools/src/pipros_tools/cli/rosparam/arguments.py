@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.runner import add_flag, single_argument
+from pipros_tools.cli.runner import add_flag, single_argument
 
 if TYPE_CHECKING:
     from optparse import OptionParser, Values

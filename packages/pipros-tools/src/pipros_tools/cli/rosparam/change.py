@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pipros.basics import input_file
 from pipros.basics.names import canonicalize
-from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
-from pipros.cli.runner import CommandError, option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.param_files import parse_value
-from pipros.graph.params import delete, write
+from pipros_tools.cli.rosparam.arguments import add_verbose_option, parse_name
+from pipros_tools.cli.runner import CommandError, option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.param_files import parse_value
+from pipros_tools.graph.params import delete, write
 
 _NEGATIVE_NUMBER = re.compile(r"-\.?\d")
 _VALUE_MARK = "\0"
@@ -77,7 +78,7 @@ def _text(file: str) -> str:
 
 def _contents(file: str) -> bytes:
     try:
-        return Path(file).read_bytes()
+        return input_file.read_file(file)
     except OSError as error:
         raise CommandError(f"cannot read [{file}]: {error.strerror}") from None
 
@@ -90,7 +91,7 @@ def load_parameters(argv: Sequence[str]) -> int:
         parser.error("invalid arguments. Please specify a file name or - for stdin")
     if len(arguments) > 2:
         parser.error("too many arguments")
-    from pipros.graph.param_files import read_file, read_text
+    from pipros_tools.graph.param_files import read_file, read_text
 
     file = arguments[0]
     with GraphClient("rosparam") as graph:

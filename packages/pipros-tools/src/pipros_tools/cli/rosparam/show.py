@@ -6,11 +6,11 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from pipros.basics.printable import listed, printable_lines
-from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
-from pipros.cli.runner import CommandError, add_flag, option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.param_text import as_document, as_pretty_text, as_shown, node_parameters
-from pipros.graph.params import leaves, names_below, read
+from pipros_tools.cli.rosparam.arguments import add_verbose_option, parse_name
+from pipros_tools.cli.runner import CommandError, add_flag, option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.param_text import as_document, as_pretty_text, as_shown, node_parameters
+from pipros_tools.graph.params import leaves, names_below, read
 
 
 def get_parameter(argv: Sequence[str]) -> int:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import USAGE_ERROR, dispatch, run
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = """\
 Commands:
@@ -24,14 +24,14 @@ Type rosservice <command> -h for more detailed usage, e.g. 'rosservice call -h'
 ERROR = 2
 
 SUBCOMMANDS = {
-    "args": "pipros.cli.rosservice.show:show_args",
-    "call": "pipros.cli.rosservice.call:call_service",
-    "find": "pipros.cli.rosservice.show:find_services",
-    "info": "pipros.cli.rosservice.show:show_info",
-    "list": "pipros.cli.rosservice.show:list_services",
-    "node": "pipros.cli.rosservice.show:show_node",
-    "type": "pipros.cli.rosservice.show:show_type",
-    "uri": "pipros.cli.rosservice.show:show_uri",
+    "args": "pipros_tools.cli.rosservice.show:show_args",
+    "call": "pipros_tools.cli.rosservice.call:call_service",
+    "find": "pipros_tools.cli.rosservice.show:find_services",
+    "info": "pipros_tools.cli.rosservice.show:show_info",
+    "list": "pipros_tools.cli.rosservice.show:list_services",
+    "node": "pipros_tools.cli.rosservice.show:show_node",
+    "type": "pipros_tools.cli.rosservice.show:show_type",
+    "uri": "pipros_tools.cli.rosservice.show:show_uri",
 }
 
 

@@ -8,13 +8,13 @@ from typing import Any
 
 from pipros.basics.names import parse_arguments
 from pipros.basics.similar_names import similar_names
-from pipros.cli.runner import add_flag, option_parser
-from pipros.graph.client import GraphClient
-from pipros.graph.elide import Elision
-from pipros.graph.errors import GraphError
-from pipros.graph.message_path import Part
-from pipros.graph.service_call import ServiceCaller, wait_for_service
-from pipros.graph.system_state import SystemState
+from pipros_tools.cli.runner import add_flag, option_parser
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.elide import Elision
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.message_path import Part
+from pipros_tools.graph.service_call import ServiceCaller, wait_for_service
+from pipros_tools.graph.system_state import SystemState
 
 
 def call_service(argv: Sequence[str]) -> int:
@@ -32,7 +32,7 @@ def call_service(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
     if not arguments:
         parser.error("service must be specified")
-    from pipros.cli.yaml_args import documents_of, value_of
+    from pipros_tools.cli.yaml_args import documents_of, value_of
 
     with GraphClient("rosservice") as graph:
         service = graph.resolve(arguments[0])

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
-from pipros.cli.runner import only_argument, option_parser
-from pipros.cli.terminal import CYAN, table
-from pipros.graph.client import GraphClient
-from pipros.graph.services import (
+from pipros_tools.cli.runner import only_argument, option_parser
+from pipros_tools.cli.terminal import CYAN, table
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.services import (
     argument_names,
     nodes_by_service,
     service_class_of,
@@ -18,7 +18,7 @@ from pipros.graph.services import (
     type_of,
     uri_of,
 )
-from pipros.graph.system_state import is_below
+from pipros_tools.graph.system_state import is_below
 
 
 def list_services(argv: Sequence[str]) -> int:

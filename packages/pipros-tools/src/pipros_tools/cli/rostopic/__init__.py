@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.interrupts import accept_ctrl_c
-from pipros.cli.entry_point import command
-from pipros.cli.runner import USAGE_ERROR, dispatch, run
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = """\
 rostopic is a command-line tool for printing information about ROS Topics.
@@ -28,15 +28,15 @@ Type rostopic <command> -h for more detailed usage, e.g. 'rostopic echo -h'
 
 
 SUBCOMMANDS = {
-    "list": "pipros.cli.rostopic.listing:list_topics",
-    "info": "pipros.cli.rostopic.info:show_info",
-    "type": "pipros.cli.rostopic.info:show_type",
-    "find": "pipros.cli.rostopic.info:find_topics",
-    "echo": "pipros.cli.rostopic.echo:echo",
-    "pub": "pipros.cli.rostopic.pub:publish",
-    "hz": "pipros.cli.rostopic.hz:measure_rate",
-    "bw": "pipros.cli.rostopic.bw:measure_bandwidth",
-    "delay": "pipros.cli.rostopic.delay:measure_delay",
+    "list": "pipros_tools.cli.rostopic.listing:list_topics",
+    "info": "pipros_tools.cli.rostopic.info:show_info",
+    "type": "pipros_tools.cli.rostopic.info:show_type",
+    "find": "pipros_tools.cli.rostopic.info:find_topics",
+    "echo": "pipros_tools.cli.rostopic.echo:echo",
+    "pub": "pipros_tools.cli.rostopic.pub:publish",
+    "hz": "pipros_tools.cli.rostopic.hz:measure_rate",
+    "bw": "pipros_tools.cli.rostopic.bw:measure_bandwidth",
+    "delay": "pipros_tools.cli.rostopic.delay:measure_delay",
 }
 
 NODES = frozenset(("echo", "pub", "hz", "bw", "delay"))

@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.bag.errors import BagError, NotIndexed
-from pipros.bag.reader import BagReader
 from pipros.basics.printable import listed
-from pipros.cli.runner import CommandError
-from pipros.graph.listening import TopicPart
-from pipros.graph.message_path import parse_path
-from pipros.graph.system_state import is_below
+from pipros_tools.bag.errors import BagError, NotIndexed
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.cli.runner import CommandError
+from pipros_tools.graph.listening import TopicPart
+from pipros_tools.graph.message_path import parse_path
+from pipros_tools.graph.system_state import is_below
 
 if TYPE_CHECKING:
-    from pipros.cli.rostopic.echo_options import EchoOptions
+    from pipros_tools.cli.rostopic.echo_options import EchoOptions
 
 
 @contextmanager
@@ -44,7 +44,7 @@ def opened(path: str) -> Iterator[BagReader]:
 
 def echo_bag(path: str, topic: str, options: EchoOptions, *, shows_all: bool) -> None:
     """Print the messages on one topic, or on all topics."""
-    from pipros.cli.rostopic.printing import MessagePrinter
+    from pipros_tools.cli.rostopic.printing import MessagePrinter
 
     topic = topic if topic.startswith("/") else f"/{topic}"
     with opened(path) as bag:

@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.rostopic.window_option import add_window_option, window_of
-from pipros.cli.runner import option_parser
-from pipros.cli.terminal import LiveBlock, is_terminal
-from pipros.graph.client import GraphClient
-from pipros.graph.measurements import BANDWIDTH_WINDOW, bandwidth_table, bandwidth_text
-from pipros.graph.samples import BandwidthWindow
+from pipros_tools.cli.rostopic.window_option import add_window_option, window_of
+from pipros_tools.cli.runner import option_parser
+from pipros_tools.cli.terminal import LiveBlock, is_terminal
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.measurements import BANDWIDTH_WINDOW, bandwidth_table, bandwidth_text
+from pipros_tools.graph.samples import BandwidthWindow
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import AnyMsg
@@ -31,8 +31,8 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
     if len(arguments) > 1 and not is_terminal():
         parser.error("you may only specify one input topic")
     window = window_of(parser, options, BANDWIDTH_WINDOW)
-    from pipros.cli.command_node import command_node
-    from pipros.graph.listening import Listening, wait_for_topic
+    from pipros_tools.cli.command_node import command_node
+    from pipros_tools.graph.listening import Listening, wait_for_topic
 
     with GraphClient("rostopic") as graph:
         topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in arguments]

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pipros.basics.names import parse_arguments
-from pipros.graph.client import GraphClient
-from pipros.graph.measurements import delay_text
-from pipros.graph.samples import DEFAULT_WINDOW, Samples
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.measurements import delay_text
+from pipros_tools.graph.samples import DEFAULT_WINDOW, Samples
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import AnyMsg
@@ -39,8 +39,8 @@ def measure_delay(argv: Sequence[str]) -> int:
         help="use the TCP_NODELAY transport hint when subscribing to topics",
     )
     options = parser.parse_args(list(parse_arguments(argv).rest))
-    from pipros.cli.command_node import command_node
-    from pipros.graph.listening import Listening, wait_for_topic
+    from pipros_tools.cli.command_node import command_node
+    from pipros_tools.graph.listening import Listening, wait_for_topic
 
     with GraphClient("rostopic") as graph:
         topic = wait_for_topic(graph.master, graph.resolve(options.topic)).topic
@@ -62,7 +62,7 @@ class Delays:
     """Delays of the last messages. Thread-safe. `report` prints statistics if there are new delays."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        from pipros.graph.raw_decoder import RawDecoder
+        from pipros_tools.graph.raw_decoder import RawDecoder
 
         self._decoder = RawDecoder()
         self._delays_s = Samples(window)

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.rostopic.echo_options import parse
-from pipros.graph.client import GraphClient
+from pipros_tools.cli.rostopic.echo_options import parse
+from pipros_tools.graph.client import GraphClient
 
 
 def echo(argv: Sequence[str]) -> int:
     arguments = parse_arguments(argv)
     topic, options, bag = parse(arguments.rest)
     if bag is not None:
-        from pipros.cli.rostopic.bag import echo_bag
+        from pipros_tools.cli.rostopic.bag import echo_bag
 
         echo_bag(bag.path, topic, options, shows_all=bag.shows_all)
         return 0
-    from pipros.cli.command_node import command_node
-    from pipros.cli.rostopic.printing import MessagePrinter
-    from pipros.graph.listening import Listening, wait_for_topic
+    from pipros_tools.cli.command_node import command_node
+    from pipros_tools.cli.rostopic.printing import MessagePrinter
+    from pipros_tools.graph.listening import Listening, wait_for_topic
 
     with GraphClient("rostopic") as graph:
         source = wait_for_topic(graph.master, graph.resolve(topic))

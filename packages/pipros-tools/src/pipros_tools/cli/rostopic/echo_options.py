@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from optparse import OptionParser
 
-from pipros.cli.runner import option_parser
+from pipros_tools.cli.runner import option_parser
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

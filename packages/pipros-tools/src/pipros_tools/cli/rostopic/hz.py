@@ -8,12 +8,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.rostopic.window_option import add_window_option, window_of
-from pipros.cli.runner import option_parser
-from pipros.cli.terminal import LiveBlock
-from pipros.graph.client import GraphClient
-from pipros.graph.measurements import Rates
-from pipros.graph.samples import DEFAULT_WINDOW
+from pipros_tools.cli.rostopic.window_option import add_window_option, window_of
+from pipros_tools.cli.runner import option_parser
+from pipros_tools.cli.terminal import LiveBlock
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.measurements import Rates
+from pipros_tools.graph.samples import DEFAULT_WINDOW
 
 if TYPE_CHECKING:
     from pipros.node.any_msg import AnyMsg
@@ -40,10 +40,10 @@ class HzOptions:
 
 def measure_rate(argv: Sequence[str]) -> int:
     names, options = _parse(list(parse_arguments(argv).rest))
-    from pipros.cli.command_node import command_node
-    from pipros.graph.listening import Listening, wait_for_topic
-    from pipros.graph.message_filter import MessageFilter
-    from pipros.graph.raw_decoder import RawDecoder
+    from pipros_tools.cli.command_node import command_node
+    from pipros_tools.graph.listening import Listening, wait_for_topic
+    from pipros_tools.graph.message_filter import MessageFilter
+    from pipros_tools.graph.raw_decoder import RawDecoder
 
     with GraphClient("rostopic") as graph:
         try:

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pipros.basics.errors import NotFound
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
-from pipros.cli.runner import only_argument
-from pipros.graph.client import GraphClient
-from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
+from pipros_tools.cli.runner import only_argument
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.topics import describe_topic, field_type, topic_type, topics_of_type
 
 
 def show_info(argv: Sequence[str]) -> int:

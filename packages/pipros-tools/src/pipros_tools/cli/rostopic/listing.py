@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pipros.basics.errors import Refused
 from pipros.basics.names import parse_arguments
 from pipros.basics.printable import listed
-from pipros.cli.runner import option_parser
-from pipros.cli.terminal import CYAN, DIM, table
-from pipros.graph.client import GraphClient
-from pipros.graph.system_state import Registrations, SystemState, is_below
 from pipros.net.master_client import MasterClient
+from pipros_tools.cli.runner import option_parser
+from pipros_tools.cli.terminal import CYAN, DIM, table
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.system_state import Registrations, SystemState, is_below
 
 
 def list_topics(argv: Sequence[str]) -> int:
@@ -30,7 +30,7 @@ def list_topics(argv: Sequence[str]) -> int:
         for option in ("-s", "-p", "--host"):
             if option in argv:
                 parser.error(f"{option} option is not valid with bags")
-        from pipros.cli.rostopic.bag import list_bag
+        from pipros_tools.cli.rostopic.bag import list_bag
 
         list_bag(options.bag, arguments[0] if arguments else None)
         return 0

@@ -7,17 +7,17 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.errors import NotFound
-from pipros.cli.rostopic.echo_options import EchoOptions
-from pipros.graph.elide import Elision
-from pipros.graph.listening import TopicPart
-from pipros.graph.message_filter import MessageFilter
-from pipros.graph.message_path import Part, describe_path, extract
-from pipros.graph.message_rows import MessageRows, field_filter
-from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg.text import strify_message
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node.any_msg import AnyMsg
 from pipros.node.clock import Clock
+from pipros_tools.cli.rostopic.echo_options import EchoOptions
+from pipros_tools.graph.elide import Elision
+from pipros_tools.graph.listening import TopicPart
+from pipros_tools.graph.message_filter import MessageFilter
+from pipros_tools.graph.message_path import Part, describe_path, extract
+from pipros_tools.graph.message_rows import MessageRows, field_filter
+from pipros_tools.graph.raw_decoder import RawDecoder
 
 CLEAR_SCREEN = "\x1b[2J\x1b[;H"
 

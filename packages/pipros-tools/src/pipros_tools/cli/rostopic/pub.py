@@ -7,14 +7,16 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from io import TextIOWrapper
 from itertools import islice
 from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.input_file import open_file
 from pipros.basics.names import parse_arguments
-from pipros.cli.runner import CommandError, option_parser
-from pipros.graph.client import GraphClient
+from pipros_tools.cli.runner import CommandError, option_parser
+from pipros_tools.graph.client import GraphClient
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -64,8 +66,8 @@ def publish(argv: Sequence[str]) -> int:
     parser, options = _parse(list(parse_arguments(argv).rest))
     with GraphClient("rostopic") as graph:
         graph.master.get_pid()  # fails immediately if there is no master
-    from pipros.cli.command_node import command_node
-    from pipros.cli.rostopic.pub_values import MessageTemplate, message_class_of, read_values
+    from pipros_tools.cli.command_node import command_node
+    from pipros_tools.cli.rostopic.pub_values import MessageTemplate, message_class_of, read_values
 
     message_class = message_class_of(options.type_name)
     values = read_values(parser, options.words)
@@ -211,13 +213,16 @@ def _is_one_document(file: str | None) -> bool:
 
 def _documents(file: str | None) -> Iterator[Any]:
     """Yield the YAML documents in a file, or the documents from standard input as they arrive."""
-    from pipros.cli.yaml_args import documents_of
+    from pipros_tools.cli.yaml_args import documents_of
 
     if file is None:
         yield from documents_of(sys.stdin)
         return
-    with Path(file).open(encoding="utf-8") as lines:
-        yield from documents_of(lines, file)
+    try:
+        with TextIOWrapper(open_file(file), encoding="utf-8") as lines:
+            yield from documents_of(lines, file)
+    except UnicodeDecodeError as error:
+        raise CommandError(f"cannot read {file}: {error}") from None
 
 
 def _parse(argv: list[str]) -> tuple[OptionParser, PubOptions]:

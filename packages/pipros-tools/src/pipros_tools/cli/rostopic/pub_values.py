@@ -7,13 +7,13 @@ from optparse import OptionParser
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.runner import CommandError
-from pipros.cli.yaml_args import value_of
-from pipros.graph.errors import GraphError
-from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.safe.yaml import YamlError
+from pipros_tools.cli.runner import CommandError
+from pipros_tools.cli.yaml_args import value_of
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.graph.message_from_yaml import message_from_yaml
 
 
 def message_class_of(type_name: str) -> type[Message]:

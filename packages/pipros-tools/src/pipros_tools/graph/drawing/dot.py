@@ -6,7 +6,7 @@ Graphviz, which is not needed here.
 
 from __future__ import annotations
 
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 
 def to_dot(graph: NodeGraph) -> str:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 MAX_BOXES = 150
 """In graphs with more nodes and topics than this, namespaces are collapsed."""

@@ -68,6 +68,7 @@ def layered_layout(
     groups: Mapping[Key, str] | None = None,
     *,
     gap: float = LAYER_GAP,
+    rooms: Sequence[float] = (),
 ) -> GraphLayout[Key]:
     """Lay out a graph. The same graph always gets the same layout.
 
@@ -75,11 +76,12 @@ def layered_layout(
         sizes: the width and height of each vertex.
         arrows: pairs of vertices; loops and parallel arrows are allowed.
         groups: the group of each vertex; empty for no group.
-        gap: the distance between layers in pixels.
+        gap: the least distance between layers in pixels.
+        rooms: for each arrow, the distance that its label needs between the layers beside its middle.
     """
     if not sizes:
         return GraphLayout()
-    return _LayeredLayout(sizes, arrows, groups or {}, gap).result()
+    return _LayeredLayout(sizes, arrows, groups or {}, gap, rooms).result()
 
 
 class _LayeredLayout(Generic[Key]):
@@ -94,8 +96,10 @@ class _LayeredLayout(Generic[Key]):
         arrows: Sequence[tuple[Key, Key]],
         groups: Mapping[Key, str],
         gap: float,
+        rooms: Sequence[float],
     ) -> None:
         self._gap = gap
+        self._rooms = rooms
         self._keys = list(sizes)
         number = {key: index for index, key in enumerate(self._keys)}
         self._sizes = [sizes[key] for key in self._keys]
@@ -291,12 +295,23 @@ class _LayeredLayout(Generic[Key]):
     def _columns(self) -> tuple[list[float], float]:
         """Return the horizontal centre of each layer and the total width."""
         columns = []
-        right = 0.0
-        for layer in self._order:
+        left = right = 0.0
+        for layer, gap in zip(self._order, self._gaps(), strict=True):
             width = max((self._sizes[vertex][0] for vertex in layer), default=0.0)
-            columns.append(right + width / 2)
-            right += width + self._gap
-        return columns, right - self._gap
+            columns.append(left + width / 2)
+            right = left + width
+            left = right + gap
+        return columns, right
+
+    def _gaps(self) -> list[float]:
+        """Return the distance from each layer to the next one: what the longest label there needs."""
+        gaps = [self._gap] * len(self._order)
+        for index, room in enumerate(self._rooms):
+            start, end = (self._layer[vertex] for vertex in self._arrows[index])
+            if start != end:
+                before = start + (end - start) // 2 if end > start else end + (start - end - 1) // 2
+                gaps[before] = max(gaps[before], room)
+        return gaps
 
     def _grid_width(self) -> float:
         """Return the width at which a grid of all isolated vertices has a screen's aspect ratio."""

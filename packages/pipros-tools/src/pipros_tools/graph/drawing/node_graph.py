@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
-from pipros.graph.drawing.name_filter import NameFilter
-from pipros.graph.system_state import SystemState, TopicConnection
-from pipros.graph.wrong_types import WrongTypes
+from pipros_tools.graph.drawing.name_filter import NameFilter
+from pipros_tools.graph.system_state import SystemState, TopicConnection
+from pipros_tools.graph.wrong_types import WrongTypes
 
 Mode = Literal["nodes", "active", "all"]
 """Which vertices to draw: nodes, with topics as labels; nodes and connected topics; nodes and all topics."""

@@ -10,9 +10,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from pipros.graph.drawing.layered_layout import Box
-from pipros.graph.drawing.scene import Scene
-from pipros.graph.drawing.svg import middle_of
+from pipros_tools.graph.drawing.layered_layout import Box
+from pipros_tools.graph.drawing.scene import Scene
+from pipros_tools.graph.drawing.svg import middle_of
 
 _TEXT_SIZE = 12.0
 _CHARACTER = 0.6

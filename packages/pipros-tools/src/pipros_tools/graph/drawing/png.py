@@ -9,8 +9,8 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import install_command
-from pipros.graph.drawing.scene import FONT_SIZE, Scene
-from pipros.graph.drawing.svg import middle_of
+from pipros_tools.graph.drawing.scene import FONT_SIZE, Scene
+from pipros_tools.graph.drawing.svg import middle_of
 
 _SCALE = 2
 _SMOOTHING = 2

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pipros.basics.printable import printable
-from pipros.graph.drawing.layered_layout import Box, GraphLayout, layered_layout
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros_tools.graph.drawing.folded_layout import folded, scale_on
+from pipros_tools.graph.drawing.layered_layout import LAYER_GAP, Box, GraphLayout, layered_layout
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 CHARACTER_WIDTH = 7.4
 """Width in pixels of a character in the widest common fonts, at label size."""
@@ -19,7 +20,10 @@ TRAFFIC_WIDTH = 190.0
 """Width reserved for a rate and a bandwidth on an arrow."""
 VERTICAL_GAP = 64.0
 """Distance between layers that are below each other, with room for a rate."""
+SCREEN = 1390.0, 780.0
+"""Width and height in pixels on which a drawing with traffic should be readable."""
 _MAX_LABEL_CHARACTERS = 60
+_MAX_TYPE_CHARACTERS = 22
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +47,13 @@ class Scene:
 
 
 def draw(graph: NodeGraph, *, with_traffic: bool = False, is_vertical: bool = False) -> Scene:
-    """Lay out the graph. `with_traffic` reserves room for rates on the arrows."""
+    """Lay out the graph.
+
+    Args:
+        with_traffic: reserve room for rates on the arrows, and break drawings wider than `SCREEN` into
+            rows, or turn them, if their names are larger then.
+        is_vertical: whether arrows lead downwards.
+    """
     texts = {key: _label(vertex) for key, vertex in graph.vertices.items()}
     has_topics = any(vertex.kind not in ("node", "frame") for vertex in graph.vertices.values())
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
@@ -51,20 +61,31 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False, is_vertical: bool = Fa
     joined = _join_parallel(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
     for arrow, text in joined.items():
         if arrow.wrong:
-            joined[arrow] = f"{text}  {printable(arrow.wrong.text, 2 * _MAX_LABEL_CHARACTERS)}".strip()
-    arrows = list(joined)
-    label_width = CHARACTER_WIDTH * max((len(text) for text in joined.values()), default=0)
-    gap = max(TRAFFIC_WIDTH, label_width) if with_traffic else 60 + label_width
-    if is_vertical:  # the layout runs to the right: it gets heights as widths, and is turned afterwards
-        sizes, gap = {key: (height, width) for key, (width, height) in sizes.items()}, VERTICAL_GAP
-    layout = layered_layout(sizes, [(arrow.start, arrow.end) for arrow in arrows], groups, gap=gap)
+            sent, wanted = (_cut(each) for each in (arrow.wrong.sent, arrow.wrong.wanted))
+            joined[arrow] = f"{text}  sent {sent}, wanted {wanted}".strip()
+    ends = [(arrow.start, arrow.end) for arrow in joined]
+    rooms = [_room(arrow, text, with_traffic) for arrow, text in joined.items()]
+
+    def upright() -> GraphLayout[
+        Key
+    ]:  # the layout runs to the right: it gets heights as widths, and is turned
+        turned = {key: (height, width) for key, (width, height) in sizes.items()}
+        return _turned(layered_layout(turned, ends, groups, gap=VERTICAL_GAP))
+
     if is_vertical:
-        layout = _turned(layout)
+        layout = upright()
+    else:
+        layout = layered_layout(sizes, ends, groups, gap=LAYER_GAP, rooms=rooms)
+        if with_traffic and scale_on(SCREEN, layout) < 1:
+            layout = folded(layout, SCREEN)
+            other = upright()
+            is_vertical = scale_on(SCREEN, other) > scale_on(SCREEN, layout)
+            layout = other if is_vertical else layout
     return Scene(
         [(vertex, _with_margin(layout.boxes[key]), texts[key]) for key, vertex in graph.vertices.items()],
         [
             (arrow, [(x + MARGIN, y + MARGIN) for x, y in route], joined[arrow])
-            for arrow, route in zip(arrows, layout.routes, strict=True)
+            for arrow, route in zip(joined, layout.routes, strict=True)
         ],
         {printable(group, _MAX_LABEL_CHARACTERS): _with_margin(box) for group, box in layout.bands.items()},
         layout.width + 2 * MARGIN,
@@ -90,6 +111,18 @@ def _label(vertex: Vertex) -> str:
     if vertex.group and name != vertex.group:  # the surrounding box shows the namespace
         name = name.removeprefix(f"{vertex.group.rstrip('/')}/")
     return printable(name, _MAX_LABEL_CHARACTERS) + more
+
+
+def _cut(name: str) -> str:
+    """Shorten the name of a type in its middle."""
+    part = _MAX_TYPE_CHARACTERS // 2
+    return printable(name if len(name) <= 2 * part else f"{name[:part]}…{name[-part:]}")
+
+
+def _room(arrow: Arrow, text: str, with_traffic: bool) -> float:
+    """Return the length of an arrow with its label. Arrows from topics and of wrong types have no rates."""
+    has_rate = with_traffic and not arrow.wrong and arrow.start.kind != "topic"
+    return (TRAFFIC_WIDTH if has_rate else LAYER_GAP) + CHARACTER_WIDTH * len(text)
 
 
 def _size(vertex: Vertex, text: str) -> tuple[float, float]:

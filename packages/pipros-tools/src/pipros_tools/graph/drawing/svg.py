@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from pipros.graph.drawing.layered_layout import Box
-from pipros.graph.drawing.node_graph import Arrow, Vertex
-from pipros.graph.drawing.scene import FONT_SIZE, Scene
+from pipros_tools.graph.drawing.layered_layout import Box
+from pipros_tools.graph.drawing.node_graph import Arrow, Vertex
+from pipros_tools.graph.drawing.scene import FONT_SIZE, Scene
 
 _STYLE = f"""
 svg {{ background: #ffffff; color: #1c2733; font: {FONT_SIZE}px ui-sans-serif, system-ui, sans-serif; }}

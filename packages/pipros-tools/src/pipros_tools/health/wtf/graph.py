@@ -1,4 +1,4 @@
-"""`roswtf` rules that check the running system."""
+"""The running system that `roswtf` checks, and its links as plugins see them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from typing import Any
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
-from pipros.health.gather_system import gather_system
-from pipros.health.system_report import SystemReport
-from pipros.health.wtf.rules import Problem, Rule, problems_of
-from pipros.health.wtf.subject import Subject
 from pipros.net.master_client import MasterClient
+from pipros_tools.health import graph_checks
+from pipros_tools.health.examine import stable_system
+from pipros_tools.health.system_report import SystemReport
+from pipros_tools.health.wtf.rules import Problem, as_problems
+from pipros_tools.health.wtf.subject import Subject
 
 CALLER_ID = "/roswtf"
+ANSWER_LIMIT_S = 3.0
 
 
 Link = tuple[str, str, str]
@@ -54,65 +56,6 @@ def topics_without_publisher(system: SystemReport) -> dict[str, list[str]]:
     return found
 
 
-def simtime_check(subject: Subject) -> bool:
-    system = subject.system
-    return system is not None and system.is_time_simulated and not system.state.publishers.get("/clock")
-
-
-def ping_check(subject: Subject) -> list[str]:
-    system = subject.system
-    nodes = system.state.nodes() if system else ()
-    return [listed(node) for node in nodes if system and not system.is_alive(node)]
-
-
-def missing_edges(subject: Subject) -> list[str]:
-    system = subject.system
-    return described(expected_links(system) - actual_links(system)) if system else []
-
-
-def unexpected_edges(subject: Subject) -> list[str]:
-    system = subject.system
-    return described(actual_links(system) - expected_links(system)) if system else []
-
-
-def described(links: set[Link]) -> list[str]:
-    """Return sorted, printable descriptions of links."""
-    return [
-        f"{listed(source)}->{listed(target)} ({listed(topic)})" for source, target, topic in sorted(links)
-    ]
-
-
-def probe_all_services(subject: Subject) -> list[str]:
-    services = subject.system.services.items() if subject.system else ()
-    return [
-        f"service [{listed(name)}] appears to be malfunctioning: Unable to communicate with service "
-        f"[{listed(name)}], address [{listed(report.uri)}]"
-        for name, report in sorted(services)
-        if report.failure is not None
-    ]
-
-
-def unconnected_subscriptions(subject: Subject) -> str:
-    text = ""
-    unconnected = topics_without_publisher(subject.system) if subject.system else {}
-    for node, topics in sorted(unconnected.items()):
-        text += f" * {listed(node)}:\n" + "".join(f"   * {listed(topic)}\n" for topic in topics)
-    return text
-
-
-graph_errors: list[Rule] = [
-    (simtime_check, "/use_sim_time is set but no publisher of /clock is present"),
-    (ping_check, "Could not contact the following nodes:"),
-    (missing_edges, "The following nodes should be connected but aren't:"),
-    (probe_all_services, "Errors connecting to the following services:"),
-]
-
-graph_warnings: list[Rule] = [
-    (unconnected_subscriptions, "The following node subscriptions are unconnected:\n"),
-    (unexpected_edges, "The following nodes are unexpectedly connected:"),
-]
-
-
 def with_running_system(subject: Subject, complain: Callable[[str], Any]) -> Subject:
     """Return a copy of the subject with the running system.
 
@@ -121,7 +64,7 @@ def with_running_system(subject: Subject, complain: Callable[[str], Any]) -> Sub
     Raises:
         PiprosError: the master does not answer.
     """
-    system = gather_system(subject.master_uri)
+    system = stable_system(subject.environment, ANSWER_LIMIT_S)
     master = MasterClient(subject.master_uri, CALLER_ID)
     try:
         names = [name for name in master.get_param_names() if name.startswith("/roslaunch/uris/")]
@@ -149,5 +92,5 @@ def _host(api: str) -> str:
 
 
 def check_graph(subject: Subject) -> list[Problem]:
-    """Apply all rules in this module."""
-    return problems_of(subject, graph_warnings, graph_errors)
+    """Return what `pipros doctor` finds in the running system."""
+    return [] if subject.system is None else as_problems(graph_checks.check_graph(subject.system))

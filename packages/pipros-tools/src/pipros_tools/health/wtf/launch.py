@@ -1,17 +1,18 @@
-"""Rules about launch files and running launchers."""
+"""Rules about the things that only `roswtf` checks: manifests, launch files and running launchers."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.health.wtf.rules import Problem, Rule, problems_of
-from pipros.health.wtf.subject import Subject
-from pipros.launch.model import LaunchNode
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import addresses_of
-from pipros.workspace.executables import find_executables, package_of_programs
-from pipros.workspace.index import Package
+from pipros_tools.health.wtf.rules import Problem, Rule, problems_of
+from pipros_tools.health.wtf.subject import Subject
+from pipros_tools.launch.model import LaunchNode
+from pipros_workspace.executables import find_executables, package_of_programs
+from pipros_workspace.index import Package
+from pipros_workspace.manifest import read_manifest
 
 ANSWER_LIMIT_S = 3.0
 
@@ -69,6 +70,20 @@ def roslaunch_config_errors(subject: Subject) -> list[str]:
     return list(subject.launch.warnings) if subject.launch is not None else []
 
 
+def manifest_valid(subject: Subject) -> list[str]:
+    """Return the name of each package whose manifest cannot be read, with the error."""
+    broken = []
+    for name in subject.packages:
+        package = subject.index.get(name)
+        if package is None:
+            continue
+        try:
+            read_manifest(package.path)
+        except (PiprosError, OSError) as error:
+            broken.append(f"{name}: {error}")
+    return broken
+
+
 static_roslaunch_errors: list[Rule] = [
     (roslaunch_missing_pkgs_check, "Cannot find the following required packages:"),
     (
@@ -110,12 +125,16 @@ def _processes(subject: Subject) -> tuple[list[tuple[str, int]], list[tuple[str,
     return kinds
 
 
-online_roslaunch_errors: list[Rule] = []
-
 online_roslaunch_warnings: list[Rule] = [
     (roslaunch_respawn_check, "These nodes have respawned at least once:"),
     (roslaunch_dead_check, "These nodes have died:"),
 ]
+
+
+def check_packages(subject: Subject) -> list[Problem]:
+    """Apply the rule about manifests."""
+    text = "The manifests of the following packages cannot be read:"
+    return problems_of(subject, [], [(manifest_valid, text)])
 
 
 def check_launch_files(subject: Subject) -> list[Problem]:
@@ -127,4 +146,4 @@ def check_launch_files(subject: Subject) -> list[Problem]:
 
 def check_launchers(subject: Subject) -> list[Problem]:
     """Apply the rules about running launchers."""
-    return problems_of(subject, online_roslaunch_warnings, online_roslaunch_errors)
+    return problems_of(subject, online_roslaunch_warnings, [])

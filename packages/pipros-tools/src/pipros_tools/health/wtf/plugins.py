@@ -7,8 +7,8 @@ from importlib import import_module
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.workspace.dependency_graph import DependencyGraph
-from pipros.workspace.index import PackageIndex
+from pipros_workspace.dependency_graph import DependencyGraph
+from pipros_workspace.index import PackageIndex
 
 Check = Callable[[Any], Any]
 """A function in a plugin. Its argument is the context that the `roswtf` facade creates for plugins."""

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.health.system_report import SystemReport
-from pipros.workspace.index import PackageIndex
+from pipros_tools.health.system_report import SystemReport
+from pipros_workspace.index import PackageIndex
 
 if TYPE_CHECKING:
-    from pipros.launch.model import Launch
-    from pipros.workspace.manifest import Manifest
+    from pipros_tools.launch.model import Launch
+    from pipros_workspace.manifest import Manifest
 
 
 class CannotCheck(PiprosError):
@@ -81,7 +81,7 @@ class Subject:
         Raises:
             CannotCheck: the package or a dependency does not exist or is invalid.
         """
-        from pipros.workspace.dependency_graph import DependencyGraph
+        from pipros_workspace.dependency_graph import DependencyGraph
 
         graph = DependencyGraph(self.index)
         try:
@@ -99,8 +99,8 @@ class Subject:
         Raises:
             CannotCheck: a file cannot be loaded, or the package or one of its dependencies is invalid.
         """
-        from pipros.launch.load_context import LoadContext
-        from pipros.launch.xml import load
+        from pipros_tools.launch.load_context import LoadContext
+        from pipros_tools.launch.xml import load
 
         missing = [file for file in files if not Path(file).is_file()]
         if missing:

@@ -22,8 +22,8 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async_client import call_async
 from pipros.net.rpc_server import RpcServer
 from pipros.net.this_machine import ThisMachineCaller
-from pipros.testing.faults.plan import Faults
-from pipros.testing.faults.tcp_proxy import Address, ProxyCounts, Switch, TcpProxy
+from pipros_tools.testing.faults.plan import Faults
+from pipros_tools.testing.faults.tcp_proxy import Address, ProxyCounts, Switch, TcpProxy
 
 T = TypeVar("T")
 

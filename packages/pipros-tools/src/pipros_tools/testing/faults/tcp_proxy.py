@@ -9,7 +9,7 @@ import struct
 from dataclasses import dataclass
 
 from pipros.net.address import LOOPBACK
-from pipros.testing.faults.plan import Cut, Faults, FaultyStream
+from pipros_tools.testing.faults.plan import Cut, Faults, FaultyStream
 
 _READ_BYTES = 16 * 1024
 

@@ -10,9 +10,9 @@ import time
 from pipros.basics.errors import PiprosError
 from pipros.node import Node
 from pipros.node.service_link import ServiceLink
-from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
-from pipros.testing.nodes.run_checks import run_checks
-from pipros.wire.handshake import WireType
+from pipros.wire.handshake import HANDSHAKE_S, WireType
+from pipros_tools.testing.nodes.expectation import Expectation, Watch, expectations, follow
+from pipros_tools.testing.nodes.run_checks import run_checks
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True
@@ -46,7 +46,7 @@ def check_services(node: Node) -> None:
 
 def _service_type(node: Node, service: str, uri: str) -> str:
     any_type = WireType("*", "*")
-    deadline = time.monotonic() + node.limits.handshake_s
+    deadline = time.monotonic() + HANDSHAKE_S
     link = ServiceLink(uri, service, node.name, any_type, deadline=deadline, probe=True)
     link.close()
     return link.fields.get("type", "")

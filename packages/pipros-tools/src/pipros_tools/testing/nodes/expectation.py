@@ -8,7 +8,7 @@ from typing import Any
 
 from pipros.node import Node
 from pipros.node.clock import Clock
-from pipros.testing.nodes.run_checks import parameter, poll
+from pipros_tools.testing.nodes.run_checks import parameter, poll
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

@@ -14,7 +14,7 @@ from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.clock import WallClock
-from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
+from pipros_tools.testing.nodes.run_checks import number, parameter, poll, run_checks
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

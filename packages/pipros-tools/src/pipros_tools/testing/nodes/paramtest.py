@@ -7,7 +7,7 @@ parameter to be set, and then `test_duration` (5 s) for the parameter to get the
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
+from pipros_tools.testing.nodes.run_checks import number, parameter, poll, run_checks
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

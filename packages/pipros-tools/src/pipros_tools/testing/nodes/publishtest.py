@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
-from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
-from pipros.testing.nodes.run_checks import run_checks
+from pipros_tools.testing.nodes.expectation import Expectation, Watch, expectations, follow
+from pipros_tools.testing.nodes.run_checks import run_checks
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

@@ -13,7 +13,7 @@ from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.clock import Clock, WallClock
 from pipros.node.start_params import set_private_params
-from pipros.testing.script_runner import exit_unless, run_program
+from pipros_tools.testing.script_runner import exit_unless, run_program
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

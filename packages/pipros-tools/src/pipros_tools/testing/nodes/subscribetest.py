@@ -6,8 +6,8 @@ Private parameter `topics`: a list of `{name, timeout: 10.0, negative: false, ty
 from __future__ import annotations
 
 from pipros.node import Node
-from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
-from pipros.testing.nodes.run_checks import run_checks
+from pipros_tools.testing.nodes.expectation import Expectation, Watch, expectations, follow
+from pipros_tools.testing.nodes.run_checks import run_checks
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True

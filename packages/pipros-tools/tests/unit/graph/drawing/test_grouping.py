@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.drawing.grouping import MAX_BOXES, Grouping, grouped, marked
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros_tools.graph.drawing.grouping import MAX_BOXES, Grouping, grouped, marked
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 SERVER = Key("node", "/server")
 ACTION = [f"/pick/{part}" for part in ("goal", "cancel", "status", "feedback", "result")]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.graph.drawing.layered_layout import Box, GraphLayout, layered_layout
+from pipros_tools.graph.drawing.layered_layout import Box, GraphLayout, layered_layout
 from tests.support.steps import grows_linearly
 
 names = st.integers(0, 25)

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from pipros.graph.drawing.name_filter import NameFilter
-from pipros.graph.drawing.node_graph import MAX_GUESSED, GraphOptions, Key, NodeGraph, node_graph
-from pipros.graph.system_state import SystemState, TopicConnection
+from pipros_tools.graph.drawing.name_filter import NameFilter
+from pipros_tools.graph.drawing.node_graph import MAX_GUESSED, GraphOptions, Key, NodeGraph, node_graph
+from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 STATE = SystemState(
     publishers={

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from pipros.graph.drawing.pdf import to_pdf
-from pipros.graph.drawing.scene import Scene
+from pipros_tools.graph.drawing.pdf import to_pdf
+from pipros_tools.graph.drawing.scene import Scene
 from tf.nodes.view_frames import scene_of
 
 TREE = [

@@ -11,12 +11,12 @@ import pytest
 from PIL import Image
 
 from pipros.basics.extras import install_command
-from pipros.graph.drawing.dot import to_dot
-from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
-from pipros.graph.drawing.png import PictureFailed, to_png
-from pipros.graph.drawing.scene import Scene, draw
-from pipros.graph.drawing.svg import to_svg
-from pipros.graph.system_state import SystemState, TopicConnection
+from pipros_tools.graph.drawing.dot import to_dot
+from pipros_tools.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
+from pipros_tools.graph.drawing.png import PictureFailed, to_png
+from pipros_tools.graph.drawing.scene import Scene, draw
+from pipros_tools.graph.drawing.svg import to_svg
+from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 SVG = "{http://www.w3.org/2000/svg}"
 EVIL = '/a"]; evil [label="<script>'

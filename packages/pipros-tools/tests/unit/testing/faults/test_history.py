@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.testing.faults.history import History, NumberGap, TornMessage, numbered_text, read_numbered
+from pipros_tools.testing.faults.history import History, NumberGap, TornMessage, numbered_text, read_numbered
 
 
 def history_of(*numbers: int, sink: str = "sink") -> History:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.testing.faults.plan import Cut, Faults, FaultyStream, Piece
+from pipros_tools.testing.faults.plan import Cut, Faults, FaultyStream, Piece
 
 DATA = random.Random(1).randbytes(5000)  # noqa: S311
 

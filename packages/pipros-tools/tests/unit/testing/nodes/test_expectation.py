@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.testing.nodes.expectation import Expectation, Watch
+from pipros_tools.testing.nodes.expectation import Expectation, Watch
 
 
 class Graph:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.testing.nodes.hztest import AllowedRate
+from pipros_tools.testing.nodes.hztest import AllowedRate
 
 MS = 1_000_000
 

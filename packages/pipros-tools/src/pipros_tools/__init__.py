@@ -1,0 +1,1 @@
+"""Launch files, bags, the graph, health, tests, and the commands with the names of ROS."""
