@@ -18,8 +18,8 @@ from playwright.sync_api import TimeoutError as NeverShown
 from programs import QUIET, Programs
 from table import options_of
 
-from pipros.bag import BagWriter
 from pipros.msg import load_message_class
+from pipros_tools.bag import BagWriter
 from tests.browser.chromium import running_chromium
 
 SECONDS = 12

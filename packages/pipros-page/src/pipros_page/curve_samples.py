@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from pipros.bag.filter_expression import MessageExpression
-from pipros.graph.message_path import NotAnArray, PathStep, extract, parse_path
-from pipros.graph.message_tree import EXACT
-from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg.time import Time, TVal
+from pipros_libraries.transforms.pose import roll_pitch_yaw
+from pipros_tools.bag.filter_expression import MessageExpression
+from pipros_tools.graph.message_path import NotAnArray, PathStep, extract, parse_path
+from pipros_tools.graph.message_tree import EXACT
 
 MAX_FIELDS = 100
 """Maximum number of fields suggested for a topic."""
@@ -173,7 +173,7 @@ def number_in(message: Any, field: CurveField) -> float | int | None:
         ExpressionError: an expression cannot be evaluated.
         ValueError: an index is out of range, or the indexed field is not an array.
     """
-    from pipros.web.views.topics import percentage
+    from pipros_page.views.topics import percentage
 
     if field.expression is not None:
         return _number_of(field.expression, message, field)

@@ -6,10 +6,10 @@ import asyncio
 from collections.abc import Awaitable, Callable, Collection
 from dataclasses import dataclass, field
 
-from pipros.graph.drawing.grouping import Grouping, grouped, marked
-from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
-from pipros.graph.drawing.scene import Scene
-from pipros.graph.observer import GraphObservation
+from pipros_tools.graph.drawing.grouping import Grouping, grouped, marked
+from pipros_tools.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
+from pipros_tools.graph.drawing.scene import Scene
+from pipros_tools.graph.observer import GraphObservation
 
 MAX_OPTIONS = 32
 """Maximum number of cached drawings, each for a different combination of options."""

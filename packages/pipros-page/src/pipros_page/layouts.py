@@ -16,9 +16,13 @@ from typing import Any, Final
 from pipros.basics.cache_files import CacheFolder
 from pipros.basics.errors import PiprosError
 from pipros.basics.file_names import is_device
-from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.input_file import open_file
 from pipros.packages import cache_folder
-from pipros.web.limits import PageLimits
+
+PAGE_LAYOUT_BYTES = 65_536
+"""Limit: a panel layout, stored by a browser or in a file. Beyond it, the layout is neither stored nor
+opened; there can be at most 100 layouts.
+"""
 
 MAX_LAYOUTS: Final = 100
 _VERSION: Final = 1
@@ -120,7 +124,7 @@ def open_layout(path: str) -> OpenedLayout:
         BadLayout: the file is neither a layout nor a perspective, or no plugin has a corresponding tab.
         OSError: the file cannot be read.
     """
-    with open(path, "rb") as file:
+    with open_file(path) as file:
         content = file.read(_LARGEST_PERSPECTIVE + 1)
     values = _json(content, path)
     if "pipros_layout" in values:
@@ -185,9 +189,9 @@ def _json(content: bytes, name: str) -> dict[str, Any]:
 
 
 def _check_size(content: bytes) -> None:
-    limit = process_limits().of(PageLimits).page_layout_bytes
+    limit = PAGE_LAYOUT_BYTES
     if len(content) > limit:
-        raise BadLayout(f"the layout has {len(content)} bytes; {limit_text('page_layout_bytes', limit)}")
+        raise BadLayout(f"the layout has {len(content)} bytes; the limit is {limit} bytes")
 
 
 def _file_of(name: object) -> str:

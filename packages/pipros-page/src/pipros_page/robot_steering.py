@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import threading
-from collections.abc import Sequence
-from typing import Any, Final
+import time
+from collections.abc import Callable, Sequence
+from typing import Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.nodes.params import number, raw
-from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
-from pipros.server.node_page import served_page
-from pipros.server.sliders.slider_page import Slider, SliderPage
+from pipros_libraries.nodes.params import raw
+from pipros_libraries.nodes.velocities import SILENCE_S, VelocityOutput, check_axis, checked_number
+from pipros_server.node_page import served_page
+from pipros_server.sliders.slider_page import Slider, SliderPage
 
 PERIOD_S: Final = 0.1
 LINEAR, ANGULAR = "linear", "angular"
@@ -24,29 +26,30 @@ FASTEST: Final = 3.0
 class Steering:
     """Velocities set with sliders. Call `publish` periodically to publish them.
 
-    The robot stops when a browser leaves the page, and when the node ends.
+    The robot stops when a browser leaves the page or is silent for `SILENCE_S`, and when the node ends.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, clock_s: Callable[[], float] = time.monotonic) -> None:
         """Read the parameters `~default_topic`, `~default_vx_max`, `~default_vw_min` and so on.
 
         Raises:
             InvalidName: the topic's name is not legal.
+            InvalidParameter: a bound is not finite, or a maximum is below its minimum.
         """
         self._lock = threading.Lock()
         self._speeds = {LINEAR: 0.0, ANGULAR: 0.0}
-        self._was_moving = False
+        self._clock_s, self._held_s = clock_s, -math.inf
         self._ranges = {
             kind: (
-                number(node, f"default_{short}_min", -FASTEST),
-                number(node, f"default_{short}_max", FASTEST),
+                checked_number(node, f"default_{short}_min", -FASTEST, least=-math.inf),
+                checked_number(node, f"default_{short}_max", FASTEST, least=-math.inf),
             )
             for kind, short in ((LINEAR, "vx"), (ANGULAR, "vw"))
         }
-        self._twist_class: Any = load_message_class("geometry_msgs/Twist")
+        for short, (low, high) in zip(("vx", "vw"), self._ranges.values(), strict=True):
+            check_axis((f"~default_{short}_min", low), (f"~default_{short}_max", high))
         topic = str(raw(node, "default_topic", "/cmd_vel"))
-        self._commands = node.advertise(topic, self._twist_class, queue_size=1)
-        node.on_shutdown(self._end)
+        self._commands = VelocityOutput(node, topic)
         self.page = SliderPage(
             f"Steering {node.resolve(topic)}",
             node.name,
@@ -54,6 +57,7 @@ class Steering:
             self.move,
             {"Stop": self.stop},
             on_left=self.stop,
+            on_held=self.hold,
         )
 
     def sliders(self) -> list[Slider]:
@@ -64,7 +68,11 @@ class Steering:
     def move(self, slider: str, value: float) -> None:
         """Set a velocity."""
         with self._lock:
-            self._speeds[slider] = value
+            self._speeds[slider], self._held_s = value, self._clock_s()
+
+    def hold(self) -> None:
+        """Keep both velocities for another `SILENCE_S`."""
+        self._held_s = self._clock_s()
 
     def stop(self) -> None:
         """Set both velocities to 0."""
@@ -73,19 +81,15 @@ class Steering:
 
     def publish(self) -> None:
         """Publish the velocities, unless both are 0 and zeros have already been published."""
+        if self._clock_s() - self._held_s >= SILENCE_S:
+            self.stop()
+        twist = self._commands.message()
         with self._lock:
-            linear, angular = self._speeds[LINEAR], self._speeds[ANGULAR]
-            is_moving = bool(linear or angular)
-            if not is_moving and not self._was_moving:
-                return
-            self._was_moving = is_moving
-        twist = self._twist_class()
-        twist.linear.x, twist.angular.z = linear, angular
-        self._commands.publish(twist)
-
-    def _end(self) -> None:
-        self.stop()
-        self.publish()
+            twist.linear.x, twist.angular.z = self._speeds[LINEAR], self._speeds[ANGULAR]
+        if twist.linear.x or twist.angular.z:
+            self._commands.publish(twist)
+        else:
+            self._commands.stop()
 
 
 @exits_after_ctrl_c()

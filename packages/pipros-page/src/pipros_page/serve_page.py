@@ -11,33 +11,39 @@ from typing import Any
 
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.basics.limits import process_limits
-from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
-from pipros.policy.model import Policy
-from pipros.server.access import Access
-from pipros.server.act_gate import ActGate
-from pipros.server.desktop import open_in_browser
-from pipros.server.freed_memory import share_one_arena
-from pipros.server.secret import Secret
-from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
-from pipros.server.token_file import read_tokens
-from pipros.server.view_server import PageServer, ServedViews
-from pipros.web.bags.folder import BagFolder
-from pipros.web.bags.recording import BagRecording
-from pipros.web.bags.redirection import BagRedirection
-from pipros.web.bags.rewind import RecentMessages
-from pipros.web.limits import PageLimits
-from pipros.web.scene.layout_file import SceneFile
-from pipros.web.scene.services import serve_scene_file
-from pipros.web.tabs import BY_POLICY, CHANGING, CONTROLS, OF_MESSAGES, PageContext, views_of_tabs
-from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
+from pipros_page.bags.folder import BagFolder
+from pipros_page.bags.recording import BagRecording
+from pipros_page.bags.redirection import BagRedirection
+from pipros_page.bags.rewind import RecentMessages
+from pipros_page.limits import PageLimits
+from pipros_page.scene.layout_file import SceneFile
+from pipros_page.scene.services import serve_scene_file
+from pipros_page.tabs import BY_POLICY, CHANGING, CONTROLS, OF_MESSAGES, PageContext, views_of_tabs
+from pipros_page.watched_system import MASTER_DEADLINE_S, WatchedSystem
+from pipros_server.access import Access
+from pipros_server.act_gate import ActGate
+from pipros_server.desktop import open_in_browser
+from pipros_server.freed_memory import share_one_arena
+from pipros_server.loop_share import switch_threads_often
+from pipros_server.policy.model import Policy
+from pipros_server.secret import Secret
+from pipros_server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
+from pipros_server.token_file import read_tokens
+from pipros_server.view_server import PageServer, ServedViews
+from pipros_tools.graph.client import GraphClient
+
+PAGE_REWIND_S = 60.0
+"""Limit: the time span for which a page keeps messages for its browsers. Beyond it, older messages are
+dropped from the recording for rewinding; `--rewind` takes precedence.
+"""
 
 CLOSING_S = 0.4
 ENDING_S = 0.1
 """Maximum times (s) to wait at exit: `CLOSING_S` for connections, then `ENDING_S` for remaining tasks."""
 
-PAGES = ("pipros.web", "pipros.server")
+PAGES = ("pipros_page", "pipros_server")
 """The packages whose `page` folders contain the page's files."""
 
 
@@ -58,7 +64,7 @@ class PageOptions:
         argv: remappings of the page's node.
         scene: the file shown in the Scene tab; if given, the node offers rviz's services.
         bags: the folder whose bags browsers may open.
-        rewind_s: time span (s) that is recorded for browsers; None for `PageLimits.page_rewind_s`.
+        rewind_s: time span (s) that is recorded for browsers; None for `PAGE_REWIND_S`.
         policy: restricts what browsers may do with `permitted`; None for no policy.
     """
 
@@ -88,6 +94,7 @@ def serve_page(options: PageOptions) -> int:
     """
     secret = Secret(tokens=read_tokens(options.token_file) if options.token_file is not None else ())
     share_one_arena()
+    switch_threads_often()
     run_until_signalled(lambda life: _serve(options, secret, life))
     return 0
 
@@ -135,12 +142,12 @@ def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
 
 def _recent(rewind_s: float | None) -> RecentMessages | None:
     limits = process_limits().of(PageLimits)
-    span_s = limits.page_rewind_s if rewind_s is None else rewind_s
+    span_s = PAGE_REWIND_S if rewind_s is None else rewind_s
     return RecentMessages(span_s, limits.page_rewind_bytes) if span_s else None
 
 
 class MountedPage:
-    """The page, served on the port of another room's server; see `Room.offers`.
+    """The page, served on the port of another plugin's server; see `Plugin.offers`.
 
     Attributes:
         server: answers the requests.

@@ -8,9 +8,9 @@ from typing import TypeVar
 
 from pipros.net.master_client import MasterClient
 from pipros.node.open_calls import OpenCalls
-from pipros.server.browser_share import CALLS_OF_A_BROWSER, current_browser
-from pipros.server.daemon_pool import DaemonPool
-from pipros.server.view_server import RequestRefused
+from pipros_server.browser_share import CALLS_OF_A_BROWSER, current_browser
+from pipros_server.daemon_pool import DaemonPool
+from pipros_server.view_server import RequestRefused
 
 T = TypeVar("T")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pipros.graph.observer import GraphObservation
+from pipros_tools.graph.observer import GraphObservation
 
 LEAST_S, INTERVALS = 3.0, 10
 """Data is stale after `INTERVALS` times its mean interval, but not before `LEAST_S` (s)."""

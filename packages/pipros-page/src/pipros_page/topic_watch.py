@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text, process_limits
-from pipros.graph.raw_decoder import RawDecoder, decode_as
-from pipros.graph.samples import BandwidthWindow, RateWindow
 from pipros.node.any_msg import AnyMsg
-from pipros.server.browser_share import browser_or_none
-from pipros.web.limits import PageLimits
-from pipros.web.stale import is_stale
+from pipros_page.limits import PageLimits
+from pipros_page.stale import is_stale
+from pipros_server.browser_share import browser_or_none
+from pipros_tools.graph.raw_decoder import RawDecoder, decode_as
+from pipros_tools.graph.samples import BandwidthWindow, RateWindow
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 from pipros.basics import one_thread
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text, process_limits
-from pipros.graph.raw_decoder import RawDecoder
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
-from pipros.server.browser_share import browser_or_none, has_share
-from pipros.web.limits import PageLimits
+from pipros_page.limits import PageLimits
+from pipros_server.browser_share import browser_or_none, has_share
+from pipros_tools.graph.raw_decoder import RawDecoder
 
 if TYPE_CHECKING:
     pass
-from pipros.web.topic_watch import WINDOW, Record, TopicWatch
+from pipros_page.topic_watch import WINDOW, Record, TopicWatch
 
 
 class TopicWatches:

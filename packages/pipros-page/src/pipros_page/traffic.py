@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from pipros.graph.observer import GraphObservation
-from pipros.web.topic_watch import TopicWatch
+from pipros_page.topic_watch import TopicWatch
+from pipros_tools.graph.observer import GraphObservation
 
 STATIC_TOPIC = "/tf_static"
 

@@ -13,20 +13,20 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from pipros.basics import one_thread
-from pipros.graph.client import GraphClient
-from pipros.graph.node_clients import NodeClients
-from pipros.graph.observer import ANSWER_DEADLINE_S, GraphObservation, SystemObserver
-from pipros.graph.recent_changes import RecentChanges
 from pipros.node import Node
-from pipros.server.act_gate import ActGate
-from pipros.server.daemon_pool import DaemonPool
-from pipros.web.bags.rewind import RecentMessages
-from pipros.web.service_calls import ServiceCalls
-from pipros.web.shared import Shared
-from pipros.web.stale import TopicActivity
-from pipros.web.topic_watches import TopicWatches
+from pipros_page.bags.rewind import RecentMessages
+from pipros_page.service_calls import ServiceCalls
+from pipros_page.shared import Shared
+from pipros_page.stale import TopicActivity
+from pipros_page.topic_watches import TopicWatches
+from pipros_server.act_gate import ActGate
+from pipros_server.daemon_pool import DaemonPool
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.node_clients import NodeClients
+from pipros_tools.graph.observer import ANSWER_DEADLINE_S, GraphObservation, SystemObserver
+from pipros_tools.graph.recent_changes import RecentChanges
 
-logger = logging.getLogger("pipros.web")
+logger = logging.getLogger("pipros_page")
 T = TypeVar("T")
 
 POLL_INTERVAL_S = 1.0
@@ -98,10 +98,9 @@ class WatchedSystem:
         Must be called in the server's event loop.
         """
         loop = asyncio.get_running_loop()
-        if one_thread.turns is None:
-            threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
-        else:
-            one_thread.turns.repeat(lambda: self._observe_in_turn(loop))
+        one_thread.start_work(
+            lambda: self._observe(loop), lambda: self._observe_in_turn(loop), name="observer"
+        )
 
     def close(self) -> None:
         """Stop observing and subscribing."""
@@ -144,7 +143,7 @@ class WatchedSystem:
             self._is_over.wait(self._interval_s)
 
     def _observe_in_turn(self, loop: asyncio.AbstractEventLoop) -> float | None:
-        """Observe the system if that is wanted. Return when to do so again; see `one_thread.Turns.repeat`."""
+        """Observe the system if that is wanted. Return when to do so again; see `one_thread.start_work`."""
         if self._is_over.is_set():
             return None
         if not self._wanted.is_set():

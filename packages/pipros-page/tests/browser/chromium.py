@@ -132,11 +132,11 @@ def go_to(tab: Tab, title: str) -> None:
         if not link.is_visible():
             group.locator(".name").hover()
         with contextlib.suppress(Waited):
-            link.click(timeout=3000)
+            link.click(timeout=10_000)
             return True
         return False
 
-    wait_until(is_clicked, 60, f"a click on the tab {title}")
+    wait_until(is_clicked, 120, f"a click on the tab {title}")
 
 
 def show_all_controls(tab: Tab) -> None:
@@ -153,11 +153,11 @@ def press(tab: Tab, name: str) -> None:
         if not button.is_visible() and more.count() and more.get_attribute("aria-expanded") == "false":
             more.click()
         with contextlib.suppress(Waited):
-            button.click(timeout=3000)
+            button.click(timeout=10_000)
             return True
         return False
 
-    wait_until(is_pressed, 60, f"a click on {name}")
+    wait_until(is_pressed, 120, f"a click on {name}")
 
 
 def keep_screenshots(tab: Tab, name: str) -> None:

@@ -15,9 +15,9 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import WebSocketRoute, expect
 
-from pipros.libraries.actions.status import Status
-from pipros.policy.model import ActRefused
-from pipros.server.approvals import Approvals, Question
+from pipros_libraries.actions.status import Status
+from pipros_server.approvals import Approvals, Question
+from pipros_server.policy.model import ActRefused
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.support.genuine import missing_packages
 from tests.support.page import LivePage, Page
@@ -293,6 +293,18 @@ def test_the_end_of_the_server_stops_the_robot(system: RosSystem, speeds: Proces
         steer_until(browser, speeds, 0.4, 0.4)
         page.process.press_ctrl_c()
     wait_until(lambda: speeds_of(speeds)[-1] == 0.0, 30, "the command that stops the robot")
+
+
+def test_a_camera_is_shown_beside_the_stick(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system, "--control"), "teleop")
+    expect(tab.locator(".tab-teleop")).to_contain_text("No camera to show beside the stick.")
+    system.pipros.start(sys.executable, ROBOT, "robot")
+    expect(tab.get_by_role("img", name="Camera")).to_be_visible()
+    stick, picture = tab.locator(".stick").bounding_box(), tab.locator(".beside").bounding_box()
+    assert stick is not None
+    assert picture is not None
+    assert stick["x"] + stick["width"] <= picture["x"]
+    assert picture["x"] + picture["width"] == pytest.approx(1200, abs=1)
 
 
 def test_steering_needs_control_and_a_session(system: RosSystem, open_tab: OpenTab) -> None:

@@ -11,9 +11,9 @@ from pathlib import Path
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import WebSocketRoute, expect
 
-from pipros.bag import BagReader, BagWriter
-from pipros.bag.connection import Connection
 from pipros.msg import load_message_class
+from pipros_tools.bag import BagReader, BagWriter
+from pipros_tools.bag.connection import Connection
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots, show_all_controls
 from tests.browser.test_plot_tab import COLUMNS, FIRST
 from tests.support.page import Page

@@ -12,6 +12,7 @@ from playwright.sync_api import expect
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
 
@@ -42,10 +43,22 @@ def test_the_page_begins_with_the_robot_and_then_at_the_last_view(
     expect(tab.get_by_role("row", name="/battery")).to_be_visible()
     tab.evaluate("location.hash = ''")
     expect(tab).to_have_url(re.compile("#topics$"))
-    tab.get_by_role("link", name="Overview").click()
+    go_to(tab, "Overview")
     expect(tab.get_by_role("region", name="Scene")).to_be_visible()
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Overview")
     tab.go_back()
     expect(tab).to_have_url(re.compile("#topics$"))
+
+
+def test_the_scene_shows_the_robot_and_what_it_sees_without_a_click(
+    robot: RosSystem, open_tab: OpenTab
+) -> None:
+    tab = open_tab(Page(robot, command="rqt"), "scene", (1440, 900))
+    scene = "document.querySelector('.tab-scene')?.scene"
+    middle = f"{scene}?.view?.get('Target Frame')"
+    wait_until(lambda: tab.evaluate(middle) == "base_link", 60, "the scene of the robot")
+    assert tab.evaluate(f"{scene}.displays.map((each) => each.config.Class)")[0] == "rviz/Grid"
+    assert tab.evaluate("location.hash") == "#scene"  # the address changes only with the user's changes
 
 
 def test_without_transforms_the_page_begins_with_the_graph(ros: RosSystem, open_tab: OpenTab) -> None:
@@ -63,10 +76,10 @@ def test_tabs_without_data_are_folded_until_they_have_some(ros: RosSystem, open_
     visible = tab.locator("#tabs a:visible")
     expect(visible).to_have_text(
         [
+            "Overview",
             "Graph",
             "Scene",
             "Plot",
-            "Panels",
             "Topics",
             "Console",
             "Parameters",

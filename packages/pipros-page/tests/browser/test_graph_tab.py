@@ -68,6 +68,36 @@ def test_a_killed_node_stays_with_its_age_and_is_an_event(
     keep_screenshots(tab, "graph-events")
 
 
+PIPELINE = """
+import rospy
+from std_msgs.msg import Float32, String
+rospy.init_node("pipeline")
+rospy.Subscriber("/battery_topic", Float32)
+rospy.spin()
+"""
+# The height on the screen of the smallest name; 0 if a name of a node or topic is hidden.
+SMALLEST_NAME = """() => Math.min(...[...document.querySelectorAll("g.vertex text:not(.age)")].map(
+  (text) => (text.checkVisibility() && text.textContent ? text.getBoundingClientRect().height : 0)))"""
+
+
+def test_all_names_of_a_pipeline_with_a_wrong_type_are_readable(
+    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
+) -> None:
+    ros.pipros.start(sys.executable, "-c", PIPELINE)
+    topic = "/battery_topic"
+    for stage in range(8):
+        output = f"/stage_{stage}/output"
+        ros.pipros.start("rosrun", "topic_tools", "relay", topic, output, f"__name:=stage_{stage}")
+        topic = output
+    ros.wait_for_publisher(topic)
+    for size in ((1440, 900), (1280, 800), (390, 844)):
+        tab = open_tab(Page(ros), "graph", size)
+        expect(tab.locator('[data-key="node:/stage_7"]')).to_be_attached()
+        expect(tab.locator("g.label.wrong text")).to_have_count(1)
+        tab.wait_for_function(f"({SMALLEST_NAME})() >= 9")
+        keep_screenshots(tab, f"pipeline-{size[0]}")
+
+
 NAMESPACES = """
 import rospy
 from std_msgs.msg import Empty

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
-from tests.browser.chromium import OpenTab, keep_screenshots, show_all_controls
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots, show_all_controls
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -33,6 +33,60 @@ def test_a_master_that_does_not_answer_is_shown_in_every_tab(ros: RosSystem, ope
     expect(tab.locator("#system")).to_contain_text("127.0.0.1")
     master.kill()
     expect(tab.locator("#system [role=alert]")).to_contain_text("does not answer")
+
+
+PLACES = """() => [...document.querySelectorAll("#tabs .name, #tabs a")].map(
+  (each) => each.getBoundingClientRect().x.toFixed(1)).join()"""
+
+
+def test_the_head_stands_still(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    tab = open_tab(Page(ros, "--control", command="rqt"), "graph", (1440, 900))
+    expect(tab.locator("#system .permit")).to_be_visible()
+    go_to(tab, "Nodes")
+    expect(tab.locator(".tab-nodes tbody tr").first).to_be_visible()
+    before = tab.evaluate(PLACES)
+    for title in ("Console", "Topics", "Overview", "Graph"):
+        go_to(tab, title)
+        expect(tab.get_by_role("tab", selected=True)).to_have_text(title)
+        assert tab.evaluate(PLACES) == before
+    for count in ("5", "12", "99+"):
+        tab.evaluate("(count) => { document.querySelector('#bell span').textContent = count; }", count)
+        assert tab.evaluate(PLACES) == before
+
+
+def test_a_view_that_loads_shows_no_other_one(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    tab = open_tab(Page(ros, command="rqt"), "topics")
+    tab.goto(tab.url.replace("/#", "/index.html#"))  # the page whose views are modules, loaded one by one
+    expect(tab.locator(".tab-topics tbody tr").first).to_be_visible()
+    waiting: list[Route] = []
+    tab.route("**/tabs/console.js", lambda route: waiting.append(route))
+    go_to(tab, "Console")
+    expect(tab.locator("#view > .note")).to_have_text("Loading …")
+    expect(tab.locator(".tab-topics")).to_be_hidden()
+    waiting[0].continue_()
+    expect(tab.locator(".tab-console")).to_be_visible()
+    expect(tab.get_by_text("Loading …")).to_have_count(0)
+    broken = "throw new Error('it is broken')"
+    tab.route("**/tabs/params.js", lambda route: route.fulfill(body=broken, content_type="text/javascript"))
+    go_to(tab, "Parameters")
+    expect(tab.locator("#view")).to_contain_text("This view could not be loaded: it is broken.")
+    expect(tab.get_by_role("button", name="Try again")).to_be_visible()
+    go_to(tab, "Topics")
+    expect(tab.locator(".tab-topics tbody tr").first).to_be_visible()
+    expect(tab.get_by_text("could not be loaded")).to_have_count(0)
+
+
+def test_the_keys_of_the_graph_are_listed_once(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    tab = open_tab(Page(ros), "graph")
+    expect(tab.get_by_role("button", name="Zoom in")).to_be_visible()
+    tab.keyboard.press("?")
+    keys = tab.locator("#keys dt").all_inner_texts()
+    assert len(keys) == len(set(keys))
+    assert {"arrows", "-", "+ =", "0", "/"} <= set(keys)
+    assert "k" not in keys  # there is no time bar
 
 
 def test_the_console_is_filtered_by_words_exclusions_and_expressions(
@@ -122,7 +176,7 @@ def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: Op
     assert bar is not None
     assert bar["height"] < 50  # one row
     menu = tab.get_by_role("navigation", name="All views")
-    for title in ("Panels", "Fleet"):
+    for title in ("Overview", "Fleet"):
         tab.get_by_role("button", name="All views").click()
         menu.get_by_role("link", name=title).click()
         expect(menu).to_be_hidden()

@@ -216,7 +216,7 @@ def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTa
 
     wait_until(lambda: "rqt_graph" not in subscribers("/battery"), 60, "the end of the subscription")
     assert "rqt_graph" in subscribers("/imu")
-    go_to(tab, "Panels")
+    go_to(tab, "Overview")
     wait_until(lambda: "rqt_graph" in subscribers("/battery"), 60, "the subscription of the panel")
 
 
@@ -325,6 +325,6 @@ def test_the_view_of_every_tab_can_be_a_panel(robot: RosSystem, open_tab: OpenTa
         assert len(shown) == count
         for name in shown:
             expect(panel(tab, name).locator(CONTENTS[name]).first).to_be_attached()
-        titles = set(tab.get_by_role("tab").all_inner_texts()) - {"Panels"}
+        titles = set(tab.get_by_role("tab").all_inner_texts()) - {"Overview"}
         assert titles <= CONTENTS.keys()
         keep_screenshots(tab, f"panels-of-{shown[0]}")

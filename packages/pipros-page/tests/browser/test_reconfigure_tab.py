@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from pipros.reconfigure.cfg_file import module_contents, read
+from pipros_libraries.reconfigure.cfg_file import module_contents, read
 from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.support.genuine import missing_packages
 from tests.support.page import Page
@@ -83,6 +83,10 @@ def test_each_kind_of_parameter_is_changed_on_the_page(
     expect(gain).not_to_have_value("4")
     tab.get_by_label("size", exact=True).select_option("Large (2)")
     server.wait_for("'size': 2")
+    odd = ("rosrun", "dynamic_reconfigure", "dynparam", "set", f"/{side}", "size", "1")
+    ros.pipros.run(*odd)
+    size = tab.get_by_label("size", exact=True)
+    expect(size.locator("option:checked")).to_have_text("1 (not in the list)")
     tab.get_by_label("on", exact=True).click()  # an earlier update may show the old value for a moment
     server.wait_for("'on': False")
     name = tab.get_by_label("name", exact=True)

@@ -1,4 +1,4 @@
-"""Interactive markers send the feedback of genuine rviz: `script/record-rviz controls` recorded it."""
+"""Interactive markers send the feedback of genuine rviz: `script/generate rviz controls` recorded it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 
 from tests.browser.chromium import OpenTab
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.rviz_controls import GRIPS, Grip, controls_file, feedback_by_marker
@@ -20,7 +20,7 @@ from tests.support.rviz_scenes import HEIGHT, WIDTH
 from tests.support.waiting import wait_until
 
 PROGRAM = Path(__file__).parent / "programs" / "controls_program.py"
-GOLDEN = TESTS / "golden" / "rviz_controls.json"
+GOLDEN = file_of_tests("golden/rviz_controls.json")
 TOLERANCES = {"position": 0.04, "mouse_point": 0.04, "orientation": 0.02}
 """Two pixels in metres, which also is how exactly rviz finds a point; one pixel at the rim of a disc."""
 

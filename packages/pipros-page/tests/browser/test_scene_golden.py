@@ -1,4 +1,4 @@
-"""The Scene tab draws and says what genuine rviz did: `script/record-rviz` recorded tests.golden."""
+"""The Scene tab draws and says what genuine rviz did: `script/generate rviz` recorded tests.golden."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page as Tab
 
-from pipros.web.scene.rviz_file import read_rviz
+from pipros_page.scene.layout_file import read_rviz
 from tests.browser.chromium import OpenTab
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.rviz_panels import PANELS, display_of, panel_file
@@ -43,7 +43,7 @@ from tests.support.waiting import wait_until
 PROGRAM = Path(__file__).parent / "programs" / "scene_program.py"
 ODD_PROGRAM = PROGRAM.with_name("odd_scene_program.py")
 BAD_PROGRAM = PROGRAM.with_name("bad_scene_program.py")
-GOLDEN = TESTS / "golden" / "rviz"
+GOLDEN = file_of_tests("golden/rviz")
 PANEL_LEVELS = 2
 UNLIKE = 0.02
 """Share of probes that may differ: Ogre lights the vertices of coarse meshes, and three.js pixels."""

@@ -7,9 +7,9 @@ import zlib
 import pytest
 from playwright.sync_api import Page as Tab
 
-from pipros.web.scene.rviz_file import read_rviz
+from pipros_page.scene.layout_file import read_rviz
 from tests.browser.chromium import OpenTab
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -121,7 +121,7 @@ def test_changed_properties_leave_the_others_alone(tab: Tab) -> None:
 
 
 def test_defaults_are_those_of_rviz(tab: Tab) -> None:
-    config = read_rviz((TESTS / "golden" / "rviz_defaults.rviz").read_bytes())
+    config = read_rviz(file_of_tests("golden/rviz_defaults.rviz").read_bytes())
     found = tab.evaluate(
         """async ({ Displays, Views }) => {
           const { Properties, childrenOf } = await import("/scene/properties.js");

@@ -8,8 +8,8 @@ from typing import Any
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from pipros.bag import BagWriter
 from pipros.msg import load_message_class
+from pipros_tools.bag import BagWriter
 from tests.browser.chromium import OpenTab
 from tests.browser.test_bags_tab import BEGIN, connect, jump_to, show_tab
 from tests.support.page import Page

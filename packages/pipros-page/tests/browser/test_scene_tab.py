@@ -640,6 +640,7 @@ def test_a_link_shows_the_same_displays_and_view(
 
 def test_changes_survive_a_lost_connection(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     tab = scene_of(system, open_tab, tmp_path, ROBOT)
+    tab.goto(tab.url.replace("/#", "/index.html#"))  # the page of the modules, one of which is imported below
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
     tab.evaluate("document.querySelector('.tab-scene').scene.view.set('X', -2)")
     lost = tab.evaluate(

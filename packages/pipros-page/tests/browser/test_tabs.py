@@ -10,12 +10,12 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-ROBOT = TESTS / "browser" / "programs" / "robot_program.py"
+ROBOT = file_of_tests("browser/programs/robot_program.py")
 
 
 @pytest.fixture
@@ -176,7 +176,7 @@ def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab
         "Acts"
     )  # those of ROS 2 and others have no data
     tab.keyboard.press("Home")
-    expect(tab.get_by_role("tab", selected=True)).to_have_text("Graph")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Overview")
 
 
 @pytest.mark.parametrize(

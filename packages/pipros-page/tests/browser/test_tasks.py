@@ -2,7 +2,7 @@
 
     pytest -s packages/pipros-page/tests/browser/test_tasks.py
 
-prints the keys and the clicks. None may need more than the table in docs/page-internals.md says.
+prints the keys and the clicks. None may need more than the table in docs/internals/page.md says.
 A typed text counts as one key, and not as a click; in a form, it may contain Tab, which leads to the next
 field.
 """
@@ -21,11 +21,11 @@ from xmlrpc.client import ServerProxy
 from playwright.sync_api import Browser, Download, Locator, expect
 from playwright.sync_api import Page as Tab
 
-from pipros.reconfigure.cfg_file import module_contents, read
+from pipros_libraries.reconfigure.cfg_file import module_contents, read
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.browser.every_tab import ROBOT
 from tests.browser.test_bags_tab import make_bag
-from tests.support.environments import REPOSITORY
+from tests.support import documents
 from tests.support.page import Page
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
@@ -505,7 +505,7 @@ TASKS = {
     "show two images": Task(
         "images",
         lambda hands: hands.press("h"),
-        lambda hands: hands.click(hands.tab.get_by_role("link", name="Overview")),
+        lambda hands: hands.click(hands.tab.get_by_role("tab", name="Overview")),
         images_shown,
     ),
     "find a stale frame and its sender": Task(
@@ -547,7 +547,7 @@ TASKS = {
 
 def documented() -> Iterator[tuple[str, tuple[int, int]]]:
     """Yield the tasks of the table in the documentation with their keys and clicks."""
-    text = (REPOSITORY / "docs" / "page-internals.md").read_text()
+    text = documents.text_of("internals/page.md")
     for name, keys, clicks in re.findall(r"^\| ([^|]+) \| (\d+) \| (\d+) \|", text, re.M):
         yield name, (int(keys), int(clicks))
 

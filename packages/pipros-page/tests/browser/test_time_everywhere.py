@@ -13,8 +13,8 @@ import yaml
 from playwright.sync_api import Locator, expect
 from playwright.sync_api import Page as Tab
 
-from pipros.bag import BagWriter
 from pipros.msg import load_message_class
+from pipros_tools.bag import BagWriter
 from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.browser.test_accessibility import AXE, RULES
 from tests.browser.test_bags_tab import BEGIN, connect, show_tab

@@ -14,12 +14,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.drawing.node_graph import GraphOptions, node_graph
-from pipros.graph.drawing.scene import draw
-from pipros.graph.observer import SystemObserver
-from pipros.web.views.graph_values import node_values, scene_values, traffic_values
-from pipros.web.views.topics import topic_rows
 from pipros.wire.xmlrpc import decode_response
+from pipros_page.views.graph_values import node_values, scene_values, traffic_values
+from pipros_page.views.topics import topic_rows
+from pipros_tools.graph.drawing.node_graph import GraphOptions, node_graph
+from pipros_tools.graph.drawing.scene import draw
+from pipros_tools.graph.observer import SystemObserver
 from tests.fuzz import mutation
 
 WORDS = [

@@ -10,9 +10,9 @@ import sys
 import tracemalloc
 import warnings
 
-from pipros.reconfigure.config import BadValue, constants, converted
-from pipros.reconfigure.generator import TYPES
-from pipros.web.views.reconfigure import shown_group
+from pipros_libraries.reconfigure.config import BadValue, constants, converted
+from pipros_libraries.reconfigure.generator import TYPES
+from pipros_page.views.reconfigure import shown_group
 from tests.fuzz import mutation
 
 WORDS = [

@@ -15,21 +15,21 @@ from contextlib import ExitStack, suppress
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.message_path import parse_path
-from pipros.graph.message_tree import message_tree
-from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError
 from pipros.node.any_msg import AnyMsg
-from pipros.web.curve_samples import CurveField, number_in
-from pipros.web.messages.known_topic import KnownTopic
-from pipros.web.topic_watch import TopicWatch
-from pipros.web.views.console import Log
-from pipros.web.views.diagnostics import Statuses
-from pipros.web.views.frames import FrameTree
-from pipros.web.views.images import decoded_image
-from pipros.web.views.topics import percentage
+from pipros_page.curve_samples import CurveField, number_in
+from pipros_page.messages.known_topic import KnownTopic
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.views.console import Log
+from pipros_page.views.diagnostics import Statuses
+from pipros_page.views.frames import FrameTree
+from pipros_page.views.images import decoded_image
+from pipros_page.views.topics import percentage
+from pipros_tools.graph.message_path import parse_path
+from pipros_tools.graph.message_tree import message_tree
+from pipros_tools.graph.raw_decoder import RawDecoder
 from tests.fuzz import mutation
 from tests.fuzz.definitions import LIMITS
 from tests.fuzz.definitions import WORDS as DEFINITION_WORDS

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.bag import BagReader
+from pipros_tools.bag import BagReader
 from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
 

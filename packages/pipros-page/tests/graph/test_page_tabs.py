@@ -12,12 +12,12 @@ from typing import Any
 import psutil
 import pytest
 
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-ROBOT = TESTS / "browser" / "programs" / "robot_program.py"
+ROBOT = file_of_tests("browser/programs/robot_program.py")
 
 
 def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from websockets import Origin
 from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -62,6 +64,23 @@ def test_other_sites_cannot_connect(ros: RosSystem) -> None:
         with pytest.raises(InvalidStatus) as refused, page.connect(origin):
             pass
         assert refused.value.response.status_code == 403
+
+
+def test_a_proxy_that_adds_tls_says_so(ros: RosSystem) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    origin = Origin(f"https://{page.host}")
+    for headers in ({}, {"X-Forwarded-Proto": "http"}):
+        with (
+            pytest.raises(InvalidStatus) as refused,
+            connect(f"ws://{page.host}/live", origin=origin, additional_headers=headers, proxy=None),
+        ):
+            pass
+        assert refused.value.response.status_code == 403
+    proxied = {"X-Forwarded-Proto": "https"}
+    with connect(f"ws://{page.host}/live", origin=origin, additional_headers=proxied, proxy=None) as socket:
+        socket.send(json.dumps({"token": page.token}))
+        assert json.loads(socket.recv(timeout=30))["data"] == {"token": page.token}
 
 
 def test_roslaunch_shows_the_address_but_no_log_has_the_token(ros: RosSystem) -> None:
@@ -169,7 +188,8 @@ def test_invalid_requests_are_answered(ros: RosSystem) -> None:
         assert "global name" in next(browser.watch("topic", name="level"))["error"]
         assert "unknown view" in next(browser.watch("nothing"))["error"]
         assert "unknown action" in browser.act("nothing")["error"]
-        for text in ("{", "[]", '{"id": "x"}', '{"id": -1}', "[" * 10_000):
+        many = "[" + "{}," * 200_000 + "{}]"
+        for text in ("{", "[]", '{"id": "x"}', '{"id": -1}', "[" * 10_000, many):
             browser.socket.send(text)
             assert "malformed request" in json.loads(browser.socket.recv(timeout=30))["error"]
         assert browser.act("about")["control"] is False

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.web.scene.rviz_file import read_rviz
+from pipros_page.scene.layout_file import read_rviz
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -104,18 +104,18 @@ def test_messages_arrive_with_their_layout(ros: RosSystem) -> None:
         assert batch[15:].endswith(b"\x00\x00\x00\x00\x00\x00\x00\x40" + bytes(16))
 
 
-def test_third_party_files_are_compressed_and_kept_by_browsers(ros: RosSystem) -> None:
+@pytest.mark.parametrize("path", ["/", "/bundle/three.js", "/live.js"])
+def test_files_are_compressed_and_kept_by_browsers(ros: RosSystem, path: str) -> None:
     ros.serve_master()
     page = Page(ros, command="rviz")
-    path = "/vendor/three/three.module.js"
     first = page.get(path, **{"Accept-Encoding": "gzip"})
     body = first.read()
     assert first.headers["Content-Encoding"] == "gzip"
-    assert len(body) < len(gzip.decompress(body)) / 3
+    assert len(body) < len(gzip.decompress(body)) / 2
     assert gzip.decompress(body) == page.get(path).read()
     again = page.get(path, **{"If-None-Match": str(first.headers["ETag"])})
     assert (again.status, again.read()) == (http.client.NOT_MODIFIED, b"")
-    assert page.get("/app.js").headers["Cache-Control"] == "no-store"
+    assert again.headers["Cache-Control"] == "no-cache"  # browsers ask each time
 
 
 def test_large_batches_are_compressed_on_request(ros: RosSystem, tmp_path: Path) -> None:

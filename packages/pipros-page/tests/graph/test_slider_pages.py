@@ -114,6 +114,28 @@ def test_a_robot_is_steered_until_the_browser_leaves(
     assert steering.wait() == 0
 
 
+def test_a_suspended_browser_stops_the_robot_and_does_not_restart_it(
+    ros: RosSystem, observed: tuple[Inbox, Inbox]
+) -> None:
+    commands = observed[1]
+    steering = ros.pipros.start("rosrun", "rqt_robot_steering", "rqt_robot_steering")
+    ros.wait_for_publisher("/cmd_vel")
+    with Page.of(steering).connect() as browser:
+        assert next(browser.watch("sliders"))["holds"]
+        browser.act("move", slider="linear", value=0.5)
+
+        def hold() -> int:
+            browser.act("hold", slider="linear", value=0.5)
+            return len(commands.messages)
+
+        wait_until(lambda: hold() >= 15)  # longer than a silent browser drives
+        assert speeds(commands) == (0.5, 0.0)
+        wait_until(lambda: speeds(commands) == (0.0, 0.0), 10)
+        hold()
+        browser.act("move", slider="angular", value=-1)
+        wait_until(lambda: speeds(commands) == (0.0, -1.0))
+
+
 def test_the_robot_stops_with_the_node(ros: RosSystem, observed: tuple[Inbox, Inbox]) -> None:
     commands = observed[1]
     steering = ros.pipros.start("rosrun", "rqt_robot_steering", "rqt_robot_steering", "_default_vx_max:=1")

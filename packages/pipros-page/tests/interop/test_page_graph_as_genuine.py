@@ -15,15 +15,15 @@ from xmlrpc.server import MultiPathXMLRPCServer, SimpleXMLRPCDispatcher, SimpleX
 
 import pytest
 
-from pipros.graph.drawing.node_graph import GraphOptions, node_graph
-from pipros.graph.drawing.scene import draw
-from pipros.graph.observer import GraphObservation, SystemObserver
 from pipros.net.master_client import MasterClient
-from tests.support.environments import TESTS
+from pipros_tools.graph.drawing.node_graph import GraphOptions, node_graph
+from pipros_tools.graph.drawing.scene import draw
+from pipros_tools.graph.observer import GraphObservation, SystemObserver
+from tests.support.environments import file_of_tests
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-SCRIPT = TESTS / "interop" / "programs" / "edges_of_graph.py"
+SCRIPT = file_of_tests("interop/programs/edges_of_graph.py")
 NODES, TOPICS = 300, 1000
 EVERYTHING = GraphOptions("all", hide_dead_sinks=False, hide_leaf_topics=False, hide_debug=False)
 CONNECTED = GraphOptions("active", hide_debug=False)

@@ -8,7 +8,7 @@ const LONG = ["graph/canvas", "tabs/bags", "tabs/console", "tabs/graph", "tabs/i
 module.exports = [
   js.configs.recommended,
   {
-    ignores: ["**/vendor/**"],
+    ignores: ["**/vendor/**", "**/bundle/**"],
   },
   {
     files: ["**/*.js", "**/*.mjs"],
@@ -29,7 +29,7 @@ module.exports = [
   },
   {
     // Functions that build a tab, or a part of one, and share its state among their inner functions.
-    files: LONG.map((name) => `packages/pipros-page/src/pipros/web/page/${name}.js`),
+    files: LONG.map((name) => `packages/pipros-page/src/pipros_page/page/${name}.js`),
     rules: { "max-lines-per-function": ["error", 240] },
   },
   {

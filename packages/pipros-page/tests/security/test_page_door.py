@@ -28,14 +28,14 @@ from websockets.uri import parse_uri
 
 from pipros.net import sockets
 from pipros.net.loop import BackgroundLoop
-from pipros.server.access import Access
-from pipros.server.view_server import PART_BYTES, PageServer, ServedViews
-from tests.support.environments import TESTS
+from pipros_server.access import Access
+from pipros_server.view_server import PART_BYTES, PageServer, ServedViews
+from tests.support.environments import file_of_tests
 from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-CERTIFICATES = TESTS / "support" / "certificates"
+CERTIFICATES = file_of_tests("support/certificates")
 AT_ONCE_S = 9.0
 """Half a second is promised; this test looks for waits of ten seconds and more."""
 
@@ -52,7 +52,7 @@ while not rospy.is_shutdown():
 """
 HANGS_AT_ITS_END = """
 import time
-from pipros.web import serve_page
+from pipros_page import serve_page
 def close(system):
     print("closing", flush=True)
     time.sleep(100)
@@ -61,7 +61,7 @@ serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
 """
 BLOCKS = """
 import time
-from pipros.web import serve_page
+from pipros_page import serve_page
 async def about(_):
     print("blocked", flush=True)
     time.sleep(100)
@@ -511,7 +511,7 @@ def test_the_token_is_not_logged_at_any_level(
     serve: Callable[[ServedViews], Access], caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, logger="websockets.client")  # the test's own
-    for name in ("", "pipros.server", "pipros.web", "asyncio"):
+    for name in ("", "pipros_server", "pipros_page", "asyncio"):
         caplog.set_level(logging.DEBUG, logger=name)
     access = serve(ServedViews())
     with browser_of(access) as browser:

@@ -1,4 +1,4 @@
-"""Checks of the page's JavaScript: eslint, the TypeScript compiler, and the tests of its pure modules."""
+"""Checks of the page's JavaScript: eslint, the TypeScript compiler, its bundle, and tests of pure modules."""
 
 from __future__ import annotations
 
@@ -7,23 +7,21 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.support import page_units
+from tests.support import page_bundle, page_units
 from tests.support.environments import REPOSITORY
 from tests.support.npm import INSTALL, MODULES
 
 SETTINGS = Path("packages", "pipros-page", "tests", "page")
-SOURCES = {
-    name: Path("packages", name, "src", "pipros")
-    for name in ("pipros", "pipros-page", "pipros-robot", "pipros-tab")
-}
+_SERVER = Path("packages", "pipros-server", "src", "pipros_server")
+_SIMULATION = Path("packages", "pipros-simulation", "src", "pipros_simulation")
 PAGES = (
-    SOURCES["pipros-page"] / "web" / "page",
-    SOURCES["pipros"] / "server" / "page",
-    SOURCES["pipros"] / "server" / "sliders" / "page",
-    SOURCES["pipros-robot"] / "perception" / "windows" / "page",
-    SOURCES["pipros-robot"] / "simulation" / "robots" / "page",
-    SOURCES["pipros-robot"] / "simulation" / "turtlesim" / "page",
-    SOURCES["pipros-tab"] / "tab" / "page",
+    Path("packages", "pipros-page", "src", "pipros_page", "page"),
+    _SERVER / "page",
+    _SERVER / "sliders" / "page",
+    Path("plugins", "pipros-robot", "src", "pipros_robot", "perception", "windows", "page"),
+    _SIMULATION / "robots" / "page",
+    _SIMULATION / "turtlesim" / "page",
+    Path("plugins", "pipros-tab", "src", "pipros_tab", "page"),
     Path("docs", "in-browser"),
 )
 VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"
@@ -31,7 +29,7 @@ VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"
 
 def missing() -> list[Path]:
     """Return the paths of the programs that are not installed."""
-    programs = [MODULES / ".bin" / name for name in ("eslint", "tsc")]
+    programs = [MODULES / ".bin" / name for name in ("eslint", "tsc", "esbuild")]
     return [program for program in programs if not program.exists()]
 
 
@@ -63,9 +61,9 @@ def findings() -> list[str]:
 
 def main() -> int:
     if missing():
-        print(f"script/check page needs eslint and TypeScript: {INSTALL}", file=sys.stderr)
+        print(f"script/check page needs eslint, TypeScript and esbuild: {INSTALL}", file=sys.stderr)
         return 1
-    lines = findings()
+    lines = [*findings(), *page_bundle.differences()]
     print("\n".join(lines))
     return max(1 if lines else 0, page_units.main())
 

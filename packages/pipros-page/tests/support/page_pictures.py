@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
-"""Takes the pictures of the page in docs/. `script/pictures --page [NAME…]` calls it, for all or for some.
+"""Takes the pictures of the documentation, in docs/pictures: `script/generate pictures [NAME…]`, all or some.
 
-`script/pictures --page sheet [FOLDER [VIEW…]]` calls `take_all` instead. The pictures show a small robot,
-which consists of programs in `tests.browser.programs` and of relays. The picture `battery` shows the
-package vehicle_battery. Chromium, Playwright and Pillow are needed.
+`script/generate pictures sheet [FOLDER [VIEW…]]` calls `take_all` instead. The pictures `graph`, `plot` and
+`bags` show a small robot, which consists of programs in `tests.browser.programs` and of relays. Chromium,
+Playwright and Pillow are needed.
 """
 
 from __future__ import annotations
 
+import importlib
 import json
+import os
+import re
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,15 +23,21 @@ from PIL import Image
 from playwright.sync_api import Browser, sync_playwright
 from playwright.sync_api import Page as Tab
 
-from pipros.reconfigure.cfg_file import module_contents, read
+from pipros_libraries.reconfigure.cfg_file import module_contents, read
 from tests.browser.test_reconfigure_tab import CFG
 from tests.support.browser import find_chromium
+from tests.support.demo_picture import take_demo
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page
 from tests.support.page_sheet import addresses, empty_system, take_sheet
 from tests.support.ros import RosSystem
 
-PROGRAMS = REPOSITORY / "build" / "tests" / "browser" / "programs"
+PICTURE_FOLDER = REPOSITORY / "docs" / "pictures"
+EXAMPLE = REPOSITORY / "examples" / "navigation"
+GOALS = ("{x: 2.0, y: -3.0}", "{x: -0.5, y: 0.0}")
+GOALS_HZ, BETWEEN_S = "0.08", 6.0
+"""The robot drives to each goal again and again, to one of them halfway through the period of the other."""
+PROGRAMS = REPOSITORY / "packages" / "pipros-page" / "tests" / "browser" / "programs"
 SIZE = {"width": 1000, "height": 560}
 RELAYS = {
     "estimator": ("/imu", "/odometry/imu"),
@@ -36,27 +46,19 @@ RELAYS = {
     "charger": ("/battery", "/charging"),
     "display": ("/detections", "/shown"),
 }
-PANELS = "panels/row(column(plot//imu/angular_velocity/x:y*54~console*46)*62~images//front/image_raw*38)"
-# The name of the picture, the tab, the colours, the expected text, and the elements to click first.
+# The name of the picture, the place, the colours, the expected text, and the elements to click first.
 PICTURES = (
     ("graph", "graph", "light", "text >> text=Hz", ""),
-    ("topic", "graph/topic:%2Fbattery", "dark", "[role=meter]", ""),
     ("plot", "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay", "light", ".u-over", ""),
-    ("console", "console", "dark", ".entry >> nth=14", ""),
-    ("reconfigure", "reconfigure/%2Fdrive", "light", "text=Wheels", ""),
-    ("images", "images/%2Ffront%2Fimage_raw", "dark", ".bar >> text=rgb8", ""),
-    ("tf", "tf", "light", "td >> text=wheel_left", ""),
     ("bags", "bags/run.bag", "light", ".timeline .thumbnail >> nth=5", ".timeline .area"),
-    ("diagnostics", "diagnostics/%2FMotors%2Fright", "light", ".history .diagnostic-2", ""),
-    ("panels", PANELS, "light", ".panel .entry >> nth=5", ""),
-    ("teleop", "teleop", "dark", ".figures >> text=no subscribers", "text=Start"),
 )
 BATTERY_PICTURE = ("battery", "graph/topic:%2Fbattery_state", "light", "[role=meter]", "")
+OVERVIEW_PICTURE = ("overview", "", "light", ".scene-canvas", "")
 FILLING_S = 40
 """How long curves, logs and histories collect data before their pictures are taken."""
 RECORDED_S = 20
 COLOURS = 160
-LARGEST_BYTES = 150_000
+LARGEST_BYTES = 200_000
 
 
 @contextmanager
@@ -88,6 +90,38 @@ def battery() -> Iterator[RosSystem]:
         yield ros
 
 
+@contextmanager
+def navigation() -> Iterator[RosSystem]:
+    """Start examples/navigation, whose robot drives to a goal."""
+    with empty_system() as (ros, port):
+        environment = ros.pipros.environment
+        environment["ROS_PACKAGE_PATH"] = str(EXAMPLE)
+        environment["PATH"] = os.pathsep.join((environment["PATH"], os.environ["PATH"]))  # has Chromium
+        ros.pipros.start(
+            "roslaunch", "-p", str(port), "navigation_example", "navigation.launch", "rviz:=false"
+        )
+        ros.wait_for_publisher("/map")
+        ros.wait_for_publisher("/plan")
+        for place in GOALS:
+            goal = f"{{header: {{frame_id: map}}, pose: {{position: {place}, orientation: {{w: 1.0}}}}}}"
+            topic = ("/move_base_simple/goal", "geometry_msgs/PoseStamped")
+            ros.pipros.start("rostopic", "pub", "-r", GOALS_HZ, *topic, goal)
+            time.sleep(BETWEEN_S)
+        yield ros
+
+
+def take_scene(file: Path) -> None:
+    """Take a picture of examples/navigation in rviz, obliquely from above."""
+    with navigation() as ros:
+        view = (EXAMPLE / "navigation.rviz").read_text()  # from directly above, without perspective
+        oblique = r"rviz/Orbit\1Distance: 11, Pitch: 0.75, Yaw: 4.4}"
+        changed = ros.home / "orbit.rviz"
+        changed.write_text(re.sub("rviz/TopDownOrtho(.*)Scale: 60.*", oblique, view))
+        options = ("--png", file, "--size", "1000x560", "--timeout", "30")
+        done = ros.pipros.run("rviz", "-d", changed, *options, timeout_s=120)
+    assert done.returncode == 0, done.output
+
+
 def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
     context = browser.new_context(viewport=SIZE, color_scheme=scheme)  # type: ignore[arg-type]
     tab = context.new_page()
@@ -95,12 +129,10 @@ def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
     return tab
 
 
-def small(file: Path) -> None:
-    """Reduce a picture to `COLOURS` colours. Raise SystemExit if it is still larger than `LARGEST_BYTES`."""
+def reduce_colours(file: Path) -> None:
+    """Reduce a picture to `COLOURS` colours."""
     with Image.open(file) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
-    if file.stat().st_size > LARGEST_BYTES:
-        raise SystemExit(f"{file} has {file.stat().st_size} bytes; the limit is {LARGEST_BYTES}")
 
 
 def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
@@ -122,10 +154,7 @@ def _take(page: Page, pictures: Sequence[tuple[str, str, str, str, str]], browse
             tab.locator(click).first.click()
         tab.locator(sight).first.wait_for()
         tab.wait_for_timeout(500)
-        file = REPOSITORY / "docs" / f"page-{name}.png"
-        tab.screenshot(path=file)
-        small(file)
-        print(f"docs/{file.name} is up to date: {file.stat().st_size // 1000} kB")
+        tab.screenshot(path=PICTURE_FOLDER / f"{name}.png")
 
 
 def take_all(folder: Path, names: Sequence[str]) -> None:
@@ -140,15 +169,29 @@ def main() -> None:
     if sys.argv[1:2] == ["sheet"]:
         take_all(Path(sys.argv[2] if sys.argv[2:] else "sheet"), sys.argv[3:])
         return
-    names = sys.argv[1:] or [picture[0] for picture in (*PICTURES, BATTERY_PICTURE)]
+    pages = ((robot, PICTURES), (battery, (BATTERY_PICTURE,)), (navigation, (OVERVIEW_PICTURE,)))
+    names = sys.argv[1:] or [*(name for _, its in pages for name, *_ in its), "scene", "tab", "demo"]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
-        for system, its_pictures in ((robot, PICTURES), (battery, (BATTERY_PICTURE,))):
+        for system, its_pictures in pages:
             wanted = [picture for picture in its_pictures if picture[0] in names]
             if wanted:
                 with system() as ros:
                     take(ros, wanted, browser)
+        if "tab" in names:
+            importlib.import_module("tests.support.tab_picture").take_tab(browser, PICTURE_FOLDER / "tab.png")
         browser.close()
+    if "scene" in names:
+        take_scene(PICTURE_FOLDER / "scene.png")
+    if "demo" in names:
+        take_demo(PICTURE_FOLDER / "demo.svg")
+    for name in names:
+        (file,) = PICTURE_FOLDER.glob(f"{name}.*")
+        if file.suffix == ".png":
+            reduce_colours(file)
+        print(f"{file.relative_to(REPOSITORY)} is up to date: {file.stat().st_size // 1000} kB")
+        if file.stat().st_size > LARGEST_BYTES:
+            raise SystemExit(f"{file} has {file.stat().st_size} bytes; the limit is {LARGEST_BYTES}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A contact sheet of all views of the page and of the pages of nodes: `script/pictures --page sheet`."""
+"""A contact sheet of all views and of the pages of nodes: `script/generate pictures sheet`."""
 
 from __future__ import annotations
 

@@ -14,12 +14,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.support.environments import SRC, TESTS
+from tests.support.environments import file_of_tests, source
 from tests.support.page_vectors import vectors
 
-PAGE = SRC / "pipros" / "web" / "page"
-SHARED = SRC / "pipros" / "server" / "page"
-TESTS = TESTS / "page" / "unit"
+PAGE = source("pipros_page/page")
+SHARED = source("pipros_server/page")
+UNITS = file_of_tests("page/unit")
 MODULES = {
     "scene/frames.js": 97,
     "scene/pose.js": 97,
@@ -49,7 +49,7 @@ def prepare(folder: Path) -> None:
     """Copy the page and its tests to a folder in which Node.js finds modules and three.js."""
     shutil.copytree(PAGE, folder / "page")
     shutil.copytree(SHARED, folder / "page", dirs_exist_ok=True)
-    shutil.copytree(TESTS, folder / "unit")
+    shutil.copytree(UNITS, folder / "unit")
     (folder / "package.json").write_text('{"type": "module"}')
     library = folder / "node_modules" / "three"
     shutil.copytree(PAGE / "vendor" / "three", library)

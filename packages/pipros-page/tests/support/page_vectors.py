@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 
 from image_geometry import PinholeCameraModel
-from pipros.libraries.transforms.buffer import TransformBuffer
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
-from pipros.web.messages.layout import message_layout
-from pipros.web.stale import is_stale
+from pipros_libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.pose import Pose, roll_pitch_yaw
+from pipros_page.messages.layout import message_layout
+from pipros_page.stale import is_stale
 from tests.support.random_messages import fill_at_random, shipped_types
 
 SECOND = 1_000_000_000

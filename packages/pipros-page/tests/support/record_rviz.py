@@ -1,11 +1,10 @@
-#!/usr/bin/env python3
 """Records how genuine rviz draws the scenes of tests.support.rviz_scenes, in tests.golden.rviz.
 
-    script/record-rviz [SCENE...]
-    script/record-rviz controls
-    script/record-rviz panels
-    script/record-rviz statuses
-    script/record-rviz defaults
+    script/generate rviz [SCENE...]
+    script/generate rviz controls
+    script/generate rviz panels
+    script/generate rviz statuses
+    script/generate rviz defaults
 
 With `PICTURES=FOLDER` in the environment, the pictures of scenes are stored in this folder, too. `controls`
 drags interactive markers and records the feedback (tests.support.rviz_controls). `panels`
@@ -29,19 +28,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
-ROOT = Path(__file__).resolve().parent.parent
-BUILD = ROOT / "build"  # by script/merge_packages.py
-sys.path[:0] = [str(BUILD), str(BUILD / "src")]
-
-from pipros.web.scene.rviz_file import read_rviz, write_rviz  # noqa: E402
-from tests.support.rviz_controls import GRIPS, Grip, controls_file, feedback_by_marker  # noqa: E402
-from tests.support.rviz_panels import PANELS, SIZES, display_of, panel_file, probes_of  # noqa: E402
-from tests.support.rviz_scenes import (  # noqa: E402
+from pipros_page.scene.layout_file import read_rviz, write_rviz
+from tests.support.environments import VENV_BIN
+from tests.support.rviz_controls import GRIPS, Grip, controls_file, feedback_by_marker
+from tests.support.rviz_panels import PANELS, SIZES, display_of, panel_file, probes_of
+from tests.support.rviz_scenes import (
     BACKGROUND,
     HEIGHT,
     ODD_SCENES,
@@ -51,7 +47,9 @@ from tests.support.rviz_scenes import (  # noqa: E402
     config_of,
     record_of,
 )
-from tests.support.rviz_statuses import statuses_file, statuses_of  # noqa: E402
+from tests.support.rviz_statuses import statuses_file, statuses_of
+
+TESTS = Path(__file__).resolve().parents[1]
 
 LEFT, TOP = 16, 62
 SETTLED_S, LONGEST_S = 3.0, 60.0
@@ -61,7 +59,7 @@ LEAST_PANEL = 150  # pixels
 PORT = 12977
 SCREEN = ":77"
 ENTRIES, LINE_PIXELS = ("First", "Second"), 20  # of a menu
-PROGRAMS = BUILD / "tests" / "browser" / "programs"
+PROGRAMS = TESTS / "browser" / "programs"
 
 
 Start = Callable[..., "subprocess.Popen[bytes]"]
@@ -90,7 +88,7 @@ def _screen(folder: Path) -> Iterator[Start]:
 
     def start(*argv: str, output: IO[bytes] | int = subprocess.DEVNULL) -> subprocess.Popen[bytes]:
         nothing = subprocess.DEVNULL
-        process = subprocess.Popen(argv, env=environment, stdout=output, stderr=nothing)  # noqa: S603
+        process = subprocess.Popen(argv, env=environment, stdout=output, stderr=nothing)
         running.append(process)
         return process
 
@@ -128,7 +126,7 @@ def _record_scenes(start: Start, folder: Path, names: list[str]) -> None:
             Path(pictures, f"{name}.ppm").write_bytes(f"P6 {WIDTH} {HEIGHT} 255\n".encode() + picture)
         viewer.kill()
         viewer.wait()
-        target = BUILD / "tests" / "golden" / "rviz" / f"{name}.json"
+        target = TESTS / "golden" / "rviz" / f"{name}.json"
         target.parent.mkdir(exist_ok=True)
         target.write_text(json.dumps(record, separators=(",", ":")) + "\n")
         print(f"{name}: {len(record['probes'])} probes", flush=True)
@@ -150,7 +148,7 @@ def _record_controls(start: Start, folder: Path) -> None:
     lines = [json.loads(line) for line in output.read_text().splitlines() if line.startswith("{")]
     found = feedback_by_marker(lines)
     print({name: [each["event_type"] for each in events] for name, events in found.items()})
-    target = BUILD / "tests" / "golden" / "rviz_controls.json"
+    target = TESTS / "golden" / "rviz_controls.json"
     texts = (f"{json.dumps(name)}: [\n    {_lines(events)}\n  ]" for name, events in found.items())
     target.write_text("{\n  " + ",\n  ".join(texts) + "\n}\n")
 
@@ -170,7 +168,7 @@ def _record_panels(start: Start, folder: Path) -> None:
         viewer.wait()
         lines.append(f"{json.dumps(name)}: {json.dumps(probes, separators=(',', ':'))}")
         print(f"{name}: {size[0]} x {size[1]}, {len(probes)} probes", flush=True)
-    target = BUILD / "tests" / "golden" / "rviz_panels.json"
+    target = TESTS / "golden" / "rviz_panels.json"
     target.write_text("{\n  " + ",\n  ".join(lines) + "\n}\n")
 
 
@@ -184,7 +182,7 @@ def _panel_area() -> tuple[int, int, int, int]:
     """Return left, top, width and height of the picture in a panel; zeros if there is no panel yet."""
     program = ["/usr/bin/xwininfo", "-display", SCREEN, "-root", "-tree"]
     # xwininfo fails if a window closes while it runs.
-    lines = subprocess.run(program, capture_output=True, text=True, check=False).stdout.splitlines()  # noqa: S603
+    lines = subprocess.run(program, capture_output=True, text=True, check=False).stdout.splitlines()
     # Windows drawn with OpenGL have no names. The leftmost one belongs to the panel.
     areas = [[int(number) for number in found] for line in lines for found in GL_WINDOW.findall(line)]
     large = sorted((x, y, width, height) for width, height, x, y in areas if width > LEAST_PANEL)
@@ -192,9 +190,9 @@ def _panel_area() -> tuple[int, int, int, int]:
 
 
 def _record_statuses(start: Start, folder: Path) -> None:
-    source, library = BUILD / "tests" / "support" / "rviz_statuses.c", folder / "rviz_statuses.so"
-    compiler = ["/usr/bin/gcc", "-shared", "-fPIC", "-O1", "-o", library, source, "-ldl"]
-    subprocess.run(compiler, check=True)  # noqa: S603
+    source, library = TESTS / "support" / "rviz_statuses.c", folder / "rviz_statuses.so"
+    compiler = ["/usr/bin/gcc", "-shared", "-fPIC", "-O1", "-o", str(library), str(source), "-ldl"]
+    subprocess.run(compiler, check=True)
     start("/usr/bin/python3", str(PROGRAMS / "scene_program.py"))
     start("/usr/bin/python3", str(PROGRAMS / "bad_scene_program.py"), str(folder))
     time.sleep(5)
@@ -207,14 +205,14 @@ def _record_statuses(start: Start, folder: Path) -> None:
     time.sleep(STATUSES_S)
     found = statuses_of(log.read_text().splitlines())
     lines = (f"{json.dumps(name)}: {json.dumps(own)}" for name, own in sorted(found.items()))
-    target = BUILD / "tests" / "golden" / "rviz_statuses.json"
+    target = TESTS / "golden" / "rviz_statuses.json"
     target.write_text("{\n  " + ",\n  ".join(lines) + "\n}\n")
     print(f"{len(found)} displays")
 
 
 def _record_defaults(start: Start, folder: Path) -> None:
     file = folder / "scene.rviz"
-    target = (BUILD / "tests" / "golden" / "rviz_defaults.rviz").resolve()  # not the link
+    target = TESTS / "golden" / "rviz_defaults.rviz"
     kinds = [
         "Grid Axes TF RobotModel PointCloud2 PointCloud LaserScan Map GridCells Path Pose PoseArray",
         "PoseWithCovariance Odometry Polygon PointStamped Range WrenchStamped Marker MarkerArray",
@@ -231,14 +229,14 @@ def _record_defaults(start: Start, folder: Path) -> None:
         time.sleep(5)
         # pipros's rosservice is used, because Debian's packages lack the definition of this service.
         start(
-            str(ROOT / ".venv" / "bin" / "rosservice"),
+            str(VENV_BIN / "rosservice"),
             "call",
             "/rviz/save_config",
             f"path: {{data: {target}}}",
         ).wait()
 
 
-def _lines(events: list[Mapping[str, Any]]) -> str:
+def _lines(events: Sequence[Mapping[str, Any]]) -> str:
     return ",\n    ".join(map(json.dumps, events))
 
 

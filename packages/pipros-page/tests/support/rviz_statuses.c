@@ -1,6 +1,6 @@
 /* Writes each change of a display's status in genuine rviz to the file in RVIZ_STATUSES: tab-separated lines
  * "set", display, level, name, text; "delete", display, name; "clear", display. It is loaded with LD_PRELOAD, calls the
- * functions of librviz that it replaces, and needs no headers of Qt or rviz. Built by script/record-rviz. */
+ * functions of librviz that it replaces, and needs no headers of Qt or rviz. Built by script/generate rviz. */
 
 #define _GNU_SOURCE
 #include <dlfcn.h>

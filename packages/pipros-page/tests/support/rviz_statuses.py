@@ -1,6 +1,6 @@
 """Displays, with and without errors, whose status texts must be equal in genuine rviz and the Scene tab.
 
-`script/record-rviz statuses` records the texts of genuine rviz in `rviz_statuses.json`.
+`script/generate rviz statuses` records the texts of genuine rviz in `rviz_statuses.json`.
 `scene_program.py` and `bad_scene_program.py` in `tests.browser.programs` publish the messages.
 """
 
@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pipros.web.scene.rviz_file import read_rviz, write_rviz
+from pipros_page.scene.layout_file import read_rviz, write_rviz
 from tests.support.rviz_scenes import SCENES, config_of, display
 
 LEVELS = ("ok", "warning", "error")

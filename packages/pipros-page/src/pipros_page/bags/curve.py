@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
-from pipros.bag.reader import BagReader
 from pipros.basics.errors import PiprosError
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.reader import BagReader
 
 MAX_SAMPLES: Final = 20_000
 PIECE_S: Final = 0.2

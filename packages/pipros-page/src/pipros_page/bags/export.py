@@ -8,20 +8,20 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import IO, Final
 
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.bag.errors import BagError
-from pipros.bag.images import image_file
-from pipros.bag.left_out import LeftOut
-from pipros.bag.reader import BagReader
-from pipros.bag.times import received_at
-from pipros.bag.writer import BagWriter
 from pipros.basics.limits import limit_text
-from pipros.graph.message_path import Part
-from pipros.graph.message_rows import MessageRows
 from pipros.msg.errors import MessageException
 from pipros.msg.time import NS_PER_S
-from pipros.pictures.image_message import IMAGE_TYPES
-from pipros.web.bags.playback import newest_before
+from pipros_libraries.pictures.image_message import IMAGE_TYPES
+from pipros_page.bags.playback import newest_before
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.images import image_file
+from pipros_tools.bag.left_out import LeftOut
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.times import received_at
+from pipros_tools.bag.writer import BagWriter
+from pipros_tools.graph.message_path import Part
+from pipros_tools.graph.message_rows import MessageRows
 
 STATIC_TRANSFORMS: Final = "/tf_static"
 FORMATS: Final = ("bag", "csv", "images")

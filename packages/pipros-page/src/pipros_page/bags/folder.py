@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-from pipros.bag.errors import BagError
+from pipros_tools.bag.errors import BagError
 
 ENDINGS: Final = (".bag", ".mcap", ".bag.active")
 MAX_FILES: Final = 1000

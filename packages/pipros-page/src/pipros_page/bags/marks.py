@@ -7,11 +7,11 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any, Final
 
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.bag.reader import BagReader
 from pipros.basics.errors import PiprosError
 from pipros.msg.time import NS_PER_S
-from pipros.web.bags.curve import PIECE_S
+from pipros_page.bags.curve import PIECE_S
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.reader import BagReader
 
 BINS: Final = 500
 MARKS_OF_A_BIN: Final = 4

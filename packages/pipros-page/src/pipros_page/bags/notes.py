@@ -18,10 +18,12 @@ from typing import Any, Final
 import yaml
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.input_file import open_file
 from pipros.basics.replaced_file import replaced_file
 from pipros.safe.yaml import load
-from pipros.web.limits import PageLimits
+
+PAGE_NOTES_BYTES = 262_144
+"""Limit: the file of a bag's notes. Beyond it, notes about a bag are neither read nor added."""
 
 ENDING: Final = ".notes.yaml"
 LONGEST_TEXT: Final = 1000
@@ -67,18 +69,18 @@ class BagNotes:
 
     def read(self) -> list[Note]:
         """Return all notes; none if there is no file. Raise `BadNotes` if it is unreadable or malformed."""
-        limit = process_limits().of(PageLimits).page_notes_bytes
+        limit = PAGE_NOTES_BYTES
         try:
             if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
                 raise BadNotes(f"{self.path} is not a regular file")
-            with self.path.open("rb") as file:
+            with open_file(self.path) as file:
                 content = file.read(limit + 1)
         except FileNotFoundError:
             return []
         except OSError as error:
             raise BadNotes(f"cannot read {self.path}: {error.strerror}") from None
         if len(content) > limit:
-            raise BadNotes(f"{self.path} is too large; {limit_text('page_notes_bytes', limit)}")
+            raise BadNotes(f"{self.path} is too large; the limit is {limit} bytes")
         return _notes_in(content, str(self.path))
 
     def add(self, note: Note) -> list[Note]:
@@ -97,9 +99,9 @@ class BagNotes:
         ordered = sorted(notes, key=lambda each: each.time)
         rows = [asdict(each) for each in ordered]
         content = yaml.safe_dump({"notes": rows}, sort_keys=False, allow_unicode=True).encode()
-        limit = process_limits().of(PageLimits).page_notes_bytes
+        limit = PAGE_NOTES_BYTES
         if len(content) > limit:
-            raise BadNotes(f"{self.path} would be too large; {limit_text('page_notes_bytes', limit)}")
+            raise BadNotes(f"{self.path} would be too large; the limit is {limit} bytes")
         try:
             with replaced_file(self.path) as file:
                 file.write(content)

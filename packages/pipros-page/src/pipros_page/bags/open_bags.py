@@ -6,10 +6,10 @@ import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from pipros.server.browser_share import Browser, current_browser
-from pipros.server.view_server import RequestRefused, ServedViews
-from pipros.web.bags.playback import BagPlayback
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bags.playback import BagPlayback
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.browser_share import Browser, current_browser
+from pipros_server.view_server import RequestRefused, ServedViews
 
 
 @dataclass(slots=True)

@@ -20,23 +20,22 @@ from collections.abc import AsyncIterator, Callable, Collection, Iterable, Itera
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.bag.errors import BagError, NoMessages
-from pipros.bag.layout import BagLayout
-from pipros.bag.playback_clock import PlaybackClock
-from pipros.bag.reader import BagReader
-from pipros.basics.limits import process_limits
-from pipros.graph.observer import GraphObservation
-from pipros.graph.system_state import SystemState
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
-from pipros.server.view_server import RequestRefused
-from pipros.web.bags.rewind import Recording
-from pipros.web.limits import PageLimits
-from pipros.web.topic_watch import WINDOW, TopicWatch
-from pipros.web.topic_watches import TopicWatches
-from pipros.web.watched_system import POLL_INTERVAL_S, WatchedSystem
+from pipros_page.bags.rewind import Recording
+from pipros_page.bounded_list import PAGE_VIEW_BYTES
+from pipros_page.topic_watch import WINDOW, TopicWatch
+from pipros_page.topic_watches import TopicWatches
+from pipros_page.watched_system import POLL_INTERVAL_S, WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.errors import BagError, NoMessages
+from pipros_tools.bag.layout import BagLayout
+from pipros_tools.bag.playback_clock import PlaybackClock
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.graph.observer import GraphObservation
+from pipros_tools.graph.system_state import SystemState
 
 FIRST_WINDOW_NS: Final = NS_PER_S // 10
 """Length of the first time window that is searched for the newest message before a moment."""
@@ -66,7 +65,7 @@ LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
 LEADING_MESSAGES: Final = 2000
 """Maximum number of messages per topic from before the moment.
 
-Their total size is limited to `PageLimits.page_view_bytes`.
+Their total size is limited to `PAGE_VIEW_BYTES`.
 """
 LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
 CLOCK_TOPIC: Final = "/clock"
@@ -339,7 +338,7 @@ class BagPlayback:
         found: deque[StoredMessage] = deque()
         if lead_s != 0.0:
             begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
-            left_bytes = process_limits().of(PageLimits).page_view_bytes
+            left_bytes = PAGE_VIEW_BYTES
             for message in self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns):
                 if is_over():
                     break

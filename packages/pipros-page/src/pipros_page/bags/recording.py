@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from pipros.bag.errors import BagError
-from pipros.bag.options import FileOptions, RecordOptions
-from pipros.bag.recorder import Recorder
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.file_names import is_device
 from pipros.basics.limits import limit_text, process_limits
 from pipros.node import Node
-from pipros.web.bags.folder import BagFolder
-from pipros.web.limits import PageLimits
+from pipros_page.bags.folder import BagFolder
+from pipros_page.limits import PageLimits
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.options import FileOptions, RecordOptions
+from pipros_tools.bag.recorder import Recorder
 
 ENDINGS: Final = (".bag", ".mcap")
 ENDING_S: Final = 5.0

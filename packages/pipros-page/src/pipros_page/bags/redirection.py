@@ -7,9 +7,9 @@ import functools
 from collections.abc import AsyncIterator, Callable, Mapping
 from typing import Any
 
-from pipros.server.view_server import Action, ServedViews, View
-from pipros.web.bags.open_bags import OpenBags
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bags.open_bags import OpenBags
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import Action, ServedViews, View
 
 
 class BagRedirection:

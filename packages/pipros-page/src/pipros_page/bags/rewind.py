@@ -13,13 +13,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.bag.connection import Connection, StoredMessage, received_connection
-from pipros.bag.errors import NoMessages
-from pipros.bag.layout import BagLayout
-from pipros.bag.reader import BagReader
-from pipros.bag.records import Version
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
+from pipros_tools.bag.connection import Connection, StoredMessage, received_connection
+from pipros_tools.bag.errors import NoMessages
+from pipros_tools.bag.layout import BagLayout
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.records import Version
 
 NAME: Final = "the past"
 KEPT_TOPICS: Final = frozenset({"/tf", "/tf_static", "/rosout_agg", "/diagnostics", "/clock"})

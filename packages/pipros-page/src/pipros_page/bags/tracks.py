@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Final
 
-from pipros.bag.mcap_files import McapReader
-from pipros.bag.reader import BagReader
-from pipros.bag.records import parse_entries
-from pipros.web.bags.rewind import Recording
+from pipros_page.bags.rewind import Recording
+from pipros_tools.bag.mcap_files import McapReader
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.records import parse_entries
 
 BINS: Final = 240
 EXACT_CHUNKS: Final = 40

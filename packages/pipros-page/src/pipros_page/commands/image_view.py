@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.names import parse_arguments
-from pipros.cli.entry_point import command
-from pipros.web.commands.rqt import rqt_image_view
+from pipros_page.commands.rqt import rqt_image_view
+from pipros_tools.cli.entry_point import command
 
 NOT_REMAPPED = "image_view: topic 'image' has not been remapped; type image_view image:=TOPIC"
 

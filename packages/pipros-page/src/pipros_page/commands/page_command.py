@@ -8,8 +8,8 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import Any
 
-from pipros.cli.runner import CommandError, add_flag, option_parser
-from pipros.cli.server_options import add_address_options, bind_address, policy_of
+from pipros_tools.cli.runner import CommandError, add_flag, option_parser
+from pipros_tools.cli.server_options import add_address_options, bind_address, policy_of
 
 
 def page_parser(name: str, usage: str) -> OptionParser:
@@ -18,7 +18,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
     add_address_options(parser)
     add_flag(parser, "--control", help="let the page change the system")
     parser.add_option(
-        "--policy", metavar="FILE", help="policy that limits what the page may change (docs/policy.md)"
+        "--policy", metavar="FILE", help="policy that limits what the page may change (docs/guides/policy.md)"
     )
     parser.add_option(
         "--token-file", metavar="FILE", help="file with one token per line, to use instead of a new token"
@@ -42,8 +42,8 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
     the command is intended. On loopback, the page may use it without `--control`, unless `--read-only` is
     set.
     """
-    from pipros.web.serve_page import PageOptions, serve_page
-    from pipros.web.tabs import CHANGING
+    from pipros_page.serve_page import PageOptions, serve_page
+    from pipros_page.tabs import CHANGING
 
     if options.control and options.read_only:
         raise CommandError("--control and --read-only cannot be combined")

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import CommandError, add_flag, run
-from pipros.cli.server_options import without_remappings
-from pipros.graph.client import GraphClient
-from pipros.web.commands.page_command import page_parser, show
-from pipros.web.commands.rqt_graph import main as rqt_graph
+from pipros_page.commands.page_command import page_parser, show
+from pipros_page.commands.rqt_graph import main as rqt_graph
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import CommandError, add_flag, run
+from pipros_tools.cli.server_options import without_remappings
+from pipros_tools.graph.client import GraphClient
 
 Main = Callable[[Sequence[str] | None], int]
 
@@ -27,7 +27,7 @@ def _tool(
     `max_arguments` is the maximum number of arguments; None for no limit.
 
     `change` is the view or action that the page may use on loopback even without `--control`; see
-    `pipros.web.tabs.CHANGING`.
+    `pipros_page.tabs.CHANGING`.
     """
     limit = max_arguments if argument else 0
 
@@ -95,7 +95,7 @@ rqt_topic = _tool("rqt_topic", "topics", "[topic]")
 
 
 def _robot_steering(argv: Sequence[str] | None = None) -> int:
-    from pipros.web.robot_steering import main
+    from pipros_page.robot_steering import main
 
     return main(argv)
 
@@ -160,7 +160,7 @@ def _show_layout(arguments: list[str]) -> int:
 
 def _panels(name: str | None, file: str | None) -> str:
     """Return the panels of a stored layout or a layout file, or an empty string if neither is given."""
-    from pipros.web.layouts import StoredLayouts, open_layout
+    from pipros_page.layouts import StoredLayouts, open_layout
 
     try:
         if name is not None:

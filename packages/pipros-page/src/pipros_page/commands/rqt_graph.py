@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.replaced_file import write_whole
-from pipros.cli.entry_point import command
-from pipros.cli.runner import CommandError, add_flag, run
-from pipros.cli.server_options import without_remappings
-from pipros.web.commands.page_command import page_parser, show
+from pipros_page.commands.page_command import page_parser, show
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import CommandError, add_flag, run
+from pipros_tools.cli.server_options import without_remappings
 
 if TYPE_CHECKING:
-    from pipros.graph.drawing.node_graph import NodeGraph
+    from pipros_tools.graph.drawing.node_graph import NodeGraph
 
 
 @command
@@ -44,10 +44,10 @@ def _main(argv: Sequence[str]) -> int:
 
 
 def _write_pictures(options: Any) -> int:
-    from pipros.graph.drawing.dot import to_dot
-    from pipros.graph.drawing.png import to_png
-    from pipros.graph.drawing.scene import draw
-    from pipros.graph.drawing.svg import to_svg
+    from pipros_tools.graph.drawing.dot import to_dot
+    from pipros_tools.graph.drawing.png import to_png
+    from pipros_tools.graph.drawing.scene import draw
+    from pipros_tools.graph.drawing.svg import to_svg
 
     graph = _graph_now(options)
     if options.dot:
@@ -61,9 +61,9 @@ def _write_pictures(options: Any) -> int:
 
 
 def _graph_now(options: Any) -> NodeGraph:
-    from pipros.graph.client import GraphClient
-    from pipros.graph.drawing.node_graph import GraphOptions, node_graph
-    from pipros.graph.observer import SystemObserver
+    from pipros_tools.graph.client import GraphClient
+    from pipros_tools.graph.drawing.node_graph import GraphOptions, node_graph
+    from pipros_tools.graph.observer import SystemObserver
 
     hides = not options.all
     shown = GraphOptions(options.mode, hide_dead_sinks=hides, hide_leaf_topics=hides, hide_debug=hides)

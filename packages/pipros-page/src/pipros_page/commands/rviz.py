@@ -8,11 +8,11 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import Any
 
-from pipros.cli.entry_point import command
-from pipros.cli.runner import CommandError, add_flag, run
-from pipros.cli.server_options import without_remappings
 from pipros.packages import SHARE
-from pipros.web.commands.page_command import page_parser, show
+from pipros_page.commands.page_command import page_parser, show
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.runner import CommandError, add_flag, run
+from pipros_tools.cli.server_options import without_remappings
 
 INCOMPLETE = 3
 """Exit status if something is missing from a picture."""
@@ -32,7 +32,7 @@ def _main(argv: Sequence[str]) -> int:
     name = options.display_config or (words[0] if words else "")
     if options.png:
         return _save_picture(options, name, argv)
-    from pipros.web.scene.layout_file import SceneFile
+    from pipros_page.scene.layout_file import SceneFile
 
     try:
         path = config_path(name)
@@ -46,7 +46,7 @@ def _main(argv: Sequence[str]) -> int:
 
 
 def _save_picture(options: Any, name: str, argv: Sequence[str]) -> int:
-    from pipros.web.commands.scene_picture import picture_size, save_picture
+    from pipros_page.commands.scene_picture import picture_size, save_picture
 
     arguments = [word for word in argv if word not in without_remappings([word])]
     if name:

@@ -24,7 +24,7 @@ from typing import Any, Final
 from pipros.basics.posix import user_id
 from pipros.basics.replaced_file import write_whole
 from pipros.basics.windows import ON_WINDOWS
-from pipros.cli.runner import CommandError
+from pipros_tools.cli.runner import CommandError
 
 PROGRAMS: Final = (
     "chromium-headless-shell",
@@ -39,7 +39,7 @@ POLL_S: Final = 0.25
 END_S: Final = 3.0
 LARGEST_ANSWER: Final = 200_000_000
 LARGEST_SIDE: Final = 8192
-_SERVER: Final = "import sys; from pipros.web.commands.rviz import main; sys.exit(main())"
+_SERVER: Final = "import sys; from pipros_page.commands.rviz import main; sys.exit(main())"
 _DRAW: Final = """(([width, height]) => {
   const scene = document.querySelector(".tab-scene")?.scene;
   if (!scene?.view) return null;

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import islice, pairwise
 from typing import Any, Final
 
-from pipros.libraries.transforms.messages import pose_of, vector_of
-from pipros.libraries.transforms.pose import Pose, Vector, composed, normalized, transform_point
+from pipros_libraries.transforms.messages import pose_of, vector_of
+from pipros_libraries.transforms.pose import Pose, Vector, composed, normalized, transform_point
 
 MAX_DETECTIONS: Final = 500
 MAX_MARKERS: Final = 500

@@ -8,10 +8,10 @@ import threading
 from collections.abc import Iterator
 from typing import Final
 
-from pipros.libraries.filters.synchronizer import ApproximateSynchronizer
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
-from pipros.web.topic_watch import TopicWatch
+from pipros_libraries.filters.synchronizer import ApproximateSynchronizer
+from pipros_page.topic_watch import TopicWatch
 
 APART_S: Final = 0.1
 """The timestamps of a pair differ by less than this (s)."""

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipros.basics.printable import printable
-from pipros.pictures.compressed import DEPTH_HEADER
-from pipros.pictures.encodings import Color
-from pipros.pictures.errors import PictureError
-from pipros.pictures.headers import PNG
-from pipros.pictures.image_message import encoding_of
-from pipros.server.view_server import RequestRefused
-from pipros.web.messages.known_topic import LONGEST_NAME
+from pipros_libraries.pictures.compressed import DEPTH_HEADER
+from pipros_libraries.pictures.encodings import Color
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.headers import PNG
+from pipros_libraries.pictures.image_message import encoding_of
+from pipros_page.messages.known_topic import LONGEST_NAME
+from pipros_server.view_server import RequestRefused
 
 LARGEST_BYTES = 2_000_000
 """Size in bytes above which raw images are subsampled to every second, third, … row and column."""

@@ -13,7 +13,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
-from pipros.web.topic_watch import TopicWatch
+from pipros_page.topic_watch import TopicWatch
 
 SHOWN_S = 5.0
 """How long a problem is shown after the last affected message."""

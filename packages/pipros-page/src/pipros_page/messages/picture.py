@@ -11,8 +11,8 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
-from pipros.pictures.image_message import IMAGE_TYPES
-from pipros.web.images.pixels import packed
+from pipros_libraries.pictures.image_message import IMAGE_TYPES
+from pipros_page.images.pixels import packed
 
 MAX_POINTS: Final = 720
 MAX_CELLS: Final = 160

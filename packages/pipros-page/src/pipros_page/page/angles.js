@@ -1,4 +1,4 @@
-// Roll, pitch and yaw of quaternions, as pipros.libraries.transforms.pose computes them.
+// Roll, pitch and yaw of quaternions, as pipros_libraries.transforms.pose computes them.
 
 // Returns roll, pitch and yaw in degrees; null for a quaternion that is no rotation.
 /** @type {(quaternion: { x: number, y: number, z: number, w: number }) => number[] | null} */

@@ -8,33 +8,13 @@ import { rewindButton, timeBar } from "./bags/time_bar.js";
 import { allViewsMenu, publishersMenu, tabGroups } from "./head_menus.js";
 import { goHome, rememberPlace, robotLink } from "./home.js";
 import { bell } from "./notices.js";
+import { layoutText, leaf } from "./panels/layout.js";
 import { currentPlace, placeOf } from "./place.js";
-import { OTHER_SECTIONS, tabOf } from "./sections.js";
+import { OTHER_SECTIONS, TABS, tabOf } from "./sections.js";
 import { shortcuts } from "./shortcuts.js";
 import { markRates } from "./stale.js";
 import { TabContext } from "./tab_context.js";
-
-export const TABS = [
-  ["graph", "Graph", "See"],
-  ["scene", "Scene", "See"],
-  ["images", "Images", "See"],
-  ["plot", "Plot", "See"],
-  ["panels", "Panels", "See"],
-  ["topics", "Topics", "Data"],
-  ["console", "Console", "Data"],
-  ["params", "Parameters", "Data"],
-  ["nodes", "Nodes", "Robot"],
-  ["tf", "TF", "Robot"],
-  ["diagnostics", "Diagnostics", "Robot"],
-  ["fleet", "Fleet", "Robot"],
-  ["ros2", "ROS 2", "Robot"],
-  ["bags", "Bags", "Bags"],
-  ["services", "Services", "Act"],
-  ["actions", "Actions", "Act"],
-  ["publish", "Publish", "Act"],
-  ["teleop", "Teleop", "Act"],
-  ["acts", "Acts", "Act"],
-];
+import { viewModule } from "./views.js";
 
 const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];
 const RESTARTED = ["The server was restarted", "Open the address that it printed in its terminal: "];
@@ -46,6 +26,7 @@ const links = [];
 const toPanels = /** @type {HTMLAnchorElement} */ (document.getElementById("to-panels"));
 const system = document.getElementById("system");
 const locked = document.getElementById("locked");
+const loading = h("p", { class: "note", role: "status" });
 const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs stay open
 let about = null;
 let masterError = ""; // the reason why the master does not answer; empty if it does
@@ -77,18 +58,32 @@ async function show() {
   rememberPlace();
   linkToPanels(name, argument);
   document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
-  const [module] = await Promise.all([import(`./tabs/${name}.js`), known]);
-  if (place()[0] !== name || place()[1] !== argument) return;
-  for (const [other, { element, context }] of opened) {
-    element.hidden = other !== name;
-    if (other !== name) context.hide();
-  }
+  const module = await moduleOf(name);
+  if (!module || place()[0] !== name || place()[1] !== argument) return;
+  loading.remove();
   const before = opened.get(name);
   const shown = before ?? open(name, argument, module); // open() has passed the argument on; the tab may have replaced it
   shown.context.show();
   if (!before || shown.argument === argument) return;
   shown.argument = argument;
   shown.handle.go?.(argument);
+}
+
+// Hides the other views. Returns a promise of the module of a view, in place of which a line says that it loads; null if it cannot.
+async function moduleOf(name) {
+  for (const [other, { element, context }] of opened) {
+    element.hidden = other !== name;
+    if (other !== name) context.hide();
+  }
+  replace(loading, "Loading …");
+  if (!opened.has(name)) view.append(loading);
+  try {
+    return (await Promise.all([viewModule(name), known]))[0];
+  } catch (problem) {
+    if (place()[0] === name) replace(loading, `This view could not be loaded: ${problem.message}. `,
+      h("button", { onclick: () => location.reload() }, "Try again"));
+    return null;
+  }
 }
 
 // Hides the tabs for which the running system has no data; the menu still offers them. All are shown while a
@@ -102,8 +97,7 @@ function foldTabs() {
 }
 
 // Makes the button in the head add what a tab shows to the panels.
-async function linkToPanels(name, argument) {
-  const { layoutText, leaf } = await import("./panels/layout.js");
+function linkToPanels(name, argument) {
   toPanels.href = placeOf("panels", `+${layoutText(leaf(name, argument))}`);
 }
 
@@ -164,9 +158,11 @@ function showState() {
 }
 
 for (const [name, title] of TABS) {
-  links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
+  links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name,
+    "data-title": title }, title));
 }
-tabs.before(robotLink());
+robotLink(links[0]);
+tabs.before(robotLink(h("a", { href: "#panels", id: "robot" }, "Overview"))); // on a phone, which shows the selected tab only
 tabGroups(tabs, links, TABS);
 updateHead = allViewsMenu(tabs, TABS.flatMap((tab) => [tab, ...OTHER_SECTIONS.filter(([name]) => tabOf(name) === tab[0])
   .map(([name, title]) => [name, title, tab[2]])]));

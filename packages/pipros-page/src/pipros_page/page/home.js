@@ -1,11 +1,13 @@
 // Where the page begins if its address names no view: at the last place; the first time, at the Overview, or at the
 // graph if there are no transforms.
 
-import { h } from "./dom.js";
 import { live } from "./live.js";
+import { robotLayout, sceneState } from "./panels/robot_layout.js";
 import { currentPlace, placeOf } from "./place.js";
+import { packed } from "./scene/link.js";
 
 const KEEP = "pipros.last";
+export const LAYOUT = "pipros.panels";
 const TRANSFORMS = ["/tf", "/tf_static"];
 const LONGEST_MS = 10000; // maximum time for one answer, once connected to the server
 
@@ -34,9 +36,9 @@ function firstOf(view, args, isEnough) {
   });
 }
 
-// Returns a promise of the place of the Overview; null if no transforms arrive and `isSure` is false.
-async function robotPlace(isSure) {
-  const [{ packed }, { robotLayout, sceneState }] = await Promise.all([import("./scene/link.js"), import("./panels/robot_layout.js")]);
+// Returns a promise of {topics, link}, with the link of the scene of the robot that runs; null if no transforms arrive and `isSure` is
+// false.
+export async function robotScene(isSure) {
   const { topics = [] } = await firstOf("running_topics", {}, () => true) ?? {};
   const hasTransforms = topics.some(({ name, publishers }) => TRANSFORMS.includes(name) && publishers.length);
   if (!hasTransforms && !isSure) return null;
@@ -44,19 +46,28 @@ async function robotPlace(isSure) {
     firstOf("scene_robot", { name: "robot_description" }, () => true)]);
   if (!found?.frames?.length && !isSure) return null;
   const state = sceneState(topics, found?.frames ?? [], Boolean(robot?.links));
-  return placeOf("panels", robotLayout(topics, await packed(JSON.stringify(state))));
+  return { topics, link: await packed(JSON.stringify(state)) };
 }
 
-// Returns the link in the head that opens the Overview: the layout for the robot that runs.
-export function robotLink() {
-  const link = h("a", { href: "#panels", id: "robot", title: "Scene, cameras, plot and console side by side (h)",
-    "aria-keyshortcuts": "h",
-    onclick: async (event) => {
-      event.preventDefault();
-      link.setAttribute("aria-busy", "true");
-      location.hash = await robotPlace(true);
-      link.removeAttribute("aria-busy");
-    } }, "Overview");
+// Returns a promise of the place of the Overview; null if there is no scene.
+async function robotPlace(isSure) {
+  const found = await robotScene(isSure);
+  if (!found) return null;
+  return placeOf("panels", robotLayout(found.topics, found.link));
+}
+
+// Makes a link open the Overview: the layout of the last time or, if there is none or it is open already, that for the robot that runs.
+export function robotLink(link) {
+  link.title = "Views side by side (h); again: scene, cameras, plot and console of the robot that runs";
+  link.setAttribute("aria-keyshortcuts", "h");
+  link.addEventListener("click", async (event) => {
+    const hasLayout = localStorage.getItem(LAYOUT) || link.hash !== placeOf("panels");
+    if (hasLayout && currentPlace()[0] !== "panels") return;
+    event.preventDefault();
+    link.setAttribute("aria-busy", "true");
+    location.hash = await robotPlace(true);
+    link.removeAttribute("aria-busy");
+  });
   return link;
 }
 

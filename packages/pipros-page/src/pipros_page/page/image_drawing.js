@@ -75,7 +75,7 @@ export function differenceOf(pixels, others) {
 }
 
 // Converts pixels to RGBA.
-// `color` and `depth` are those of pipros.pictures.encodings: "bgr", "gray", the pattern "rggb", the bytes "uyvy" of two pixels.
+// `color` and `depth` are those of pipros_libraries.pictures.encodings: "bgr", "gray", the pattern "rggb", the bytes "uyvy" of two pixels.
 export function colours(head, pixels, boundsOf = extremes) {
   const { color, depth, width, height } = head;
   const count = width * height;

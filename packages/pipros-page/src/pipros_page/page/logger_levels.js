@@ -4,8 +4,8 @@ import { h, panelHead, replace, uniqueId } from "./dom.js";
 
 const LEVELS = ["debug", "info", "warn", "error", "fatal"];
 
-// Fills `side`, and offers the names in `nodes`. If `ofNode` is not empty, its loggers are shown at once.
-export function loggerLevels(side, context, nodes, ofNode, onError, onClose) {
+// Fills `side`, and offers the names in `nodes`. If `ofNode` is not empty, its loggers are shown at once. `error` is a problemLine.
+export function loggerLevels(side, context, nodes, ofNode, error, onClose) {
   const { control } = context;
   const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"),
     onchange: () => list() });
@@ -28,13 +28,7 @@ export function loggerLevels(side, context, nodes, ofNode, onError, onClose) {
   LEVELS.map((level) => h("option", { value: level, selected: level === logger.level.toLowerCase() }, level)));
 
   async function set(logger, level) {
-    try {
-      await context.act("set_logger_level", { name: choice.value, logger, level });
-      onError("");
-    } catch (problem) {
-      onError(problem.message);
-      list();
-    }
+    if (!await error.attempt(() => context.act("set_logger_level", { name: choice.value, logger, level }))) list();
   }
 
   if (ofNode) list();

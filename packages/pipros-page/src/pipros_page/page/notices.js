@@ -1,14 +1,12 @@
 // The bell in the head: what became stale, came back or failed in the last minute, and what is stale now.
 
-import { h, morph, replace, s } from "./dom.js";
+import { h, morph, replace, s, timeOfDay } from "./dom.js";
 import { live } from "./live.js";
 import { bellText, placeOfNotice } from "./notice_texts.js";
 
 const BELL = "M8 1a4 4 0 0 0-4 4c0 4-2 5-2 6h12c0-1-2-2-2-6a4 4 0 0 0-4-4M6.5 12.5a1.5 1.5 0 0 0 3 0z";
 const WORDS = { stale: "stale", back: "came back", error: "error" };
 const QUIET = "Nothing became stale, came back or failed in the last minute.";
-
-const clock = new Intl.DateTimeFormat("en-GB", { timeStyle: "medium" });
 
 const row = (notice, when) => h("li", { "data-key": `${notice.what} ${notice.kind} ${notice.name} ${notice.text ?? ""}` },
   h("a", { href: placeOfNotice(notice) }, h("span", { class: "key" }, when),
@@ -21,9 +19,9 @@ function list(title, rows) {
 
 const contents = ({ changes, stale, count }) => h("div", {},
   changes.length ? null : h("p", { class: "key", "data-key": "quiet" }, QUIET),
-  list("Last minute", changes.map((each) => row(each, clock.format(each.when_s * 1000)))),
+  list("Last minute", changes.map((each) => row(each, timeOfDay(each.when_s)))),
   list(`Stale now: ${count}`, stale.map(([kind, name, since]) => row({ what: "stale", kind, name },
-    `since ${clock.format(since * 1000)}`))));
+    `since ${timeOfDay(since)}`))));
 
 export function bell() {
   const button = document.getElementById("bell");
@@ -48,7 +46,8 @@ export function bell() {
     button.title = `${text} (a)`;
     const worst = data.changes.some(({ what }) => what === "error") ? "error" : data.changes.length || data.count ? "stale" : "";
     button.className = worst && `notice-${worst}`;
-    replace(number, data.changes.length + data.count ? String(data.changes.length || data.count) : "");
+    const shown = data.changes.length || data.count;
+    replace(number, shown > 99 ? "99+" : shown ? String(shown) : "");
     morph(menu.firstChild, contents(data));
   });
 }

@@ -62,8 +62,13 @@ function setting(parameter, onChange, form) {
 
 function choiceInput({ name, constants }, disabled, edit) {
   const choice = h("select", { disabled, "aria-label": name, onchange: () => edit(constants[choice.selectedIndex]?.value) },
-    constants.map((each) => h("option", { title: each.text }, `${each.name} (${each.value})`)));
-  return { parts: [choice], show: (value) => { choice.selectedIndex = constants.findIndex((each) => each.value === value); } };
+    constants.map((each) => h("option", { title: each.text }, `${each.name} (${each.value})`)),
+    h("option", { disabled: true, hidden: true }));
+  return { parts: [choice], show: (value) => {
+    const at = constants.findIndex((each) => each.value === value);
+    choice.options[constants.length].textContent = `${value} (not in the list)`;
+    choice.selectedIndex = at < 0 ? constants.length : at;
+  } };
 }
 
 function boxInput({ name }, disabled, edit) {

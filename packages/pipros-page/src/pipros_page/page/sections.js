@@ -1,7 +1,30 @@
-// Tabs with several sections, each of which has an address.
+// The tabs, some of which have several sections, each with an address.
 
 import { h } from "./dom.js";
 import { placeOf } from "./place.js";
+
+// Names, titles and groups in the head.
+export const TABS = [
+  ["panels", "Overview", "See"],
+  ["graph", "Graph", "See"],
+  ["scene", "Scene", "See"],
+  ["images", "Images", "See"],
+  ["plot", "Plot", "See"],
+  ["topics", "Topics", "Data"],
+  ["console", "Console", "Data"],
+  ["params", "Parameters", "Data"],
+  ["nodes", "Nodes", "Robot"],
+  ["tf", "TF", "Robot"],
+  ["diagnostics", "Diagnostics", "Robot"],
+  ["fleet", "Fleet", "Robot"],
+  ["ros2", "ROS 2", "Robot"],
+  ["bags", "Bags", "Bags"],
+  ["services", "Services", "Act"],
+  ["actions", "Actions", "Act"],
+  ["publish", "Publish", "Act"],
+  ["teleop", "Teleop", "Act"],
+  ["acts", "Acts", "Act"],
+];
 
 const SECTIONS = {
   params: { label: "Parameters", parts: [["params", "All"], ["reconfigure", "Reconfigure"]] },

@@ -99,10 +99,11 @@ const help = h("div", { id: "keys", popover: "auto", role: "dialog", "aria-label
 
 // Shows the keys of all visible controls.
 function showKeys() {
-  const own = [...document.querySelectorAll("[aria-keyshortcuts]")].filter((each) => isVisible(each) || each.hasAttribute("popovertarget"));
-  const rows = own.map((each) => [each.getAttribute("aria-keyshortcuts"),
-    each.getAttribute("aria-label") || each.textContent || each.closest("label")?.textContent]);
-  replace(list, [...rows, ...OTHER_KEYS].map(([key, text]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, text)]));
+  const own = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[aria-keyshortcuts], [data-keys]")]);
+  const rows = own.filter((each) => isVisible(each) || each.id === "all-views").map((each) => each.dataset.keys?.split(": ") ??
+    [each.getAttribute("aria-keyshortcuts"), each.getAttribute("aria-label") || each.textContent || each.closest("label")?.textContent]);
+  const texts = new Map([...OTHER_KEYS, ...rows].map(([key, text]) => [key, text])); // each key once
+  replace(list, [...texts].map(([key, text]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, text)]));
   help.showPopover();
   help.focus();
 }

@@ -87,6 +87,9 @@ export function dataTable(columns, options) {
   return { element, show, mark, csvButton };
 }
 
+// The order of a column that begins with the largest value, and ends with rows that have none.
+export const largestFirst = (value) => -(value ?? -1);
+
 // Returns the rows sorted by the value that `order` returns for a row; without it, as they are.
 function ordered(rows, order, isDown) {
   if (!order) return rows;

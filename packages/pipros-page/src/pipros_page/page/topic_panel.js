@@ -1,7 +1,7 @@
 // Live view of one topic: statistics, the newest message as a tree, a gauge for a percentage, a curve of one number.
 
 import { copiesValues, copyButton } from "./copy.js";
-import { bandwidth, bytes, h, hertz, morph, panelHead, replace, s } from "./dom.js";
+import { bandwidth, bytes, h, hertz, morph, panelHead, problemLine, replace, s } from "./dom.js";
 import { tree } from "./message_values.js";
 import { nodeText } from "./node_text.js";
 import { smallCurve } from "./small_curve.js";
@@ -15,10 +15,9 @@ export function topicPanel(side, name, context, onClose) {
   const gauge = h("div", {});
   const curve = smallCurve();
   const picture = topicPicture();
-  const error = h("p", { class: "error", role: "alert" });
-  const showError = (text) => replace(error, text);
-  const message = copiesValues(h("div", { class: "message" }, h("div", {})), showError);
-  const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), showError);
+  const error = problemLine("p");
+  const message = copiesValues(h("div", { class: "message" }, h("div", {})), error.show);
+  const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), error.show);
   const why = whyNoData(context);
   const definitionText = h("pre", { class: "mono whole" });
   let definedType = ""; // the type whose definition is shown
@@ -35,12 +34,12 @@ export function topicPanel(side, name, context, onClose) {
     }
   }
 
-  side.append(panelHead(name, onClose), figures, error, why.element, gauge, picture.element, curve.element, definition,
+  side.append(panelHead(name, onClose), figures, error.element, why.element, gauge, picture.element, curve.element, definition,
     h("div", { class: "panel-head" }, h("h3", {}, "Newest message"), h("span", { class: "buttons" }, copy("YAML"), copy("JSON"))), message);
 
   return context.watch("topic", { name }, (topic) => {
     morph(figures.firstChild, h("dl", {}, figuresOf(topic).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
-    replace(error, topic.error ?? "");
+    error.show(topic.error ?? "");
     why.offer(topic.rate === null || !topic.count ? name : "");
     type = topic.type;
     define();
@@ -56,7 +55,7 @@ export function topicPanel(side, name, context, onClose) {
     picture.take(topic.picture);
     if (topic.picture) curve.element.hidden = true; // a picture shows more than a curve of the first number
     else curve.take(topic.message, percent);
-  }, showError);
+  }, error.show);
 }
 
 const figuresOf = (topic) => [

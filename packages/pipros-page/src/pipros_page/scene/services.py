@@ -9,9 +9,9 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_service_class
 from pipros.node import Node
-from pipros.web.scene.layout_file import SceneFile
+from pipros_page.scene.layout_file import SceneFile
 
-logger = logging.getLogger("pipros.web")
+logger = logging.getLogger("pipros_page")
 
 LOADING: Final = ("~load_config", "~load_config_discarding_changes")
 SAVING: Final = "~save_config"

@@ -13,8 +13,9 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.node.any_msg import AnyMsg
-from pipros.web.limits import PageLimits
-from pipros.web.messages.layout import message_layout
+from pipros_page.bounded_list import PAGE_VIEW_BYTES
+from pipros_page.limits import PageLimits
+from pipros_page.messages.layout import message_layout
 
 LONGEST_QUEUE: Final = 10_000
 MAX_LATCHED: Final = 1000
@@ -91,7 +92,7 @@ class PendingMessages:
         self._lock = threading.Lock()
         self._messages: deque[tuple[AnyMsg, float]] = deque()
         self._limit = limit
-        self._max_bytes = process_limits().of(PageLimits).page_view_bytes
+        self._max_bytes = PAGE_VIEW_BYTES
         self._size_bytes = 0
         self._lost = 0
 

@@ -12,18 +12,18 @@ from concurrent.futures import Future
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.message_from_yaml import message_from_yaml
-from pipros.graph.message_tree import message_tree
-from pipros.graph.observer import GraphObservation
-from pipros.libraries.actions.status import TERMINAL, Status
 from pipros.msg import load_message_class
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.messages.known_topic import LONGEST_NAME
-from pipros.web.topic_watch import TopicWatch
-from pipros.web.views.calls import message_class_in, withdraw, yaml_in
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_libraries.actions.status import TERMINAL, Status
+from pipros_page.bounded_list import bounded_list
+from pipros_page.messages.known_topic import LONGEST_NAME
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.views.calls import message_class_in, withdraw, yaml_in
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.message_from_yaml import message_from_yaml
+from pipros_tools.graph.message_tree import message_tree
+from pipros_tools.graph.observer import GraphObservation
 
 TOPICS = ("goal", "cancel", "status", "feedback", "result")
 CONNECTING_S = 5.0

@@ -9,10 +9,10 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.net.local_socket import HAS_LOCAL_SOCKETS
-from pipros.server.approvals import VERDICTS, answer_act, waiting_acts
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import bounded_list
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.approvals import VERDICTS, answer_act, waiting_acts
+from pipros_server.view_server import RequestRefused
 
 POLL_INTERVAL_S: Final = 0.5
 

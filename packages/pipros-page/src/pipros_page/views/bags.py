@@ -15,33 +15,47 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
-from pipros.bag.errors import BagError, NoMessages, NotIndexed
-from pipros.bag.layout import BagLayout
-from pipros.bag.opening import is_mcap, open_bag
-from pipros.bag.reader import BagReader
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
-from pipros.pictures.image_message import IMAGE_TYPES
-from pipros.server.browser_share import Browser, browser_or_none, has_share
-from pipros.server.view_server import RequestRefused
-from pipros.web.bags.curve import BagSamples, Take
-from pipros.web.bags.export import FORMATS, export
-from pipros.web.bags.folder import BagFolder
-from pipros.web.bags.marks import BagMarks
-from pipros.web.bags.notes import BadNotes, BagNotes, Note
-from pipros.web.bags.open_bags import OpenBags
-from pipros.web.bags.playback import LOG_TOPICS, BagPlayback, newest_before, not_recorded
-from pipros.web.bags.rewind import KEPT_TOPICS, NAME, RecentMessages, Recording
-from pipros.web.bags.tracks import BINS, tracks
-from pipros.web.bounded_list import bounded_list
-from pipros.web.curve_samples import find_field, mark_of, sample_of
-from pipros.web.images.pixels import packed
-from pipros.web.limits import PageLimits
-from pipros.web.views.plot import COMPUTED_S, axis_of, field_text
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_libraries.pictures.image_message import IMAGE_TYPES
+from pipros_page.bags.curve import BagSamples, Take
+from pipros_page.bags.export import FORMATS, export
+from pipros_page.bags.folder import BagFolder
+from pipros_page.bags.marks import BagMarks
+from pipros_page.bags.notes import BadNotes, BagNotes, Note
+from pipros_page.bags.open_bags import OpenBags
+from pipros_page.bags.playback import LOG_TOPICS, BagPlayback, newest_before, not_recorded
+from pipros_page.bags.rewind import KEPT_TOPICS, NAME, RecentMessages, Recording
+from pipros_page.bags.tracks import BINS, tracks
+from pipros_page.bounded_list import bounded_list
+from pipros_page.curve_samples import find_field, mark_of, sample_of
+from pipros_page.images.pixels import packed
+from pipros_page.limits import PageLimits
+from pipros_page.views.plot import COMPUTED_S, axis_of, field_text
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.browser_share import Browser, browser_or_none, has_share
+from pipros_server.view_server import RequestRefused
+from pipros_tools.bag.errors import BagError, NoMessages, NotIndexed
+from pipros_tools.bag.layout import BagLayout
+from pipros_tools.bag.opening import is_mcap, open_bag
+from pipros_tools.bag.reader import BagReader
+
+PAGE_BAGS = 20
+"""Limit: bags that all browsers connected to a page have opened together. Beyond it, a browser cannot open a
+further bag.
+"""
+PAGE_REWINDS = 4
+"""Limit: browsers that show kept messages at the same time; for each of them, up to `page_rewind_bytes` stay
+in memory. Beyond it, a further browser cannot rewind; for each rewinding browser, the server keeps the shown
+messages in memory, at most `page_rewind_bytes`.
+"""
+PAGE_EXPORTS = 2
+"""Limit: concurrent exports by all browsers connected to a page; each needs a temporary file. Beyond it, a
+browser cannot start a further export until one has ended.
+"""
 
 STATE_INTERVAL_S: Final = 0.1
 CLOSING_TURNS: Final = 20
@@ -130,9 +144,9 @@ class BagViews:
             await asyncio.sleep(STATE_INTERVAL_S)
         else:
             raise RequestRefused("this browser has already opened a bag")
-        limit = process_limits().of(PageLimits).page_bags
+        limit = PAGE_BAGS
         if self._opening + len(self._open_bags) >= limit:
-            raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
+            raise RequestRefused(f"too many bags are open; the limit is {limit}")
         opening = _Opening()
         opened = self._system.computations.start(self._opened, name, opening, is_rewind)
         waiting = asyncio.wrap_future(opened)
@@ -320,7 +334,7 @@ class BagViews:
     async def bag_export(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield part of a bag as the chunks of a file, then `{"done": true}`.
 
-        The file is temporary; at most `page_exports` exist at a time; see also `has_share`.
+        The file is temporary; at most `PAGE_EXPORTS` exist at a time; see also `has_share`.
         """
         read, form, topics = self._source(arguments), arguments.get("format"), arguments.get("topics")
         if form not in FORMATS or not isinstance(topics, list) or not topics:
@@ -328,11 +342,11 @@ class BagViews:
         range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
         wanted = {topic_name({"name": each}) for each in topics}
         work = self._system.computations.run
-        limit = process_limits().of(PageLimits).page_exports
+        limit = PAGE_EXPORTS
         browser = browser_or_none()
         if not has_share(browser, self._exporting, limit):
             what = "too many exports are running; try again when one has ended"
-            raise RequestRefused(f"{what}; {limit_text('page_exports', limit)}")
+            raise RequestRefused(f"{what}; the limit is {limit}")
         self._exporting.append(browser)
         try:
             with tempfile.TemporaryFile() as file:
@@ -362,10 +376,10 @@ class BagViews:
     @contextlib.contextmanager
     def _rewinding(self) -> Iterator[None]:
         """Count a browser that shows recent messages. Raise `RequestRefused` if there are too many."""
-        limit = process_limits().of(PageLimits).page_rewinds
+        limit = PAGE_REWINDS
         if self._rewinds >= limit:
             what = "too many browsers are showing the past"
-            raise RequestRefused(f"{what}; {limit_text('page_rewinds', limit)}")
+            raise RequestRefused(f"{what}; the limit is {limit}")
         self._rewinds += 1
         try:
             yield

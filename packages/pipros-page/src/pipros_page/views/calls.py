@@ -9,24 +9,23 @@ from concurrent.futures import Future
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.message_from_yaml import message_from_yaml
-from pipros.graph.message_tree import message_tree
-from pipros.graph.service_call import ServiceCaller
-from pipros.graph.services import argument_names, service_class_of
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node.open_calls import OpenCalls
-from pipros.node.publisher import Publisher
 from pipros.node.service_link import ErrorReply
 from pipros.safe.yaml import load
-from pipros.server.act_gate import GatedPublisher
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.messages.pattern import MessagePattern
-from pipros.web.service_calls import CALL_BY_HAND_S
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
-from pipros.workspace.type_catalogue import SERVICES
+from pipros_page.bounded_list import bounded_list
+from pipros_page.messages.pattern import MessagePattern
+from pipros_page.service_calls import CALL_BY_HAND_S
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.act_gate import GatedPublisher
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.message_from_yaml import message_from_yaml
+from pipros_tools.graph.message_tree import message_tree
+from pipros_tools.graph.service_call import ServiceCaller
+from pipros_tools.graph.services import argument_names, service_class_of
+from pipros_workspace.type_catalogue import SERVICES
 
 FASTEST_HZ = 1000.0
 TELL_INTERVAL_S = 0.5
@@ -128,7 +127,7 @@ class CallViews:
             advertising.add_done_callback(lambda done: withdraw(self._system, done))
 
 
-def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any] | GatedPublisher]) -> None:
+def withdraw(system: WatchedSystem, advertised: Future[GatedPublisher]) -> None:
     """Unregister the publisher that an `advertise` call returned, if it succeeded. Does not block."""
     if not advertised.cancelled() and advertised.exception() is None:
         system.questions.start(advertised.result().unregister)

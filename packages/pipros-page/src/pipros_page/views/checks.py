@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.health.gather_topic import gather_topic
-from pipros.health.topic_check import check_topic
-from pipros.health.topic_facts import TopicCheck
-from pipros.server.daemon_pool import DaemonPool
-from pipros.server.view_server import RequestRefused
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.daemon_pool import DaemonPool
+from pipros_server.view_server import RequestRefused
+from pipros_tools.health.gather_topic import gather_topic
+from pipros_tools.health.topic_check import check_topic
+from pipros_tools.health.topic_facts import TopicCheck
 
 AT_ONCE = 2
 """Maximum number of concurrent checks by all browsers; each runs a node for a few seconds."""

@@ -12,20 +12,19 @@ from itertools import islice
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
-from pipros.graph.service_call import ServiceCaller
-from pipros.launch.log_history import Entry, log_history
 from pipros.net.address import split_uri
 from pipros.net.master_client import MasterClient
 from pipros.net.this_machine import is_this_machine
 from pipros.node.any_msg import AnyMsg
 from pipros.node.open_calls import OpenCalls
-from pipros.server.view_server import RequestRefused
-from pipros.web.limits import PageLimits
-from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
-from pipros.web.service_calls import TOOL_CALL_S
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import PAGE_VIEW_BYTES
+from pipros_page.messages.known_topic import LONGEST_NAME, KnownTopic
+from pipros_page.service_calls import TOOL_CALL_S
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.service_call import ServiceCaller
+from pipros_tools.launch.log_history import Entry, log_history
 
 LOG_TOPIC = "/rosout_agg"
 SEND_INTERVAL_S = 0.2
@@ -111,7 +110,7 @@ class ConsoleViews:
 def open_log(system: WatchedSystem) -> Iterator[tuple[Log, KnownTopic]]:
     """Provide the log of a system, and the topic from which it is read."""
     with system.topics.watch(LOG_TOPIC, queue_size=QUEUE) as watch:
-        log = Log(process_limits().of(PageLimits).page_view_bytes)
+        log = Log(PAGE_VIEW_BYTES)
         topic = KnownTopic(watch, "rosgraph_msgs/Log", log.add)
         with topic.listening():
             yield log, topic

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Mapping
 from typing import Final
 
-from pipros.graph.observer import GraphObservation
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.watched_system import WatchedSystem
+from pipros_tools.graph.observer import GraphObservation
 
 _PUBLISHED: Final[Mapping[str, frozenset[str]]] = {
     "actions": frozenset({"actionlib_msgs/GoalStatusArray"}),

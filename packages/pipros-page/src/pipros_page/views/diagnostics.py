@@ -12,13 +12,12 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.basics.limits import limit_text, process_limits
-from pipros.graph.observer import GraphObservation
 from pipros.node.any_msg import AnyMsg
-from pipros.web.limits import PageLimits
-from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
-from pipros.web.stale import REPORT_S
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import PAGE_VIEW_BYTES
+from pipros_page.messages.known_topic import LONGEST_NAME, KnownTopic
+from pipros_page.stale import REPORT_S
+from pipros_page.watched_system import WatchedSystem
+from pipros_tools.graph.observer import GraphObservation
 
 TOPICS = ("/diagnostics_agg", "/diagnostics")
 SEND_INTERVAL_S = 0.5
@@ -83,7 +82,7 @@ class Statuses:
         of_values = sum(sys.getsizeof(pair) + sum(map(sys.getsizeof, pair)) for pair in values)
         self._bytes -= known.size if known else 0
         if self._bytes + of_texts + of_values > self._max_bytes:
-            values, of_values = [["…", f"omitted; {limit_text('page_view_bytes', self._max_bytes)}"]], 0
+            values, of_values = [["…", f"omitted; the limit is {self._max_bytes} bytes"]], 0
         size = of_texts + of_values
         self._bytes += size
         self._count += 1
@@ -179,7 +178,7 @@ def topics_of(observation: GraphObservation) -> Sequence[str]:
 def open_statuses(system: WatchedSystem, name: str) -> Iterator[tuple[Statuses, KnownTopic]]:
     """Provide the statuses on a topic, and the topic."""
     with system.topics.watch(name) as watch:
-        statuses = Statuses(process_limits().of(PageLimits).page_view_bytes)
+        statuses = Statuses(PAGE_VIEW_BYTES)
         topic = KnownTopic(watch, "diagnostic_msgs/DiagnosticArray", statuses.add)
         with topic.listening():
             yield statuses, topic

@@ -12,21 +12,20 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.basics.limits import process_limits
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
-from pipros.graph.drawing.scene import draw
-from pipros.libraries.transforms.buffer import TransformBuffer
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.messages import in_ns, pose_of_transform
-from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
-from pipros.server.view_server import RequestRefused
-from pipros.web.limits import PageLimits
-from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic, Take
-from pipros.web.stale import is_stale
-from pipros.web.views.graph_values import scene_values
-from pipros.web.watched_system import WatchedSystem
+from pipros_libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.messages import in_ns, pose_of_transform
+from pipros_libraries.transforms.pose import roll_pitch_yaw
+from pipros_page.bounded_list import PAGE_VIEW_BYTES
+from pipros_page.messages.known_topic import LONGEST_NAME, KnownTopic, Take
+from pipros_page.stale import is_stale
+from pipros_page.views.graph_values import scene_values
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
+from pipros_tools.graph.drawing.scene import draw
 
 SEND_INTERVAL_S = 1.0
 POSE_INTERVAL_S = 0.2
@@ -79,10 +78,7 @@ class FrameTree:
     """
 
     def __init__(self) -> None:
-        limits = process_limits()
-        self.buffer = TransformBuffer(
-            limits=limits._replace(transform_bytes=limits.of(PageLimits).page_view_bytes)
-        )
+        self.buffer = TransformBuffer(limit_bytes=PAGE_VIEW_BYTES)
         self._frames: dict[str, Frame] = {}
         self._lock = threading.Lock()
         self._clock_s: float | None = None

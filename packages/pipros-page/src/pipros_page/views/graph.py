@@ -9,20 +9,10 @@ from dataclasses import fields
 from typing import Any, cast
 
 from pipros.basics.errors import PiprosError
-from pipros.graph import params
-from pipros.graph.drawing.dot import to_dot
-from pipros.graph.drawing.grouping import Grouping, grouped
-from pipros.graph.drawing.node_graph import MODES, GraphOptions, Mode, NodeGraph, node_graph
-from pipros.graph.drawing.scene import Scene, draw
-from pipros.graph.drawing.svg import to_svg
-from pipros.graph.message_tree import message_tree
-from pipros.graph.nodes import kill
-from pipros.graph.observer import GraphObservation
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.graph_drawings import GraphDrawings
-from pipros.web.traffic import topic_traffic
-from pipros.web.views.graph_values import (
+from pipros_page.bounded_list import bounded_list
+from pipros_page.graph_drawings import GraphDrawings
+from pipros_page.traffic import topic_traffic
+from pipros_page.views.graph_values import (
     MAX_DRAWN,
     can_be_drawn,
     hidden_count,
@@ -30,8 +20,18 @@ from pipros.web.views.graph_values import (
     scene_values,
     traffic_values,
 )
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph import params
+from pipros_tools.graph.drawing.dot import to_dot
+from pipros_tools.graph.drawing.grouping import Grouping, grouped
+from pipros_tools.graph.drawing.node_graph import MODES, GraphOptions, Mode, NodeGraph, node_graph
+from pipros_tools.graph.drawing.scene import Scene, draw
+from pipros_tools.graph.drawing.svg import to_svg
+from pipros_tools.graph.message_tree import message_tree
+from pipros_tools.graph.nodes import kill
+from pipros_tools.graph.observer import GraphObservation
 
 _GROUP = "group_"
 LONGEST_FILTER = 1000

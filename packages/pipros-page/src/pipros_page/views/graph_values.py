@@ -7,15 +7,18 @@ import operator
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph
-from pipros.graph.drawing.scene import Scene
-from pipros.graph.drawing.svg import middle_of, path
-from pipros.graph.observer import GraphObservation, Traffic
-from pipros.graph.system_state import TopicConnection, of_node
-from pipros.web.bounded_list import bounded_list
-from pipros.web.stale import is_stale
-from pipros.web.traffic import TopicTraffic
+from pipros.basics.printable import printable
+from pipros_page.bounded_list import bounded_list
+from pipros_page.stale import is_stale
+from pipros_page.traffic import TopicTraffic
+from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph
+from pipros_tools.graph.drawing.scene import Scene
+from pipros_tools.graph.drawing.svg import middle_of, path
+from pipros_tools.graph.observer import GraphObservation, Traffic
+from pipros_tools.graph.system_state import TopicConnection, of_node
 
+MAX_TYPES = 300
+"""Maximum number of characters of the two types of an arrow between different types."""
 MAX_MEMBERS = 50
 """Maximum number of names listed for a group."""
 MAX_DRAWN = 3000
@@ -45,6 +48,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
     return {
         "width": scene.width,
         "height": scene.height,
+        "vertical": scene.is_vertical,
         "boxes": [
             {
                 **key_values(vertex.key),
@@ -65,7 +69,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
                 "end": key_values(arrow.end),
                 "topic": arrow.topic,
                 "text": text,
-                "wrong": bool(arrow.wrong),
+                "wrong": printable(arrow.wrong.text, MAX_TYPES) if arrow.wrong else "",
                 "path": path(route, is_vertical=scene.is_vertical),
                 "middle": [round(value, 1) for value in _label_place(scene, arrow, route)],
             }

@@ -11,21 +11,21 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.pose import Pose
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
-from pipros.pictures.image_message import IMAGE_TYPES
-from pipros.server.view_server import RequestRefused
-from pipros.web.images.overlays import Camera, OverlayMarkers, detection_shapes, marker_shapes
-from pipros.web.images.pairs import APART_S, ImagePairs, stamp_ns
-from pipros.web.images.pixels import packed
-from pipros.web.messages.known_topic import KnownTopic
-from pipros.web.topic_watch import TopicWatch
-from pipros.web.views.frames import LONGEST_ERROR, FrameTree, open_frames
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_libraries.pictures.image_message import IMAGE_TYPES
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.pose import Pose
+from pipros_page.images.overlays import Camera, OverlayMarkers, detection_shapes, marker_shapes
+from pipros_page.images.pairs import APART_S, ImagePairs, stamp_ns
+from pipros_page.images.pixels import packed
+from pipros_page.messages.known_topic import KnownTopic
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.views.frames import LONGEST_ERROR, FrameTree, open_frames
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
 
 SEND_INTERVAL_S = 0.1
 MAX_UNDRAWN = 20

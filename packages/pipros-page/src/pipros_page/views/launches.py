@@ -8,12 +8,12 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.graph import params
-from pipros.launch.control import LaunchUnavailable, ask, running_launches
 from pipros.net.local_socket import HAS_LOCAL_SOCKETS
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import bounded_list
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph import params
+from pipros_tools.launch.control import LaunchUnavailable, ask, running_launches
 
 POLL_INTERVAL_S: Final = 1.0
 MAX_LAUNCHES: Final = 50

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pipros.server.view_server import RequestRefused
-from pipros.web.layouts import StoredLayouts
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.layouts import StoredLayouts
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
 
 
 class LayoutActions:

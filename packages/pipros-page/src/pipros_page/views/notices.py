@@ -7,14 +7,14 @@ import dataclasses
 from collections.abc import AsyncIterator, Collection, Iterator, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
-from pipros.graph.observer import GraphObservation
-from pipros.web.bounded_list import bounded_list
-from pipros.web.notices import MAX_STALE, Notices
-from pipros.web.shared import Shared
-from pipros.web.views.console import LOG_TOPIC, Log, open_log
-from pipros.web.views.diagnostics import STALE_LEVEL, TOPICS, Statuses, open_statuses, topics_of
-from pipros.web.views.frames import FrameTree, open_frames
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import bounded_list
+from pipros_page.notices import MAX_STALE, Notices
+from pipros_page.shared import Shared
+from pipros_page.views.console import LOG_TOPIC, Log, open_log
+from pipros_page.views.diagnostics import STALE_LEVEL, TOPICS, Statuses, open_statuses, topics_of
+from pipros_page.views.frames import FrameTree, open_frames
+from pipros_page.watched_system import WatchedSystem
+from pipros_tools.graph.observer import GraphObservation
 
 T = TypeVar("T")
 ERROR_LEVEL: Final = 2

@@ -8,14 +8,13 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
-from pipros.graph import params
-from pipros.graph.message_tree import message_tree
 from pipros.safe.yaml import load
-from pipros.server.view_server import RequestRefused
-from pipros.web.limits import PageLimits
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import PAGE_VIEW_BYTES
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph import params
+from pipros_tools.graph.message_tree import message_tree
 
 POLL_INTERVAL_S = 2.0
 MAX_PARAMETERS = 20_000
@@ -43,7 +42,7 @@ class ParamViews:
     def _read(self) -> Mapping[str, Any]:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
         shown = {}
-        left_bytes = process_limits().of(PageLimits).page_view_bytes
+        left_bytes = PAGE_VIEW_BYTES
         for name in sorted(found)[:MAX_PARAMETERS]:
             # As strings, because JavaScript does not distinguish 0.0 (double) from 0 (int).
             shown[name] = json.dumps(message_tree(found[name]), ensure_ascii=False)

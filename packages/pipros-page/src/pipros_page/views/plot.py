@@ -10,14 +10,14 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.node.any_msg import AnyMsg
-from pipros.server.browser_share import SpentTime, browser_or_none
-from pipros.server.view_server import RequestRefused
-from pipros.web.curve_samples import Axis, CurveField, NotANumber, find_field, mark_of, sample_of
-from pipros.web.messages.known_topic import KnownTopic
-from pipros.web.new_samples import NewSamples
-from pipros.web.topic_watch import TopicWatch
-from pipros.web.views.console import LOG_TOPIC
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.curve_samples import Axis, CurveField, NotANumber, find_field, mark_of, sample_of
+from pipros_page.messages.known_topic import KnownTopic
+from pipros_page.new_samples import NewSamples
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.views.console import LOG_TOPIC
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.browser_share import SpentTime, browser_or_none
+from pipros_server.view_server import RequestRefused
 
 SEND_INTERVAL_S = 0.1
 KEPT_SAMPLES = 5000

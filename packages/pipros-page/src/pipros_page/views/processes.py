@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.node_clients import NodeClients
-from pipros.graph.observer import GraphObservation
 from pipros.net.address import split_uri
 from pipros.net.this_machine import is_this_machine
-from pipros.web.bounded_list import bounded_list
-from pipros.web.process_usage import ProcessUsage, has_proc, usage_of
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import bounded_list
+from pipros_page.process_usage import ProcessUsage, has_proc, usage_of
+from pipros_page.watched_system import WatchedSystem
+from pipros_tools.graph.node_clients import NodeClients
+from pipros_tools.graph.observer import GraphObservation
 
 POLL_INTERVAL_S = 2.0
 ASKING_S = 3.0

@@ -9,11 +9,10 @@ from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
-from pipros.graph.service_call import ServiceCaller
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node.open_calls import OpenCalls
-from pipros.reconfigure.config import (
+from pipros_libraries.reconfigure.config import (
     all_groups,
     change_fields,
     constants,
@@ -21,12 +20,13 @@ from pipros.reconfigure.config import (
     decode_description,
     values,
 )
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.service_calls import TOOL_CALL_S
-from pipros.web.topic_watch import TopicWatch
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import bounded_list
+from pipros_page.service_calls import TOOL_CALL_S
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.service_call import ServiceCaller
 
 POLL_INTERVAL_S = 0.1
 ANSWER_S = 10.0

@@ -8,12 +8,12 @@ import math
 from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
-from pipros.bag.errors import BagError
-from pipros.server.view_server import RequestRefused
-from pipros.web.bags.recording import BagRecording, RecordingPlan
-from pipros.web.bounded_list import bounded_list
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bags.recording import BagRecording, RecordingPlan
+from pipros_page.bounded_list import bounded_list
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.bag.errors import BagError
 
 MAX_TOPICS: Final = 1000
 

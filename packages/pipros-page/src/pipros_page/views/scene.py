@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping
 from concurrent.futures import Future
@@ -15,21 +16,22 @@ from typing import Any, Final
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
-from pipros.graph import params
-from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
-from pipros.node.publisher import Publisher
-from pipros.server.act_gate import GatedPublisher
-from pipros.server.view_server import RequestRefused
-from pipros.web.limits import PageLimits
-from pipros.web.scene.layout_file import SceneFile
-from pipros.web.scene.topic import LONGEST_QUEUE, SceneTopic, add_senders, batch
-from pipros.web.shared import Shared
-from pipros.web.views.scene_clouds import CloudTopic, fitting_points
-from pipros.web.views.scene_robots import RobotDescriptions
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_libraries.pictures.cloud_columns import cloud_columns, point_columns
+from pipros_page.limits import PageLimits
+from pipros_page.scene.layout_file import SceneFile
+from pipros_page.scene.topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
+from pipros_page.shared import Shared
+from pipros_page.topic_watch import Newest, TopicWatch
+from pipros_page.views.scene_robots import RobotDescriptions
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.act_gate import GatedPublisher
+from pipros_server.daemon_pool import DaemonPool
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph import params
+from pipros_tools.graph.message_from_yaml import message_from_yaml
 
 SEND_INTERVAL_S: Final = 0.033
 CLOUD_INTERVAL_S: Final = 0.1
@@ -53,7 +55,7 @@ class SceneViews:
         self._topics: dict[str, Shared[SceneTopic]] = {}
         self._clouds: dict[str, Shared[CloudTopic]] = {}
         self._robots = RobotDescriptions(system)
-        self._feedback: dict[str, Future[Publisher[Any] | GatedPublisher]] = {}
+        self._feedback: dict[str, Future[GatedPublisher]] = {}
 
     async def config(self, _: Mapping[str, object]) -> AsyncIterator[object]:
         """Yield the configuration, now and whenever a file is loaded."""
@@ -121,10 +123,10 @@ class SceneViews:
             senders: dict[str, int] = {}
             lost = 0
             while True:
-                if layout != topic.layout:
+                messages, dropped = pending.pop_all()
+                if layout != topic.layout:  # after `pop_all`, because `add` sets it before it queues
                     layout = topic.layout
                     yield {"layout": layout}
-                messages, dropped = pending.pop_all()
                 lost += dropped
                 if dropped:
                     yield {"lost": lost}
@@ -237,3 +239,79 @@ def _number(arguments: Mapping[str, object], key: str, default: int, limit: int)
     if not isinstance(value, int) or not 1 <= value <= limit:
         raise RequestRefused(f"{key} must be an integer from 1 to {limit}, got {value!r:.100}")
     return value
+
+
+LEAST_POINTS: Final = 500
+LONGEST_SEND_S: Final = 0.4
+"""If sending a cloud takes longer than this (s), the next clouds have fewer points.
+
+Therefore, a browser on a slow link still receives about two clouds per second.
+"""
+MAX_PACKINGS: Final = 4
+"""Maximum number of packings of the newest cloud that are kept for further viewers."""
+
+
+class CloudTopic:
+    """A point cloud topic. Each cloud is packed once for all viewers that request the same points.
+
+    For use in one event loop.
+    """
+
+    def __init__(self, watch: TopicWatch, computations: DaemonPool) -> None:
+        self.watch = watch
+        self._computations = computations
+        self._number = -1
+        self._packed: dict[tuple[tuple[str, ...], int], asyncio.Future[bytes]] = {}
+
+    async def packed(self, newest: Newest, fields: tuple[str, ...], limit: int) -> bytes:
+        """Return at most `limit` points of a message, with the given fields; see `SceneViews.cloud`."""
+        if newest.number != self._number:
+            self._number = newest.number
+            self._packed.clear()
+        key = fields, limit
+        if key not in self._packed:
+            if len(self._packed) >= MAX_PACKINGS:
+                del self._packed[next(iter(self._packed))]
+            packing = asyncio.ensure_future(
+                self._computations.run(
+                    _packed_cloud, self.watch, newest.message, list(fields), limit, newest.number
+                )
+            )
+            self._packed[key] = packing
+            packing.add_done_callback(lambda done: self._check(key, done))
+        return await asyncio.shield(self._packed[key])
+
+    def _check(self, key: tuple[tuple[str, ...], int], packing: asyncio.Future[bytes]) -> None:
+        """Discard a failed result, so that the next request packs the cloud again."""
+        if (packing.cancelled() or packing.exception()) and self._packed.get(key) is packing:
+            del self._packed[key]
+
+
+def fitting_points(points: int, limit: int, sent_s: float) -> int:
+    """Return the maximum number of points for the next cloud, if sending `points` points took `sent_s`."""
+    if sent_s > LONGEST_SEND_S:
+        return min(points, max(LEAST_POINTS, int(points * LONGEST_SEND_S / sent_s)))
+    return points if sent_s > LONGEST_SEND_S / 4 else min(limit, points + points // 4 + 1)
+
+
+def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: int, turn: int) -> bytes:
+    is_old = message.header.get("type") == "sensor_msgs/PointCloud"
+    kind = "sensor_msgs/PointCloud" if is_old else "sensor_msgs/PointCloud2"
+    cloud: Any = watch.decode_as(message, load_message_class(kind))
+    columns = point_columns if is_old else cloud_columns
+    found = columns(cloud, wanted, limit, turn)
+    head = {
+        "frame": cloud.header.frame_id,
+        "stamp": [cloud.header.stamp.secs, cloud.header.stamp.nsecs],
+        "arrival": time.time(),
+        "count": found.count,
+        "step": found.step,
+        "problem": found.problem,
+        "columns": [[column.name, column.datatype, len(column.data)] for column in found.columns],
+        "from": sender_of(message),
+    }
+    text = json.dumps(head).encode()
+    padding = b" " * (
+        -(len(text) + 5) % 8
+    )  # the columns begin at a multiple of 8 bytes, after the number of the view
+    return b"".join([text, padding, b"\n", *(column.data for column in found.columns)])

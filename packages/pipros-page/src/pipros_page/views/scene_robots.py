@@ -14,14 +14,14 @@ from pipros.basics.errors import Refused
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
 from pipros.basics.windows import path_of_url
-from pipros.graph import params
-from pipros.libraries.robot_model.urdf import UrdfError
-from pipros.libraries.robot_model.visuals import named_files, read_shapes
 from pipros.packages.assets import NAMES, PREFIX, read_asset
-from pipros.server.view_server import RequestRefused
-from pipros.web.limits import PageLimits
-from pipros.web.watched_system import WatchedSystem
-from pipros.workspace.index import PackageIndex
+from pipros_libraries.robot_model.urdf import UrdfError
+from pipros_libraries.robot_model.visuals import named_files, read_shapes
+from pipros_page.limits import PageLimits
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph import params
+from pipros_workspace.index import PackageIndex
 
 LONGEST_DESCRIPTION: Final = 16_000_000
 DESCRIPTIONS: Final = 20

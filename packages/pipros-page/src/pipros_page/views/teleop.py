@@ -1,7 +1,7 @@
 """Steer a robot from the page.
 
-The browser sends the desired velocity ten times a second. A task in the server publishes it, and stops the
-robot if the connection to the browser hangs: see `pipros.web.steering`.
+The browser sends the desired velocity ten times a second. A thread of the server publishes it, and stops the
+robot if the connection to the browser hangs, whatever other browsers do: see `pipros_page.steering`.
 """
 
 from __future__ import annotations
@@ -9,18 +9,19 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
+import threading
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping
 from typing import Any
 
+from pipros.basics import one_thread
 from pipros.msg import load_message_class
-from pipros.node.publisher import Publisher
-from pipros.server.act_gate import GatedPublisher
-from pipros.server.view_server import RequestRefused
-from pipros.web.steering import Velocity, VelocityCommands
-from pipros.web.views.calls import withdraw
-from pipros.web.views.topics import topic_name
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.steering import Velocity, VelocityCommands
+from pipros_page.views.calls import withdraw
+from pipros_page.views.topics import topic_name
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.act_gate import GatedPublisher
+from pipros_server.view_server import RequestRefused
 
 PERIOD_S = 0.1
 REPORT_INTERVAL_S = 0.25
@@ -44,15 +45,15 @@ class TeleopViews:
             advertising = system.questions.start(system.gate.advertise, topic, twist, queue_size=1)
             try:
                 publisher = await asyncio.wrap_future(advertising)
-                driving = asyncio.create_task(_drive(publisher, twist, commands))
+                driving = _Driving(publisher, twist, commands)
                 try:
-                    while not driving.done():
+                    driving.start()
+                    while driving.error is None:
                         yield {"listeners": publisher.connection_count}
                         await asyncio.sleep(REPORT_INTERVAL_S)
-                    driving.result()
+                    raise driving.error
                 finally:
-                    driving.cancel()
-                    _publish(publisher, twist, commands.end())
+                    driving.end()
             finally:
                 advertising.add_done_callback(lambda done: withdraw(system, done))
 
@@ -80,20 +81,52 @@ class TeleopViews:
             del self._sessions[name]
 
 
-async def _drive(
-    publisher: Publisher[Any] | GatedPublisher, twist: object, commands: VelocityCommands
-) -> None:
-    while True:
-        _publish(publisher, twist, commands.due(time.monotonic()))
-        await asyncio.sleep(PERIOD_S)
+class _Driving:
+    """Publishes a session's velocities, in a thread of its own: browsers can delay the event loop.
 
+    Attributes:
+        error: why no more is published; None while it is.
+    """
 
-def _publish(publisher: Publisher[Any] | GatedPublisher, twist: Any, velocity: Velocity | None) -> None:
-    if velocity is None:
-        return
-    message = twist()
-    message.linear.x, message.angular.z = velocity.linear, velocity.angular
-    publisher.publish(message)
+    def __init__(self, publisher: GatedPublisher, twist: Any, commands: VelocityCommands) -> None:
+        self._publisher = publisher
+        self._twist = twist
+        self._commands = commands
+        self._lock = threading.Lock()
+        self._has_ended = threading.Event()
+        self.error: Exception | None = None
+
+    def start(self) -> None:
+        one_thread.start_work(self._run, self._turn, name="teleop")
+
+    def end(self) -> None:
+        """Stop the robot. Nothing is published afterwards."""
+        self._has_ended.set()
+        with self._lock:
+            self._publish(self._commands.end())
+
+    def _run(self) -> None:
+        while (pause_s := self._turn()) is not None:
+            self._has_ended.wait(pause_s)
+
+    def _turn(self) -> float | None:
+        """Publish what is due. Return the time until the next turn; None if there is none."""
+        with self._lock:
+            if self._has_ended.is_set():
+                return None
+            try:
+                self._publish(self._commands.due(time.monotonic()))
+            except Exception as error:
+                self.error = error
+                return None
+        return PERIOD_S
+
+    def _publish(self, velocity: Velocity | None) -> None:
+        if velocity is None:
+            return
+        message = self._twist()
+        message.linear.x, message.angular.z = velocity.linear, velocity.angular
+        self._publisher.publish(message)
 
 
 def _number(arguments: Mapping[str, object], key: str) -> float:

@@ -13,18 +13,18 @@ from typing import Any
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
-from pipros.graph.message_tree import message_tree
-from pipros.graph.observer import GraphObservation
 from pipros.msg import load_message_class
 from pipros.msg.time import TVal
 from pipros.node.any_msg import AnyMsg
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.messages.known_topic import LONGEST_NAME
-from pipros.web.messages.picture import message_picture
-from pipros.web.topic_watch import Newest, TopicWatch
-from pipros.web.traffic import STATIC_TOPIC, TopicTraffic, topic_traffic
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bounded_list import bounded_list
+from pipros_page.messages.known_topic import LONGEST_NAME
+from pipros_page.messages.picture import message_picture
+from pipros_page.topic_watch import Newest, TopicWatch
+from pipros_page.traffic import STATIC_TOPIC, TopicTraffic, topic_traffic
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.message_tree import message_tree
+from pipros_tools.graph.observer import GraphObservation
 
 LONGEST_REQUESTED = 1000
 """Maximum length of a requested name, in characters."""

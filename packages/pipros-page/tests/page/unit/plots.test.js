@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { conditionOf, curveText, curveTexts, parsedCurve, parsedPlot, plotText, withCondition } from "../page/plot/curve_text.js";
-import { csvOf, nearestTime, number, rangeAfter, samplesIn, statistics } from "../page/plot/selection.js";
+import { axisLabels, csvOf, nearestTime, number, rangeAfter, samplesIn, statistics } from "../page/plot/selection.js";
 import { VECTORS, close } from "./vectors.js";
 
 globalThis.matchMedia = () => /** @type {any} */ ({ matches: false });
@@ -25,6 +25,13 @@ test("derivatives and x-y curves have numpy's values", () => {
     assert.equal(found.length, expected.length);
     found.forEach((pair, index) => (pair === null ? assert.equal(expected[index], null) : close(pair, expected[index], 1e-9, "pair")));
   }
+});
+
+test("the labels of an axis differ, also for tiny values and small steps", () => {
+  assert.deepEqual(axisLabels([0, 5e-16, 1e-15], 5e-16), ["0", "5e-16", "1e-15"]);
+  assert.deepEqual(axisLabels([1000.05, 1000.1], 0.05), ["1000.05", "1000.1"]);
+  assert.deepEqual(axisLabels([0, 0.1, 0.30000000000000004], 0.1), ["0", "0.1", "0.3"]);
+  assert.deepEqual(axisLabels([-20000, 0], 20000), ["-20000", "0"]);
 });
 
 test("samples older than the newest are dropped, and old ones make room", () => {

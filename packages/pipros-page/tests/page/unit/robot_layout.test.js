@@ -10,10 +10,25 @@ const TOPICS = [topic("/move_base/costmap", "nav_msgs/OccupancyGrid"), topic("/m
 test("the scene has what is published", () => {
   const { displays, options } = sceneState(TOPICS, [{ frame: "odom", parent: "map" }], true);
   assert.deepEqual(displays.map(({ Class, Topic }) => [Class, Topic]), [["rviz/Grid", undefined], ["rviz/Map", "/map"],
-    ["rviz/Map", "/move_base/costmap"], ["rviz/LaserScan", "/scan"], ["rviz/RobotModel", undefined]]);
+    ["rviz/Map", "/move_base/costmap"], ["rviz/LaserScan", "/scan"],
+    ["rviz/PointCloud2", "/points"], ["rviz/RobotModel", undefined]]);
   assert.equal(options["Fixed Frame"], "map");
   const without = sceneState([topic("/points", "sensor_msgs/PointCloud2")], [], false);
   assert.deepEqual(without.displays.map(({ Class }) => Class), ["rviz/Grid", "rviz/PointCloud2", "rviz/TF"]);
+});
+
+test("markers are shown, and the base of the robot is in the middle", () => {
+  const frames = [["odom", "map"], ["base_link", "odom"], ["arm", "base_link"]]
+    .map(([frame, parent]) => ({ frame, parent, static: false }));
+  const middle = (list) => sceneState(TOPICS, list, false).view["Target Frame"];
+  assert.equal(middle(frames), "base_link");
+  assert.equal(middle(frames.map((each) => ({ ...each, frame: `/r1/${each.frame}`, parent: `/r1/${each.parent}` }))), "/r1/base_link");
+  assert.equal(middle([{ frame: "tool", parent: "world", static: false }, { frame: "lens", parent: "tool", static: true }]), "tool");
+  assert.equal(middle([]), "<Fixed Frame>");
+  const markers = [topic("/docks", "visualization_msgs/MarkerArray"), topic("/goal", "visualization_msgs/Marker")];
+  const { displays } = sceneState(markers, frames, false);
+  assert.deepEqual(displays.slice(1).map((each) => [each.Class, each["Marker Topic"] ?? each["Show Names"]]),
+    [["rviz/MarkerArray", "/docks"], ["rviz/Marker", "/goal"], ["rviz/TF", "true"]]);
 });
 
 test("the fixed frame is a usual one, or the root of most frames", () => {

@@ -12,12 +12,11 @@ from geometry_msgs.msg import PointStamped, Pose, Quaternion, Vector3
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Float64, Header
 
-from pipros.bag import BagReader, BagWriter
 from pipros.basics.errors import NotFound
 from pipros.msg.time import Time
-from pipros.safe.expr import ExpressionError
-from pipros.web.bags.curve import MAX_SAMPLES, BagSamples
-from pipros.web.curve_samples import (
+from pipros.safe.expr_walk import ExpressionError
+from pipros_page.bags.curve import MAX_SAMPLES, BagSamples
+from pipros_page.curve_samples import (
     Axis,
     CurveField,
     NotANumber,
@@ -27,6 +26,7 @@ from pipros.web.curve_samples import (
     numeric_fields,
     sample_of,
 )
+from pipros_tools.bag import BagReader, BagWriter
 
 
 def field_of(text: str) -> CurveField:

@@ -6,13 +6,13 @@ import asyncio
 
 import pytest
 
-from pipros.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
-from pipros.graph.drawing.scene import Scene
-from pipros.graph.drawing.scene import draw as draw_scene
-from pipros.graph.observer import GraphObservation, ObservedNode
-from pipros.graph.system_state import SystemState, TopicConnection
-from pipros.web.graph_drawings import GraphDrawings
-from pipros.web.views.graph_values import scene_values
+from pipros_page.graph_drawings import GraphDrawings
+from pipros_page.views.graph_values import scene_values
+from pipros_tools.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
+from pipros_tools.graph.drawing.scene import Scene
+from pipros_tools.graph.drawing.scene import draw as draw_scene
+from pipros_tools.graph.observer import GraphObservation, ObservedNode
+from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 
 def observation(*topics: str) -> GraphObservation:

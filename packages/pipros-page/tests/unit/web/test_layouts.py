@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.cache_files import Untrusted
-from pipros.web.layouts import MAX_LAYOUTS, BadLayout, OpenedLayout, StoredLayouts, open_layout
+from pipros_page.layouts import MAX_LAYOUTS, BadLayout, OpenedLayout, StoredLayouts, open_layout
 from tests.support.full_disk import files_limited_to
 
 PANELS = "row(plot//imu/x*60~console*40)"
@@ -65,7 +65,7 @@ def test_missing_and_malformed_layouts_are_named(layouts: StoredLayouts) -> None
 
 
 def test_layouts_are_limited_in_size_and_number(layouts: StoredLayouts) -> None:
-    with pytest.raises(BadLayout, match="page_layout_bytes"):
+    with pytest.raises(BadLayout, match="the limit is 65536 bytes"):
         layouts.save("large", "x" * 70_000)
     for number in range(MAX_LAYOUTS):
         layouts.save(str(number), PANELS)

@@ -1,5 +1,6 @@
 """The files of the page: unmodified third-party code, and nothing that the page's policy forbids."""
 
+# needs tree_sitter
 from __future__ import annotations
 
 import base64
@@ -9,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from pipros.server.view_server import IMPORT_MAP_HASH
-from tests.support import page_primitives
-from tests.support.environments import FACADES, REPOSITORY, SRC, files_below
+from pipros_server.responses import IMPORT_MAP_HASH
+from tests.support import page_bundle, page_primitives
+from tests.support.environments import REPOSITORY, ROOTS, SOURCES, files_below, source
 from tests.support.page_checks import PAGES
 
-PAGE = SRC / "pipros" / "web" / "page"
+PAGE = source("pipros_page/page")
 VENDOR = PAGE / "vendor"
 
 
@@ -29,7 +30,12 @@ CHECKSUMS = dict(
         re.MULTILINE,
     )
 )
-OWN = [file for file in files_below(SRC, "*.js") if "vendor" not in file.parts]
+OWN = [
+    file
+    for folder in SOURCES
+    for file in files_below(folder, "*.js")
+    if not {"vendor", "bundle"} & {*file.parts}
+]
 
 
 def test_third_party_code_is_listed() -> None:
@@ -50,7 +56,11 @@ def test_the_checks_cover_all_pages() -> None:
 
 
 def test_the_import_map_is_the_one_that_the_policy_allows() -> None:
-    text = re.findall(r'<script type="importmap">(.*?)</script>', text_of(PAGE / "index.html"))[0]
+    (text,) = {
+        text
+        for index in ("index.html", "bundle/index.html")
+        for text in re.findall(r'<script type="importmap">(.*?)</script>', text_of(PAGE / index))
+    }
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     assert f"'sha256-{digest}'" == IMPORT_MAP_HASH
 
@@ -58,8 +68,14 @@ def test_the_import_map_is_the_one_that_the_policy_allows() -> None:
 def test_other_tabs_do_not_load_the_library_of_the_scene() -> None:
     importing = [file for file in OWN if re.search(r'from "three|import\("three', text_of(file))]
     assert {file.parent.name for file in importing} <= {"scene", "displays"}
-    tabs = [file for file in OWN if re.search(r'from "[./]*scene/(?!colours\.js)', text_of(file))]
+    tabs = [file for file in OWN if re.search(r'from "[./]*scene/(?!(colours|link)\.js)', text_of(file))]
     assert [file.name for file in tabs] == ["scene.js"]
+
+
+def test_the_bundle_is_that_of_the_sources() -> None:
+    assert (page_bundle.BUNDLE / page_bundle.DIGEST).read_text("utf-8").strip() == page_bundle.digest(), (
+        "run script/generate bundle"
+    )
 
 
 @pytest.mark.parametrize("file", OWN, ids=lambda file: file.name)
@@ -70,9 +86,8 @@ def test_text_from_the_system_is_never_markup(file: object) -> None:
 
 
 def test_every_tab_has_a_file() -> None:
-    app = text_of(PAGE / "app.js")
-    tabs = re.findall(r'^  \["(\w+)", "[\w ]+", "\w+"\],$', app, re.MULTILINE)
     sections = text_of(PAGE / "sections.js")
+    tabs = re.findall(r'^  \["(\w+)", "[\w ]+", "\w+"\],$', sections, re.MULTILINE)
     parts = re.findall(r'\["(\w+)", "\w+"\]', sections)
     assert {file.stem for file in (PAGE / "tabs").iterdir()} == {*tabs, *parts}
 
@@ -85,10 +100,7 @@ def test_the_table_of_numbers_is_that_of_the_library() -> None:
 
 def test_no_other_table_repeats_the_primitive_types() -> None:
     files = [
-        file
-        for folder in (SRC, *FACADES)
-        for pattern in ("*.py", "*.js")
-        for file in files_below(folder, pattern)
+        file for folder in ROOTS for pattern in ("*.py", "*.js") for file in files_below(folder, pattern)
     ]
     tables = {file.name for file in files if re.search(r'^\s*"?uint16"?: ', text_of(file), re.MULTILINE)}
     assert tables == {

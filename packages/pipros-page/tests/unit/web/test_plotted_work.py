@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from std_msgs.msg import Float64
 
-from pipros.server.browser_share import set_current_browser
-from pipros.web.curve_samples import Axis, find_field
-from pipros.web.views import plot
+from pipros_page.curve_samples import Axis, find_field
+from pipros_page.views import plot
+from pipros_server.browser_share import set_current_browser
 
 
 def test_plots_of_a_browser_share_the_time_for_computing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from pipros.web.process_usage import usage_of
+from pipros_page.process_usage import usage_of
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
 

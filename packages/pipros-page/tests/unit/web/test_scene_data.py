@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import struct
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
-from pipros.pictures.cloud_columns import cloud_columns, point_columns, strided, thinning_step
-from pipros.server.daemon_pool import DaemonPool
-from pipros.server.view_server import RequestRefused
-from pipros.web.messages.layout import message_layout
-from pipros.web.scene.layout_file import SceneFile
-from pipros.web.scene.services import permitted_path
-from pipros.web.scene.topic import MAX_LATCHED, SceneTopic
-from pipros.web.topic_watch import Newest
-from pipros.web.views.scene_clouds import LEAST_POINTS, CloudTopic, fitting_points
-from pipros.web.views.scene_robots import read_named_file
+from pipros_libraries.pictures.cloud_columns import cloud_columns, point_columns, strided, thinning_step
+from pipros_page.messages.layout import message_layout
+from pipros_page.scene.layout_file import SceneFile
+from pipros_page.scene.services import permitted_path
+from pipros_page.scene.topic import MAX_LATCHED, PendingMessages, SceneTopic
+from pipros_page.shared import Shared
+from pipros_page.topic_watch import Newest
+from pipros_page.views.scene import LEAST_POINTS, CloudTopic, SceneViews, fitting_points
+from pipros_page.views.scene_robots import read_named_file
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.daemon_pool import DaemonPool
+from pipros_server.view_server import RequestRefused
 from tests.support.full_disk import files_limited_to
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
@@ -197,6 +200,30 @@ def test_a_later_browser_gets_the_transforms_of_the_last_seconds() -> None:
         topic.add(message(b"%d" % second, "/a", is_latched=False), float(second))
     with topic.queued(1000) as queue:
         assert [each.body for each, _ in queue.pop_all()[0]] == [b"%d" % second for second in range(9, 20)]
+
+
+def test_a_layout_precedes_messages_that_arrive_while_a_browser_is_answered(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    topic = SceneTopic(0.0)
+    pop_all = PendingMessages.pop_all
+
+    def arrive_and_pop(queue: PendingMessages) -> Any:
+        if topic.layout is None:
+            topic.add(message(b"1", "/a", is_latched=False), 1.0)
+        return pop_all(queue)
+
+    async def answers() -> list[Any]:
+        views = SceneViews(cast(WatchedSystem, SimpleNamespace(node=SimpleNamespace(environment={}))))
+        views._topics["/a"] = Shared(lambda: contextlib.nullcontext(topic))
+        found = views.messages({"name": "/a"})
+        return [await anext(found) for _ in range(3)]
+
+    monkeypatch.setattr(PendingMessages, "pop_all", arrive_and_pop)
+    layout, senders, batch = asyncio.run(answers())
+    assert layout == {"layout": topic.layout}
+    assert senders == {"senders": ["/a"]}
+    assert batch.endswith(b"1")
 
 
 def test_a_full_queue_drops_the_oldest_messages_and_counts_them() -> None:

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.server.view_server import RequestRefused
-from pipros.web.views.scene import SceneViews
-from pipros.web.views.scene_robots import DESCRIPTIONS
+from pipros_page.views.scene import SceneViews
+from pipros_page.views.scene_robots import DESCRIPTIONS
+from pipros_server.view_server import RequestRefused
 
 
 def description(mesh: Path) -> str:

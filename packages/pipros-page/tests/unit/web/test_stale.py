@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from pipros.graph.observer import GraphObservation, ObservedNode, Traffic
-from pipros.graph.system_state import SystemState, TopicConnection
-from pipros.web.notices import Notices
-from pipros.web.stale import TopicActivity, is_stale
-from pipros.web.views.diagnostics import Statuses
-from pipros.web.views.notices import leaves
+from pipros_page.notices import Notices
+from pipros_page.stale import TopicActivity, is_stale
+from pipros_page.views.diagnostics import Statuses
+from pipros_page.views.notices import leaves
+from pipros_tools.graph.observer import GraphObservation, ObservedNode, Traffic
+from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 LINK = TopicConnection("/driver", "/scan", "/slam")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.web.steering import SILENCE_S, ZERO, Velocity, VelocityCommands
+from pipros_page.steering import SILENCE_S, ZERO, Velocity, VelocityCommands
 
 MOST = Velocity(0.5, 1.0)
 

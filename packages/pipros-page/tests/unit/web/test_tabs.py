@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from pipros.web.tabs import CONTROLS, TABS
-from tests.support.environments import SRC, files_below
+from pipros_page.tabs import CONTROLS, TABS
+from tests.support.environments import files_below, source
 
-PAGE = SRC / "pipros/web/page"
+PAGE = source("pipros_page/page")
 SOURCES = [
     file.read_text(encoding="utf-8") for file in files_below(PAGE, "*.js") if "vendor" not in file.parts
 ]
@@ -29,7 +29,7 @@ def test_what_changes_the_system_or_shows_messages_is_a_view_or_an_action() -> N
         assert tab.changing.keys() | tab.of_messages <= own
         assert set(tab.controls.values()) <= tab.changing.keys()
     controlled = {name for tab in TABS for name in tab.controls}
-    listed = set(re.findall(r'(?m)^  \["(\w+)", ', (PAGE / "app.js").read_text(encoding="utf-8")))
+    listed = set(re.findall(r'(?m)^  \["(\w+)", ', (PAGE / "sections.js").read_text(encoding="utf-8")))
     assert controlled - listed == {"reconfigure"}  # a section of the tab of parameters
     assert CONTROLS["services"] == "call_service"
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pipros.basics.limits import Limits
-from pipros.graph.raw_decoder import RawDecoder
 from pipros.node.any_msg import AnyMsg
-from pipros.web.topic_watch import TopicWatch
+from pipros_page.topic_watch import TopicWatch
+from pipros_tools.graph.raw_decoder import RawDecoder
 
 
 def message(body: bytes, sender: str, *, latching: bool) -> AnyMsg:

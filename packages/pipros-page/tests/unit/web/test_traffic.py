@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.drawing.grouping import Grouping, grouped
-from pipros.graph.drawing.node_graph import GraphOptions, node_graph
-from pipros.graph.drawing.scene import draw
-from pipros.graph.observer import GraphObservation, Traffic
-from pipros.graph.raw_decoder import RawDecoder
-from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.node.any_msg import AnyMsg
-from pipros.web.topic_watch import TopicWatch
-from pipros.web.traffic import TopicTraffic, topic_traffic
-from pipros.web.views.graph_values import traffic_values
-from pipros.web.views.topics import topic_rows
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.traffic import TopicTraffic, topic_traffic
+from pipros_page.views.graph_values import traffic_values
+from pipros_page.views.topics import topic_rows
+from pipros_tools.graph.drawing.grouping import Grouping, grouped
+from pipros_tools.graph.drawing.node_graph import GraphOptions, node_graph
+from pipros_tools.graph.drawing.scene import draw
+from pipros_tools.graph.observer import GraphObservation, Traffic
+from pipros_tools.graph.raw_decoder import RawDecoder
+from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 TOPIC = "/odom"
 TWO_SUBSCRIBERS = {("/a", "/x"): Traffic(10.0, 1000.0), ("/a", "/page"): Traffic(9.0, 900.0)}

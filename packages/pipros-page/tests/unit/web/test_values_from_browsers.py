@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.server.daemon_pool import DaemonPool
-from pipros.web.views import actions, calls, params
-from pipros.web.views.actions import ActionViews
-from pipros.web.views.calls import CallViews
-from pipros.web.views.params import ParamViews
+from pipros_page.views import actions, calls, params
+from pipros_page.views.actions import ActionViews
+from pipros_page.views.calls import CallViews
+from pipros_page.views.params import ParamViews
+from pipros_server.daemon_pool import DaemonPool
 
 POSE = {"name": "/arm", "type": "std_msgs/Float64"}
 

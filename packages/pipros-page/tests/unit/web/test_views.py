@@ -17,18 +17,16 @@ from std_msgs.msg import Bool, Float64, Header, String
 from tf2_msgs.msg import TFMessage
 
 from genpy import Time
-from pipros.basics.limits import process_limits
-from pipros.graph.drawing.layered_layout import Box
-from pipros.server.view_server import RequestRefused
-from pipros.web.bounded_list import bounded_list
-from pipros.web.curve_samples import NotANumber, find_field, number_in, numeric_fields
-from pipros.web.images.pixels import LARGEST_BYTES, packed
-from pipros.web.limits import PageLimits
-from pipros.web.new_samples import NewSamples
-from pipros.web.views import console
-from pipros.web.views.diagnostics import Statuses
-from pipros.web.views.frames import FrameTree, pose_values
-from pipros.web.views.topics import percentage, plain_values
+from pipros_page.bounded_list import PAGE_VIEW_BYTES, bounded_list
+from pipros_page.curve_samples import NotANumber, find_field, number_in, numeric_fields
+from pipros_page.images.pixels import LARGEST_BYTES, packed
+from pipros_page.new_samples import NewSamples
+from pipros_page.views import console
+from pipros_page.views.diagnostics import Statuses
+from pipros_page.views.frames import FrameTree, pose_values
+from pipros_page.views.topics import percentage, plain_values
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.drawing.layered_layout import Box
 
 TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}
 
@@ -227,7 +225,7 @@ def test_a_frame_that_gets_another_parent_is_reset() -> None:
 
 
 def test_a_tree_with_a_cycle_can_be_drawn() -> None:
-    from pipros.graph.drawing.scene import draw
+    from pipros_tools.graph.drawing.scene import draw
 
     tree = FrameTree()
     tree.add(
@@ -290,7 +288,7 @@ def test_diagnostics_stay_within_their_budget() -> None:
     rows = statuses.news({}, 10**9)
     assert len(json.dumps(rows)) < 1_500_000
     assert max(len(row["name"]) for row in rows) == 300
-    assert any("page_view_bytes" in row["values"][0][1] for row in rows)
+    assert any("the limit is 1000000 bytes" in row["values"][0][1] for row in rows)
 
 
 def test_log_entries_stay_within_their_budget_and_dropped_ones_are_counted() -> None:
@@ -370,7 +368,7 @@ def test_a_percentage_is_found(message: object, percent: float | None) -> None:
 
 
 def test_lists_that_nodes_make_long_are_cut_for_browsers() -> None:
-    most = process_limits().of(PageLimits).page_view_bytes
+    most = PAGE_VIEW_BYTES
     assert bounded_list(["/a", "/b"]) == ["/a", "/b"]
     names = bounded_list((f"/{number}" + "x" * 1000 for number in range(100_000)), share=4)
     assert 0 < sum(map(len, names)) <= most // 4

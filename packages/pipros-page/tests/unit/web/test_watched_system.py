@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from pipros.graph.observer import GraphObservation
 from pipros.net.loop import BackgroundLoop
-from pipros.web import watched_system
-from pipros.web.watched_system import WatchedSystem
+from pipros_page import watched_system
+from pipros_page.watched_system import WatchedSystem
+from pipros_tools.graph.observer import GraphObservation
 
 
 class ClumsyObserver:

@@ -1,6 +1,6 @@
 // Records topics of the running system into the bag folder: a form, and the state of the recording for all browsers.
 
-import { bytes, h, replace } from "../dom.js";
+import { bytes, h, problemLine, replace } from "../dom.js";
 import { textFilter } from "../text_filter.js";
 import { elapsed } from "./playback.js";
 
@@ -14,7 +14,7 @@ export function recordingPanel(context, open) {
   const filter = h("input", { size: 18, placeholder: "filter", "aria-label": "Filter the topics to record", spellcheck: "false",
     oninput: () => showTopics() });
   const list = h("div", { class: "topics-to-record", role: "group", "aria-label": "Topics to record" });
-  const error = h("p", { class: "error", role: "alert" });
+  const error = problemLine("p");
   const free = h("span", { class: "pale" });
   const start = h("button", { disabled: true, onclick: () => record() }, "Start recording");
   const state = h("p", { class: "recording", role: "status", hidden: true });
@@ -25,7 +25,7 @@ export function recordingPanel(context, open) {
   const form = h("details", {}, h("summary", {}, "Record"),
     h("div", { class: "form" }, control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to record."),
       h("label", {}, "Name", name), h("label", {}, "At most (MB)", megabytes), h("label", {}, "At most (s)", seconds),
-      h("div", { class: "bar" }, h("label", {}, all, "All topics, including later ones"), filter), list, error,
+      h("div", { class: "bar" }, h("label", {}, all, "All topics, including later ones"), filter), list, error.element,
         h("div", { class: "bar" }, start, free)));
   const element = h("div", { class: "recorder", hidden: true }, state, form);
   const chosen = new Set();
@@ -43,19 +43,13 @@ export function recordingPanel(context, open) {
   }
 
   async function act(action, args = {}) {
-    try {
-      await context.act(action, args);
-      replace(error, "");
-      return true;
-    } catch (problem) {
-      replace(error, problem.message);
-      form.open = true;
-      return false;
-    }
+    const isDone = await error.attempt(() => context.act(action, args));
+    form.open ||= !isDone;
+    return isDone;
   }
 
   async function record() {
-    if (!all.checked && !chosen.size) { replace(error, "Choose topics, or check All topics."); return; }
+    if (!all.checked && !chosen.size) { error.show("Choose topics, or check All topics."); return; }
     const limits = { size: Number(megabytes.value) * 1e6, seconds: Number(seconds.value) };
     if (!await act("record", { name: name.value.trim(), topics: all.checked ? [] : [...chosen], ...limits })) return;
     name.value = "";
@@ -80,7 +74,7 @@ export function recordingPanel(context, open) {
     if (isRunning) figures.push(`${bytes(data.spare)} left`);
     text.textContent = `${isRunning ? "● Recording" : "Recorded"} ${shown.name}: ` +
       `${figures.join(", ")}${shown.problem ? `. ${shown.problem}` : ""}`;
-  }, (problem) => replace(error, problem));
+  }, error.show);
 
   return element;
 }

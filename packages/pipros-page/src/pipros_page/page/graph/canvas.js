@@ -3,12 +3,14 @@
 
 import { h, s } from "../dom.js";
 
-const FAR_SCALE = 3; // units per pixel beyond which labels are hidden: there is no room for them, and they are slow to draw
-const FONT = 13; // units, as in page.css; labels grow so that they have at least LEAST pixels, while boxes have room for that
+const FAR_SCALE = 3; // units per pixel beyond which the heads of arrows are hidden, and the names of more than MANY boxes
+const MANY = 500;
+const FONT = 13; // units, as in page.css; boxes grow with their names so that these have at least LEAST pixels, as far as there is room
 const LEAST = 11;
-const CROWDED_SCALE = 1.6; // units per pixel beyond which only the names of nodes and frames are shown
+const LARGEST_GROWTH = { true: 1.15, false: 1.4 }; // by whether boxes are beside each other
+const CROWDED_SCALE = 1.6; // units per pixel beyond which rates are hidden
 const narrow = matchMedia("(max-width: 900px)"); // there, `fit` leaves all names, and the rest is reached by dragging
-const LARGEST_SCALE = 1.6; // pixels per unit after `fit`
+const LARGEST_SCALE = 1.15; // pixels per unit after `fit`
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
 const CORNER_PX = 44;
@@ -25,7 +27,8 @@ export function graphCanvas(label, onSelect) {
   const markers = ["head", "wrong-head"].map((id) => s("marker",
     { id, viewBox: "0 0 8 8", refX: 7.5, refY: 4, markerWidth: 11, markerHeight: 11, markerUnits: "userSpaceOnUse",
       orient: "auto" }, s("path", { class: id, d: HEAD })));
-  const element = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": label }, s("defs", {}, markers), layer);
+  const element = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": label,
+    "data-keys": "arrows: move the focused drawing; Enter selects a focused box" }, s("defs", {}, markers), layer);
   let scene = null;
   let box = { x: 0, y: 0, w: 100, h: 100 };
   let isMoved = false; // by the user; then changes of the graph and of the window's size keep the view
@@ -36,6 +39,7 @@ export function graphCanvas(label, onSelect) {
     scene = next;
     const old = vertices;
     vertices = new Map();
+    element.classList.toggle("many", scene.boxes.length > MANY);
     const bands = scene.bands.map(bandElement);
     links = scene.arrows.map(linkElements);
     for (const vertex of scene.boxes) {
@@ -144,7 +148,7 @@ export function graphCanvas(label, onSelect) {
     const units = unitsPerPixel();
     element.classList.toggle("far", units > FAR_SCALE);
     element.classList.toggle("crowded", units > CROWDED_SCALE);
-    element.style.setProperty("--label", `${Math.max(FONT, LEAST * units)}px`);
+    element.style.setProperty("--box", String(Math.min(LARGEST_GROWTH[scene?.vertical ?? false], Math.max(1, LEAST * units / FONT))));
     element.style.setProperty("--small-label", `${LEAST * Math.max(1, units)}px`);
     element.style.setProperty("--grow", String(Math.max(1, units)));
   }
@@ -155,7 +159,8 @@ export function graphCanvas(label, onSelect) {
     if (!scene || !width || !height) return;
     const clear = height - CORNER_PX; // the buttons lie over the rest
     const whole = Math.min(LARGEST_SCALE, width / scene.width, clear / scene.height);
-    const scale = narrow.matches ? Math.max(whole, 1 / CROWDED_SCALE) : whole;
+    const legible = LEAST / (FONT * LARGEST_GROWTH[scene.vertical ?? false]);
+    const scale = narrow.matches ? Math.max(whole, 1 / CROWDED_SCALE, legible) : whole;
     const left = Math.min(scene.width - width / scale, 0) / 2; // what is too wide or high begins at its left or top
     const top = Math.min(scene.height - clear / scale, 0) / 2;
     setBox({ x: left, y: top, w: width / scale, h: height / scale });
@@ -222,11 +227,9 @@ export function graphCanvas(label, onSelect) {
     const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
     if (steps && element.contains(event.target)) {
       move({ ...box, x: box.x + steps[0] * box.w * PAN_STEP, y: box.y + steps[1] * box.h * PAN_STEP });
-    } else if (event.key === "+" || event.key === "=") zoom(1 / ZOOM_STEP);
-    else if (event.key === "-") zoom(ZOOM_STEP);
-    else if (event.key === "0") fit();
-    else return false;
-    return true;
+      return true;
+    }
+    return false;
   }
 
   let shownWidth = 1;
@@ -236,9 +239,9 @@ export function graphCanvas(label, onSelect) {
   }).observe(element);
 
   const zoomButtons = () => h("span", { class: "buttons", role: "group", "aria-label": "Zoom" },
-    h("button", { "aria-label": "Zoom out", title: "Zoom out (-)", onclick: () => zoom(ZOOM_STEP) }, "−"),
-    h("button", { "aria-label": "Zoom in", title: "Zoom in (+)", onclick: () => zoom(1 / ZOOM_STEP) }, "+"),
-    h("button", { title: "Fit everything (0)", onclick: fit }, "Fit"));
+    h("button", { "aria-label": "Zoom out", title: "Zoom out (-)", "aria-keyshortcuts": "-", onclick: () => zoom(ZOOM_STEP) }, "−"),
+    h("button", { "aria-label": "Zoom in", title: "Zoom in (+)", "aria-keyshortcuts": "+ =", onclick: () => zoom(1 / ZOOM_STEP) }, "+"),
+    h("button", { title: "Fit everything (0)", "aria-keyshortcuts": "0", onclick: fit }, "Fit"));
   return { element, draw, emphasise, find, fit, centre, onKey, zoomButtons, showAges, markStale, vertexOf, label: labelArrows };
 }
 
@@ -258,6 +261,7 @@ function linkElements(arrow) {
   const plate = s("rect", { class: "plate", rx: 3, height: PLATE, y: arrow.middle[1] - PLATE / 2 });
   const label = s("g", { class: arrow.wrong ? "link label wrong" : "link label" }, plate, text);
   setPlate(text, arrow.text);
+  if (arrow.wrong) label.append(s("title", {}, arrow.wrong));
   const line = s("g", { class: arrow.wrong ? "link wrong" : "link" },
     s("path", { class: "arrow", d: arrow.path, "marker-end": arrow.wrong ? "url(#wrong-head)" : "url(#head)" }));
   return { arrow, text, parts: [line, label] };

@@ -15,7 +15,7 @@ const THICKER = 0.9;
 // The width of a line for a rate in hertz.
 const widthOf = (rate) => THIN + THICKER * Math.log10(1 + Math.max(0, rate));
 
-// A rate in two digits, for narrow screens.
+// A rate in two digits, for arrows that lead downwards beside each other.
 const shortRate = (rate) => (rate ? `${Number(rate.toPrecision(2))} Hz` : hertz(rate));
 
 // `onDrawn(names)` is called after each new layout, with the names of all nodes and topics; `onError(text)` with an error or "";
@@ -24,6 +24,7 @@ export function graphDrawing(canvas, context, onDrawn, onError, onShowAll) {
   const counts = h("span", { class: "pale" });
   const empty = emptyState("⬡");
   const hidden = h("button", { class: "plain link", title: "Show everything that the options hide", onclick: onShowAll });
+  let isVertical = false;
   let traffic = [];
   let close = () => {};
   let watched = null; // options
@@ -39,6 +40,7 @@ export function graphDrawing(canvas, context, onDrawn, onError, onShowAll) {
   }
 
   function draw({ scene, too_many: tooMany, most, names, hidden: count }) {
+    isVertical = scene.vertical;
     canvas.draw(scene);
     onDrawn(names);
     label();
@@ -61,8 +63,8 @@ export function graphDrawing(canvas, context, onDrawn, onError, onShowAll) {
     canvas.label((arrow, index) => {
       const values = arrow.start.kind === "topic" || arrow.wrong ? null : traffic[index];
       const measured = !values ? "" : isStale(values) ? "stale" : values[3] ? LATCHED
-        : narrow.matches ? shortRate(values[0]) : `${hertz(values[0])} · ${bandwidth(values[1])}`;
-      return [arrow.text, measured].filter(Boolean).join("  ");
+        : isVertical ? shortRate(values[0]) : `${hertz(values[0])} · ${bandwidth(values[1])}`;
+      return [arrow.wrong && isVertical ? "wrong type" : arrow.text, measured].filter(Boolean).join("  ");
     }, (_arrow, index) => {
       const values = traffic[index];
       return { isStale: Boolean(values && isStale(values)), width: values ? widthOf(values[0]) : THIN };

@@ -1,9 +1,7 @@
 // Nodes and topics that were added or removed in the last ten minutes.
 
-import { h, morph, panelHead } from "../dom.js";
+import { h, morph, panelHead, timeOfDay } from "../dom.js";
 import { placeOf } from "../place.js";
-
-const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit" });
 
 // Fills `side`; returns a function that stops the updates.
 export function eventPanel(side, context, onClose) {
@@ -16,6 +14,6 @@ const contents = (events) => (events.length ? h("ul", { class: "tree events" }, 
   : h("p", {}, "Nothing was added or removed."));
 
 const entry = ({ when, added, kind, name }) => h("li", { "data-key": `${when} ${added} ${kind} ${name}` },
-  h("span", { class: "key" }, `${clock.format(when * 1000)} `),
+  h("span", { class: "key" }, `${timeOfDay(when)} `),
   h("span", { class: added ? "added" : "removed" }, `${added ? "+" : "−"} ${kind} `),
     h("a", { href: placeOf("graph", `${kind}:${name}`) }, name));

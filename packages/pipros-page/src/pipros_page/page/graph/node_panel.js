@@ -1,6 +1,6 @@
 // Everything known about one node.
 
-import { bandwidth, h, hertz, morph, panelHead, replace } from "../dom.js";
+import { bandwidth, h, hertz, morph, panelHead, problemLine, timeOfDay } from "../dom.js";
 import { placeOf } from "../place.js";
 import { rateText, staleMark } from "../stale.js";
 
@@ -11,10 +11,10 @@ const MAX_ENTRIES = 20;
 export function nodePanel(side, name, context, onClose) {
   const body = h("div", {}, h("div", {}));
   const log = h("div", {}, h("div", {}));
-  const error = h("p", { class: "error", role: "alert" });
+  const error = problemLine("p");
   const kill = killButton(name, context, error);
   kill.hidden = !context.control;
-  side.append(panelHead(name, onClose), kill, error, body, h("h3", {}, "Log"), log);
+  side.append(panelHead(name, onClose), kill, error.element, body, h("h3", {}, "Log"), log);
   let entries = [];
   const stops = [
     context.watch("node", { name }, (node) => {
@@ -30,22 +30,16 @@ export function nodePanel(side, name, context, onClose) {
   return () => stops.forEach((stop) => stop());
 }
 
-const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit" });
 const logEntry = ([level, , text, stamp]) => h("li", { class: `level-${level}` },
-  h("span", { class: "key" }, `${clock.format(stamp * 1000)} ${LEVELS[level] ?? level}: `), text);
+  h("span", { class: "key" }, `${timeOfDay(stamp)} ${LEVELS[level] ?? level}: `), text);
 
 // The first click asks, the second ends the node.
 function killButton(name, context, error) {
   let isSure = false;
-  const button = h("button", { onblur: () => ask(false), onclick: async () => {
+  const button = h("button", { onblur: () => ask(false), onclick: () => {
     if (!isSure) { ask(true); return; }
     ask(false);
-    try {
-      await context.act("kill_node", { name });
-      replace(error);
-    } catch (problem) {
-      replace(error, problem.message);
-    }
+    error.attempt(() => context.act("kill_node", { name }));
   } }, "End node");
   function ask(isAsked) {
     isSure = isAsked;

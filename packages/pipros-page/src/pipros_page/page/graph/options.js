@@ -13,7 +13,7 @@ const HIDDEN = [
   ["hide_parameters", "Params"],
 ];
 const GROUPED = [["group_actions", "Actions"], ["group_images", "Images"], ["group_tf", "tf"]];
-const KEEP = "pipros.graph.options";
+const KEEP = "pipros_tools.graph.options";
 const INITIAL = {
   mode: "active", nodes: "/", topics: "/", hide_dead_sinks: true, hide_leaf_topics: true, hide_debug: true,
   hide_tf: false, hide_unreachable: false, hide_parameters: false,

@@ -4,6 +4,7 @@ import { h } from "../dom.js";
 import { placeIn } from "../place.js";
 import { makeDraggable } from "./dragging.js";
 import { TabContext } from "../tab_context.js";
+import { viewModule } from "../views.js";
 
 const CHOOSING = ["images", "plot"]; // views that show nothing before the user has chosen something with their controls
 const ARROWS = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "above", ArrowDown: "below" };
@@ -61,7 +62,7 @@ export function panel(first, tabs, board) {
       board.change({ ...leaf, argument: next }, options);
     });
     const own = context;
-    const module = await import(`../tabs/${tab}.js`);
+    const module = await viewModule(tab);
     if (context !== own) return;
     subjectOf = module.subject ?? ((text) => text);
     handle = module.open(view, argument, context) ?? {};

@@ -1,10 +1,18 @@
-// The Overview: the scene with map, scan, path and robot, two cameras, a plot and the console, as far as the topics exist.
+// The Overview: the scene of the robot and what it sees, two cameras, a plot and the console, as far as the topics exist.
 
 import { layoutText, leaf } from "./layout.js";
 
 const MOST = 2; // topics of a kind
-const KINDS = [["nav_msgs/OccupancyGrid", "rviz/Map", "Map"], ["sensor_msgs/LaserScan", "rviz/LaserScan", "Scan"],
-  ["nav_msgs/Path", "rviz/Path", "Path"]];
+// Type, display, title, property of the topic, and maximum number.
+const KINDS = [["nav_msgs/OccupancyGrid", "rviz/Map", "Map", "Topic", MOST],
+  ["sensor_msgs/LaserScan", "rviz/LaserScan", "Scan", "Topic", MOST],
+  ["sensor_msgs/PointCloud2", "rviz/PointCloud2", "Cloud", "Topic", 1], ["nav_msgs/Path", "rviz/Path", "Path", "Topic", MOST],
+  ["visualization_msgs/MarkerArray", "rviz/MarkerArray", "Markers", "Marker Topic", MOST],
+  ["visualization_msgs/Marker", "rviz/Marker", "Marker", "Marker Topic", MOST]];
+const BASES = ["base_footprint", "base_link"];
+const DISTANCES = { "nav_msgs/OccupancyGrid": 12, "sensor_msgs/PointCloud2": 10, "sensor_msgs/LaserScan": 8 }; // of the camera in metres
+const NEAR = 5; // if there is neither a map nor a sensor
+const FEW_FRAMES = 4; // of more frames, the names would lie on each other
 const CURVES = [
   { type: "nav_msgs/Odometry", fields: ["/twist/twist/linear/x", "/twist/twist/angular/z"] },
   { type: "sensor_msgs/Imu", fields: ["/angular_velocity/z"] },
@@ -36,17 +44,26 @@ export function fixedFrameOf(frames) {
   return [...counts].sort((one, other) => other[1] - one[1])[0]?.[0] ?? "map";
 }
 
+// Returns the frame in the middle: the usual base of a robot, also in its namespace, or the last moving frame.
+function middleOf(frames) {
+  const names = frames.map(({ frame }) => frame);
+  const moving = frames.filter((each) => !each.static).map(({ frame }) => frame);
+  return BASES.flatMap((base) => [base, ...names.filter((name) => name.endsWith(`/${base}`))]).find((name) => names.includes(name))
+    ?? moving.findLast((name) => !frames.some((each) => each.parent === name && moving.includes(each.frame))) ?? "<Fixed Frame>";
+}
+
 // Returns the state of the scene, as in its link.
 export function sceneState(topics, frames, hasRobot) {
   const display = (Class, Name, more = {}) => ({ Class, Name, Enabled: "true", Value: "true", ...more });
-  const clouds = namesOf(topics, "sensor_msgs/LaserScan").length ? [] : namesOf(topics, "sensor_msgs/PointCloud2").slice(0, 1);
   const displays = [
     display("rviz/Grid", "Grid"),
-    ...KINDS.flatMap(([type, Class, title]) => namesOf(topics, type).map((name) => display(Class, `${title} ${name}`, { Topic: name }))),
-    ...clouds.map((name) => display("rviz/PointCloud2", `Cloud ${name}`, { Topic: name })),
-    ...(hasRobot ? [display("rviz/RobotModel", "Robot")] : [display("rviz/TF", "TF")]),
+    ...KINDS.flatMap(([type, Class, title, property, most]) => namesOf(topics, type).slice(0, most)
+      .map((name) => display(Class, `${title} ${name}`, { [property]: name }))),
+    hasRobot ? display("rviz/RobotModel", "Robot") : display("rviz/TF", "TF", { "Show Names": String(frames.length <= FEW_FRAMES) }),
   ];
-  return { options: { "Fixed Frame": fixedFrameOf(frames) }, displays, view: { Class: "rviz/Orbit", Name: "Current View" } };
+  const [, Distance] = Object.entries(DISTANCES).find(([type]) => namesOf(topics, type).length) ?? ["", NEAR];
+  const view = { Class: "rviz/Orbit", Name: "Current View", "Target Frame": middleOf(frames), Distance: String(Distance) };
+  return { options: { "Fixed Frame": fixedFrameOf(frames) }, displays, view };
 }
 
 // Returns the curves of the first topic that reports movement.
@@ -58,10 +75,12 @@ function curvesOf(topics) {
   return [];
 }
 
+// Returns the names of at most two topics with pictures, raw ones if there are any.
+export const camerasOf = (topics) => CAMERAS.map((type) => namesOf(topics, type, USUAL)).find((names) => names.length) ?? [];
+
 // Returns the text of the layout of panels. `link` is that of the scene.
 export function robotLayout(topics, link) {
-  const raw = namesOf(topics, CAMERAS[0], USUAL);
-  const cameras = (raw.length ? raw : namesOf(topics, CAMERAS[1], USUAL)).map((name) => leaf("images", name));
+  const cameras = camerasOf(topics).map((name) => leaf("images", name));
   const curves = curvesOf(topics);
   const split = (direction, parts, sizes) => ({ direction, parts, sizes });
   const column = [...cameras, leaf("plot", curves.join(",")), leaf("console")];

@@ -5,8 +5,8 @@ import { download, h, replace } from "../dom.js";
 const VERSION = 1;
 const LARGEST_FILE = 100000;
 
-// Returns controls. `current()` is the text of the layout; `onOpen(text)` opens another, `onError(text)` shows an error.
-export function storedLayouts(context, current, onOpen, onError) {
+// Returns controls. `current()` is the text of the layout; `onOpen(text)` opens another; `error` is a problemLine.
+export function storedLayouts(context, current, onOpen, { show, attempt }) {
   let may = false;
   const choice = h("select", { "aria-label": "Stored layouts", "aria-keyshortcuts": "o",
     onchange: () => attempt(async () => {
@@ -20,15 +20,6 @@ export function storedLayouts(context, current, onOpen, onError) {
   const remove = h("button", { onclick: () => attempt(async () => list(await context.act("delete_layout", { name: name.value.trim() }))) },
     "Delete");
   const file = h("input", { type: "file", hidden: true, "aria-label": "Layout file", accept: ".json", onchange: () => attempt(load) });
-
-  async function attempt(work) {
-    try {
-      await work();
-      onError("");
-    } catch (problem) {
-      onError(problem.message);
-    }
-  }
 
   function list({ names, may_save: maySave }, chosen = "") {
     may = maySave;
@@ -53,7 +44,7 @@ export function storedLayouts(context, current, onOpen, onError) {
     download(`${name.value.trim() || "layout"}.json`, `${content}\n`, "application/json");
   }
 
-  context.act("layouts").then(list, (problem) => onError(problem.message));
+  context.act("layouts").then(list, (problem) => show(problem.message));
   return h("span", { class: "choices stored", role: "group", "aria-label": "Layouts" }, choice, name, save, remove,
     h("button", { title: "Save the layout as a file", onclick: saveFile }, "Export"),
     h("button", { title: "Open a layout from a file", onclick: () => file.click() }, "Import"), file);

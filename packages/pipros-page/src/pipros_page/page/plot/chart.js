@@ -2,7 +2,7 @@
 
 import uPlot from "../vendor/uPlot.js";
 import { pairs } from "./curve.js";
-import { nearestTime, number } from "./selection.js";
+import { axisLabels, nearestTime, number } from "./selection.js";
 
 const JOINED = [0, 2]; // uPlot.join's null modes of times and values: a missing number is a gap, also among other samples
 const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
@@ -57,6 +57,7 @@ export function createChart(place, size, settings, on) {
   const { curves, isXy } = settings;
   const axis = { stroke: colourOf("--pale"), font: FONT, grid: { stroke: colourOf("--line"), width: 1 },
     ticks: { stroke: colourOf("--line"), width: 1 } };
+  const upright = { ...axis, size: 64, values: (_own, splits, _axis, _space, step) => axisLabels(splits, step) };
   const shown = isXy ? curves.slice(1) : curves;
   const hasRight = shown.some((curve) => curve.isRight);
   const hasLeft = !hasRight || shown.some((curve) => !curve.isRight);
@@ -78,8 +79,8 @@ export function createChart(place, size, settings, on) {
     series: [{}, ...series],
     axes: [{ ...axis, values: isXy ? undefined : timeLabels, label: settings.axis, labelSize: 16, labelFont: FONT,
       size: timeAxisSize(settings.axis) },
-      ...(hasLeft ? [{ ...axis, scale: "y", size: 64 }] : []),
-      ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: hasLeft ? { show: false } : axis.grid }] : [])],
+      ...(hasLeft ? [{ ...upright, scale: "y" }] : []),
+      ...(hasRight ? [{ ...upright, scale: "right", side: 1, grid: hasLeft ? { show: false } : axis.grid }] : [])],
     scales: isXy ? xyScales(settings) : timeScales,
     legend: { show: false },
     cursor: { drag: { x: !isXy, y: false }, points: { show: !isXy }, ...(isXy ? {} : { move: snap(settings) }) },

@@ -2,16 +2,15 @@
 
 import { Gaps } from "../stale.js";
 import { parsedCurve, topicBefore } from "./curve_text.js";
-import { number as numberText } from "./selection.js";
+import { firstFrom, number as numberText } from "./selection.js";
 
 const KEPT_POINTS = 50000;
 const LIGHT = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
 const DARK = ["#6ba7e8", "#f2867b", "#62c283", "#dcae4a", "#b394f4", "#4dc4d0", "#f28ab8", "#a9b6c3"];
-export const HUES = LIGHT.length;
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 export class Curve {
-  // `hue` is a number below HUES.
+  // `hue` is a number: the first ones have chosen colours, and the others turn by the golden angle.
   constructor(text, hue) {
     const { field, isRate, isRight } = parsedCurve(text);
     this.field = field;
@@ -26,7 +25,7 @@ export class Curve {
   }
 
   get colour() {
-    return (dark.matches ? DARK : LIGHT)[this.hue];
+    return (dark.matches ? DARK : LIGHT)[this.hue] ?? `hsl(${(this.hue * 137.508) % 360} 60% ${dark.matches ? 70 : 38}%)`;
   }
 
   forget() {
@@ -79,7 +78,7 @@ export class Curve {
 
   // The index of the newest sample at or before a time; if the time is null, of the newest of all.
   indexOf(time) {
-    return time === null ? this.values.length - 1 : indexAt(this.times, time);
+    return time === null ? this.values.length - 1 : newestAt(this.times, time);
   }
 
   at(time) {
@@ -96,19 +95,11 @@ export class Curve {
 const guessedTopic = (field) => (/[={]/.test(field) ? topicBefore(field) : field.replace(/(?<=.)\/[^/]*$/, ""));
 
 // The index of the newest sample at or before a time.
-function indexAt(times, time) {
-  let [low, high] = [0, times.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle + 1;
-    else high = middle;
-  }
-  return low - 1;
-}
+const newestAt = (times, time) => firstFrom(times, time, (each) => each <= time) - 1;
 
 // The value of a curve at a time, interpolated; null beside a gap, undefined outside of its samples.
 function between({ times, values }, time) {
-  const index = indexAt(times, time);
+  const index = newestAt(times, time);
   if (times[index] === time) return values[index];
   if (index < 0 || index === times.length - 1) return undefined;
   if (values[index] === null || values[index + 1] === null) return null;
@@ -119,7 +110,7 @@ function between({ times, values }, time) {
 // The values of one curve over the values of another, between two times: [[x, y, time], …] with null at gaps.
 export function pairs(over, curve, [begin, end]) {
   const found = [];
-  for (let index = Math.max(0, indexAt(curve.times, begin)); index < curve.times.length && curve.times[index] <= end; index += 1) {
+  for (let index = Math.max(0, newestAt(curve.times, begin)); index < curve.times.length && curve.times[index] <= end; index += 1) {
     const x = between(over, curve.times[index]);
     if (x !== undefined) found.push(x === null || curve.values[index] === null ? null : [x, curve.values[index], curve.times[index]]);
   }

@@ -1,7 +1,7 @@
 // The curves and marks of a plot, and where their samples come from: the running system, the moment of a bag, or a whole bag.
 
 import { playback } from "../bags/playback.js";
-import { Curve, HUES } from "./curve.js";
+import { Curve } from "./curve.js";
 import { curveText } from "./curve_text.js";
 
 const MAX_MARKS = 2000;
@@ -54,8 +54,9 @@ export class CurveSet {
   add(text) {
     if (this.curves.has(text)) return;
     const taken = this.all.map((curve) => curve.hue);
-    const free = Array.from({ length: HUES }, (_, hue) => hue).find((hue) => !taken.includes(hue));
-    const curve = new Curve(text, free ?? this.curves.size % HUES);
+    let hue = 0;
+    while (taken.includes(hue)) hue += 1;
+    const curve = new Curve(text, hue);
     this.curves.set(text, curve);
     this.follow(curve);
   }

@@ -38,9 +38,9 @@ export function curveLegend(on, context) {
       where.focus();
     }, title: "Only messages for which an expression over the message m is true" }, "where");
     return h("span", { class: "curve" }, swatch, h("span", {}),
-      toggle("d/dt", `Derivative of ${curve.field}`, curve.isRate, { isRate: !curve.isRate }),
+      h("span", { class: "tools" }, toggle("d/dt", `Derivative of ${curve.field}`, curve.isRate, { isRate: !curve.isRate }),
       toggle("→|", "Right axis", curve.isRight, { isRight: !curve.isRight }, `Right axis of ${curve.field}`),
-      opener, where, h("button", { class: "plain", "aria-label": `Remove ${curve.text}`, onclick: () => on.remove(curve) }, "×"));
+      opener, where), h("button", { class: "plain", "aria-label": `Remove ${curve.text}`, onclick: () => on.remove(curve) }, "×"));
   }
 
   const lineChip = (value) => h("span", { class: "curve" }, h("b", { class: "swatch line" }), `line ${value}`,

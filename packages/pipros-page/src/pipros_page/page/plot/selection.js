@@ -6,6 +6,12 @@ const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "
 export const number = (value) => (value === null || value === undefined ? "–" : Object.is(value, -0) ? "-0.0"
   : String(Number.isSafeInteger(value) ? value : Number(value.toPrecision(7))));
 
+// The labels of a vertical axis whose values are `step` apart, with enough digits to tell them apart.
+export function axisLabels(values, step) {
+  const digits = Math.min(100, Math.max(0, 1 - Math.floor(Math.log10(step))));
+  return values.map((value) => String(Number(value.toFixed(digits))));
+}
+
 // Returns the range that a key shows after another; null for following the newest samples, undefined for other keys.
 export function rangeAfter(key, { min, max }) {
   if (key === "0") return null;
@@ -28,12 +34,12 @@ export function nearestTime(curves, time, most) {
   return found;
 }
 
-// The index of the first time at or after a time.
-function firstFrom(times, time) {
+// The index of the first time at or after a time, or of the first one that is not `isBefore`.
+export function firstFrom(times, time, isBefore = (each) => each < time) {
   let [low, high] = [0, times.length];
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (times[middle] < time) low = middle + 1;
+    if (isBefore(times[middle])) low = middle + 1;
     else high = middle;
   }
   return low;

@@ -32,8 +32,9 @@ export function budgetLine(scene, signal) {
     replace(slow, scene.slow.text() ? `, ${scene.slow.text()}` : "");
     const clouds = scene.all().filter((display) => display.isOn && display.takeShare);
     const sum = (part) => clouds.reduce((total, display) => total + (display.points?.[part] ?? 0), 0);
-    share.hidden = !clouds.length;
     replace(points, `, ${thousands(sum("shown"))} of ${thousands(sum("total"))} points,`);
+    share.hidden = !clouds.length;
+    rates.hidden = share.hidden && slow.textContent === "";
   }
 
   const timer = setInterval(() => scene.isHidden || show(), INTERVAL_MS);

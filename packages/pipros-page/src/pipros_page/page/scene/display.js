@@ -90,9 +90,7 @@ export class Display {
 
   // Called when a property has changed. Displays override it if they need not begin again.
   changed() {
-    if (!this.isOn) return;
-    this.turnOff();
-    this.turnOn();
+    this.restart();
   }
 
   // Removes everything that was drawn from messages, because time jumped back or the fixed frame changed.

@@ -1,4 +1,4 @@
-// A buffer of recent transforms: a port of pipros.libraries.transforms (buffer, tree, history), with the look-ups
+// A buffer of recent transforms: a port of pipros_libraries.transforms (buffer, tree, history), with the look-ups
 // and error texts of tf2. Times are BigInt nanoseconds; 0n is the latest common time.
 
 import { IDENTITY, composed, interpolated, inverted } from "./pose.js";

@@ -1,5 +1,6 @@
 // The file that a scene shows, and the address that contains what the user changed since it was loaded.
 
+import { robotScene } from "../home.js";
 import { placeOf } from "../place.js";
 import { packed, stateText, withLink } from "./link.js";
 
@@ -31,6 +32,15 @@ export function loadedFile(scene, link, context, on) {
       }
     }
     load(config, file.fixed_frame);
+    if (!Object.keys(file.config).length) await showRobot();
+  }
+
+  // Without a file, shows the robot and what it sees, unless the user has changed something meanwhile.
+  async function showRobot() {
+    const begun = shownState;
+    const found = await robotScene(false);
+    if (!found || link || context.signal.aborted || stateText(scene.file) !== begun) return;
+    load(await withLink({}, found.link), file.fixed_frame);
   }
 
   // Keeps the address up to date. A file that is loaded later replaces the changes.

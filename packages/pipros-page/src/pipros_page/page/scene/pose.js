@@ -1,4 +1,4 @@
-// Poses: seven numbers, a position and a quaternion (x, y, z, w). A port of pipros.libraries.transforms.pose.
+// Poses: seven numbers, a position and a quaternion (x, y, z, w). A port of pipros_libraries.transforms.pose.
 
 import { anglesOf, anglesText } from "../angles.js";
 

@@ -119,11 +119,6 @@ export class Scene {
     return this.options.get("Fixed Frame");
   }
 
-  setFixedFrame(name) {
-    this.options.set(["Fixed Frame"], name);
-    this.reset();
-  }
-
   // Removes everything that messages created: for another fixed frame, after a jump in time, and for the
   // button Reset.
   reset() {

@@ -4,6 +4,7 @@
 import * as THREE from "three";
 import { h, replace } from "../dom.js";
 import { MARGIN } from "./picking.js";
+import { pixelsOf } from "./pixels.js";
 import { clear, thinLines } from "./shapes.js";
 
 const MAX_LISTED = 100;
@@ -44,7 +45,7 @@ export class Selection {
 
   // Returns what is drawn in a rectangle: {display, unit, index}.
   visible(left, top, width, height) {
-    const { renderer, world, view, canvas, tools } = this.scene;
+    const { view, canvas, tools } = this.scene;
     const units = [];
     const undo = [];
     let next = 1;
@@ -66,24 +67,16 @@ export class Selection {
     }
     const [wide, high] = [width + 2 * MARGIN, height + 2 * MARGIN];
     const target = new THREE.WebGLRenderTarget(wide, high);
-    const pixels = new Uint8Array(width * height * 4);
-    const alpha = renderer.getClearAlpha();
+    const numbers = new Set();
     view.camera.setViewOffset(canvas.clientWidth, canvas.clientHeight, left - MARGIN, top - MARGIN, wide, high);
     try {
-      renderer.setClearColor(0x000000, 0);
-      renderer.setRenderTarget(target);
-      renderer.clear();
-      renderer.render(world, view.camera);
-      renderer.readRenderTargetPixels(target, MARGIN, MARGIN, width, height, pixels);
+      const pixels = pixelsOf(this.scene, view.camera, target, [MARGIN, MARGIN, width, height]);
+      for (let at = 0; at < pixels.length; at += 4) numbers.add((pixels[at] << 16) | (pixels[at + 1] << 8) | pixels[at + 2]);
     } finally {
-      renderer.setRenderTarget(null);
-      renderer.setClearAlpha(alpha);
       view.camera.clearViewOffset();
       for (const each of undo.reverse()) each();
       target.dispose();
     }
-    const numbers = new Set();
-    for (let at = 0; at < pixels.length; at += 4) numbers.add((pixels[at] << 16) | (pixels[at + 1] << 8) | pixels[at + 2]);
     numbers.delete(0);
     return [...numbers].sort((one, other) => one - other).flatMap((value) => {
       const found = units.findLast(({ first }) => first <= value);

@@ -1,7 +1,7 @@
 // The Scene tab: a tree of displays, a toolbar, and the picture.
 
 import { copyButton } from "../copy.js";
-import { download, h, replace } from "../dom.js";
+import { download, h, problemLine } from "../dom.js";
 import { budgetLine } from "./budget.js";
 import { loadedFile } from "./loaded_file.js";
 import { Scene } from "./scene.js";
@@ -14,7 +14,7 @@ const STATUS_MS = 500;
 
 export function open(view, argument, context) {
   const canvas = h("canvas", { class: "scene-canvas", tabindex: 0, role: "img", "aria-label": "Scene" });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const status = h("div", { class: "scene-status", role: "status" });
   const images = h("div", { class: "scene-images" });
   const lost = h("div", { class: "scene-lost", hidden: true }, "The graphics card was reset; the picture returns when it is ready.");
@@ -22,8 +22,8 @@ export function open(view, argument, context) {
   try {
     scene = new Scene(context, canvas, () => showStatus());
   } catch (problem) {
-    replace(error, `The scene needs WebGL 2, which this browser does not provide: ${problem.message}`);
-    view.append(h("div", { class: "column" }, error));
+    error.show(`The scene needs WebGL 2, which this browser does not provide: ${problem.message}`);
+    view.append(h("div", { class: "column" }, error.element));
     return {};
   }
   scene.images = images;
@@ -40,19 +40,13 @@ export function open(view, argument, context) {
       h("button", { onclick: () => scene.view.home() }, "Zero"),
       h("button", { onclick: () => scene.reset() }, "Reset"),
       h("button", { onclick: () => savePicture(scene, canvas) }, "Save PNG"),
-      copyButton("Link", () => file.address(), (text) => replace(error, text)), save),
-    error,
+      copyButton("Link", () => file.address(), error.show), save),
+    error.element,
     h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, tools.rectangle.element, images,
       tools.selection.element, lost, status, budgetLine(scene, context.signal)))));
   if (innerWidth < 700) dock.click();
 
-  async function keep() {
-    try {
-      tools.say(`saved as ${await file.save()}`);
-    } catch (problem) {
-      replace(error, problem.message);
-    }
-  }
+  const keep = () => error.attempt(async () => tools.say(`saved as ${await file.save()}`));
 
   let pending = 0;
   function showStatus() {
@@ -64,7 +58,7 @@ export function open(view, argument, context) {
   }
 
   const file = loadedFile(scene, argument, context, {
-    problem: (text) => replace(error, text),
+    problem: error.show,
     file: ({ path }) => { save.title = context.control ? `Save as ${path}` : "Saving needs --control"; },
     load: (config) => {
       kinds.value = kindOf(scene);

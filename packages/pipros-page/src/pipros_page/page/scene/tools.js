@@ -62,12 +62,9 @@ export class Tools {
       return;
     }
     this.current = kind;
-    this.drag = null;
-    this.rectangle.drop();
-    this.letGo(this.mouse);
+    this.abandon(this.mouse);
     this.scene.isInteracting = kind === "rviz/Interact";
     this.measuring.points = [];
-    clear(this.scene.tools);
     this.confirm.hidden = true;
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === kind));
     this.scene.invalidate();
@@ -92,10 +89,7 @@ export class Tools {
     const [x, y] = this.at(event);
     this.fingers.set(event.pointerId, { x, y });
     if (this.fingers.size > 1) {
-      this.letGo([x, y]);
-      this.drag = null;
-      this.rectangle.drop();
-      clear(this.scene.tools);
+      this.abandon([x, y]);
       return;
     }
     if (this.grab([x, y], event.button)) return;
@@ -120,6 +114,14 @@ export class Tools {
   letGo(pixel) {
     this.grabbed?.release(pixel);
     this.grabbed = null;
+  }
+
+  // Ends what the tool has begun, without an effect.
+  abandon(pixel) {
+    this.letGo(pixel);
+    this.drag = null;
+    this.rectangle.drop();
+    clear(this.scene.tools);
   }
 
   // Returns the nearest control of an interactive marker at a pixel, or null.
@@ -210,10 +212,7 @@ export class Tools {
 
   cancel(event) {
     this.fingers.delete(event.pointerId);
-    this.letGo(this.at(event));
-    this.drag = null;
-    this.rectangle.drop();
-    clear(this.scene.tools);
+    this.abandon(this.at(event));
     this.scene.invalidate();
   }
 

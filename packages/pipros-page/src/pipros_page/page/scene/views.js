@@ -69,6 +69,11 @@ class View {
   // Places the camera in the target frame. Overridden by each view.
   aim(_width, _height) {}
 
+  rotate(dx, dy) {
+    this.add("Yaw", -dx * 0.005);
+    this.set("Pitch", Math.min(PITCH_LIMIT, Math.max(-PITCH_LIMIT, this.get("Pitch") + dy * 0.005)));
+  }
+
   // Metres per pixel at a distance.
   metres(height, distance) {
     return (2 * distance * Math.tan((this.camera.fov * Math.PI) / 360)) / height;
@@ -119,11 +124,6 @@ class Orbit extends View {
       scene.world.remove(scene.focus);
       scene.invalidate();
     }, FOCUS_MS);
-  }
-
-  rotate(dx, dy) {
-    this.add("Yaw", -dx * 0.005);
-    this.set("Pitch", Math.min(PITCH_LIMIT, Math.max(-PITCH_LIMIT, this.get("Pitch") + dy * 0.005)));
   }
 
   pan(dx, dy, width, height) {
@@ -243,11 +243,6 @@ class Fps extends View {
     this.camera.lookAt(ahead.add(this.camera.position));
     this.camera.rotateZ(-this.get("Roll"));
     this.camera.updateProjectionMatrix();
-  }
-
-  rotate(dx, dy) {
-    this.add("Yaw", -dx * 0.005);
-    this.set("Pitch", Math.min(PITCH_LIMIT, Math.max(-PITCH_LIMIT, this.get("Pitch") + dy * 0.005)));
   }
 
   pan(dx, dy) {

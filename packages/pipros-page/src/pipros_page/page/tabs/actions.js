@@ -2,7 +2,7 @@
 
 import { runningNote } from "../bags/running_note.js";
 import { copiesValues } from "../copy.js";
-import { h, morph, panelHead, replace, uniqueId } from "../dom.js";
+import { h, morph, panelHead, problemLine, replace, uniqueId } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { dataTable } from "../table.js";
 import { tree } from "../message_values.js";
@@ -19,7 +19,7 @@ const COLUMNS = [
 
 export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter actions", oninput: () => draw() });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const none = emptyState("◎");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Action",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
@@ -28,7 +28,7 @@ export function open(view, argument, context) {
   table.element.classList.add("fixed");
   view.append(h("div", { class: "column" }, runningNote(context.signal),
     toolbar({ title: "Actions" }, filter, h("span", { class: "spring" }), table.csvButton("actions")),
-    error, none,
+    error.element, none,
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];
   let selected = "";
@@ -61,10 +61,10 @@ export function open(view, argument, context) {
 
   context.watch("actions", {}, (data) => {
     actions = data.actions;
-    replace(error, data.error ? `The master does not answer: ${data.error}` : "");
+    error.show(data.error ? `The master does not answer: ${data.error}` : "");
     draw();
     panel?.takeType(typeOf(selected));
-  }, (problem) => replace(error, problem));
+  }, error.show);
   if (argument) go(argument);
   return { go };
 }
@@ -75,37 +75,28 @@ function actionPanel(side, name, context, onClose) {
   let type = null;
   let template = ""; // the goal that the user has not edited
   const typeText = h("dd", {});
-  const error = h("p", { class: "error", role: "alert" });
-  const showError = (text) => replace(error, text);
+  const error = problemLine("p");
   const label = uniqueId("goal");
   const goal = h("textarea", { rows: 6, class: "mono", id: label, "aria-label": "Goal in YAML", spellcheck: "false" });
-  const attempt = async (work) => {
-    try {
-      await work();
-      showError("");
-    } catch (problem) {
-      showError(problem.message);
-    }
-  };
-  const cancel = (id) => attempt(() => context.act("cancel_goal", { name, id }));
+  const cancel = (id) => error.attempt(() => context.act("cancel_goal", { name, id }));
   const send = h("button", { disabled: true, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter",
-    onclick: () => attempt(() => context.act("send_goal", { name, type, goal: goal.value })) }, "Send goal");
+    onclick: () => error.attempt(() => context.act("send_goal", { name, type, goal: goal.value })) }, "Send goal");
   const cancelAll = h("button", { disabled: !context.control, onclick: () => cancel("") }, "Cancel all");
-  const live = copiesValues(h("div", {}, h("div", {})), showError);
+  const live = copiesValues(h("div", {}, h("div", {})), error.show);
   live.addEventListener("click", (event) => {
     const button = event.target instanceof Element ? event.target.closest("button[data-goal]") : null;
     if (button) cancel(button.getAttribute("data-goal"));
   });
   side.append(panelHead(name, onClose), h("dl", {}, h("dt", {}, "Type"), typeText),
-    h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."), error,
-      live);
+    h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."),
+    error.element, live);
 
   function takeType(found) {
     if (found === type) return;
     type = found;
     replace(typeText, type.replace(ENDING, "Action") || "unknown");
     send.disabled = !context.control || !type;
-    if (type) attempt(async () => {
+    if (type) error.attempt(async () => {
       const fresh = yaml(await context.act("message", { type: found.replace(ENDING, "Goal") }));
       if (found !== type || goal.value !== template) return;
       goal.value = template = fresh;
@@ -114,7 +105,7 @@ function actionPanel(side, name, context, onClose) {
   }
 
   const close = context.watch("action", { name },
-    (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
+    (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), error.show);
   return { close, takeType };
 }
 

@@ -1,6 +1,6 @@
 // Acts of assistants that wait for a human, with buttons to approve or refuse them, and the acts of the past.
 
-import { h, replace } from "../dom.js";
+import { h, problemLine, replace, timeOfDay } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { dataTable } from "../table.js";
 import { toolbar } from "../toolbar.js";
@@ -9,7 +9,7 @@ const NOTHING = "No act is waiting for approval. Assistants act through pipros m
 const BUTTONS = [["once", "Approve once"], ["minute", "Approve for a minute"], ["refuse", "Refuse"]];
 const UNSEEN_MS = 700; // after a card has appeared or moved, nobody can have read it
 const COLUMNS = [
-  { title: "Time", text: ({ time }) => new Date(time * 1000).toLocaleTimeString(), order: ({ time }) => -time },
+  { title: "Time", text: ({ time }) => timeOfDay(time), order: ({ time }) => -time },
   { title: "Tool", text: ({ tool }) => tool, order: ({ tool }) => tool },
   { title: "Name", kind: "name", text: ({ name }) => name, order: ({ name }) => name },
   { title: "Outcome", text: ({ outcome, approval }) => (approval ? `${outcome}: ${approval}` : outcome), order: ({ outcome }) => outcome },
@@ -17,14 +17,14 @@ const COLUMNS = [
 ];
 
 export function open(view, _argument, context) {
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const hint = emptyState("☑", NOTHING);
   const answered = h("div", { class: "note", role: "status" });
   const waiting = h("div", { class: "waiting", role: "list", "aria-label": "Acts that wait" });
   const past = h("div", { class: "scroll", hidden: true });
   const table = dataTable(COLUMNS, { label: "Acts", keyOf: ({ key }) => key, sortBy: "Time" });
-  view.append(h("div", { class: "column" }, toolbar({ title: "Acts" }, h("span", { class: "spring" }), table.csvButton("acts")), error,
-    hint, waiting, answered, past));
+  view.append(h("div", { class: "column" }, toolbar({ title: "Acts" }, h("span", { class: "spring" }), table.csvButton("acts")),
+    error.element, hint, waiting, answered, past));
   past.append(table.element);
   const cards = new Map(); // by id
 
@@ -43,13 +43,8 @@ export function open(view, _argument, context) {
   function cardOf(act) {
     const left = h("dd", {});
     const answer = async (verdict) => {
-      try {
-        await context.act("approve", { process: act.process, id: act.id, verdict });
-        replace(error);
+      if (await error.attempt(() => context.act("approve", { process: act.process, id: act.id, verdict })))
         replace(answered, `Answered: ${verdict}. This concerns ${act.tool} ${act.name}, act ${act.id}.`);
-      } catch (problem) {
-        replace(error, problem.message);
-      }
       settle();
     };
     const rows = { Tool: act.tool, Name: act.name, Values: act.values, Rule: act.rule,
@@ -64,7 +59,7 @@ export function open(view, _argument, context) {
   }
 
   context.watch("acts", {}, (data) => {
-    replace(error, data.error);
+    error.show(data.error);
     hint.hidden = data.waiting.length > 0 || Boolean(data.error);
     hint.classList.toggle("empty", !data.acts.length); // it would hide the acts of the past
     const known = new Set(data.waiting.map(({ id }) => id));
@@ -84,7 +79,7 @@ export function open(view, _argument, context) {
     past.hidden = !data.acts.length;
     table.show(data.acts.map((act, at) => ({ ...act, key: `${act.process} ${act.time} ${act.outcome} ${data.acts.length - at}` })));
   }, (problem) => {
-    replace(error, problem);
+    error.show(problem);
     settle();
   }, { always: true });
 }

@@ -4,7 +4,7 @@
 import { playback, elapsed } from "../bags/playback.js";
 import { recordingPanel } from "../bags/recording.js";
 import { timeline } from "../bags/timeline.js";
-import { bytes, download, h, replace } from "../dom.js";
+import { bytes, download, h, problemLine, replace } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { placeOf } from "../place.js";
 import { toolbar } from "../toolbar.js";
@@ -17,7 +17,7 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 export function open(view, argument, context) {
   const choice = h("select", { "aria-label": "Bag", onchange: () => choose(choice.value) });
   const figures = h("span", { class: "pale" });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const hint = emptyState("▤");
   const list = h("div", { class: "note choice", role: "group", "aria-label": "Bags" });
   const progress = h("progress", { max: 1, "aria-label": "Reading the bag", hidden: true });
@@ -48,7 +48,7 @@ export function open(view, argument, context) {
   const recorder = recordingPanel(context, (name) => choose(name));
   view.append(h("div", { class: "column" },
     toolbar({ title: "Bags" }, choice, progress, figures, h("span", { class: "spring" }), closing),
-    error, recorder, controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
+    error.element, recorder, controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
   tracks.element.hidden = true;
   let shown = null; // the bag whose tracks are shown
   let names = [];
@@ -67,7 +67,7 @@ export function open(view, argument, context) {
       choice.value = playback.name;
     }
     show();
-  }, (problem) => replace(error, problem));
+  }, error.show);
 
   // Without a selection, the first press asks and the second one saves, because a bag can be large.
   function ask(isAsked) {
@@ -91,7 +91,7 @@ export function open(view, argument, context) {
       exported.disabled = false;
       cancel.hidden = true;
       ask(false);
-      replace(error, text);
+      error.show(text);
       stop();
     };
     cancel.onclick = () => finish("");
@@ -124,7 +124,7 @@ export function open(view, argument, context) {
 
   function show() {
     const { bag, state, opening, name } = playback;
-    replace(error, playback.error || state?.error || "");
+    error.show(playback.error || state?.error || "");
     progress.hidden = opening === null || !name;
     if (opening) progress.value = opening;
     else progress.removeAttribute("value");

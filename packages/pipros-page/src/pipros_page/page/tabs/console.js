@@ -3,7 +3,7 @@
 
 import { playback } from "../bags/playback.js";
 import { rulesPanel } from "../console_rules.js";
-import { download, h, panelHead, replace } from "../dom.js";
+import { download, h, panelHead, problemLine, replace } from "../dom.js";
 import { asLines, fromLines } from "../log_file.js";
 import { LogGroups } from "../log_groups.js";
 import { loggerLevels } from "../logger_levels.js";
@@ -56,15 +56,15 @@ export function open(view, argument, context) {
       entries = loaded.slice(-KEPT);
       lost = 0;
       filter();
-      replace(error, "");
+      error.show();
     } catch (problem) {
-      replace(error, `${file.files[0].name} cannot be loaded: ${problem.message}`);
+      error.show(`${file.files[0].name} cannot be loaded: ${problem.message}`);
     }
     file.value = "";
   }
 
   const count = h("span", { class: "count pale" });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const space = h("div", { class: "space" });
   const rows = h("div", { class: "rows", role: "log", "aria-live": "off" });
   const scroll = h("div", { class: "scroll log", tabindex: 0, role: "group", "aria-label": "Entries; up and down choose one",
@@ -81,7 +81,7 @@ export function open(view, argument, context) {
           onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"),
             h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file,
               h("button", { onclick: () => showRules() }, "Rules"), h("button", { onclick: () => showLoggers() }, "Logger levels")),
-    error, scroll), side);
+    error.element, scroll), side);
 
   const drawn = new WeakMap(); // group to its row, and the entry in it
   context.onSource(() => { entries = []; lost = 0; filter(); });
@@ -238,16 +238,16 @@ export function open(view, argument, context) {
   function showLoggers(ofNode = "") {
     side.hidden = false;
     const nodes = [...new Set(entries.map((entry) => entry[NODE]))];
-    loggerLevels(side, context, nodes, ofNode, (problem) => replace(error, problem), () => { side.hidden = true; });
+    loggerLevels(side, context, nodes, ofNode, error, () => { side.hidden = true; });
   }
 
   context.watch("console", {}, (data) => {
     lost += data.lost;
-    if (data.error !== shownProblem) replace(error, shownProblem = data.error);
+    if (data.error !== shownProblem) error.show(shownProblem = data.error);
     if (data.history && !entries.length) take(data.history);
     if (isPaused) waiting = waiting.concat(data.entries).slice(-KEPT);
     else take(data.entries);
-  }, (problem) => replace(error, problem), { always: true });
+  }, error.show, { always: true });
   phone.addEventListener("change", () => draw(), { signal: context.signal });
   new ResizeObserver(() => drawRows()).observe(scroll);
   if (argument) go(argument);

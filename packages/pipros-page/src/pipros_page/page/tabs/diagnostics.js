@@ -1,7 +1,9 @@
 // Components with their levels, values and history.
 
-import { h, morph, panelHead, replace } from "../dom.js";
+import { h, morph, panelHead, problemLine, replace, timeOfDay } from "../dom.js";
 import { emptyState } from "../empty_state.js";
+import { foldable } from "../foldable.js";
+import { nameTree } from "../name_tree.js";
 import { LEVELS, levelDot, levelNow } from "../stale.js";
 import { dataTable } from "../table.js";
 import { toolbar } from "../toolbar.js";
@@ -17,7 +19,7 @@ const PROBLEM_COLUMNS = [
 const DEEPEST = 50; // nodes choose the names; deeper levels are shown as one part
 
 export function open(view, argument, context) {
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const counts = h("span", { class: "choices" });
   const problems = dataTable(PROBLEM_COLUMNS, { label: "Problems", keyOf: ({ name }) => name,
     onChoose: (name) => choose(name === selected ? "" : name), most: MAX_PROBLEMS, sortBy: "Level" });
@@ -26,11 +28,11 @@ export function open(view, argument, context) {
   const about = h("div", {});
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" }, about);
   const hint = emptyState("♥");
-  view.append(h("div", { class: "column" }, toolbar({ title: "Diagnostics" }, counts), error, hint, worstFirst, body), side);
+  view.append(h("div", { class: "column" }, toolbar({ title: "Diagnostics" }, counts), error.element, hint, worstFirst, body), side);
   let selected = argument;
   let components = [];
   let known = new Map(); // by name
-  const closed = new Set();
+  const reopen = foldable(body, choose);
 
   function draw() {
     const numbers = [0, 0, 0, 0];
@@ -41,20 +43,10 @@ export function open(view, argument, context) {
     worstFirst.hidden = bad.length === 0;
     problems.show(bad);
     problems.mark(selected);
-    morph(body.firstChild, tree(nested(components), ""));
-    for (const opened of body.querySelectorAll("details")) opened.open = !closed.has(opened.dataset.path);
+    morph(body.firstChild, tree(nameTree(components, ({ name }) => name, DEEPEST), ""));
+    reopen();
     drawSide();
   }
-
-  body.addEventListener("click", (event) => {
-    const button = event.target instanceof Element ? event.target.closest("button") : null;
-    if (button) choose(button.dataset.name);
-  });
-  body.addEventListener("toggle", ({ target }) => {
-    if (!(target instanceof HTMLDetailsElement)) return;
-    if (target.open) closed.delete(target.dataset.path);
-    else closed.add(target.dataset.path);
-  }, { capture: true });
 
   function choose(name) {
     context.remember(name);
@@ -80,39 +72,22 @@ export function open(view, argument, context) {
       const { age, level } = levelNow(component, data);
       return { ...component, age: age.toFixed(1), level };
     });
-    replace(error, data.error);
+    error.show(data.error);
     hint.hidden = components.length > 0;
     if (!components.length) replace(hint, `Nothing received yet on ${data.topics.join(" or ")}.`);
     draw();
-  }, (problem) => replace(error, problem), { always: true });
+  }, error.show, { always: true });
   return { go };
 }
 
-// Returns the components as a tree of branches {below, component}; the slashes of the names separate the branches.
-function nested(components) {
-  const root = { below: new Map() };
-  for (const component of components) {
-    let branch = root;
-    const parts = component.name.split("/").filter(Boolean);
-    if (parts.length > DEEPEST) parts.push(parts.splice(DEEPEST - 1).join("/"));
-    for (const part of parts) {
-      if (!branch.below.has(part)) branch.below.set(part, { below: new Map() });
-      branch = branch.below.get(part);
-    }
-    branch.component = component;
-  }
-  return root;
-}
+const worst = (branch) => Math.max(branch.item?.level ?? 0, ...[...branch.below.values()].map(worst));
 
-const worst = (branch) => Math.max(branch.component?.level ?? 0, ...[...branch.below.values()].map(worst));
-
-function tree(branch, path) {
-  return h("ul", { class: "tree" }, [...branch.below].sort(([a], [b]) => a.localeCompare(b)).map(([part, below]) => {
+function tree(branches, path) {
+  return h("ul", { class: "tree" }, [...branches].sort(([a], [b]) => a.localeCompare(b)).map(([part, { below, item }]) => {
     const own = `${path}/${part}`;
-    const label = [levelDot(worst(below)), below.component
-      ? h("button", { class: "plain", "data-name": below.component.name }, part,
-        h("span", { class: "key" }, ` ${below.component.message}`)) : part];
-    if (!below.below.size) return h("li", { "data-key": part }, label);
+    const label = [levelDot(worst({ below, item })), item
+      ? h("button", { class: "plain", "data-name": item.name }, part, h("span", { class: "key" }, ` ${item.message}`)) : part];
+    if (!below.size) return h("li", { "data-key": part }, label);
     return h("li", { "data-key": `${part}/` }, h("details", { "data-path": own }, h("summary", {}, label), tree(below, own)));
   }));
 }
@@ -123,7 +98,7 @@ function details(component, onClose) {
     h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
     h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` },
       component.history.map(([when, level]) =>
-        h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
+        h("span", { class: `dot diagnostic-${level}`, title: timeOfDay(when) }))),
     h("h3", {}, "Values"), h("table", {},
       component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value)))));
 }

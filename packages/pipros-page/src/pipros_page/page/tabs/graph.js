@@ -1,6 +1,6 @@
 // The graph of nodes and topics. / searches, Escape ends the selection; see graph/canvas.js for the other keys.
 
-import { h, replace } from "../dom.js";
+import { h, problemLine, replace } from "../dom.js";
 import { graphCanvas } from "../graph/canvas.js";
 import { graphDrawing } from "../graph/drawing.js";
 import { closeNamespaces, graphText, hideNothing, keptOptions, optionControls, parsedGraph, toggleNamespace } from "../graph/options.js";
@@ -15,16 +15,16 @@ export function open(view, argument, context) {
   const [first, given] = parsedGraph(argument);
   const options = given ?? keptOptions();
   const canvas = graphCanvas("Graph of nodes and topics", (key) => onChosen(key));
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Selection" });
   const search = graphSearch(canvas, (key) => { if (key !== selected) choose(key); }, () => showAll());
-  const drawing = graphDrawing(canvas, context, onDrawn, (text) => replace(error, text), () => showAll());
+  const drawing = graphDrawing(canvas, context, onDrawn, error.show, () => showAll());
   const controls = h("span", { class: "options" });
   const closer = h("button", { hidden: true, onclick: () => { closeNamespaces(options); changed(); } }, "Close namespaces");
   const corner = h("div", { class: "corner" }, drawing.counts, closer,
     h("button", { onclick: () => choose(selected === EVENTS ? "" : EVENTS) }, "Events"),
-    canvas.zoomButtons(), pictureButtons(options, (text) => replace(error, text)));
-  view.append(h("div", { class: "column graph" }, toolbar({ title: "Graph" }, search.input, search.hits, controls), error,
+    canvas.zoomButtons(), pictureButtons(options, error.show));
+  view.append(h("div", { class: "column graph" }, toolbar({ title: "Graph" }, search.input, search.hits, controls), error.element,
     h("div", { class: "stage" }, canvas.element, drawing.empty, corner)), side);
   let selected = first; // the text of a key; empty for none
   let closePanel = () => {};

@@ -2,7 +2,7 @@
 // markers over them.
 
 import { playback } from "../bags/playback.js";
-import { bandwidth, h, hertz, replace } from "../dom.js";
+import { bandwidth, h, hertz, problemLine, replace } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { imagesText, parsedImages } from "../image_address.js";
 import { imageChoices, imageTopics } from "../image_choices.js";
@@ -18,7 +18,7 @@ const CHOOSE = "Choose a topic";
 export function open(view, argument, context) {
   const choices = imageChoices((wanted) => choose(wanted));
   const figures = h("span", {});
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const hint = emptyState("▣");
   const why = whyNoData(context);
   const [stage, beside] = [imageStage(), imageStage("Second image")];
@@ -26,7 +26,7 @@ export function open(view, argument, context) {
   stage.zoom.onView = beside.zoom.follow;
   beside.zoom.onView = stage.zoom.follow;
   view.append(h("div", { class: "column" }, toolbar({ title: "Images" }, choices.controls, figures, stage.pixel,
-    h("span", { class: "spring" }), stage.controls), error, hint, why.element, pictures));
+    h("span", { class: "spring" }), stage.controls), error.element, hint, why.element, pictures));
   let shown = parsedImages(argument);
   let topics = [];
   const stops = [];
@@ -75,7 +75,7 @@ export function open(view, argument, context) {
     end();
     shown = wanted;
     const { topic, other } = shown;
-    replace(error, "");
+    error.show();
     replace(figures);
     drawChoices();
     replace(hint, !topic ? CHOOSE : playback.bag ? "The bag has no image before this moment." : "No image received yet.");
@@ -83,18 +83,18 @@ export function open(view, argument, context) {
     if (!topic) return;
     if (other) stops.push(context.watch("image_pair", { name: topic, other }, take, fail));
     else stops.push(context.watch("image", { name: topic }, take, fail));
-    const overlayFails = (problem) => replace(error, problem);
+    const overlayFails = error.show;
     if (shown.overlay) stops.push(context.watch("image_overlay", { name: shown.overlay, image: topic }, drawOver, overlayFails));
   }
 
   function drawOver(data) {
     stage.over(data.over);
-    replace(error, data.error);
+    error.show(data.error);
   }
 
   // Shows why there is no picture; the last one would look like the present one.
   function fail(problem) {
-    replace(error, problem);
+    error.show(problem);
     if (problem) for (const each of [stage, beside]) each.blank();
     hint.hidden = Boolean(problem) || !stage.canvas.hidden;
   }
@@ -117,7 +117,7 @@ export function open(view, argument, context) {
       if (other && !shown.isDifference) await beside.show(other);
       hint.hidden = true;
       why.offer("");
-      if (!shown.overlay) replace(error, "");
+      if (!shown.overlay) error.show();
     } catch (problem) {
       if (shown === wanted) fail(`The image cannot be shown: ${problem.message}`);
     }

@@ -1,6 +1,6 @@
 // The nodes of running launches: their states, exit codes and output; with control, they can be stopped and restarted.
 
-import { h, morph, panelHead, replace } from "../dom.js";
+import { h, morph, panelHead, problemLine, replace } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { sections } from "../sections.js";
 import { dataTable } from "../table.js";
@@ -26,14 +26,14 @@ function stateText(row) {
 }
 
 export function open(view, argument, context) {
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const hint = emptyState("▷");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Launched node",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Launched nodes", keyOf, onChoose: (key) => choose(key === selected ? "" : key),
     sortBy: "Node" });
   view.append(h("div", { class: "column" }, toolbar({ title: "Launches" }, sections("launches"), h("span", { class: "spring" }),
-    table.csvButton("launches")), error, hint,
+    table.csvButton("launches")), error.element, hint,
     h("div", { class: "scroll" }, table.element)), side);
   let rows = [];
   let selected = "";
@@ -65,38 +65,32 @@ export function open(view, argument, context) {
 
   context.watch("launches", {}, (data) => {
     rows = data.nodes;
-    replace(error, data.error);
+    error.show(data.error);
     hint.hidden = rows.length > 0 || Boolean(data.error);
     replace(hint, NOTHING);
     table.show(rows);
     draw();
-  }, (problem) => replace(error, problem));
+  }, error.show);
   go(argument);
   return { go };
 }
 
 // Fills `side` with the buttons and the output of a node.
 function launchedNode(side, { launch, name, node }, context, onClose) {
-  const error = h("p", { class: "error", role: "alert" });
+  const error = problemLine("p");
   const figures = h("div", {}, h("dl", {}));
   const output = h("div", {}, h("div", {}));
-  const button = (title, action) => h("button", { disabled: !context.control, onclick: async () => {
-    try {
-      await context.act(action, { launch, node: name });
-      replace(error);
-    } catch (problem) {
-      replace(error, problem.message);
-    }
-  } }, title);
+  const button = (title, action) => h("button", { disabled: !context.control, onclick: () =>
+    error.attempt(() => context.act(action, { launch, node: name })) }, title);
   const stop = button("Stop", "stop_launched");
   side.append(panelHead(node, onClose), h("p", {}, button("Restart", "restart_launched"), " ", stop,
     context.control ? "" : " Start with --control to stop and restart nodes."),
-    error, figures, h("h3", {}, "Output"), output);
+    error.element, figures, h("h3", {}, "Output"), output);
   const close = context.watch("launch_output", { launch, node: name }, (data) => {
     morph(output.firstChild, h("div", {}, data.output.length
       ? data.output.map(([source, text]) => [h("p", { class: "key" }, source), h("pre", { class: "mono whole" }, text)])
       : h("span", { class: "key" }, "none; nodes with output=\"screen\" write to the terminal of roslaunch")));
-  }, (problem) => replace(error, problem));
+  }, error.show);
   function draw(row) {
     stop.disabled = !context.control || row.state === "stopped" || row.state === "exited";
     morph(figures.firstChild, h("dl", {}, Object.entries({ State: stateText(row), "Exit code": row.exit_code ?? "–", PID: row.pid,

@@ -1,10 +1,10 @@
 // Nodes, with the resource usage of those on this machine.
 
-import { bytes, h, replace } from "../dom.js";
+import { bytes, h, problemLine } from "../dom.js";
 import { nodeText } from "../node_text.js";
 import { placeOf } from "../place.js";
 import { sections } from "../sections.js";
-import { dataTable } from "../table.js";
+import { dataTable, largestFirst } from "../table.js";
 import { toolbar } from "../toolbar.js";
 
 const COLUMNS = [
@@ -12,30 +12,27 @@ const COLUMNS = [
     order: (row) => row.name },
   { title: "Host", kind: "", text: (row) => row.host || "–", order: (row) => row.host },
   { title: "PID", kind: "number", text: (row) => row.pid ?? "–", order: (row) => row.pid },
-  { title: "Processor", kind: "number", text: (row) => (row.cpu === undefined ? "–" : `${row.cpu.toFixed(1)} %`),
-    order: (row) => descending(row.cpu) },
-  { title: "Memory", kind: "number", text: (row) => bytes(row.memory), order: (row) => descending(row.memory) },
-  { title: "Threads", kind: "number", text: (row) => row.threads ?? "–", order: (row) => descending(row.threads) },
-  { title: "Connections", kind: "number", text: (row) => row.connections, order: (row) => descending(row.connections) },
-  { title: "Descriptors", kind: "number", text: (row) => row.files ?? "–", order: (row) => descending(row.files) },
+  { title: "Processor", kind: "number", text: (row) => (row.cpu === undefined ? "–" : h("span", {},
+    h("progress", { max: 100, value: row.cpu, "aria-hidden": "true" }), `${row.cpu.toFixed(1)} %`)),
+    order: (row) => largestFirst(row.cpu) },
+  { title: "Memory", kind: "number", text: (row) => bytes(row.memory), order: (row) => largestFirst(row.memory) },
+  { title: "Threads", kind: "number", text: (row) => row.threads ?? "–", order: (row) => largestFirst(row.threads) },
+  { title: "Connections", kind: "number", text: (row) => row.connections, order: (row) => largestFirst(row.connections) },
+  { title: "Descriptors", kind: "number", text: (row) => row.files ?? "–", order: (row) => largestFirst(row.files) },
   { title: "State", kind: "long", text: stateText, order: (row) => row.error },
 ];
-
-// The largest value first.
-const descending = (value) => -(value ?? -1);
 
 function stateText(row) {
   return h("span", { class: row.error ? "error-text" : null }, row.error ? `does not answer: ${row.error}` : "answers");
 }
 
 export function open(view, argument, context) {
-  const error = h("div", { class: "note", hidden: true });
+  const error = problemLine();
   const table = dataTable(COLUMNS, { label: "Nodes", keyOf: (row) => row.name, sortBy: "Processor" });
   view.append(h("div", { class: "column" }, toolbar({ title: "Nodes" }, sections("nodes"), h("span", { class: "spring" }),
-    table.csvButton("nodes")), error, h("div", { class: "scroll" }, table.element)));
+    table.csvButton("nodes")), error.element, h("div", { class: "scroll" }, table.element)));
   context.watch("processes", {}, (data) => {
-    error.hidden = !data.error;
-    replace(error, data.error);
+    error.show(data.error);
     table.show(data.nodes);
-  }, (problem) => { error.hidden = false; replace(error, problem); });
+  }, error.show);
 }

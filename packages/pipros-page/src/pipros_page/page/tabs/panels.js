@@ -1,17 +1,17 @@
 // Views side by side. The address has the layout: see panels/layout.js.
 
-import { mayControl, TABS } from "../app.js";
-import { h, replace } from "../dom.js";
+import { mayControl } from "../app.js";
+import { h, problemLine, replace } from "../dom.js";
 import { appended, beside, layoutText, leaf, leavesOf, MAX_PANELS, moved, parsedLayout, placesOf, resized, withLeaf,
   without } from "../panels/layout.js";
 import { emptyState } from "../empty_state.js";
+import { LAYOUT } from "../home.js";
 import { panel } from "../panels/panel.js";
 import { storedLayouts } from "../panels/stored_layouts.js";
 import { TimeLink } from "../panels/time_link.js";
-import { OTHER_SECTIONS, tabOf } from "../sections.js";
+import { OTHER_SECTIONS, TABS, tabOf } from "../sections.js";
 import { toolbar } from "../toolbar.js";
 
-const KEEP = "pipros.panels";
 const phone = matchMedia("(max-width: 700px)");
 const STEP = 2; // percent that an arrow key moves a border
 const FIRST = "row(topics~plot)";
@@ -20,7 +20,7 @@ const NAMES = TITLES.map(([name]) => name);
 
 export function open(view, argument, context) {
   const times = new TimeLink();
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const stage = h("div", { class: "panels" });
   const adder = h("select", { "aria-label": "Add a panel", onchange: () => {
     add(leaf(adder.value));
@@ -29,9 +29,9 @@ export function open(view, argument, context) {
   const which = h("select", { "aria-label": "Panel", onchange: () => { only = Number(which.value); place(); } });
   const isLinked = h("input", { type: "checkbox", checked: true, onchange: () => { times.isOn = isLinked.checked; } });
   const hint = emptyState("⊞", "Add a panel to begin.");
-  const stored = storedLayouts(context, () => layoutText(layout), (text) => { if (go(text)) remember(); }, (text) => replace(error, text));
-  view.append(h("div", { class: "column" }, toolbar({ title: "Panels" }, which, adder, h("label", {}, isLinked, "Link time axes"),
-    h("span", { class: "spring" }), stored), error, hint, stage));
+  const stored = storedLayouts(context, () => layoutText(layout), (text) => { if (go(text)) remember(); }, error);
+  view.append(h("div", { class: "column" }, toolbar({ title: "Overview" }, which, adder, h("label", {}, isLinked, "Link time axes"),
+    h("span", { class: "spring" }), stored), error.element, hint, stage));
 
   let layout = null;
   let enlarged = null; // id of a leaf
@@ -74,7 +74,7 @@ export function open(view, argument, context) {
 
   function isFull() {
     const full = leavesOf(layout).length >= MAX_PANELS;
-    replace(error, full ? `There can be at most ${MAX_PANELS} panels.` : "");
+    error.show(full ? `There can be at most ${MAX_PANELS} panels.` : "");
     return full;
   }
 
@@ -89,7 +89,7 @@ export function open(view, argument, context) {
 
   function remember({ isReplacing = false } = {}) {
     const text = layoutText(layout);
-    localStorage.setItem(KEEP, text);
+    localStorage.setItem(LAYOUT, text);
     context.remember(text, { isReplacing });
   }
 
@@ -199,7 +199,7 @@ export function open(view, argument, context) {
     try {
       if (text.startsWith("+")) {
         const added = parsedLayout(text.slice(1), NAMES);
-        if (!layout) show(parsedLayout(localStorage.getItem(KEEP) ?? "", NAMES));
+        if (!layout) show(parsedLayout(localStorage.getItem(LAYOUT) ?? "", NAMES));
         if (added && !isFull()) show(appended(layout, added, shape()));
         remember({ isReplacing: true });
         return true;
@@ -215,16 +215,16 @@ export function open(view, argument, context) {
       }
       enlarged = null;
       show(next);
-      replace(error, "");
+      error.show();
       return true;
     } catch (problem) {
-      replace(error, problem.message);
+      error.show(problem.message);
       return false;
     }
   }
 
   context.onShown = (isShown) => { for (const each of panels.values()) each.setShown(isShown && !each.element.hidden); };
   if (argument) go(argument);
-  else if (go(localStorage.getItem(KEEP) || FIRST)) remember({ isReplacing: true });
+  else if (go(localStorage.getItem(LAYOUT) || FIRST)) remember({ isReplacing: true });
   return { go: (text) => text && go(text) };
 }

@@ -1,8 +1,10 @@
 // Parameters as a tree, with recent changes marked.
 
 import { runningNote } from "../bags/running_note.js";
-import { bytes, h, morph, replace } from "../dom.js";
+import { bytes, h, morph, problemLine } from "../dom.js";
 import { emptyState } from "../empty_state.js";
+import { foldable } from "../foldable.js";
+import { nameTree } from "../name_tree.js";
 import { sections } from "../sections.js";
 import { toolbar } from "../toolbar.js";
 
@@ -14,46 +16,32 @@ export function open(view, argument, context) {
   const { control } = context;
   const search = h("input", { type: "search", placeholder: "Search", value: argument, "aria-label": "Search parameters",
     oninput: () => draw() });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const body = h("div", { class: "scroll params" }, h("div", {}));
   const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
   const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
   view.append(h("div", { class: "column" }, runningNote(context.signal),
     toolbar({ title: "Parameters" }, sections("params"), search, h("span", { class: "spring" }),
-    control ? h("form", { class: "choices", onsubmit: async (event) => { event.preventDefault(); await change("set_param",
-      { name: name.value, value: value.value }); } }, name, value, h("button", {}, "Set"),
-      h("button", { type: "button", onclick: () => change("delete_param", { name: name.value }) }, "Delete")) : null), error, body));
+    control ? h("form", { class: "choices", onsubmit: (event) => {
+      event.preventDefault();
+      change("set_param", { name: name.value, value: value.value });
+    } }, name, value, h("button", {}, "Set"),
+      h("button", { type: "button", onclick: () => change("delete_param", { name: name.value }) }, "Delete")) : null),
+    error.element, body));
   let params = {};
   let changed = new Map();
   let isFirst = true;
-  const closed = new Set();
+  const reopen = foldable(body, edit);
 
-  async function change(action, args) {
-    try {
-      await context.act(action, args);
-      replace(error, "");
-    } catch (problem) {
-      replace(error, problem.message);
-    }
-  }
+  const change = (action, args) => error.attempt(() => context.act(action, args));
 
   function draw() {
     const wanted = search.value.trim().toLowerCase();
     const names = Object.keys(params).filter((key) => !wanted || `${key} ${params[key]}`.toLowerCase().includes(wanted));
     const none = emptyState("≔", wanted ? "No parameter matches." : "There are no parameters.");
-    morph(body.firstChild, h("div", {}, names.length ? branch(nested(names), "", { params, changed, control }) : none));
-    for (const details of body.querySelectorAll("details[data-path]")) details.open = !closed.has(details.dataset.path);
+    morph(body.firstChild, h("div", {}, names.length ? branch(nameTree(names, (key) => key), "", { params, changed, control }) : none));
+    reopen();
   }
-
-  body.addEventListener("click", (event) => {
-    const button = event.target instanceof Element ? event.target.closest("button") : null;
-    if (button) edit(button.dataset.name);
-  });
-  body.addEventListener("toggle", ({ target }) => {
-    if (!(target instanceof HTMLDetailsElement) || !target.dataset.path) return;
-    if (target.open) closed.delete(target.dataset.path);
-    else closed.add(target.dataset.path);
-  }, { capture: true });
 
   function edit(key) {
     name.value = key;
@@ -62,8 +50,8 @@ export function open(view, argument, context) {
   }
 
   context.watch("params", {}, (data) => {
-    if (data.error) { replace(error, data.error); return; }
-    replace(error, data.more ? `${data.more} more parameters are not shown.` : "");
+    if (data.error) { error.show(data.error); return; }
+    error.show(data.more ? `${data.more} more parameters are not shown.` : "");
     const now = Date.now();
     for (const [key, item] of Object.entries(data.params)) {
       if (!isFirst && item !== params[key]) changed.set(key, now);
@@ -72,39 +60,25 @@ export function open(view, argument, context) {
     params = data.params;
     draw();
     setTimeout(() => { changed = new Map([...changed].filter(([, when]) => Date.now() - when < MARKED_MS)); draw(); }, MARKED_MS + 100);
-  }, (problem) => replace(error, problem));
+  }, error.show);
   return { go: (text) => { search.value = text; draw(); } };
-}
-
-// Returns the names as nested maps by namespace, with the full name at the end: {robot: {wheels: "/robot/wheels"}}.
-function nested(names) {
-  const root = new Map();
-  for (const name of names) {
-    let level = root;
-    for (const part of name.slice(1).split("/").slice(0, -1)) {
-      if (!(level.get(part) instanceof Map)) level.set(part, new Map());
-      level = level.get(part);
-    }
-    level.set(name.slice(name.lastIndexOf("/") + 1), name);
-  }
-  return root;
 }
 
 // Returns the list of a namespace `ns`. `state`: `params`, name to text; `changed`, a map with the marked names; and `control`.
 function branch(level, ns, state) {
   const { params, changed, control } = state;
-  return h("ul", { class: "tree" }, [...level].map(([part, below]) => {
+  return h("ul", { class: "tree" }, [...level].map(([part, { below, item }]) => {
     const path = `${ns}/${part}`;
-    if (below instanceof Map) {
+    if (below.size) {
       return h("li", { "data-key": `${part}/` },
         h("details", { "data-path": path }, h("summary", {}, `${part}/`), branch(below, path, state)));
     }
-    const text = params[below];
+    const text = params[item];
     const isLong = text.length > LONG;
     const shown = [h("span", { class: "key" }, `${part}: `), isLong ? null : text];
-    return h("li", { "data-key": part, class: changed.has(below) ? "changed" : "" },
-      control ? h("button", { class: "plain", title: "Edit", "data-name": below }, shown) : shown,
-      isLong ? h("details", { class: "long-value", "data-value": below },
+    return h("li", { "data-key": part, class: changed.has(item) ? "changed" : "" },
+      control ? h("button", { class: "plain", title: "Edit", "data-name": item }, shown) : shown,
+      isLong ? h("details", { class: "long-value", "data-value": item },
         h("summary", {}, `${text.slice(0, SHOWN)} … ${bytes(text.length)}`), text) : null);
   }));
 }

@@ -1,7 +1,7 @@
 // Live curves of numbers in messages. The address contains the curves and the x axis: see curve_text.js.
 
 import { playback } from "../bags/playback.js";
-import { download, h, replace } from "../dom.js";
+import { download, h, problemLine, replace } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { createChart, cursorText, dataOf, sampleTimeAt, timeText } from "../plot/chart.js";
 import { CurveSet } from "../plot/curve_set.js";
@@ -44,7 +44,7 @@ export function open(view, argument, context) {
   const pause = h("button", { type: "button", "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const toNewest = h("button", { type: "button", hidden: true, title: "Show the newest samples again",
     onclick: () => showRange(null, true) }, "Follow");
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const legend = curveLegend({
     change: (curve, changes) => { set.change(curve, changes); changed(); },
     remove: (curve) => { set.drop(curve.text); changed(); },
@@ -57,14 +57,14 @@ export function open(view, argument, context) {
   const csv = h("button", { type: "button", title: "Save the samples; after a zoom, those of the shown part",
     onclick: () => download("rqt_plot.csv", csvOf(set.all, shownRange()), "text/csv") }, "CSV");
   const hint = emptyState("∿", HINT, choice.buttons);
-  view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
+  view.append(h("div", { class: "column" },
     toolbar({ title: "Plot", tag: "form", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, choice.names,
       h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
       h("label", {}, "y from", low), h("label", {}, "to", high),
         h("label", { title: "Show warnings and errors in the log as dashed lines" }, hasMarks, "Log entries"), whole,
       h("label", { title: "A horizontal line for reference" }, "Line", lines.input),
         h("label", { title: "Statistics of the samples shown" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
-    error, offered.element, legend.element, table.element, hint, chart));
+    error.element, offered.element, legend.element, table.element, hint, chart));
   let plot = null;
   onClick(chart, () => goTo(set, plot));
   let isPaused = false;
@@ -217,7 +217,7 @@ export function open(view, argument, context) {
     if (!plot) return;
     needsDraw = isRebuilt = false;
     drawLegend();
-    replace(error, set.isXy && set.curves.size < 2 ? "An x-y plot needs two curves: the first is x."
+    error.show(set.isXy && set.curves.size < 2 ? "An x-y plot needs two curves: the first is x."
       : moment !== null && moment < set.oldest ? `There are no samples at ${timeText(moment)}: the curves begin later.` : "");
     toNewest.hidden = !isZoomed;
     replace(csv, isZoomed ? "CSV of the shown part" : "CSV");

@@ -1,7 +1,7 @@
 // A form to publish messages, once, or at a rate as long as this page is open in the browser.
 
 import { runningNote } from "../bags/running_note.js";
-import { h, replace, uniqueId } from "../dom.js";
+import { h, problemLine, replace, uniqueId } from "../dom.js";
 import { publisherList, startPublisher } from "../publishers.js";
 import { toolbar } from "../toolbar.js";
 import { yaml } from "./services.js";
@@ -13,12 +13,13 @@ export function open(view, argument, context) {
   const type = h("input", { placeholder: "std_msgs/String", "aria-label": "Type", spellcheck: "false", onchange: () => defaults() });
   const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz",
     title: "0 publishes once" });
-  const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false" });
+  const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false",
+    placeholder: "The message in YAML. A topic or a type fills in its fields." });
   const topics = h("datalist", { id: topic.getAttribute("list") });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const list = publisherList(context.signal);
-  const head = [runningNote(context.signal), toolbar({ title: "Publish" }), error];
-  view.append(h("div", { class: "column" }, head, h("div", { class: "scroll form" },
+  const head = [runningNote(context.signal), toolbar({ title: "Publish" }), error.element];
+  view.append(h("div", { class: "column" }, head, h("div", { class: "scroll form publishing" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
     h("p", {}, h("button", { disabled: !control, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter", onclick: () => publish() },
@@ -38,23 +39,18 @@ export function open(view, argument, context) {
     if (found && found.type !== "*") { type.value = found.type; defaults(); }
   }
 
-  async function defaults() {
+  const defaults = () => error.attempt(async () => {
     const before = message.value;
-    try {
-      const template = yaml(await context.act("message", { type: type.value }));
-      replace(error, "");
-      if (message.value !== before) return; // the user has begun to type
-      message.value = template;
-      if (document.activeElement === message) message.select();
-    } catch (problem) {
-      replace(error, problem.message);
-    }
-  }
+    const template = yaml(await context.act("message", { type: type.value }));
+    if (message.value !== before) return; // the user has begun to type
+    message.value = template;
+    if (document.activeElement === message) message.select();
+  });
 
   function publish() {
     const args = { name: topic.value, type: type.value, message: message.value, rate: Number(rate.value) };
-    replace(error, "");
-    startPublisher(args, (problem) => replace(error, problem));
+    error.show();
+    startPublisher(args, error.show);
   }
 
   return { go: (name) => { if (name) { topic.value = name; chosen(); } } };

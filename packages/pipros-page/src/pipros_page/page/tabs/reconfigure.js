@@ -1,7 +1,7 @@
 // Parameters of dynamic_reconfigure servers, edited as in rqt_reconfigure.
 
 import { runningNote } from "../bags/running_note.js";
-import { h, replace } from "../dom.js";
+import { h, problemLine, replace } from "../dom.js";
 import { LOADING } from "../empty_state.js";
 import { reconfigureForm } from "../reconfigure_form.js";
 import { sections } from "../sections.js";
@@ -10,19 +10,19 @@ import { toolbar } from "../toolbar.js";
 export function open(view, argument, context) {
   const { control } = context;
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter servers", oninput: () => drawServers() });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const list = h("ul", { class: "servers", "aria-label": "Servers" });
   const body = h("div", { class: "scroll settings" }, h("div", { class: "note" }, LOADING));
   view.append(h("div", { class: "column" }, runningNote(context.signal),
     toolbar({ title: "Reconfigure" }, sections("reconfigure"), filter, h("span", { class: "spring" }),
-    h("span", { class: "key" }, control ? "" : "Start with --control to change parameters.")), error,
+    h("span", { class: "key" }, control ? "" : "Start with --control to change parameters.")), error.element,
       h("div", { class: "split" }, list, body)));
   let servers = [];
   let server = "";
   let close = () => {};
   let form = null; // the form of the server, once its description has arrived
   let last = { values: {}, states: {} };
-  const queue = changeQueue(context, () => server, take, (text) => { replace(error, text); show(last); });
+  const queue = changeQueue(context, () => server, take, (text) => { error.show(text); show(last); });
 
   function drawServers() {
     const wanted = filter.value.trim().toLowerCase();
@@ -37,13 +37,13 @@ export function open(view, argument, context) {
     server = name;
     form = null;
     queue.clear();
-    replace(error, "");
+    error.show();
     replace(body, h("div", { class: "note" }, `Waiting for ${name} …`));
     drawServers();
     close = context.watch("reconfigure", { name }, (data) => {
       if (data.groups) drawForm(data.groups);
       if (data.values) show(data);
-    }, (problem) => replace(error, problem));
+    }, error.show);
   }
 
   function drawForm(root) {
@@ -53,7 +53,7 @@ export function open(view, argument, context) {
   }
 
   function take(data) {
-    replace(error, "");
+    error.show();
     show(data);
   }
 
@@ -70,11 +70,11 @@ export function open(view, argument, context) {
       servers = data.servers;
       drawServers();
     }
-    if (server) replace(error, servers.includes(server) ? error.textContent === gone() ? "" : error.textContent : gone());
+    if (server) error.show(servers.includes(server) ? error.element.textContent === gone() ? "" : error.element.textContent : gone());
     else if (argument) select(argument);
     else if (servers.length) select(servers[0]);
     else replace(body);
-  }, (problem) => replace(error, problem));
+  }, error.show);
   return { go: (name) => { if (name) select(name); } };
 }
 

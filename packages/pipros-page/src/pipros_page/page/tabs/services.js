@@ -2,7 +2,7 @@
 
 import { runningNote } from "../bags/running_note.js";
 import { copiesValues } from "../copy.js";
-import { h, milliseconds, panelHead, replace } from "../dom.js";
+import { h, milliseconds, panelHead, problemLine, replace } from "../dom.js";
 import { emptyState } from "../empty_state.js";
 import { dataTable } from "../table.js";
 import { tree } from "../message_values.js";
@@ -19,7 +19,7 @@ const COLUMNS = [
 export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter services", oninput: () => draw() });
   const hidesLoggers = h("input", { type: "checkbox", checked: true, onchange: () => draw() });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const none = emptyState("⇄");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
@@ -28,7 +28,7 @@ export function open(view, argument, context) {
   table.element.classList.add("fixed");
   view.append(h("div", { class: "column" }, runningNote(context.signal),
     toolbar({ title: "Services" }, filter, h("label", {}, hidesLoggers, "Hide logger services"),
-    h("span", { class: "spring" }), table.csvButton("services")), error, none,
+    h("span", { class: "spring" }), table.csvButton("services")), error.element, none,
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];
   let selected = "";
@@ -81,7 +81,7 @@ export function open(view, argument, context) {
     try {
       const { response, seconds } = await context.act("call_service", { name, request });
       replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`),
-        copiesValues(h("div", {}, tree(response)), (text) => replace(error, text)));
+        copiesValues(h("div", {}, tree(response)), error.show));
     } catch (problem) {
       replace(answer, h("p", { class: "error" }, problem.message));
     }
@@ -90,7 +90,7 @@ export function open(view, argument, context) {
   context.watch("services", {}, (data) => {
     services = data.services;
     draw();
-  }, (problem) => replace(error, problem));
+  }, error.show);
   if (argument) go(argument);
   return { go };
 }

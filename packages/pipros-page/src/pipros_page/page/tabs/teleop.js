@@ -1,8 +1,11 @@
 // Steer a robot with the keys or a touch stick. The server stops the robot if this page sends no commands.
 
 import { runningNote } from "../bags/running_note.js";
-import { h, replace, uniqueId } from "../dom.js";
+import { h, problemLine, replace, uniqueId } from "../dom.js";
+import { emptyState } from "../empty_state.js";
+import { imageStage } from "../image_stage.js";
 import { live } from "../live.js";
+import { camerasOf } from "../panels/robot_layout.js";
 import { steeringStick } from "../steering_stick.js";
 import { toolbar } from "../toolbar.js";
 
@@ -23,13 +26,14 @@ export function open(view, argument, context) {
   const power = h("button", { disabled: !control, "aria-pressed": "false", onclick: () => setOn(!isOn) }, "Start");
   const stick = steeringStick((position) => { wanted = position; draw(); send(); }, context.signal);
   const figures = h("div", { class: "figures", role: "status" });
-  const error = h("div", { class: "error", role: "alert" });
-  view.append(h("div", { class: "column" }, runningNote(context.signal), toolbar({ title: "Teleop" }), error,
+  const error = problemLine();
+  const camera = cameraView(context);
+  view.append(h("div", { class: "column" }, runningNote(context.signal), toolbar({ title: "Teleop" }), error.element,
     h("div", { class: "scroll form steering" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to steer."),
     h("label", {}, "Topic", topic), names, h("label", {}, "Speed limit, m/s", fastest), h("label", {}, "Turn limit, rad/s", quickest),
-    h("p", {}, power), stick.element, figures, h("p", { class: "note" }, HINT))));
-  const session = commandSession(context, (problem) => { if (isOn) replace(error, problem); });
+    h("p", {}, power), stick.element, figures, h("p", { class: "note" }, HINT))), camera.element);
+  const session = commandSession(context, (problem) => { if (isOn) error.show(problem); });
   let isOn = false;
   let isChosen = Boolean(argument); // whether the user chose the topic
   let listeners = null;
@@ -48,15 +52,12 @@ export function open(view, argument, context) {
   }
 
   function begin() {
-    replace(error);
+    error.show();
     const limits = { linear: Number(fastest.value), angular: Number(quickest.value) };
     session.begin({ name: topic.value, ...limits }, (data) => { listeners = data.listeners; draw(); }, turnOff);
   }
 
-  function turnOff(reason) {
-    setOn(false);
-    replace(error, reason);
-  }
+  const turnOff = (reason) => { setOn(false); error.show(reason); };
 
   const velocity = () => ({ linear: wanted[0] * Number(fastest.value), angular: wanted[1] * Number(quickest.value) });
 
@@ -81,6 +82,7 @@ export function open(view, argument, context) {
     const known = data.topics.filter((each) => each.type === TYPE).map((each) => each.name);
     replace(names, known.map((value) => h("option", { value })));
     if (!isChosen && !isOn) topic.value = steerable(data.topics, topic.value);
+    camera.look(camerasOf(data.topics)[0] ?? "");
   });
   context.onShown = (isShown) => { if (!isShown && isOn) setOn(false); };
   draw();
@@ -132,4 +134,26 @@ function commandSession(context, onError) {
   }
 
   return { begin, end, send };
+}
+
+// The picture beside the stick: what a camera of the robot sees.
+function cameraView(context) {
+  const stage = imageStage("Camera");
+  const hint = emptyState("▧");
+  let shown = null;
+  let stop = () => {};
+
+  function look(name) {
+    if (name === shown) return;
+    shown = name;
+    stop();
+    stage.clear();
+    hint.hidden = false;
+    replace(hint, name ? `No image received yet on ${name}.` : "No camera to show beside the stick.");
+    if (name) stop = context.watch("image", { name }, (data) => {
+      if (data instanceof DataView) stage.show(data).then(() => { hint.hidden = true; }, (problem) => replace(hint, problem.message));
+    });
+  }
+
+  return { element: h("div", { class: "beside" }, hint, stage.area), look };
 }

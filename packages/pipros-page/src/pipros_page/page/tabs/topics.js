@@ -1,6 +1,6 @@
 // All topics, and the newest message of the selected one.
 
-import { bandwidth, h, hertz, replace } from "../dom.js";
+import { bandwidth, h, hertz, problemLine, replace } from "../dom.js";
 import { emptyLink, emptyState } from "../empty_state.js";
 import { namespaceRows } from "../namespace_rows.js";
 import { nodeText } from "../node_text.js";
@@ -53,7 +53,7 @@ function measureButton(topic) {
 
 export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter topics", oninput: () => draw() });
-  const error = h("div", { class: "error", role: "alert" });
+  const error = problemLine();
   const none = emptyState("≋");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic" });
   const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MAX_ROWS,
@@ -75,10 +75,10 @@ export function open(view, argument, context) {
   const all = h("button", { title: `Subscribe to the first ${MAX_MEASURED} topics of the list`,
     onclick: () => measured.choose(measured.count() ? [] : shown().map((topic) => topic.name)) }, "Measure all");
   view.append(h("div", { class: "column" }, toolbar({ title: "Topics" }, filter, h("label", {}, inTree, "Tree"), all,
-    h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
+    h("span", { class: "spring" }), table.csvButton("topics")), error.element, none, h("div", { class: "scroll" }, table.element)), side);
   let topics = [];
   let selected = "";
-  const measured = measurement(context, () => draw(), (text) => replace(error, text));
+  const measured = measurement(context, () => draw(), error.show);
   const closed = new Set(); // namespaces
   let closePanel = () => {};
 
@@ -119,9 +119,9 @@ export function open(view, argument, context) {
     topics = data.topics;
     none.hidden = topics.length > 0;
     if (!topics.length) replace(none, "There are no topics.", emptyLink("publish", "Publish one"));
-    replace(error, data.error ? `The master does not answer: ${data.error}` : "");
+    error.show(data.error ? `The master does not answer: ${data.error}` : "");
     draw();
-  }, (text) => replace(error, text));
+  }, error.show);
   if (argument) go(argument);
   return { go };
 }

@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from pipros.bag import BagError, BagReader, BagWriter
 from pipros.msg import load_message_class
-from pipros.web.bags.export import FORMATS, export
-from pipros.web.bags.playback import newest_before
+from pipros_page.bags.export import FORMATS, export
+from pipros_page.bags.playback import newest_before
+from pipros_tools.bag import BagError, BagReader, BagWriter
 from tests.support.bags import bag_bytes
 
 SECOND = 10**9

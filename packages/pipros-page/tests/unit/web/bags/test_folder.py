@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.web.bags import folder
-from pipros.web.bags.folder import BadBagName, BagFolder
+from pipros_page.bags import folder
+from pipros_page.bags.folder import BadBagName, BagFolder
 
 
 def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> None:

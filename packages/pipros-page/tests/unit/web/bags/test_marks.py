@@ -10,8 +10,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Float64, String
 
-from pipros.bag import BagReader
-from pipros.web.bags.marks import BINS, MARKS_OF_A_BIN, MAX_COMPONENTS, BagMarks, Mark
+from pipros_page.bags.marks import BINS, MARKS_OF_A_BIN, MAX_COMPONENTS, BagMarks, Mark
+from pipros_tools.bag import BagReader
 from tests.support.bags import bag_bytes
 
 

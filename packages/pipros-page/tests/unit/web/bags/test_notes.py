@@ -9,15 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from pipros.graph.client import GraphClient
 from pipros.node import Node
-from pipros.server.view_server import RequestRefused
-from pipros.web.bags.folder import BagFolder
-from pipros.web.bags.notes import LONGEST_TEXT, BadNotes, BagNotes, Note
-from pipros.web.bags.open_bags import OpenBags
-from pipros.web.limits import PageLimits
-from pipros.web.views.bags import BagViews
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bags.folder import BagFolder
+from pipros_page.bags.notes import LONGEST_TEXT, PAGE_NOTES_BYTES, BadNotes, BagNotes, Note
+from pipros_page.bags.open_bags import OpenBags
+from pipros_page.views.bags import BagViews
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.client import GraphClient
 
 
 @pytest.fixture
@@ -93,7 +92,7 @@ def test_a_link_and_a_folder_are_not_read(notes: BagNotes, tmp_path: Path) -> No
 
 
 def test_notes_have_a_limit(notes: BagNotes) -> None:
-    limit = PageLimits().page_notes_bytes
+    limit = PAGE_NOTES_BYTES
     notes.path.write_bytes(b"notes: []" + b" " * limit)
     with pytest.raises(BadNotes, match=f"is too large; the limit is {limit}"):
         notes.read()

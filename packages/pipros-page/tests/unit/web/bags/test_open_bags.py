@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from pipros.bag import BagReader, BagWriter
-from pipros.graph.client import GraphClient
 from pipros.node import Node
-from pipros.server.browser_share import set_current_browser
-from pipros.server.view_server import RequestRefused, ServedViews
-from pipros.web.bags.open_bags import OpenBags
-from pipros.web.bags.playback import BagPlayback
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bags.open_bags import OpenBags
+from pipros_page.bags.playback import BagPlayback
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.browser_share import set_current_browser
+from pipros_server.view_server import RequestRefused, ServedViews
+from pipros_tools.bag import BagReader, BagWriter
+from pipros_tools.graph.client import GraphClient
 
 
 def in_a_browser() -> contextvars.Context:

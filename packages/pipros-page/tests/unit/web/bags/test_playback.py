@@ -8,15 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from pipros.bag import BagReader, BagWriter
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.basics.limits import process_limits
-from pipros.graph.client import GraphClient
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.web.bags.playback import BagPlayback
-from pipros.web.limits import PageLimits
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bags.playback import BagPlayback
+from pipros_page.bounded_list import PAGE_VIEW_BYTES
+from pipros_page.watched_system import WatchedSystem
+from pipros_tools.bag import BagReader, BagWriter
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.graph.client import GraphClient
 from tests.support.waiting import wait_until
 
 MARKERS, EMPTY = "visualization_msgs/MarkerArray", "std_msgs/Empty"
@@ -47,7 +46,7 @@ def live() -> WatchedSystem:
 def test_a_jump_keeps_the_newest_messages_within_the_limit(
     live: WatchedSystem, tmp_path: Path, share: float, kept: list[int]
 ) -> None:
-    size = int(process_limits().of(PageLimits).page_view_bytes * share)
+    size = int(PAGE_VIEW_BYTES * share)
     playback = BagPlayback(live, BagReader(write_bag(tmp_path / "a.bag", MARKERS, [size] * 6)))
     playback.jump(1005 * NS_PER_S)
     with playback.system.topics.watch(TOPIC) as watch:

@@ -13,25 +13,23 @@ import pytest
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, String
 
-from pipros.bag import BagReader
-from pipros.bag.errors import NoMessages
-from pipros.basics.limits import process_limits
-from pipros.graph.client import GraphClient
-from pipros.graph.observer import GraphObservation
-from pipros.graph.system_state import SystemState
 from pipros.msg.base import Message
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
-from pipros.server.browser_share import set_current_browser
-from pipros.server.view_server import RequestRefused
-from pipros.web.bags.export import export
-from pipros.web.bags.open_bags import OpenBags
-from pipros.web.bags.playback import BagPlayback
-from pipros.web.bags.rewind import OVERHEAD_BYTES, RecentMessages, Recording
-from pipros.web.limits import PageLimits
-from pipros.web.views.bags import BagViews
-from pipros.web.watched_system import WatchedSystem
+from pipros_page.bags.export import export
+from pipros_page.bags.open_bags import OpenBags
+from pipros_page.bags.playback import BagPlayback
+from pipros_page.bags.rewind import OVERHEAD_BYTES, RecentMessages, Recording
+from pipros_page.views.bags import PAGE_REWINDS, BagViews
+from pipros_page.watched_system import WatchedSystem
+from pipros_server.browser_share import set_current_browser
+from pipros_server.view_server import RequestRefused
+from pipros_tools.bag import BagReader
+from pipros_tools.bag.errors import NoMessages
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.observer import GraphObservation
+from pipros_tools.graph.system_state import SystemState
 from tests.support.waiting import wait_until
 
 BYTES = 1_000_000
@@ -206,7 +204,7 @@ def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(
     rewound: Rewound, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(rewound.system.topics, "update", lambda: None)  # there is no master
-    views, limit = views_of(rewound.system), process_limits().of(PageLimits).page_rewinds
+    views, limit = views_of(rewound.system), PAGE_REWINDS
 
     async def look_back(others: contextlib.AsyncExitStack) -> Any:
         set_current_browser()
@@ -229,7 +227,7 @@ def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(
             for _ in range(limit - 1):
                 await asyncio.create_task(look_back(stack))
             with pytest.raises(
-                RequestRefused, match=f"too many browsers are showing the past; the limit is {limit} "
+                RequestRefused, match=f"too many browsers are showing the past; the limit is {limit}$"
             ):
                 await asyncio.create_task(look_back(stack))
         assert rewound.system.topics.watches() == []

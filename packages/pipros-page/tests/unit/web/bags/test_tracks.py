@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.bag.opening import open_bag, writer_for
 from pipros.msg import load_message_class
-from pipros.web.bags.tracks import BINS, tracks
+from pipros_page.bags.tracks import BINS, tracks
+from pipros_tools.bag.opening import open_bag, writer_for
 
 
 @pytest.mark.parametrize("name", ["one.bag", "one.mcap"])

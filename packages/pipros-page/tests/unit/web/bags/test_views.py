@@ -18,20 +18,18 @@ from typing import Any
 import pytest
 from std_msgs.msg import Float64
 
-from pipros.bag import BagReader
-from pipros.bag.errors import BagError
-from pipros.basics.limits import process_limits
-from pipros.graph.client import GraphClient
 from pipros.node import Node
-from pipros.server.browser_share import set_current_browser
-from pipros.server.view_server import RequestRefused
-from pipros.web.bags.folder import BagFolder
-from pipros.web.bags.open_bags import OpenBags
-from pipros.web.bags.playback import BagPlayback
-from pipros.web.limits import PageLimits
-from pipros.web.views import bags as bag_views
-from pipros.web.views.bags import BagViews
-from pipros.web.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
+from pipros_page.bags.folder import BagFolder
+from pipros_page.bags.open_bags import OpenBags
+from pipros_page.bags.playback import BagPlayback
+from pipros_page.views import bags as bag_views
+from pipros_page.views.bags import PAGE_BAGS, PAGE_EXPORTS, BagViews
+from pipros_page.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
+from pipros_server.browser_share import set_current_browser
+from pipros_server.view_server import RequestRefused
+from pipros_tools.bag import BagReader
+from pipros_tools.bag.errors import BagError
+from pipros_tools.graph.client import GraphClient
 from tests.support.bags import bag_bytes
 
 EXPORT = {"name": "run.bag", "format": "bag", "topics": ["/number"], "begin": 0, "end": 2000}
@@ -106,7 +104,7 @@ class FullDisk(io.BytesIO):
 
 def test_an_export_to_a_full_disk_is_refused(browser: Browser, monkeypatch: pytest.MonkeyPatch) -> None:
     async def check() -> None:
-        for _ in range(process_limits().of(PageLimits).page_exports + 1):
+        for _ in range(PAGE_EXPORTS + 1):
             with pytest.raises(RequestRefused, match=r"cannot export: .*No space left on device"):
                 await whole(browser.views.bag_export(EXPORT))
 
@@ -118,7 +116,7 @@ def test_views_that_wait_for_a_bag_to_close_do_not_exceed_the_limit_together(bro
     released = threading.Event()
 
     async def check() -> None:
-        limit = process_limits().of(PageLimits).page_bags
+        limit = PAGE_BAGS
         opening = [browser.views.bag({"name": "run.bag"}) for _ in range(limit + 5)]
         tasks = [asyncio.ensure_future(anext(each)) for each in opening]
         await asyncio.sleep(0)  # each of them waits for the open bag

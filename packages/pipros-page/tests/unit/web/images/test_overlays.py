@@ -1,5 +1,6 @@
 """Pairs of images, and shapes over images: detections of two releases of vision_msgs, and markers."""
 
+# needs numpy
 from __future__ import annotations
 
 import math
@@ -14,9 +15,8 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from image_geometry import PinholeCameraModel
-from pipros.graph.raw_decoder import RawDecoder
 from pipros.node.any_msg import AnyMsg
-from pipros.web.images.overlays import (
+from pipros_page.images.overlays import (
     MAX_MARKERS,
     MAX_PARTS,
     Camera,
@@ -24,9 +24,10 @@ from pipros.web.images.overlays import (
     detection_shapes,
     marker_shapes,
 )
-from pipros.web.images.pairs import ImagePairs
-from pipros.web.topic_watch import TopicWatch
-from pipros.web.views.images import info_topic
+from pipros_page.images.pairs import ImagePairs
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.views.images import info_topic
+from pipros_tools.graph.raw_decoder import RawDecoder
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 INFO = CameraInfo(width=640, height=480, P=[500, 0, 320, 0, 0, 400, 240, 0, 0, 0, 1, 0])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.safe.expr import ExpressionError
-from pipros.web.messages.pattern import MessagePattern
+from pipros.safe.expr_walk import ExpressionError
+from pipros_page.messages.pattern import MessagePattern
 
 
 def test_texts_that_begin_with_an_equals_sign_are_evaluated() -> None:

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Point, Pose, PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from sensor_msgs.msg import CompressedImage, Image, Imu, LaserScan
 
-from pipros.web.messages.picture import COMPRESSED_BYTES, MAX_CELLS, MAX_POINTS, message_picture
+from pipros_page.messages.picture import COMPRESSED_BYTES, MAX_CELLS, MAX_POINTS, message_picture
 
 
 def picture_of(message: Any) -> Any:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.web.scene.rviz_file import RvizFileError, read_rviz, write_rviz
-from tests.support.environments import TESTS
+from pipros_page.scene.layout_file import RvizFileError, read_rviz, write_rviz
+from tests.support.environments import file_of_tests
 
-GENUINE = TESTS / "golden" / "rviz_defaults.rviz"
+GENUINE = file_of_tests("golden/rviz_defaults.rviz")
 FILE = """\
 Panels:
   - Class: rviz/Displays

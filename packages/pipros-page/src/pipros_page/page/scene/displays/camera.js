@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { CameraModel } from "../camera_model.js";
+import { pixelsOf } from "../pixels.js";
 import { truth } from "../properties.js";
 import { infoTopic } from "./depth.js";
 import { Image } from "./image.js";
@@ -83,29 +84,17 @@ export class Camera extends Image {
 
   // Returns a canvas with the scene as the camera sees it, on a transparent background.
   picture(width, height) {
-    const { renderer, world, displays, tools } = this.scene;
-    const hidden = this.hiddenOf(displays, this.config.Visibility);
-    const background = renderer.getClearAlpha();
-    const { target } = this;
-    target.setSize(width, height);
-    const pixels = new Uint8Array(width * height * 4);
-    hidden.forEach((each) => { each.root.visible = false; });
-    const hadTools = tools.visible;
-    tools.visible = false;
-    try {
-      renderer.setClearColor(0x000000, 0);
-      renderer.setRenderTarget(target);
-      renderer.clear();
-      renderer.render(world, this.camera);
-      renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
-    } finally {
-      renderer.setRenderTarget(null);
-      renderer.setClearAlpha(background);
-      hidden.forEach((each) => { each.root.visible = true; });
-      tools.visible = hadTools;
-    }
+    const { displays, tools } = this.scene;
+    const hidden = [tools, ...this.hiddenOf(displays, this.config.Visibility).map(({ root }) => root)];
+    this.target.setSize(width, height);
+    hidden.forEach((each) => { each.visible = false; });
     const canvas = new OffscreenCanvas(width, height);
-    canvas.getContext("2d").putImageData(new ImageData(upright(pixels, width, height), width, height), 0, 0);
+    try {
+      const pixels = pixelsOf(this.scene, this.camera, this.target, [0, 0, width, height]);
+      canvas.getContext("2d").putImageData(new ImageData(upright(pixels, width, height), width, height), 0, 0);
+    } finally {
+      hidden.forEach((each) => { each.visible = true; });
+    }
     return canvas;
   }
 

@@ -52,6 +52,14 @@ export class Placed extends Display {
     return null;
   }
 
+  // Returns a pose of a message, normalized; null if it or the other numbers are not finite.
+  checkedPose(pose, others = []) {
+    const own = poseOf(pose);
+    if (!isFinitePose(own) || !others.every(Number.isFinite)) return this.refuse();
+    this.noteRotations([own]);
+    return normalized(own);
+  }
+
   // Warns if a pose has no rotation.
   noteRotations(poses) {
     if (poses.some((pose) => pose.slice(3).every((part) => part === 0)))
@@ -98,21 +106,17 @@ export class Path extends Placed {
 
 export class Pose extends Placed {
   draw({ pose }) {
-    const own = poseOf(pose);
-    if (!isFinitePose(own)) return this.refuse();
-    this.noteRotations([own]);
-    const shape = this.poseShape();
-    place(shape, normalized(own));
+    const own = this.checkedPose(pose);
+    const shape = own && this.poseShape();
+    if (shape) place(shape, own);
     return shape;
   }
 }
 
 export class PoseWithCovariance extends Placed {
   draw({ pose: { pose, covariance } }) {
-    const own = poseOf(pose);
-    if (!isFinitePose(own) || !covariance.every(Number.isFinite)) return this.refuse();
-    this.noteRotations([own]);
-    return withCovariance(this, this.poseShape(), normalized(own), covariance);
+    const own = this.checkedPose(pose, covariance);
+    return own && withCovariance(this, this.poseShape(), own, covariance);
   }
 }
 
@@ -144,11 +148,8 @@ export class Odometry extends Placed {
   }
 
   draw({ pose: { pose, covariance } }) {
-    const own = poseOf(pose);
-    if (!isFinitePose(own) || !covariance.every(Number.isFinite)) return this.refuse();
-    this.noteRotations([own]);
-    const here = normalized(own);
-    if (this.last && !this.hasMoved(here)) return null;
+    const here = this.checkedPose(pose, covariance);
+    if (!here || (this.last && !this.hasMoved(here))) return null;
     this.last = here;
     // Only the newest pose shows its covariance.
     const latest = this.root.children.at(-1)?.children[0];

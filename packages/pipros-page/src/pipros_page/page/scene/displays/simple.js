@@ -6,7 +6,20 @@ import { OPAQUE, axes, clear, thinLines, wideLines } from "../shapes.js";
 
 const MAX_CELLS = 2000;
 
-export class Grid extends Display {
+// Follows the reference frame, and is not affected by messages.
+class Fixed extends Display {
+  reset() {}
+
+  end() {
+    clear(this.root);
+  }
+
+  frame() {
+    this.follow(this.get("Reference Frame"), (name, error) => this.scene.whyNot(name, error));
+  }
+}
+
+export class Grid extends Fixed {
   begin() {
     clear(this.root);
     const count = Math.min(MAX_CELLS, Math.max(1, this.get("Plane Cell Count")));
@@ -23,16 +36,6 @@ export class Grid extends Display {
     if (plane === "YZ") lines.quaternion.setFromAxisAngle(new THREE.Vector3(0, 1, 0), Math.PI / 2);
     lines.position.set(...this.get("Offset"));
     this.root.add(lines);
-  }
-
-  reset() {}
-
-  end() {
-    clear(this.root);
-  }
-
-  frame() {
-    this.follow(this.get("Reference Frame"), (name, error) => this.scene.whyNot(name, error));
   }
 }
 
@@ -55,19 +58,9 @@ function gridPoints(count, layers, size) {
   return points;
 }
 
-export class Axes extends Display {
+export class Axes extends Fixed {
   begin() {
     clear(this.root);
     this.root.add(axes(this.get("Length"), this.get("Radius"), this.get("Alpha")));
-  }
-
-  reset() {}
-
-  end() {
-    clear(this.root);
-  }
-
-  frame() {
-    this.follow(this.get("Reference Frame"), (name, error) => this.scene.whyNot(name, error));
   }
 }

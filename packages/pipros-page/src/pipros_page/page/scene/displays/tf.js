@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { Display } from "../display.js";
 import { poseTexts } from "../pose.js";
-import { arrowShape, axes, clear, lit, place, textSprite } from "../shapes.js";
+import { arrowShape, axes, blended, clear, lit, place, textSprite } from "../shapes.js";
 
 const MAX_DRAWN = 1000;
 
@@ -28,11 +28,7 @@ export class Tf extends Display {
         [["Parent", this.scene.frames.parent(name) ?? ""], ...poseTexts([...group.position.toArray(), ...group.quaternion.toArray()])] }));
   }
 
-  // As in rviz, All Enabled only switches the frames that exist when it is changed (`changed`).
-  isShown(name) {
-    return this.isPartShown(name, true);
-  }
-
+  // As in rviz, All Enabled only switches the frames that exist when it is changed.
   changed() {
     const isAll = this.get("Frames", "All Enabled");
     if (isAll !== this.wereAll) for (const name of this.parts().names) this.switchPart(name, isAll);
@@ -65,7 +61,7 @@ export class Tf extends Display {
     }
     const filters = [this.pattern("Filter (whitelist)"), this.pattern("Filter (blacklist)")];
     for (const name of names) {
-      if (!this.isShown(name) || !accepts(name, filters)) {
+      if (!this.isPartShown(name, true) || !accepts(name, filters)) {
         const hidden = this.drawn.get(name);
         if (hidden) hidden.group.visible = hidden.line.visible = false;
         continue;
@@ -130,9 +126,8 @@ export class Tf extends Display {
     entry.shown = shown;
     const { material } = entry.axes.children[0];
     material.userData.fade.value = fade;
-    setAlpha(material, alpha);
-    setAlpha(entry.label.material, alpha);
-    entry.label.material.transparent = true;
+    Object.assign(material, blended(alpha));
+    Object.assign(entry.label.material, blended(alpha), { transparent: true });
   }
 
   connect(entry, parent, scale) {
@@ -160,12 +155,6 @@ export class Tf extends Display {
     entry.line.position.copy(here);
     entry.line.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), along.normalize());
   }
-}
-
-function setAlpha(material, alpha) {
-  material.opacity = alpha;
-  material.transparent = alpha < 0.9998;
-  material.depthWrite = !material.transparent;
 }
 
 /** @type {(name: string, filters: RegExp[]) => boolean} */

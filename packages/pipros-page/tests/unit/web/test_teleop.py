@@ -1,0 +1,88 @@
+"""The Teleop tab stops its robot also while other browsers keep the server's event loop busy."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import Future
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pipros_page.views.teleop import TeleopViews
+from tests.support.waiting import wait_until
+
+SESSION = {"name": "/cmd_vel", "linear": 1.0, "angular": 1.0, "session": "mine"}
+
+
+class Wheels:
+    """A publisher that records velocities."""
+
+    connection_count = 1
+
+    def __init__(self, refuses: bool = False) -> None:
+        self.velocities: list[float] = []
+        self.refuses = refuses
+
+    def publish(self, message: Any) -> None:
+        if self.refuses:
+            raise ValueError("the policy refuses this")
+        self.velocities.append(message.linear.x)
+
+    def unregister(self) -> None:
+        self.refuses = True
+
+
+def views(wheels: Wheels) -> TeleopViews:
+    def start(*_: object, **__: object) -> Future[Any]:
+        advertising: Future[Any] = Future()
+        advertising.set_result(wheels)
+        return advertising
+
+    system: Any = SimpleNamespace(
+        questions=SimpleNamespace(start=start), gate=SimpleNamespace(advertise=None)
+    )
+    return TeleopViews(system)
+
+
+def test_a_silent_browsers_robot_stops_while_the_event_loop_is_blocked() -> None:
+    wheels = Wheels()
+
+    async def scenario() -> None:
+        teleop = views(wheels)
+        view = teleop.teleop(SESSION)
+        await anext(view)
+        await teleop.steer({"session": "mine", "linear": 0.5, "angular": 0.0})
+        # from here on, nothing else runs in this loop
+        assert wait_until(lambda: wheels.velocities[-1:] == [0.0] and 0.5 in wheels.velocities)
+        await view.aclose()  # type: ignore[attr-defined]
+
+    asyncio.run(scenario())
+
+
+def test_the_end_of_a_view_stops_its_robot_at_once() -> None:
+    wheels = Wheels()
+
+    async def scenario() -> None:
+        teleop = views(wheels)
+        view = teleop.teleop(SESSION)
+        await anext(view)
+        await teleop.steer({"session": "mine", "linear": 0.5, "angular": 0.0})
+        assert wait_until(lambda: 0.5 in wheels.velocities)
+        await view.aclose()  # type: ignore[attr-defined]
+        assert wheels.velocities[-1] == 0.0
+
+    asyncio.run(scenario())
+
+
+def test_a_refused_velocity_ends_the_view_with_its_reason() -> None:
+    async def scenario() -> None:
+        wheels = Wheels(refuses=True)
+        teleop = views(wheels)
+        view = teleop.teleop(SESSION)
+        await anext(view)
+        await teleop.steer({"session": "mine", "linear": 0.5, "angular": 0.0})
+        with pytest.raises(ValueError, match="the policy refuses this"):
+            [value async for value in view]
+
+    asyncio.run(scenario())
