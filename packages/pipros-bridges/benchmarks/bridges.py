@@ -142,8 +142,8 @@ def sample_messages():
 
 def encodings(options):
     """Measure the time that each encoding takes, in us."""
-    from pipros.bridges.rosbridge.encoding import Encoder, WireEncoding
-    from pipros.bridges.shared_topics import TopicMessage
+    from pipros_bridges.rosbridge.encoding import Encoder, WireEncoding
+    from pipros_bridges.shared_topics import TopicMessage
 
     encoders = {each.name.lower().replace("_", "-"): (Encoder(), each) for each in WireEncoding}
     encoders["bson"] = (Encoder(is_bson=True), WireEncoding.JSON)

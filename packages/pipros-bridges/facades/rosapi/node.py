@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.bridges.rosapi import Allowed, RosApi
-from pipros.bridges.rosbridge.globs import Globs
+from pipros_bridges.rosapi import Allowed, RosApi
+from pipros_bridges.rosbridge.globs import Globs
 from rospy.session import session
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import rospy
-from pipros.bridges.rosbridge.text_input import BadInput, json_object
+from pipros_bridges.rosbridge.text_input import BadInput, json_object
 
 
 class Protocol:

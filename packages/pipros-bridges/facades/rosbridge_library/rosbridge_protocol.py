@@ -7,10 +7,10 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import ClientOutbox
-from pipros.bridges.rosbridge.session import RosbridgeNode
-from pipros.bridges.rosbridge.text_input import BadInput, json_object
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.outbox import ClientOutbox
+from pipros_bridges.rosbridge.session import RosbridgeNode
+from pipros_bridges.rosbridge.text_input import BadInput, json_object
 from rosbridge_library.protocol import Protocol
 from rospy.session import session
 

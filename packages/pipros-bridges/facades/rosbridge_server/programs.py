@@ -8,22 +8,23 @@ from __future__ import annotations
 
 import sys
 import time
-from pathlib import Path
 from typing import Any, Protocol
 
 import rospy
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.bridges.bridge_server import PING_S, PONG_S
-from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.encoding import bson_codec
-from pipros.bridges.rosbridge.globs import Globs
-from pipros.bridges.rosbridge.protocol import RosbridgeSettings
-from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
-from pipros.bridges.rosbridge.session import Timing
-from pipros.bridges.rosbridge.stream_servers import TcpServer
-from pipros.bridges.rosbridge.udp_server import UdpServer
-from pipros.policy.policy_file import read_policy
+from pipros_bridges.bridge_server import PING_S, PONG_S
+from pipros_bridges.rosbridge.authentication import Authenticator
+from pipros_bridges.rosbridge.encoding import bson_codec
+from pipros_bridges.rosbridge.globs import Globs
+from pipros_bridges.rosbridge.protocol import RosbridgeSettings
+from pipros_bridges.rosbridge.server import ServerOptions, WebSocketServer
+from pipros_bridges.rosbridge.session import Timing
+from pipros_bridges.rosbridge.stream_servers import TcpServer
+from pipros_bridges.rosbridge.udp_server import UdpServer
+from pipros_server.loop_share import switch_threads_often
+from pipros_server.policy.policy_file import read_policy
 from rospy.session import session
 
 
@@ -61,6 +62,7 @@ def udp() -> int:
 
 
 def _serve(server_class: Any, started: str) -> int:
+    switch_threads_often()
     try:
         options = options_from_parameters(is_websocket=server_class is WebSocketServer)
         server: Server = server_class(session.node, options)
@@ -162,6 +164,6 @@ def _authenticator() -> Authenticator:
     if not file:
         raise WrongParameter("~authenticate requires ~secret_file, a file with a 16-character secret")
     try:
-        return Authenticator(Path(str(file)).read_text(encoding="utf-8").strip(), time.time)
+        return Authenticator(read_text(str(file)).strip(), time.time)
     except (OSError, ValueError) as error:
         raise WrongParameter(f"~secret_file {file}: {error}") from None

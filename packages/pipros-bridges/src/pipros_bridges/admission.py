@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from urllib.parse import parse_qs, urlsplit
 
 from pipros.basics.printable import printable
-from pipros.server.secret import Denied, Secret
+from pipros_server.secret import Denied, Secret
 
 ANY_ORIGIN = "*"
 _ORIGIN = re.compile(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(?::[0-9]{1,5})?")

@@ -26,21 +26,23 @@ from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
 from pipros.basics.limits import Limits, limit_text, process_limits
-from pipros.bridges.admission import Admission
-from pipros.bridges.client import BridgeClient
-from pipros.bridges.connection import BridgeConnection, Wakeups
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.pace import ReadPace
-from pipros.bridges.sessions import ClientRow, Handler, Session, dispensable_client, row_of
-from pipros.bridges.shares import ServerShares
-from pipros.server.access import LOOPBACK_HOSTS, Access
-from pipros.server.freed_memory import FreedMemory
-from pipros.server.listener import Listener
-from pipros.server.port import ServerPort
-from pipros.server.secret import Denied, Secret
-from pipros.server.view_server import SOCKET_PATH, PageServer, only_header, plain_response
+from pipros.net.tcpros import HANDSHAKES
+from pipros_bridges.admission import Admission
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.connection import BridgeConnection, Wakeups
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.pace import ReadPace
+from pipros_bridges.sessions import ClientRow, Handler, Session, dispensable_client, row_of
+from pipros_bridges.shares import ServerShares
+from pipros_server.access import LOOPBACK_HOSTS, Access
+from pipros_server.freed_memory import FreedMemory
+from pipros_server.listener import Listener
+from pipros_server.port import ServerPort
+from pipros_server.responses import only_header, plain_response
+from pipros_server.secret import Denied, Secret
+from pipros_server.view_server import SOCKET_PATH, PageServer
 
-logger = logging.getLogger("pipros.bridges")
+logger = logging.getLogger("pipros_bridges")
 
 CLIENTS_PATH: Final = "/clients"
 DESCRIPTORS_SHARE: Final = 1 / 2
@@ -84,7 +86,7 @@ class BridgeServer:
         self._has_control = has_control
         listener = Listener(
             self._limits,
-            limit=self._limits.of(BridgeLimits).bridge_clients + self._limits.handshakes,
+            limit=self._limits.of(BridgeLimits).bridge_clients + HANDSHAKES,
             log=logger,
             share=DESCRIPTORS_SHARE,
         )
@@ -227,19 +229,8 @@ class BridgeServer:
         )
         session = handler.open(client)
         self._clients[client] = session, time.time()
-        pace = ReadPace(self._limits, work=self.shares.work)
         try:
-            async for data in connection:
-                if client.has_left:
-                    if not self._has_control:
-                        break
-                    client.outbox.close()
-                client.active_s = time.monotonic()
-                client.received.messages += 1
-                client.received.bytes += len(data)
-                await session.receive(data)
-                if delay_s := pace.delay_s(len(data), session.worked_s):
-                    await asyncio.sleep(delay_s)
+            await connection.share.run(self._receive_all, connection, client, session)
         except ConnectionClosed:
             pass
         except Exception:
@@ -253,6 +244,25 @@ class BridgeServer:
             self._freed_memory.note_left(
                 received.bytes + sent.bytes + held_bytes, received.messages + sent.messages
             )
+
+    async def _receive_all(
+        self, connection: BridgeConnection, client: BridgeClient, session: Session
+    ) -> None:
+        """Handle a client's messages until it disconnects."""
+        pace = ReadPace(self._limits)
+        async for data in connection:
+            if client.has_left:
+                if not self._has_control:
+                    return
+                client.outbox.close()
+            client.active_s = time.monotonic()
+            client.received.messages += 1
+            client.received.bytes += len(data)
+            await session.receive(data)
+            connection.share.note_threads(session.worked_s)
+            if delay_s := pace.delay_s(len(data)):
+                await asyncio.sleep(delay_s)
+            await connection.share.end_long_step()
 
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect a client to make room for a new client. Return whether there is room now."""

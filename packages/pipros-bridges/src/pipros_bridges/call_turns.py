@@ -14,7 +14,7 @@ from pipros.basics.budget import Budget
 from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
 
-logger = logging.getLogger("pipros.bridges")
+logger = logging.getLogger("pipros_bridges")
 
 T = TypeVar("T")
 P = ParamSpec("P")

@@ -3,7 +3,7 @@
 Theory of operation. Outboxes are filled in any thread. `Wakeups` wakes the event loop once for several
 outboxes with new frames. No task writes a client's frames: the event loop writes them until the socket buffer
 is full, and again when asyncio reports that there is room. A connection whose buffer stays full is aborted if
-the client reads nothing for `bridge_stall_s`. Frames bypass websockets' `send`, which copies a large message
+the client reads nothing for `BRIDGE_STALL_S`. Frames bypass websockets' `send`, which copies a large message
 twice and is several times slower for a small message, and `broadcast`, which does not report a full buffer.
 Frame headers are therefore encoded here (unmasked, without extensions; RFC 6455). A large frame is sent
 without copying it; while it is being written, control frames wait.
@@ -20,10 +20,15 @@ from typing import Final
 from websockets.frames import CloseCode
 
 from pipros.basics.limits import Limits
-from pipros.bridges.connection import BridgeConnection, Wakeups
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import ClientOutbox, ClientTraffic, WebSocketFrame
-from pipros.bridges.shares import ClientShares
+from pipros_bridges.connection import BridgeConnection, Wakeups
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.outbox import ClientOutbox, ClientTraffic, WebSocketFrame
+from pipros_bridges.shares import ClientShares
+
+BRIDGE_STALL_S = 10.0
+"""Limit: the time after which a client that does not read from a full connection is disconnected. Beyond it,
+the client is disconnected.
+"""
 
 TURN_BYTES: Final = 1024 * 1024
 """Number of bytes to write to one client before the other clients are served."""
@@ -71,7 +76,7 @@ class BridgeClient:
         self.host = host
         self.active_s = time.monotonic()
         self._connection = connection
-        self._stall_s = limits.of(BridgeLimits).bridge_stall_s
+        self._stall_s = BRIDGE_STALL_S
         self._loop = asyncio.get_running_loop()
         self._frames: deque[WebSocketFrame] = deque()  # remaining frames of the current message
         self._watch: asyncio.TimerHandle | None = None

@@ -10,11 +10,11 @@ from typing import Any, Final
 
 from websockets.protocol import State
 
-from pipros.bridges.outbox import WebSocketFrame
-from pipros.bridges.shares import ClientShares
 from pipros.net import sockets
 from pipros.net.backlog import Backlog, Buffer
-from pipros.server.port_connection import PortConnection
+from pipros_bridges.outbox import WebSocketFrame
+from pipros_bridges.shares import ClientShares
+from pipros_server.port_connection import PortConnection
 
 JOINED_BYTES: Final = 16 * 1024
 """Up to this size, copying the parts of a frame takes less time than another system call."""

@@ -16,18 +16,19 @@ from typing import Final, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
-from pipros.bridges.admission import Admission
-from pipros.bridges.bridge_server import BridgeServer
-from pipros.bridges.sessions import Handler
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on
-from pipros.policy.model import Policy
-from pipros.server.freed_memory import share_one_arena
-from pipros.server.secret import Secret
-from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
-from pipros.server.token_file import read_tokens
-from pipros.server.view_server import PageServer
+from pipros_bridges.admission import Admission
+from pipros_bridges.bridge_server import BridgeServer
+from pipros_bridges.sessions import Handler
+from pipros_server.freed_memory import share_one_arena
+from pipros_server.loop_share import switch_threads_often
+from pipros_server.policy.model import Policy
+from pipros_server.secret import Secret
+from pipros_server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
+from pipros_server.token_file import read_tokens
+from pipros_server.view_server import PageServer
 
 ENDING_S: Final = 0.1
 """Maximum time (s) to wait for remaining tasks after `BridgeOptions.closing_s`."""
@@ -114,6 +115,7 @@ def serve(
         ServerFailed: the port is in use, or the certificate cannot be read.
     """
     share_one_arena()
+    switch_threads_often()
     run_until_signalled(lambda life: _serve(node, options, make, secret, life))
     return 0
 

@@ -5,28 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.rooms import offered
-from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
-from pipros.bridges.rosapi import RosApi
-from pipros.bridges.rosbridge.protocol import RosbridgeSettings
-from pipros.bridges.rosbridge.server import RosbridgeHandler
-from pipros.bridges.rosbridge.session import RosbridgeNode
-from pipros.bridges.serve import BridgeOptions, secret_of, serve
-from pipros.bridges.sessions import Handler
-from pipros.graph.services import type_of
+from pipros.basics.plugins import offered
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
-from pipros.policy.model import Policy
-from pipros.server.act_gate import ActGate
-from pipros.server.secret import Secret
-from pipros.server.view_server import PageServer
+from pipros_bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
+from pipros_bridges.rosapi import RosApi
+from pipros_bridges.rosbridge.protocol import RosbridgeSettings
+from pipros_bridges.rosbridge.server import RosbridgeHandler
+from pipros_bridges.rosbridge.session import RosbridgeNode
+from pipros_bridges.serve import BridgeOptions, secret_of, serve
+from pipros_bridges.sessions import Handler
+from pipros_server.act_gate import ActGate
+from pipros_server.policy.model import Policy
+from pipros_server.secret import Secret
+from pipros_server.view_server import PageServer
+from pipros_tools.graph.services import type_of
 
 ROSAPI = "rosapi"
 
 
 class AllProtocols:
-    """The protocols of `pipros serve`, for `pipros.bridges.serve.serve`."""
+    """The protocols of `pipros serve`, for `pipros_bridges.serve.serve`."""
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class AllProtocols:
 
 
 def serve_all(node: Node, options: BridgeOptions) -> int:
-    """Serve the page, rosbridge and Foxglove until Ctrl-C; see `pipros.bridges.serve.serve`.
+    """Serve the page, rosbridge and Foxglove until Ctrl-C; see `pipros_bridges.serve.serve`.
 
     On a network, all clients need a token: one from the token file if there is one, otherwise the page's
     token.

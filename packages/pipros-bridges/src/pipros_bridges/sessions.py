@@ -7,8 +7,8 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from pipros.bridges.client import BridgeClient
-from pipros.bridges.outbox import ClientTraffic
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.outbox import ClientTraffic
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,14 +19,13 @@ from pipros.basics import names
 from pipros.basics.errors import InvalidName, PiprosError
 from pipros.basics.printable import printable
 from pipros.basics.turns import Turns
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosapi import MASTER_DEADLINE_S
-from pipros.bridges.shares import TopicShares
 from pipros.net.master_client import MasterClient
 from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
+from pipros_bridges.rosapi import MASTER_DEADLINE_S
+from pipros_bridges.shares import BRIDGE_TOPICS, TopicShares
 
 
 class WrongType(PiprosError):
@@ -108,7 +107,7 @@ class SharedTopics:
         self._master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
         self._reports_types = reports_types
         self._lock = threading.Lock()
-        self._topics = TopicShares(node.limits.of(BridgeLimits).bridge_topics)
+        self._topics = TopicShares(BRIDGE_TOPICS)
         self._reported: dict[str, str] = {}  # the types registered at the master
         self._newest: dict[str, tuple[AnyMsg, TopicMessage]] = {}
         self._changes: Turns[Hashable, tuple[bool, Taken]] = Turns()
@@ -138,7 +137,7 @@ class SharedTopics:
 
         Raises:
             InvalidName: `topic` is not a legal name.
-            LimitExceeded: the client has used up its share of `BridgeLimits.bridge_topics`.
+            LimitExceeded: the client has used up its share of `BRIDGE_TOPICS`.
         """
         name = legal_topic(self._node, topic)
         taken = Taken(self, name, kind, on_message, on_error, user)

@@ -12,9 +12,46 @@ from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import LimitExceeded
-from pipros.basics.limits import Limits, limit_text
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.pace import SharedWork
+from pipros.basics.limits import Limits
+from pipros_bridges.limits import BridgeLimits
+
+BRIDGE_TOPICS = 1000
+"""Limit: topics that all clients of one protocol receive together; also topics that all rosbridge clients
+publish together. Beyond it, the subscription is refused; a client can use at most half of the topics that
+other clients leave free, but always eight.
+"""
+BRIDGE_SUBSCRIPTIONS = 2000
+"""Limit: subscriptions of one client; also the topics and services that it advertises. Beyond it, the
+subscription or advertisement is refused.
+"""
+BRIDGE_READER_BYTES = 1024 * 1024
+"""Limit: a message from a client that may not change the system. Beyond it, like `bridge_message_bytes`, for
+a client that may only read.
+"""
+BRIDGE_PARSED_BYTES = 32 * 1024 * 1024
+"""Limit: the approximate memory for a client's parsed message, and also for the requests of its pending
+service calls; a quarter of it for a client that may not change the system. In addition, the memory for a
+client's published messages that are kept for later subscribers. Beyond it, the message is refused before it
+is parsed, because many small values need far more memory than their text. The same limit applies to the
+total of a client's latched messages and of the messages that wait up to a second for the first subscriber:
+if it is exceeded, a further latched message is refused, and other messages are sent at once.
+"""
+BRIDGE_KEPT_BYTES = 4 * 1024 * 1024
+"""Limit: the names and ids that a server stores for one client. Beyond it, the request is refused; the
+client is disconnected if it continues.
+"""
+BRIDGE_CLIENT_BYTES = 48 * 1024 * 1024
+"""Limit: everything that a server holds for one client: incomplete, parsed, queued and latched messages,
+names and ids. The sum of `bridge_queue_bytes` and three times `bridge_message_bytes` applies instead if it
+is larger. Beyond it, the client misses its oldest messages, or is disconnected.
+"""
+BRIDGE_TOTAL_BYTES = 160 * 1024 * 1024
+"""Limit: the same for all clients of a server together, in addition to 256 KiB per client. Twice the sum
+above applies instead if it is larger. A client may use at most half of the memory that the other clients
+leave free. Beyond it, like `BRIDGE_CLIENT_BYTES`, for all clients together; a client can use at most half of
+the memory that other clients leave free, but always 256 KiB. Latched messages are kept for 10 s after their
+client has left; all clients that have left may together keep as much as one client.
+"""
 
 PART: Final = 0.5
 """One client gets at most this part of what the other clients leave free."""
@@ -59,7 +96,7 @@ class TopicShares:
                 self._forget_unused(user)
                 raise LimitExceeded(
                     f"too many topics: this client has {int(budget.used)}, and all clients together "
-                    f"{int(self._topics.used)}; {limit_text('bridge_topics', self._limit)}"
+                    f"{int(self._topics.used)}; the limit is {self._limit}"
                 )
             users = self._users[topic] = {}
         users[user] = users.get(user, 0) + 1
@@ -137,7 +174,6 @@ class ServerShares:
     Attributes:
         memory: everything that the server holds for its clients.
         left_behind: the part of `memory` for published messages of clients that have left.
-        work: the clients that keep the server busy.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -145,10 +181,9 @@ class ServerShares:
         largest = (
             limits.of(BridgeLimits).bridge_queue_bytes + 3 * limits.of(BridgeLimits).bridge_message_bytes
         )
-        self.client_bytes = max(limits.of(BridgeLimits).bridge_client_bytes, largest)
-        self.memory = Budget(max(limits.of(BridgeLimits).bridge_total_bytes, 2 * largest))
+        self.client_bytes = max(BRIDGE_CLIENT_BYTES, largest)
+        self.memory = Budget(max(BRIDGE_TOTAL_BYTES, 2 * largest))
         self.left_behind = Budget(self.client_bytes, self.memory, part=PART)
-        self.work = SharedWork()
 
     def client(self, *, is_reader: bool = False) -> ClientShares:
         """Return the shares of a new client."""
@@ -176,23 +211,17 @@ class ClientShares:
         self.is_reader = is_reader
         self.message_bytes = limits.of(BridgeLimits).bridge_message_bytes
         if is_reader:
-            self.message_bytes = min(
-                limits.of(BridgeLimits).bridge_reader_bytes, limits.of(BridgeLimits).bridge_message_bytes
-            )
-        parsed = (
-            limits.of(BridgeLimits).bridge_parsed_bytes // 4
-            if is_reader
-            else limits.of(BridgeLimits).bridge_parsed_bytes
-        )
+            self.message_bytes = min(BRIDGE_READER_BYTES, limits.of(BridgeLimits).bridge_message_bytes)
+        parsed = BRIDGE_PARSED_BYTES // 4 if is_reader else BRIDGE_PARSED_BYTES
         self.memory = Budget(server.client_bytes, server.memory, part=PART, own=OWN_BYTES)
         self.input = Budget(2 * self.message_bytes + 4 * READ_AHEAD_BYTES, self.memory)
-        self.kept = Budget(limits.of(BridgeLimits).bridge_kept_bytes, self.memory)
+        self.kept = Budget(BRIDGE_KEPT_BYTES, self.memory)
         self.parsed = Budget(parsed, self.memory)
         self.calls = Budget(parsed, self.memory)
         self.queue = Budget(limits.of(BridgeLimits).bridge_queue_bytes, self.memory)
-        self.messages = Budget(limits.of(BridgeLimits).bridge_parsed_bytes, self.memory)
+        self.messages = Budget(BRIDGE_PARSED_BYTES, self.memory)
         self.left_behind = server.left_behind
-        self._kept_limit = limits.of(BridgeLimits).bridge_kept_bytes
+        self._kept_limit = BRIDGE_KEPT_BYTES
 
     def keep(self, size_bytes: int) -> None:
         """Count memory that the server keeps because of a request.
@@ -203,7 +232,7 @@ class ClientShares:
             ExceedsShare: the client has exceeded its share before.
         """
         if not self.kept.take(size_bytes):
-            limit = limit_text("bridge_kept_bytes", self._kept_limit)
+            limit = f"the limit is {self._kept_limit} bytes"
             text = f"this client makes the server keep too much; {limit}"
             raise ExceedsShare(text) if self.kept.refusals > PATIENCE else LimitExceeded(text)
 

@@ -13,10 +13,10 @@ import pytest
 from playwright.sync_api import Browser
 
 from pipros.basics.env import Environment
-from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
-from pipros.bridges.rosbridge.stream_servers import TcpServer
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_bridges.rosbridge.server import ServerOptions, WebSocketServer
+from pipros_bridges.rosbridge.stream_servers import TcpServer
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

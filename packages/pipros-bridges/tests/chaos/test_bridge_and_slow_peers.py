@@ -12,10 +12,10 @@ from std_srvs.srv import SetBool, Trigger
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.bridges.rosapi import RosApi
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
+from pipros_bridges.rosapi import RosApi
 from tests.support.hung_service import HungService
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
@@ -78,7 +78,7 @@ def test_clients_stay_while_the_master_is_killed_and_continue_with_the_next_one(
     processes: Processes,
 ) -> None:
     port = ClaimedPort()
-    command = (sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(port.number))
+    command = (sys.executable, "-m", "pipros_tools.cli.rosmaster", "--core", "-p", str(port.number))
 
     def is_up(client: RosbridgeClient) -> bool:
         answer = client.call("/rosapi/topics")

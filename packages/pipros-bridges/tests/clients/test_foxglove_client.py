@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pipros.bridges.foxglove.handler import SUBPROTOCOLS
+from pipros_bridges.foxglove.handler import SUBPROTOCOLS
 from tests.support.bridge_clients import MODULES
 from tests.support.genuine import missing_packages
 from tests.support.ros import RosSystem

@@ -15,26 +15,29 @@ import tracemalloc
 from typing import Any
 
 from pipros.basics.limits import Limits
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.effects import Disconnect
-from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
-from pipros.bridges.shares import ServerShares
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.rosbridge.effects import Disconnect
+from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.shares import ServerShares
 from tests.fuzz import mutation
+from tests.support.constants import changed
 from tests.unit.bridges.foxglove.test_session import Conversation
 
 LIMITS = Limits(
     tables=(
         BridgeLimits(
             bridge_message_bytes=20_000,
-            bridge_reader_bytes=5_000,
-            bridge_parsed_bytes=200_000,
-            bridge_kept_bytes=50_000,
-            bridge_client_bytes=400_000,
             bridge_queue_bytes=100_000,
-            bridge_total_bytes=1_000_000,
         ),
     )
 )
+CONSTANTS = {
+    "BRIDGE_READER_BYTES": 5_000,
+    "BRIDGE_PARSED_BYTES": 200_000,
+    "BRIDGE_KEPT_BYTES": 50_000,
+    "BRIDGE_CLIENT_BYTES": 400_000,
+    "BRIDGE_TOTAL_BYTES": 1_000_000,
+}
 REPETITIONS = 100
 SLACK_BYTES = 300_000
 """Memory of a session that is not counted: empty containers, caches and the last messages."""
@@ -59,6 +62,7 @@ WORDS = [
 ]
 
 
+@changed(**CONSTANTS)
 def target(data: bytes) -> None:
     kind, rest = data[:1], data[1:]
     frames = [frame for frame in rest.split(b"\0") if frame]
@@ -92,7 +96,7 @@ def _rosbridge(frames: Any, *, is_reader: bool, is_stream: bool) -> None:
     finally:
         tracemalloc.stop()
     assert kept <= shares.memory.used + SLACK_BYTES, f"{kept} bytes are kept, {shares.memory.used} counted"
-    assert shares.kept.peak <= LIMITS.of(BridgeLimits).bridge_kept_bytes
+    assert shares.kept.peak <= CONSTANTS["BRIDGE_KEPT_BYTES"]
     assert shares.memory.peak <= server.client_bytes
     shares.close()
     assert server.memory.used == 0
@@ -106,11 +110,8 @@ async def _foxglove(frames: Any) -> None:
         talk.client.outbox.pop()
         if talk.client.ended:
             break
-    assert shares.kept.peak <= LIMITS.of(BridgeLimits).bridge_kept_bytes
-    assert (
-        len(talk.session.takes()) + len(talk.session.sends())
-        <= LIMITS.of(BridgeLimits).bridge_kept_bytes / 1_000
-    )
+    assert shares.kept.peak <= CONSTANTS["BRIDGE_KEPT_BYTES"]
+    assert len(talk.session.takes()) + len(talk.session.sends()) <= CONSTANTS["BRIDGE_KEPT_BYTES"] / 1_000
     talk.session.close()
     shares.close()
     assert shares.memory.used == 0

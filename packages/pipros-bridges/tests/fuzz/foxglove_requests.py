@@ -14,10 +14,10 @@ import tempfile
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
-from pipros.bridges.foxglove.frames import parameter_values
-from pipros.bridges.foxglove.parameters import InvalidClientParameter, from_client, to_client
-from pipros.bridges.foxglove.requests import FetchAsset, MalformedRequest, SetParameters, read_request
 from pipros.packages.assets import AssetRefused, read_asset
+from pipros_bridges.foxglove.frames import parameter_values
+from pipros_bridges.foxglove.parameters import InvalidClientParameter, from_client, to_client
+from pipros_bridges.foxglove.requests import FetchAsset, MalformedRequest, SetParameters, read_request
 from tests.fuzz import mutation
 
 WORDS = [

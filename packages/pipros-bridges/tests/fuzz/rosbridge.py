@@ -15,16 +15,17 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.basics.names import InvalidName, canonicalize, is_legal
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.effects import AnswerCall, CallService, Publish, Reply
-from pipros.bridges.rosbridge.encoding import Encoder, WireEncoding, operation_frame
-from pipros.bridges.rosbridge.filling import Filler
-from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
-from pipros.bridges.shared_topics import TopicMessage
 from pipros.msg import load_message_class
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.rosbridge.effects import AnswerCall, CallService, Publish, Reply
+from pipros_bridges.rosbridge.encoding import Encoder, WireEncoding, operation_frame
+from pipros_bridges.rosbridge.filling import Filler
+from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.shared_topics import TopicMessage
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
-LIMITS = Limits(tables=(BridgeLimits(bridge_message_bytes=100_000, bridge_subscriptions=20),))
+LIMITS = Limits(tables=(BridgeLimits(bridge_message_bytes=100_000),))
 TYPES = (
     *("sensor_msgs/Imu", "sensor_msgs/Image", "tf2_msgs/TFMessage", "std_msgs/String", "std_msgs/Time"),
     *("std_msgs/Float32MultiArray", "diagnostic_msgs/DiagnosticArray", "std_msgs/UInt64", "std_msgs/Bool"),
@@ -59,9 +60,10 @@ WORDS = [
     ),
 ]
 _ENCODER = Encoder()
-_FILLER = Filler(lambda: 0, LIMITS)
+_FILLER = Filler(lambda: 0)
 
 
+@changed(BRIDGE_SUBSCRIPTIONS=20)
 def target(data: bytes) -> None:
     protocol = ClientProtocol(RosbridgeSettings(is_bson=data[:1] == b"b"), _resolve, LIMITS, lambda: 0.0)
     for frame in data.split(b"\0\0" if data[:1] == b"b" else b"\0"):

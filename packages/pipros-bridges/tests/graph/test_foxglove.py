@@ -13,17 +13,17 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.bridges.foxglove.handler import FETCHED_APART, SUBPROTOCOLS, Rules
-from pipros.bridges.foxglove.session import OPEN_REQUESTS
-from pipros.libraries.topic_tools.raw import class_like
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
+from pipros_bridges.foxglove.handler import FETCHED_APART, SUBPROTOCOLS, Rules
+from pipros_bridges.foxglove.session import OPEN_REQUESTS
+from pipros_libraries.topic_tools.raw import class_like
 from tests.support.foxglove import CONTROL, connected, only, serving
-from tests.support.nodes import MakeNode
+from tests.support.nodes import Inbox, MakeNode
 from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
@@ -184,6 +184,22 @@ def test_a_client_cannot_replace_the_type_of_a_published_topic(make_node: MakeNo
         reason = "/x is already published with the type std_msgs/String, not std_msgs/Int32"
         assert client.next("status", level=2)["message"] == reason
         assert ["/x", "std_msgs/String"] in talker.master.get_topic_types()
+
+
+def test_a_client_that_ends_stops_the_robot_that_it_drives(make_node: MakeNode) -> None:
+    twist: Any = load_message_class("geometry_msgs/Twist")
+    robot, inbox = make_node("robot"), Inbox()
+    robot.subscribe("/cmd_vel", twist, inbox)
+    channel = {"id": 1, "topic": "/cmd_vel", "encoding": "json", "schemaName": "geometry_msgs/Twist"}
+    with serving(make_node("bridge")) as address, connected(address) as client:
+        client.send("advertise", channels=[channel])
+
+        def drives() -> bool:
+            client.socket.send(b"\1" + struct.pack("<I", 1) + b'{"linear": {"x": 0.5}}')
+            return bool(inbox.messages)
+
+        wait_until(drives)
+    wait_until(lambda: inbox.messages[-1] == twist())
 
 
 def test_publications_end_with_their_client(make_node: MakeNode) -> None:

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from pipros.bridges.foxglove.handler import Rules
-from pipros.bridges.rosapi import Allowed, RosApi
-from pipros.bridges.rosbridge.globs import Globs
 from pipros.node import Node
 from pipros.node.service_server import HandlerError
+from pipros_bridges.foxglove.handler import Rules
+from pipros_bridges.rosapi import Allowed, RosApi
+from pipros_bridges.rosbridge.globs import Globs
 from tests.support.foxglove import connected, serving
 from tests.support.nodes import MakeNode
 

@@ -19,17 +19,17 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from pipros.basics.limits import Limits
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.protocol import RosbridgeSettings
-from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
-from pipros.bridges.rosbridge.session import Timing
-from pipros.bridges.rosbridge.stream_servers import TcpServer
-from pipros.bridges.rosbridge.text_input import JsonObjects
-from pipros.bridges.rosbridge.udp_server import NotLoopback, UdpServer
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.rosbridge.authentication import Authenticator
+from pipros_bridges.rosbridge.protocol import RosbridgeSettings
+from pipros_bridges.rosbridge.server import ServerOptions, WebSocketServer
+from pipros_bridges.rosbridge.session import Timing
+from pipros_bridges.rosbridge.stream_servers import TcpServer
+from pipros_bridges.rosbridge.text_input import JsonObjects
+from pipros_bridges.rosbridge.udp_server import NotLoopback, UdpServer
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.ports import ClaimedPort
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
@@ -247,6 +247,35 @@ def test_publishers_stay_for_a_while_after_their_client(make_node: MakeNode, rob
         wait_until(lambda: node.endpoints.publication("/cmd") is None)
 
 
+def test_only_the_end_of_the_client_that_drives_stops_the_robot(url: str, robot: Node) -> None:
+    twist: Any = load_message_class("geometry_msgs/Twist")
+    inbox = Inbox()
+    subscriber = robot.subscribe("/cmd_vel", twist, inbox)
+    with RosbridgeClient(url) as driver:
+        driver.send("advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
+        wait_until_connected(subscriber)
+        with RosbridgeClient(url) as other:
+            other.send("publish", topic="/cmd_vel", msg={"linear": {"x": 0.1}})
+            wait_until(lambda: len(inbox.messages) == 1)
+            driver.send("publish", topic="/cmd_vel", msg={"linear": {"x": 0.5}})
+            wait_until(lambda: len(inbox.messages) == 2)
+        driver.send("publish", topic="/cmd_vel", msg={"linear": {"x": 0.6}})
+        wait_until(lambda: len(inbox.messages) == 3)
+    wait_until(lambda: [each.linear.x for each in inbox.messages] == [0.1, 0.5, 0.6, 0.0])
+
+
+def test_a_driver_that_latches_its_topic_later_stops_the_robot_at_its_end(url: str, robot: Node) -> None:
+    twist: Any = load_message_class("geometry_msgs/Twist")
+    inbox = Inbox()
+    robot.subscribe("/cmd_vel", twist, inbox)
+    with RosbridgeClient(url) as driver:
+        for options in ({}, {"latch": True}):
+            driver.send("advertise", topic="/cmd_vel", type="geometry_msgs/Twist", **options)
+            driver.send("publish", topic="/cmd_vel", msg={"linear": {"x": 0.5}})
+        wait_until(lambda: len(inbox.messages) == 2)
+    wait_until(lambda: [each.linear.x for each in inbox.messages] == [0.5, 0.5, 0.0])
+
+
 def test_services_are_called_with_lists_and_objects(url: str, robot: Node) -> None:
     robot.serve("/add", ADD, lambda request: ADD._response_class(request.a + request.b))
     with RosbridgeClient(url) as client:
@@ -422,7 +451,7 @@ def test_a_client_that_never_reads_costs_the_others_nothing(make_node: MakeNode)
 
 
 def test_rosapi_answers_about_the_system(url: str, robot: Node, make_node: MakeNode) -> None:
-    from pipros.bridges.rosapi import RosApi
+    from pipros_bridges.rosapi import RosApi
 
     RosApi(make_node("rosapi")).serve()
     robot.advertise("/scan", load_message_class("sensor_msgs/LaserScan"))

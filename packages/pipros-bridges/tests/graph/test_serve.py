@@ -19,17 +19,17 @@ from websockets.sync.client import connect as connect_sync
 from websockets.typing import Subprotocol
 
 from pipros.basics.env import Environment
-from pipros.bridges import serve
-from pipros.bridges.foxglove.handler import SUBPROTOCOLS
-from pipros.bridges.sessions import Handler
 from pipros.master.master import Master
 from pipros.node import Node
-from tests.support.environments import TESTS
+from pipros_bridges import serve
+from pipros_bridges.foxglove.handler import SUBPROTOCOLS
+from pipros_bridges.sessions import Handler
+from tests.support.environments import file_of_tests
 from tests.support.foxglove import Client, connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-CERTIFICATES = TESTS / "support" / "certificates"
+CERTIFICATES = file_of_tests("support/certificates")
 FOXGLOVE = Subprotocol(SUBPROTOCOLS[0])
 
 

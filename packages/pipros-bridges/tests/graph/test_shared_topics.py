@@ -8,11 +8,10 @@ from collections.abc import Callable
 import pytest
 
 from pipros.basics.errors import InvalidName, LimitExceeded, PiprosError
-from pipros.basics.limits import Limits
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.shared_topics import SharedTopics, TopicMessage, WrongType
 from pipros.master.master import Master
 from pipros.msg import load_message_class
+from pipros_bridges.shared_topics import SharedTopics, TopicMessage, WrongType
+from tests.support.constants import Constants
 from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until
 
@@ -129,12 +128,13 @@ def test_the_type_of_a_silent_topic_is_known_by_the_master(topics: SharedTopics,
     assert topics.type_of("nothing") is None
 
 
-def test_the_number_of_topics_is_limited(make_node: MakeNode) -> None:
-    topics = SharedTopics(make_node("bridge", limits=Limits(tables=(BridgeLimits(bridge_topics=1),))))
+def test_the_number_of_topics_is_limited(make_node: MakeNode, constants: Constants) -> None:
+    constants(BRIDGE_TOPICS=1)
+    topics = SharedTopics(make_node("bridge"))
     ignore: Callable[[TopicMessage], object] = list[TopicMessage]().append
     topics.take("/a", None, ignore)
     topics.take("/a", None, ignore)
-    with pytest.raises(LimitExceeded, match="bridge_topics"):
+    with pytest.raises(LimitExceeded, match="the limit is 1"):
         topics.take("/b", None, ignore)
     with pytest.raises(InvalidName):
         topics.take("not a name", None, ignore)

@@ -16,10 +16,10 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.policy.model import ActRefused
-from pipros.policy.policy_file import parse_policy
-from pipros.server.act_gate import ActGate
-from pipros.server.stops import REPETITIONS
+from pipros_server.act_gate import ActGate
+from pipros_server.guardian_process import REPETITIONS
+from pipros_server.policy.model import ActRefused
+from pipros_server.policy.policy_file import parse_policy
 from tests.support.foxglove import connected
 from tests.support.page import Page
 from tests.support.processes import Process
@@ -128,7 +128,7 @@ def drive(client: RosbridgeClient, robot: Robot) -> None:
 def guardian_of(server: Process) -> psutil.Process:
     """Return the guardian of a server."""
     children = psutil.Process(server.pid).children(recursive=True)
-    (found,) = [each for each in children if "pipros.server.guardian_process" in each.cmdline()]
+    (found,) = [each for each in children if "pipros_server.guardian_process" in each.cmdline()]
     return found
 
 
@@ -267,7 +267,7 @@ began, now, now_ns = time.time(), time.time, time.time_ns
 hours = lambda: 3600 * (now() - began > 1)
 time.time = lambda: now() + hours()
 time.time_ns = lambda: now_ns() + int(hours() * 1e9)
-from pipros.cli.pipros import main
+from pipros_tools.cli.pipros import main
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -388,6 +388,7 @@ def test_a_client_that_stops_the_robot_ends_the_time_limit(serve: Serve, robot: 
     with RosbridgeClient(url) as client:
         drive(client, robot)
         client.send("publish", topic="/cmd_vel", msg={})
+        client.call("/rosapi/topics")  # after the response, the guardian knows, too
         wait_until(lambda: robot.has_stopped)
         guardian = guardian_of(server)
         server.kill()

@@ -7,13 +7,13 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.node import Node
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.ros import RosSystem
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 from tests.support.roscpp import compile_program
 from tests.support.waiting import wait_until
 
-SOURCE = TESTS / "interop" / "programs" / "web_robot.cpp"
+SOURCE = file_of_tests("interop/programs/web_robot.cpp")
 
 
 @pytest.mark.timeout(300)

@@ -21,18 +21,19 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Subprotocol
 
 from pipros.basics.limits import Limits
-from pipros.bridges.admission import Admission
-from pipros.bridges.bridge_server import BridgeServer
-from pipros.bridges.client import BridgeClient
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import WebSocketFrame, text_frame
-from pipros.server.secret import Secret
-from tests.support.environments import TESTS
+from pipros_bridges.admission import Admission
+from pipros_bridges.bridge_server import BridgeServer
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.outbox import WebSocketFrame, text_frame
+from pipros_server.secret import Secret
+from tests.support.constants import Constants
+from tests.support.environments import file_of_tests
 from tests.support.waiting import wait_until
 
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])
 PROTOCOL = "echo.v1"
-CERTIFICATES = TESTS / "support" / "certificates"
+CERTIFICATES = file_of_tests("support/certificates")
 
 
 class Echo:
@@ -204,9 +205,10 @@ def test_a_silent_stranger_is_disconnected() -> None:
     run(body())
 
 
-def test_a_stranger_cannot_send_much() -> None:
+def test_a_stranger_cannot_send_much(constants: Constants) -> None:
     async def body() -> None:
-        limits = Limits(login_bytes=10_000)
+        constants(LOGIN_BYTES=10000)
+        limits = Limits()
         async with opened(Admission(Secret(tokens=[TOKEN])), limits) as server, connected(server) as client:
             with contextlib.suppress(ConnectionClosed):
                 await client.send("x" * 1_000_000)
@@ -242,10 +244,11 @@ def test_unknown_subprotocols_are_refused(offered: Any) -> None:
     run(body())
 
 
-def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected() -> None:
+def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected(constants: Constants) -> None:
     async def body() -> None:
         handler = Echo()
-        limits = Limits(tables=(BridgeLimits(bridge_stall_s=1.0, bridge_queue_bytes=1_000_000),))
+        constants(BRIDGE_STALL_S=1.0)
+        limits = Limits(tables=(BridgeLimits(bridge_queue_bytes=1_000_000),))
         async with opened(limits=limits, handler=handler) as server, connected(server) as stuck:
             await condition(lambda: handler.sessions)
             first = handler.sessions[0]
@@ -364,9 +367,10 @@ def test_a_defect_ends_the_client_that_met_it_only(caplog: pytest.LogCaptureFixt
     assert "a defect" in caplog.text
 
 
-def test_half_open_connections_leave_room_for_others() -> None:
+def test_half_open_connections_leave_room_for_others(constants: Constants) -> None:
     async def body() -> None:
-        limits = Limits(handshakes=5, tables=(BridgeLimits(bridge_clients=5),))
+        constants(HANDSHAKES=5)
+        limits = Limits(tables=(BridgeLimits(bridge_clients=5),))
         async with opened(limits=limits) as server:
             with contextlib.ExitStack() as stack:
                 for _ in range(50):
@@ -482,15 +486,14 @@ def test_a_message_without_end_is_cut_before_it_fills_the_memory(frame: bytes) -
     run(body())
 
 
-def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it() -> None:
+def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it(constants: Constants) -> None:
     async def body() -> None:
+        constants(BRIDGE_CLIENT_BYTES=1000000, BRIDGE_TOTAL_BYTES=8000000)
         limits = Limits(
             tables=(
                 BridgeLimits(
                     bridge_message_bytes=1_000_000,
-                    bridge_client_bytes=1_000_000,
                     bridge_queue_bytes=1_000_000,
-                    bridge_total_bytes=8_000_000,
                 ),
             )
         )
@@ -510,9 +513,10 @@ def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it() -> 
 
 
 @pytest.mark.parametrize("part", [masked(FRAGMENT, b"begin"), masked(TEXT, b"x" * 100, 1000)])
-def test_an_incomplete_message_must_end_in_time(part: bytes) -> None:
+def test_an_incomplete_message_must_end_in_time(part: bytes, constants: Constants) -> None:
     async def body() -> None:
-        async with opened(limits=Limits(request_s=0.3)) as server:
+        constants(WHOLE_REQUEST_S=0.3)
+        async with opened(limits=Limits()) as server:
             reader, writer = await raw(server)
             writer.write(part)
             assert b"did not arrive in time" in await reader.read(1000)

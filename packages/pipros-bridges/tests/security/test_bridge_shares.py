@@ -15,11 +15,11 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits
-from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.effects import Disconnect, Publish, Reply
-from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
-from pipros.bridges.shares import ServerShares, TopicShares
+from pipros_bridges.call_turns import CallTurns
+from pipros_bridges.rosbridge.effects import Disconnect, Publish, Reply
+from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.shares import ServerShares, TopicShares
+from tests.support.constants import Constants
 from tests.support.waiting import wait_until
 
 
@@ -65,17 +65,19 @@ def test_long_ids_are_refused(op: str) -> None:
 )
 def test_a_client_that_makes_the_server_keep_too_much_is_told_once_and_then_disconnected(
     operation: dict[str, Any],
+    constants: Constants,
 ) -> None:
-    limits = Limits(tables=(BridgeLimits(bridge_kept_bytes=20_000),))
+    constants(BRIDGE_KEPT_BYTES=20000)
+    limits = Limits()
     shares = ServerShares(limits).client()
     protocol = ClientProtocol(RosbridgeSettings(), str, limits, shares=shares)
     errors: list[str] = []
     for number in range(1000):
         for effect in protocol.receive(json.dumps(operation).replace("%d", f"{number:0500}")):
             if isinstance(effect, Disconnect):
-                assert "bridge_kept_bytes" in effect.reason
+                assert "the limit is 20000 bytes" in effect.reason
                 assert len(errors) == 1
-                assert "bridge_kept_bytes" in errors[0]
+                assert "the limit is 20000 bytes" in errors[0]
                 assert shares.kept.peak <= 20_000
                 return
             if isinstance(effect, Reply):
@@ -108,23 +110,23 @@ def test_what_a_client_no_longer_uses_is_no_longer_counted() -> None:
     assert shares.memory.used == 0
 
 
-def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None:
-    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=1_000_000),)))
+def test_a_message_with_too_many_values_is_refused_before_it_is_parsed(constants: Constants) -> None:
+    constants(BRIDGE_PARSED_BYTES=1000000)
+    peer = Peer(limits=Limits())
     for values in ("[" + "[]," * 20_000 + "1]", "[" + "1," * 40_000 + "1]", '{"a":{}}' * 9_000):
         text = f'{{"op": "publish", "topic": "/a", "msg": {{"data": {values}}}}}'
         [reply] = peer.sends(text)[:1]
-        assert "bridge_parsed_bytes" in reply.operation["msg"]
+        assert "the limit is 1000000 bytes" in reply.operation["msg"]
     text = json.dumps({"op": "publish", "topic": "/a", "msg": {"data": "x" * 400_000}})
     assert [type(effect) for effect in peer.sends(text)] == [Publish]
 
 
-def test_a_bson_document_with_too_many_values_is_refused_before_it_is_parsed() -> None:
-    peer = Peer(
-        RosbridgeSettings(is_bson=True), limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=1_000_000),))
-    )
+def test_a_bson_document_with_too_many_values_is_refused_before_it_is_parsed(constants: Constants) -> None:
+    constants(BRIDGE_PARSED_BYTES=1000000)
+    peer = Peer(RosbridgeSettings(is_bson=True))
     for values in ([[]] * 5_000, [{"a": {}}] * 3_000, [None] * 20_000):
         [reply] = peer.sends(bson.encode({"op": "publish", "topic": "/a", "msg": {"data": values}}))
-        assert "bridge_parsed_bytes" in reply.operation["msg"]
+        assert "the limit is 1000000 bytes" in reply.operation["msg"]
     [reply] = peer.sends(bson.encode({"op": "publish", "topic": "/a", "x": re.compile("a"), "y": "z" * 5000}))
     assert "unsupported type" in reply.operation["msg"]
     values = {

@@ -11,13 +11,14 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.filling import Filler
-from pipros.bridges.rosbridge.publishing import SharedPublishers
-from pipros.bridges.rosbridge.shared_publisher import MESSAGE_BYTES
-from pipros.bridges.shares import ClientShares, ServerShares
 from pipros.node import Node
-from pipros.server.act_gate import ActGate
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.rosbridge.filling import Filler
+from pipros_bridges.rosbridge.publishing import SharedPublishers
+from pipros_bridges.rosbridge.shared_publisher import MESSAGE_BYTES
+from pipros_bridges.shares import ClientShares, ServerShares
+from pipros_server.act_gate import ActGate
+from tests.support.constants import Constants
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
 from tests.support.nodes import MakeNode
@@ -27,11 +28,14 @@ MIB = 1024 * 1024
 TABLE = BridgeLimits(
     bridge_queue_bytes=MIB,
     bridge_message_bytes=MIB,
-    bridge_parsed_bytes=10 * MIB,
-    bridge_client_bytes=15 * MIB,
-    bridge_total_bytes=60 * MIB,
 )
 LIMITS = Limits(tables=(TABLE,))
+CLIENT_BYTES = 15 * MIB
+
+
+@pytest.fixture(autouse=True)
+def small_limits(constants: Constants) -> None:
+    constants(BRIDGE_PARSED_BYTES=10 * MIB, BRIDGE_CLIENT_BYTES=CLIENT_BYTES, BRIDGE_TOTAL_BYTES=60 * MIB)
 
 
 class FakePublisher:
@@ -41,7 +45,8 @@ class FakePublisher:
         self.topic = topic
         self.published: list[Any] = []
         self.is_registered = True
-        self.publication = SimpleNamespace(listeners=[])
+        kind = SimpleNamespace(_type="std_msgs/String")
+        self.publication = SimpleNamespace(listeners=[], message_class=kind)
         self._has_subscribers = has_subscribers
 
     @property
@@ -65,7 +70,12 @@ class Server:
         self._later: list[Callable[[], object]] = []
         master = SimpleNamespace(get_published_topics=list)
         node: Any = SimpleNamespace(
-            limits=LIMITS, advertise=self._advertise, resolve=lambda name: name, master=master
+            limits=LIMITS,
+            advertise=self._advertise,
+            resolve=lambda name: name,
+            master=master,
+            on_shutdown=lambda _: None,
+            remove_shutdown_hook=lambda _: None,
         )
         self.publishers = SharedPublishers(
             node,
@@ -137,7 +147,7 @@ def test_latched_messages_count_until_their_client_exceeds_its_share() -> None:
 
     assert len(topics) == 10
     assert client.shares.memory.used == 9 * (MIB + MESSAGE_BYTES)
-    with pytest.raises(LimitExceeded, match=r"latched messages of this client .*bridge_parsed_bytes"):
+    with pytest.raises(LimitExceeded, match=r"latched messages of this client .*the limit is 10485760 bytes"):
         client.publish(topics[-1], MIB)
     assert server.made[-1].published == []
     client.publish("/t0", MIB // 2)  # it replaces the previous one
@@ -215,7 +225,7 @@ def test_clients_that_come_and_go_leave_no_more_than_one_share_behind() -> None:
     for _ in range(20):
         client = Client(server)
         client.leave(*latch_all_that_fits(client))
-        assert server.shares.memory.used <= TABLE.bridge_client_bytes
+        assert server.shares.memory.used <= CLIENT_BYTES
     assert len(server.registered) <= 15
     server.pass_time()
     assert server.shares.memory.used == 0
@@ -232,4 +242,4 @@ def test_a_rosbridge_client_that_latches_too_much_is_told(make_node: MakeNode) -
             )
         text = client.wait_for("status")["msg"]
         assert "the latched messages of this client need too much memory" in text
-        assert "bridge_parsed_bytes" in text
+        assert "the limit is 10485760 bytes" in text

@@ -16,15 +16,16 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidMessage
 
 from pipros.basics.limits import Limits
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.protocol import RosbridgeSettings
-from pipros.bridges.rosbridge.server import ServerOptions
-from pipros.bridges.rosbridge.stream_servers import TcpServer
-from pipros.bridges.rosbridge.udp_server import UdpServer
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.rosbridge.authentication import Authenticator
+from pipros_bridges.rosbridge.protocol import RosbridgeSettings
+from pipros_bridges.rosbridge.server import ServerOptions
+from pipros_bridges.rosbridge.stream_servers import TcpServer
+from pipros_bridges.rosbridge.udp_server import UdpServer
+from tests.support.constants import Constants
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
 from tests.support.nodes import MakeNode
@@ -33,9 +34,7 @@ from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 from tests.support.waiting import wait_until
 
 STRING: Any = load_message_class("std_msgs/String")
-LIMITS = Limits(
-    tables=(BridgeLimits(bridge_message_bytes=10_000, bridge_topics=20, bridge_queue_bytes=100_000),)
-)
+LIMITS = Limits(tables=(BridgeLimits(bridge_message_bytes=10_000, bridge_queue_bytes=100_000),))
 
 
 @pytest.fixture
@@ -46,7 +45,8 @@ def robot(make_node: MakeNode) -> Node:
 
 
 @pytest.fixture
-def url(make_node: MakeNode, robot: Node) -> Iterator[str]:
+def url(make_node: MakeNode, robot: Node, constants: Constants) -> Iterator[str]:
+    constants(BRIDGE_TOPICS=20)
     with rosbridge_server(make_node("bridge", limits=LIMITS)) as found:
         yield found
 
@@ -235,9 +235,10 @@ def test_silent_connections_beyond_the_descriptors_leave_room_for_clients(
 @pytest.mark.parametrize("is_bson", [False, True])
 @pytest.mark.parametrize("is_trickling", [False, True])
 def test_tcp_clients_that_do_not_log_in_keep_little_and_not_for_long(
-    make_node: MakeNode, is_bson: bool, is_trickling: bool
+    make_node: MakeNode, is_bson: bool, is_trickling: bool, constants: Constants
 ) -> None:
-    node = make_node("bridge", limits=Limits()._replace(login_s=0.5, login_bytes=10_000))
+    constants(LOGIN_BYTES=10000)
+    node = make_node("bridge", limits=Limits()._replace(login_s=0.5))
     settings = RosbridgeSettings(authenticator=Authenticator("0123456789abcdef", time.time), is_bson=is_bson)
     server = TcpServer(node, ServerOptions(port=0, settings=settings))
     port = server.start()
@@ -265,9 +266,10 @@ def test_tcp_clients_that_do_not_log_in_keep_little_and_not_for_long(
     assert server.shares.memory.peak <= 100_000
 
 
-def test_a_tcp_message_must_end_in_time(make_node: MakeNode) -> None:
+def test_a_tcp_message_must_end_in_time(make_node: MakeNode, constants: Constants) -> None:
     for is_bson, start in ((False, b'{"op": "'), (True, (1000).to_bytes(4, "little"))):
-        node = make_node(f"bridge{is_bson}", limits=Limits()._replace(request_s=0.3))
+        constants(WHOLE_REQUEST_S=0.3)
+        node = make_node(f"bridge{is_bson}", limits=Limits())
         server = TcpServer(node, ServerOptions(port=0, settings=RosbridgeSettings(is_bson=is_bson)))
         port = server.start()
         try:

@@ -13,12 +13,12 @@ from typing import Any
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from pipros.bridges.admission import Admission
-from pipros.bridges.bridge_server import BridgeServer
-from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
-from pipros.server.act_gate import ActGate
+from pipros_bridges.admission import Admission
+from pipros_bridges.bridge_server import BridgeServer
+from pipros_bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
+from pipros_server.act_gate import ActGate
 
 CONTROL = Rules(has_control=True, max_poll_s=0.2)
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from websockets.sync.client import connect
 
-from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.node import Node
+from pipros_bridges.rosbridge.server import ServerOptions, WebSocketServer
 
 TIMEOUT_S = 60.0
 

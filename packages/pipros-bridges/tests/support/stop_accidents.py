@@ -25,7 +25,7 @@ from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.server.approvals import answer_act, waiting_acts
+from pipros_server.approvals import answer_act, waiting_acts
 from tests.support.rosbridge import RosbridgeClient
 from tests.support.waiting import wait_until
 
@@ -60,7 +60,7 @@ def jump(*_):
 signal.signal(signal.SIGUSR1, jump)
 time.time = lambda: now() + 3600 * hours
 time.time_ns = lambda: now_ns() + hours * 3600 * 10**9
-from pipros.cli.pipros import main
+from pipros_tools.cli.pipros import main
 sys.exit(main(sys.argv[1:]))
 """
 

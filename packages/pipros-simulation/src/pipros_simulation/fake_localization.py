@@ -10,15 +10,15 @@ import threading
 from collections.abc import Sequence
 from typing import Any, Final
 
-from pipros.libraries.nodes.params import number, private
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformListener
-from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
+from pipros_libraries.nodes.params import number, private
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformListener
+from pipros_libraries.transforms.messages import in_ns, pose_of
+from pipros_libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted
 
 _NS_PER_S: Final = 1_000_000_000
 

@@ -1,19 +1,20 @@
-"""A simulated robot with its own master, which other rooms offer for practice; see `Room.offers`."""
+"""A simulated robot with its own master, which other plugins use for practice; see `Plugin.offers`."""
 
 from __future__ import annotations
 
+import functools
 import os
 import socket
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Final
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.graph.client import GraphClient
-from pipros.server.limited_process import LimitedProcess
+from pipros_server.limited_process import LimitedProcess
+from pipros_tools.graph.client import GraphClient
 
 WORDS: Final = ("pipros_sim", "localized.launch", "headless:=true")
 TOPIC: Final = "/odom"
@@ -24,25 +25,24 @@ ENDING_S: Final = 10.0
 
 
 @contextmanager
-def simulated_robot(environment: Environment) -> Iterator[Environment]:
-    """Run a simulated robot within the context, for at most a day. Yield an environment with its master.
+def simulated_robot(environment: Environment) -> Iterator[tuple[Environment, Callable[[], None]]]:
+    """Run a simulated robot within the context, for at most a day.
 
-    Raises:
-        PiprosError: the simulation does not start.
+    Yield an environment with its master, and a function that returns when the robot can drive, and raises
+    `PiprosError` if the simulation does not start.
     """
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     found = environment._replace(master_uri=f"http://localhost:{port}")
-    code = "import sys; from pipros.cli.roslaunch import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from pipros_tools.cli.roslaunch import main; sys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-I", "-c", code, "-p", str(port), *WORDS]
     process = LimitedProcess(command, LIMIT_S, found.applied_to(os.environ))
     try:
-        _wait_for(TOPIC, found, process)
         print(
             f"The robot is simulated: export ROS_MASTER_URI={found.master_uri}", file=sys.stderr, flush=True
         )
-        yield found
+        yield found, functools.cache(lambda: _wait_for(TOPIC, found, process))
     finally:
         process.stop(ENDING_S)
 

@@ -9,12 +9,12 @@ from pipros.basics.errors import MissingExtra
 
 
 def run_program(module: str) -> int:
-    """Run `main` in a module of `pipros.simulation.robots`, and return the exit code.
+    """Run `main` in a module of `pipros_simulation.robots`, and return the exit code.
 
     If numpy is missing, print an error and return 1.
     """
     try:
-        program = import_module(f"pipros.simulation.robots.{module}")
+        program = import_module(f"pipros_simulation.robots.{module}")
     except MissingExtra as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1

@@ -13,7 +13,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
-from pipros.pictures.pgm import write_pgm
+from pipros_libraries.pictures.pgm import write_pgm
 from tests.support.nodes import Inbox
 from tests.support.page import Page
 from tests.support.processes import Process
@@ -222,6 +222,7 @@ def test_simulated_time_is_on_the_clock_and_the_same_seed_repeats_the_scans(
             r"an obstacle must be a mapping with points, and optionally radius and speed",
         ),
         ("_speed:=2.0", r"speed 2\.0 needs simulated time: set /use_sim_time to true first"),
+        ("_robots:=[{name: ann", r"robots must be YAML: robots:1:13|robots must be a finite number"),
         ("_speed:=0", r"seed must be >= 0 and speed > 0, got 0 and 0"),
         ("_map:=/missing.yaml", r"/missing\.yaml"),
     ],
@@ -333,6 +334,17 @@ def test_a_package_of_a_workspace_takes_precedence(ros: RosSystem, tmp_path: Pat
     assert found.stdout == [str(tmp_path / "turtlebot3_fake")]
 
 
+def test_the_launch_file_takes_a_list_of_robots(ros: RosSystem, node: Node) -> None:
+    ros.pipros.start_master()
+    robots = "robots:=[{name: ann, x: 1, y: 1}, {name: bob, x: 3, y: 1}]"
+    launched = ros.pipros.start("roslaunch", "pipros_sim", "sim.launch", "headless:=true", robots)
+    truth = subscribe(node, "/bob/base_pose_ground_truth", "nav_msgs/Odometry")
+    place = truth.wait()[0].pose.pose.position
+    assert (place.x, place.y) == (3.0, 1.0)
+    launched.press_ctrl_c()
+    assert launched.wait() == 0
+
+
 def test_the_launch_file_with_localisation_brings_map_and_transforms(ros: RosSystem, node: Node) -> None:
     ros.pipros.start_master()
     launched = ros.pipros.start("roslaunch", "pipros_sim", "localized.launch", "headless:=true")
@@ -350,7 +362,7 @@ def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_pat
     (tmp_path / "room.pgm").write_bytes(write_pgm(100, 100, pixels.tobytes(), "a room"))
     (tmp_path / "room.world").write_text(
         'model ( bitmap "room.pgm" size [10 10 1] )\n'
-        'define rover position ( size [0.4 0.4 0.2] drive "omni"\n'
+        'define rover position ( size [0.4 0.4 0.2] drive "omni" watts 9\n'
         ' localization "gps" localization_origin [0 0 0 0]\n'
         "  ranger ( pose [0 0 0.05 0] sensor ( range [0 30] fov 180 samples 181 ) ) )\n"
         "rover ( pose [1 0 0 90] ) rover ( pose [-3 0 0 0] )\n"
@@ -369,7 +381,7 @@ def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_pat
     assert heights["robot_1/base_laser_link"] == pytest.approx(0.25)  # the robot's height and the scanner's z
     odometry = subscribe(node, "/robot_1/odom", "nav_msgs/Odometry").wait()[0].pose.pose.position
     assert (odometry.x, odometry.y) == (-3.0, 0.0)
-    assert stage.output.count("drive of a position has no effect") == 1
+    assert stage.output.count("watts of a position has no effect") == 1
     stage.press_ctrl_c()
     assert stage.wait() == 0
 

@@ -11,7 +11,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.simulation.turtlesim.turtle import TICK_S
+from pipros_simulation.turtlesim.turtle import TICK_S
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

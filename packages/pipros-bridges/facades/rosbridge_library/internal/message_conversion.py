@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import rospy
-from pipros.bridges.rosbridge.filling import Filler, UnknownField, WrongValue
-from pipros.bridges.rosbridge.plain_values import Format, PlainValues
 from pipros.msg.base import Message
+from pipros_bridges.rosbridge.filling import Filler, UnknownField, WrongValue
+from pipros_bridges.rosbridge.plain_values import Format, PlainValues
 
 _TO_JSON = PlainValues(Format.JSON_NULLS)
 

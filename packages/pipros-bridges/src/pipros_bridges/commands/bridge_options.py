@@ -5,12 +5,12 @@ from __future__ import annotations
 from optparse import OptionParser
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.runner import CommandError, add_flag
-from pipros.cli.server_options import add_address_options, bind_address, policy_of
+from pipros_tools.cli.runner import CommandError, add_flag
+from pipros_tools.cli.server_options import add_address_options, bind_address, policy_of
 
 if TYPE_CHECKING:
     from pipros.basics.limits import Limits
-    from pipros.bridges.serve import BridgeOptions
+    from pipros_bridges.serve import BridgeOptions
 
 
 def add_bridge_options(parser: OptionParser, port: int) -> None:
@@ -19,7 +19,7 @@ def add_bridge_options(parser: OptionParser, port: int) -> None:
     add_address_options(parser)
     add_flag(parser, "--control", help="let clients change the system")
     parser.add_option(
-        "--policy", metavar="FILE", help="policy that limits what --control permits (docs/policy.md)"
+        "--policy", metavar="FILE", help="policy that limits what --control permits (docs/guides/policy.md)"
     )
     parser.add_option(
         "--token-file", metavar="FILE", help="file with one token per line; clients must present one of them"
@@ -43,7 +43,7 @@ def add_bridge_options(parser: OptionParser, port: int) -> None:
 
 def bridge_options(tool: str, options: Any) -> BridgeOptions:
     """Return the values of the options added by `add_bridge_options`."""
-    from pipros.bridges.serve import BridgeOptions
+    from pipros_bridges.serve import BridgeOptions
 
     host, port = bind_address(options.bind)
     origins = options.origin or []
@@ -64,7 +64,7 @@ def bridge_options(tool: str, options: Any) -> BridgeOptions:
 def client_limits(options: Any) -> Limits:
     """Return the process-wide limits, overridden by the limits given as options."""
     from pipros.basics.limits import process_limits
-    from pipros.bridges.limits import BridgeLimits
+    from pipros_bridges.limits import BridgeLimits
 
     given = {
         "--client-messages": ("bridge_client_rate", options.client_messages),

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from pipros.bridges.commands.serve import PORT
-from pipros.cli.runner import CommandError, option_parser, run
+from pipros_bridges.commands.serve import PORT
+from pipros_tools.cli.runner import CommandError, option_parser, run
 
 TIMEOUT_S = 10.0
 LIMIT_BYTES = 16 * 1024 * 1024
@@ -30,7 +30,7 @@ def _main(argv: Sequence[str]) -> int:
     place = arguments[0] if arguments else f"localhost:{PORT}"
     token = options.token
     if options.token_file:
-        from pipros.server.token_file import read_tokens
+        from pipros_server.token_file import read_tokens
 
         token = read_tokens(options.token_file)[0]
     rows = _clients(place, token, options.cert)
@@ -66,7 +66,7 @@ def _clients(place: str, token: str | None, certificate: str | None) -> list[Map
         if answer.status != http.HTTPStatus.OK:
             raise CommandError(f"{place} refused the request: {text}")
         rows: list[Mapping[str, Any]] = json.loads(text)
-    except (OSError, ValueError, http.client.HTTPException) as error:
+    except (OSError, ValueError, RecursionError, http.client.HTTPException) as error:
         hint = ""
         if isinstance(error, http.client.RemoteDisconnected) and not is_encrypted:
             hint = "; if it uses TLS, --cert FILE names its certificate"

@@ -7,9 +7,9 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.bridges.commands.bridge_options import add_bridge_options, bridge_options, client_limits
-from pipros.cli.runner import CommandError, option_parser, run
-from pipros.cli.server_options import without_remappings
+from pipros_bridges.commands.bridge_options import add_bridge_options, bridge_options, client_limits
+from pipros_tools.cli.runner import CommandError, option_parser, run
+from pipros_tools.cli.server_options import without_remappings
 
 if TYPE_CHECKING:
     from pipros.node import Node
@@ -43,9 +43,9 @@ def _main(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")
-    from pipros.bridges.foxglove.handler import Rules
-    from pipros.bridges.foxglove.serve import compiled, serve_foxglove
     from pipros.node import Node
+    from pipros_bridges.foxglove.handler import Rules
+    from pipros_bridges.foxglove.serve import compiled, serve_foxglove
 
     rules = Rules(
         compiled(options.topic or [".*"]),
@@ -65,12 +65,12 @@ def node_main(argv: Sequence[str] | None = None) -> int:
 
 def _node_main(argv: Sequence[str]) -> int:
     from pipros.basics.limits import process_limits
-    from pipros.bridges.foxglove.handler import CAPABILITIES, Rules
-    from pipros.bridges.foxglove.serve import compiled, serve_foxglove
-    from pipros.bridges.limits import BridgeLimits
-    from pipros.bridges.serve import BridgeOptions
     from pipros.node import Node
-    from pipros.policy.policy_file import read_policy
+    from pipros_bridges.foxglove.handler import CAPABILITIES, Rules
+    from pipros_bridges.foxglove.serve import compiled, serve_foxglove
+    from pipros_bridges.limits import BridgeLimits
+    from pipros_bridges.serve import BridgeOptions
+    from pipros_server.policy.policy_file import read_policy
 
     given = _PrivateParameters(Node("foxglove_bridge", argv=argv))
     limits = process_limits()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from pipros.graph.definitions import Definition, ServiceDefinition
+from pipros_tools.graph.definitions import Definition, ServiceDefinition
 
 
 @dataclass(frozen=True, slots=True)

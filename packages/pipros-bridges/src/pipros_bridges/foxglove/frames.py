@@ -10,10 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
 from typing import Any
 
-from pipros.bridges.foxglove.catalog import Channel, Service
-from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.outbox import WebSocketFrame, text_frame
-from pipros.server.json_text import encoded
+from pipros_bridges.foxglove.catalog import Channel, Service
+from pipros_bridges.foxglove.sent_assets import Asset
+from pipros_bridges.outbox import WebSocketFrame, text_frame
+from pipros_server.json_text import encoded
 
 _MESSAGE = struct.Struct("<BIQ")
 _TIME = struct.Struct("<BQ")

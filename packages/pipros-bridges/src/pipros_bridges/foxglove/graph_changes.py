@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 
-from pipros.bridges.foxglove import frames
-from pipros.bridges.outbox import WebSocketFrame
-from pipros.graph.system_state import Registrations, SystemState
+from pipros_bridges.foxglove import frames
+from pipros_bridges.outbox import WebSocketFrame
+from pipros_tools.graph.system_state import Registrations, SystemState
 
 EMPTY = SystemState({}, {}, {})
 

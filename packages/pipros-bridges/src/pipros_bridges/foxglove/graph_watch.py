@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.definitions import Definition, ServiceDefinition, TopicDefinitions
-from pipros.graph.node_queries import NodeQueries
-from pipros.graph.system_state import SystemState
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.definitions import Definition, ServiceDefinition, TopicDefinitions
+from pipros_tools.graph.node_queries import NodeQueries
+from pipros_tools.graph.system_state import SystemState
 
 SHORTEST_S: Final = 0.1
 """Interval between queries after a change. It doubles, up to `max_poll_s`, when a query finds no change."""

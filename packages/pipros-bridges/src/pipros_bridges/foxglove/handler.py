@@ -6,39 +6,46 @@ import contextlib
 import re
 import secrets
 import struct
-from collections.abc import Collection, Mapping, Sequence
+import threading
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Generic, TypeVar
 
 from pipros.basics.errors import Refused
-from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.client import BridgeClient
-from pipros.bridges.foxglove import frames
-from pipros.bridges.foxglove.catalog import TopicCatalog
-from pipros.bridges.foxglove.graph_changes import EMPTY, GraphUpdates
-from pipros.bridges.foxglove.graph_watch import GraphSnapshot, GraphWatch, is_allowed
-from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
-from pipros.bridges.foxglove.parameters import flattened, outermost
-from pipros.bridges.foxglove.publishing import ENCODINGS
-from pipros.bridges.foxglove.sent_assets import Asset, SentAssets
-from pipros.bridges.foxglove.session import TIME_KEY, FoxgloveSession
-from pipros.bridges.foxglove.shared_answer import SharedAnswer
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import WebSocketFrame
-from pipros.bridges.shared_topics import SharedTopics, TopicMessage
-from pipros.graph.definitions import TopicDefinitions
-from pipros.graph.node_queries import NodeQueries
-from pipros.graph.system_state import SystemState
 from pipros.msg.time import NS_PER_S
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.clock import SimulatedClock
 from pipros.node.open_calls import OpenCalls
 from pipros.packages.assets import read_asset
-from pipros.server.act_gate import ActGate
-from pipros.server.daemon_pool import DaemonPool
-from pipros.workspace.index import PackageIndex
+from pipros_bridges.call_turns import CallTurns
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.foxglove import frames
+from pipros_bridges.foxglove.catalog import TopicCatalog
+from pipros_bridges.foxglove.graph_changes import EMPTY, GraphUpdates
+from pipros_bridges.foxglove.graph_watch import GraphSnapshot, GraphWatch, is_allowed
+from pipros_bridges.foxglove.parameter_watch import Changes, ParameterWatch
+from pipros_bridges.foxglove.parameters import flattened, outermost
+from pipros_bridges.foxglove.publishing import ENCODINGS
+from pipros_bridges.foxglove.sent_assets import Asset, SentAssets
+from pipros_bridges.foxglove.session import TIME_KEY, FoxgloveSession
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.outbox import WebSocketFrame
+from pipros_bridges.shared_topics import SharedTopics, TopicMessage
+from pipros_server.act_gate import ActGate
+from pipros_server.daemon_pool import DaemonPool
+from pipros_tools.graph.definitions import TopicDefinitions
+from pipros_tools.graph.node_queries import NodeQueries
+from pipros_tools.graph.system_state import SystemState
+from pipros_workspace.index import PackageIndex
+
+BRIDGE_ASSET_BYTES = 48 * 1024 * 1024
+"""Limit: an asset that a Foxglove client fetches. All assets that are being sent may together be twice as
+large. Beyond it, the asset is refused; a further asset is also refused while all assets being sent would
+together exceed twice the limit.
+"""
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CALLS_AT_ONCE: Final = 256
@@ -99,7 +106,7 @@ class FoxgloveHandler:
         self.has_control = rules.has_control
         self.threads = DaemonPool("foxglove client", node.limits.of(BridgeLimits).bridge_clients)
         self.call_turns = CallTurns("foxglove call", CALLS_AT_ONCE)
-        self._assets = SentAssets(node.limits.of(BridgeLimits).bridge_asset_bytes)
+        self._assets = SentAssets(BRIDGE_ASSET_BYTES)
         self._all_parameters = SharedAnswer(self._query_parameters)
         self._some_parameters = SharedAnswer(self._query_parameters)
         self._loop = loop
@@ -202,9 +209,7 @@ class FoxgloveHandler:
 
     def read_asset(self, uri: str) -> Asset:
         """Return an asset. Blocks; raises `AssetRefused`."""
-        return read_asset(
-            uri, self._folders_of, self.node.limits.of(BridgeLimits).bridge_asset_bytes, self._assets.read
-        )
+        return read_asset(uri, self._folders_of, BRIDGE_ASSET_BYTES, self._assets.read)
 
     def _folders_of(self, package: str) -> Sequence[Path]:
         found = self._packages.get(package)
@@ -251,3 +256,39 @@ class FoxgloveHandler:
     def _show_time(self, frame: Any) -> None:
         for client in self._sessions.values():
             client.outbox.put(TIME_KEY, frame)
+
+
+K = TypeVar("K")
+T = TypeVar("T")
+
+
+class SharedAnswer(Generic[K, T]):
+    """Runs one query at a time, and drops its result when no caller waits any more. Thread-safe.
+
+    Every call to `get` returns the result of a query with the same key that began after the call.
+    """
+
+    def __init__(self, query: Callable[[K], T]) -> None:
+        self._query = query
+        self._lock = threading.Lock()
+        self._newest: tuple[float, K, T] | None = None
+        self._waiting = 0
+        self._counting = threading.Lock()
+
+    def get(self, key: K) -> T:
+        """Return the result of a query. Blocks; raises the errors of the query."""
+        asked_s = time.monotonic()
+        with self._counting:
+            self._waiting += 1
+        try:
+            with self._lock:
+                newest = self._newest
+                if newest is None or newest[0] < asked_s or newest[1] != key:
+                    self._newest = None
+                    newest = self._newest = time.monotonic(), key, self._query(key)
+                return newest[2]
+        finally:
+            with self._counting:
+                self._waiting -= 1
+                if not self._waiting:
+                    self._newest = None

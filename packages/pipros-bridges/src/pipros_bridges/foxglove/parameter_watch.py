@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.foxglove.parameters import flattened
 from pipros.node import Node
+from pipros_bridges.foxglove.parameters import flattened
 
 PAUSE_S: Final = 0.1
 """Minimum time between two queries of the master, however often parameters change."""

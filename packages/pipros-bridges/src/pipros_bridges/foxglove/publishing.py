@@ -7,10 +7,6 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.bridges.foxglove.catalog import Service
-from pipros.bridges.foxglove.requests import ClientChannel
-from pipros.bridges.shared_topics import check_published_type
-from pipros.libraries.topic_tools.raw import class_like
 from pipros.msg import load_service_class
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
@@ -21,8 +17,13 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.codec import encoder
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
-from pipros.server.act_gate import ActGate
-from pipros.server.json_text import encoded
+from pipros_bridges.foxglove.catalog import Service
+from pipros_bridges.foxglove.requests import ClientChannel
+from pipros_bridges.shared_topics import check_published_type
+from pipros_libraries.nodes.velocities import RelayedVelocity
+from pipros_libraries.topic_tools.raw import class_like
+from pipros_server.act_gate import ActGate
+from pipros_server.json_text import encoded
 
 ROS1, JSON = "ros1", "json"
 ENCODINGS: Final = (ROS1, JSON)
@@ -56,6 +57,7 @@ class ClientPublication:
         self._class = found
         self._raw = class_like(header)
         self._publisher = node.advertise(channel.topic, self._raw, queue_size=QUEUE_SIZE)
+        self._velocity = RelayedVelocity(node, self._publisher)
 
     def publish(self, body: bytes) -> None:
         """Publish a message.
@@ -67,12 +69,17 @@ class ClientPublication:
         if self.channel.encoding == JSON:
             body = _from_json(self._class, body)
         self._gate.check_message(self.channel.topic, body, self._class._type, self._class._md5sum, self)
-        self._publisher.publish(self._raw(body))
+        message = self._raw(body)
+        self._velocity.note(message)
+        self._publisher.publish(message)
         self._gate.renew_after_publishing(self.channel.topic, body)
 
     def close(self) -> None:
-        """Unadvertise the topic. If the topic's rule has a time limit, first stop what the client started."""
-        self._gate.left(self.channel.topic, self)
+        """Unadvertise the topic. First stop what the client started; a velocity also without a policy."""
+        if self._gate.left(self.channel.topic, self):
+            self._velocity.forget()
+        else:
+            self._velocity.end()
         self._publisher.unregister()
 
 

@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
-from pipros.bridges.serve import BridgeOptions, secret_of, serve
-from pipros.bridges.sessions import Handler
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
-from pipros.server.act_gate import ActGate
+from pipros_bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
+from pipros_bridges.serve import BridgeOptions, secret_of, serve
+from pipros_bridges.sessions import Handler
+from pipros_server.act_gate import ActGate
 
 
 class BadPattern(PiprosError):
@@ -19,7 +19,7 @@ class BadPattern(PiprosError):
 
 
 class FoxgloveProtocol:
-    """Both Foxglove subprotocols, for `pipros.bridges.serve.serve`."""
+    """Both Foxglove subprotocols, for `pipros_bridges.serve.serve`."""
 
     page = None
 
@@ -37,7 +37,7 @@ class FoxgloveProtocol:
 
 
 def serve_foxglove(node: Node, options: BridgeOptions, rules: Rules) -> int:
-    """Serve Foxglove clients until Ctrl-C; see `pipros.bridges.serve.serve`."""
+    """Serve Foxglove clients until Ctrl-C; see `pipros_bridges.serve.serve`."""
 
     def make(node: Node, loop: BackgroundLoop) -> FoxgloveProtocol:
         return FoxgloveProtocol(FoxgloveHandler(node, loop, rules, gate=ActGate(node, options.policy)))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+import time
 from collections import Counter
 from collections.abc import (
     AsyncIterator,
@@ -25,15 +26,17 @@ from pipros.basics.errors import InvalidName, LimitExceeded, NotFound, PiprosErr
 from pipros.basics.limits import limit_text
 from pipros.basics.names import is_legal
 from pipros.basics.printable import printable
-from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.foxglove import frames
-from pipros.bridges.foxglove.catalog import Channel, TopicCatalog
-from pipros.bridges.foxglove.frames import StatusLevel
-from pipros.bridges.foxglove.graph_changes import EMPTY, GraphUpdates
-from pipros.bridges.foxglove.parameter_watch import DELETED, Changes
-from pipros.bridges.foxglove.parameters import from_client, selected, to_client
-from pipros.bridges.foxglove.publishing import ClientPublication, call_service
-from pipros.bridges.foxglove.requests import (
+from pipros.node import Node
+from pipros.node.open_calls import OpenCalls
+from pipros_bridges.call_turns import CallTurns
+from pipros_bridges.foxglove import frames
+from pipros_bridges.foxglove.catalog import Channel, TopicCatalog
+from pipros_bridges.foxglove.frames import StatusLevel
+from pipros_bridges.foxglove.graph_changes import EMPTY, GraphUpdates
+from pipros_bridges.foxglove.parameter_watch import DELETED, Changes
+from pipros_bridges.foxglove.parameters import from_client, selected, to_client
+from pipros_bridges.foxglove.publishing import ClientPublication, call_service
+from pipros_bridges.foxglove.requests import (
     AdvertiseRequest,
     CallRequest,
     ClientChannel,
@@ -50,17 +53,15 @@ from pipros.bridges.foxglove.requests import (
     UnsubscribeParameters,
     read_request,
 )
-from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import ClientOutbox, WebSocketFrame
-from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
-from pipros.bridges.shares import ClientShares, ExceedsShare
-from pipros.graph.params import refused
-from pipros.graph.system_state import SystemState
-from pipros.node import Node
-from pipros.node.open_calls import OpenCalls
-from pipros.server.act_gate import ActGate
-from pipros.server.daemon_pool import DaemonPool
+from pipros_bridges.foxglove.sent_assets import Asset
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.outbox import ClientOutbox, WebSocketFrame
+from pipros_bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
+from pipros_bridges.shares import BRIDGE_SUBSCRIPTIONS, ClientShares, ExceedsShare
+from pipros_server.act_gate import ActGate
+from pipros_server.daemon_pool import DaemonPool
+from pipros_tools.graph.params import refused
+from pipros_tools.graph.system_state import SystemState
 
 _Item = TypeVar("_Item")
 
@@ -126,7 +127,7 @@ class FoxgloveBridge(Protocol):
 
 
 class ClientConnection(Protocol):
-    """The client's connection, implemented by `pipros.bridges.client.BridgeClient`."""
+    """The client's connection, implemented by `pipros_bridges.client.BridgeClient`."""
 
     outbox: ClientOutbox
     shares: ClientShares
@@ -153,7 +154,8 @@ class FoxgloveSession:
         self._tasks: set[asyncio.Task[None]] = set()
         self._call_turns = bridge.call_turns.user()
         self._open_assets = 0
-        self._limit = bridge.node.limits.of(BridgeLimits).bridge_subscriptions
+        self._worked_s = 0.0
+        self._limit = BRIDGE_SUBSCRIPTIONS
         client.outbox.open(TIME_KEY, 1)
 
     async def receive(self, data: str | bytes) -> None:
@@ -167,8 +169,8 @@ class FoxgloveSession:
 
     @property
     def worked_s(self) -> float:
-        """0, because the cost of every request is limited."""
-        return 0.0
+        """Processor time (s) that threads have spent on the client's requests, besides calls of services."""
+        return self._worked_s
 
     def takes(self) -> Mapping[Hashable, str]:
         """Return the topics to which the client subscribes, keyed by subscription id."""
@@ -477,7 +479,14 @@ class FoxgloveSession:
     # -- shared by all requests ------------------------------------------------------------------
 
     def _run(self, function: Callable[[], Any]) -> Awaitable[Any]:
-        return self._bridge.threads.run(function)
+        def work() -> Any:
+            began_s = time.thread_time()
+            try:
+                return function()
+            finally:
+                self._worked_s += time.thread_time() - began_s
+
+        return self._bridge.threads.run(work)
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> None:
         """Run a request in a task, so that the client's next requests are not delayed."""
@@ -498,7 +507,7 @@ class FoxgloveSession:
 
     def _check_limit(self, count: int) -> None:
         if count >= self._limit:
-            limit = limit_text("bridge_subscriptions", self._limit)
+            limit = f"the limit is {self._limit}"
             raise LimitExceeded(f"too many subscriptions or advertised channels; {limit}")
 
     def _report(self, text: str, level: StatusLevel = StatusLevel.ERROR) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from typing import Final
 
-from pipros.bridges.rosbridge.text_input import BadInput
+from pipros_bridges.rosbridge.text_input import BadInput
 
 _SIZE = struct.Struct("<i")
 _SIZES: Final = {

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.bridges.rosbridge.encoding import WireEncoding
+from pipros_bridges.rosbridge.encoding import WireEncoding
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class Delivery:
+class DeliveryOptions:
     """Options for delivering a topic to a client, shared by all its subscriptions to the topic.
 
     Attributes:
@@ -43,7 +43,7 @@ class TakeTopic:
 
     topic: str
     kind: str | None
-    delivery: Delivery
+    delivery: DeliveryOptions
     operation: Mapping[str, Any]
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import itertools
 import json
+import math
 import threading
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
@@ -13,19 +15,19 @@ from weakref import WeakKeyDictionary
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import install_command
-from pipros.bridges.outbox import WebSocketFrame, text_frame
-from pipros.bridges.rosbridge.pictures_of_text import base64_png_of
-from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.compile.plain import plain_reader
 from pipros.msg.time import NS_PER_S
-from pipros.server.json_text import ORJSON, json_bytes
+from pipros_bridges.outbox import WebSocketFrame, text_frame
+from pipros_bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
+from pipros_libraries.pictures.png import png
+from pipros_server.json_text import ORJSON, json_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pipros.bridges.shared_topics import TopicMessage
     from pipros.msg.base import Buffer, Message
+    from pipros_bridges.shared_topics import TopicMessage
 
 
 class WireEncoding(IntEnum):
@@ -271,3 +273,19 @@ class EncodedMessage:
         if self._decoded is None:
             self._decoded = self._encoder.decode(message)
         return self._encoder.encode(encoding, topic, self._decoded)
+
+
+def png_of(text: bytes) -> bytes:
+    """Return an RGB image whose channel values are the bytes of `text`, padded with line breaks."""
+    pixels = -(-len(text) // 3)
+    width = max(math.isqrt(pixels), 1)
+    height = max(-(-pixels // width), 1)
+    row_bytes = width * 3
+    padded = text.ljust(row_bytes * height, b"\n")
+    rows = (padded[start : start + row_bytes] for start in range(0, len(padded), row_bytes))
+    return png(width, height, 3, 8, rows, level=3)
+
+
+def base64_png_of(text: bytes) -> str:
+    """Return the image from `png_of`, encoded as base64."""
+    return base64.b64encode(png_of(text)).decode("ascii")

@@ -16,10 +16,10 @@ from functools import cached_property
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
+from pipros.msg.compile.layout import MESSAGE_VALUES
 from pipros.msg.language.spec import FLOATS, INTEGERS, OCTETS, TIMES
 from pipros.msg.time import NS_PER_S
 
@@ -75,9 +75,9 @@ class UnknownField(WrongValue):
 class Filler:
     """Fills messages of any class. The clock is read at most once per message."""
 
-    def __init__(self, now_ns: Callable[[], int], limits: Limits | None = None) -> None:
+    def __init__(self, now_ns: Callable[[], int]) -> None:
         self._now_ns = now_ns
-        self._max_values = (limits or process_limits()).message_values
+        self._max_values = MESSAGE_VALUES
 
     def fill(self, message: Message, values: Any) -> None:
         """Set the fields of `message` from a dictionary, or from a list of the first fields' values.
@@ -205,7 +205,7 @@ class _Filling:
             self._sizes[cls] = _value_count(cls())
         self._values_left -= self._sizes[cls]
         if self._values_left < 0:
-            limit = limit_text("message_values", self._max_values)
+            limit = f"the limit is {self._max_values}"
             raise WrongValue(base, f"makes the message too large; {limit}")
         message = cls()
         self._fill_message(base, message, value)

@@ -11,10 +11,10 @@ from typing import Any, Final, Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.bridges.rosbridge.filling import Filler
 from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros.node.service_server import HandlerError, ServiceServer
+from pipros_bridges.rosbridge.filling import Filler
 
 REPLIES_S: Final = 0.5
 """Time (s) for the callers of a withdrawn service to receive the error."""

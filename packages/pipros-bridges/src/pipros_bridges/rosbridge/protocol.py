@@ -22,17 +22,16 @@ from enum import IntEnum
 from typing import Any
 
 from pipros.basics.errors import InvalidName, PiprosError
-from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosapi import QUESTIONS
-from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.bson_size import parsed_bson_bytes
-from pipros.bridges.rosbridge.effects import (
+from pipros_bridges.rosapi import QUESTIONS
+from pipros_bridges.rosbridge.authentication import Authenticator
+from pipros_bridges.rosbridge.bson_size import parsed_bson_bytes
+from pipros_bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
     CallService,
-    Delivery,
+    DeliveryOptions,
     Disconnect,
     Effect,
     LeaveTopic,
@@ -43,17 +42,17 @@ from pipros.bridges.rosbridge.effects import (
     Unadvertise,
     WithdrawService,
 )
-from pipros.bridges.rosbridge.encoding import WireEncoding, bson_codec, check_codec
-from pipros.bridges.rosbridge.globs import Globs
-from pipros.bridges.rosbridge.text_input import (
+from pipros_bridges.rosbridge.encoding import WireEncoding, bson_codec, check_codec
+from pipros_bridges.rosbridge.globs import Globs
+from pipros_bridges.rosbridge.text_input import (
     BadInput,
     Fragments,
     JsonObjects,
     json_object,
     parsed_json_bytes,
 )
-from pipros.bridges.shares import ClientShares, ExceedsShare, ServerShares
-from pipros.policy.model import Policy
+from pipros_bridges.shares import BRIDGE_SUBSCRIPTIONS, ClientShares, ExceedsShare, ServerShares
+from pipros_server.policy.model import Policy
 
 QUEUE_SIZE = 100
 """Queue size of a publisher, unless the client specifies it."""
@@ -124,11 +123,11 @@ class _TopicState:
     """The client's subscriptions to one topic, keyed by id."""
 
     kind: str | None
-    requests: dict[str, Delivery] = field(default_factory=dict)
+    requests: dict[str, DeliveryOptions] = field(default_factory=dict)
 
-    def delivery(self) -> Delivery:
+    def delivery(self) -> DeliveryOptions:
         requests = self.requests.values()
-        return Delivery(
+        return DeliveryOptions(
             max(request.encoding for request in requests),
             min(request.throttle_s for request in requests),
             min(request.queue_length for request in requests),
@@ -158,7 +157,7 @@ class ClientProtocol:
         self._settings = settings
         self._resolve = resolve
         self._clock_s = clock_s
-        self._max_names = limits.of(BridgeLimits).bridge_subscriptions
+        self._max_names = BRIDGE_SUBSCRIPTIONS
         self.is_authenticated = settings.authenticator is None
         self.parsed_bytes = 0
         self._level = Level.ERROR
@@ -247,7 +246,7 @@ class ClientProtocol:
             BadInput: too little memory is left.
         """
         if not self._shares.parsed.hold(self.parsed_bytes, size_bytes):
-            limit = limit_text("bridge_parsed_bytes", int(self._shares.parsed.limit))
+            limit = f"the limit is {int(self._shares.parsed.limit)} bytes"
             raise BadInput(f"a message with so many values needs too much memory; {limit}")
         self.parsed_bytes = size_bytes
 
@@ -299,7 +298,7 @@ class ClientProtocol:
     def _subscribe(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic", self._settings.topics)
         kind = _type(operation) if operation.get("type") is not None else None
-        request = Delivery(
+        request = DeliveryOptions(
             WireEncoding.of(operation.get("compression")),
             max(_number(operation, "throttle_rate", least=-math.inf), 0) / 1000,
             int(_number(operation, "queue_length")),
@@ -457,7 +456,7 @@ class ClientProtocol:
 
     def _check_limit(self, known: Any, what: str) -> None:
         if len(known) >= self._max_names:
-            limit = limit_text("bridge_subscriptions", self._max_names)
+            limit = f"the limit is {self._max_names}"
             raise BadOperation(f"too many {what}; {limit}")
 
 

@@ -16,15 +16,13 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from pipros.basics.errors import LimitExceeded, PiprosError
-from pipros.basics.limits import limit_text
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.filling import Filler
-from pipros.bridges.rosbridge.shared_publisher import CallLater, SharedPublisher
-from pipros.bridges.shared_topics import check_published_type
-from pipros.bridges.shares import ClientShares
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.server.act_gate import ActGate
+from pipros_bridges.rosbridge.filling import Filler
+from pipros_bridges.rosbridge.shared_publisher import CallLater, SharedPublisher
+from pipros_bridges.shared_topics import check_published_type
+from pipros_bridges.shares import BRIDGE_TOPICS, ClientShares
+from pipros_server.act_gate import ActGate
 
 TypeOf = Callable[[str], str | None]
 
@@ -52,7 +50,7 @@ class SharedPublishers:
         self._call_later = call_later
         self._unregister_s = unregister_s
         self._gate = gate
-        self._limit = node.limits.of(BridgeLimits).bridge_topics
+        self._limit = BRIDGE_TOPICS
         self._shared: dict[str, SharedPublisher] = {}
         self._lock = threading.Lock()
 
@@ -137,7 +135,8 @@ class SharedPublishers:
             if found is None or user not in found.users:
                 return
             shares = found.users.pop(user)
-            self._gate.left(topic, user)
+            if not self._gate.left(topic, user):
+                found.left(shares)
             is_kept = found.pass_charges(shares)
             if found.users:
                 return
@@ -168,6 +167,6 @@ class SharedPublishers:
             return
         unused = [topic for topic, shared in self._shared.items() if not shared.users]
         if not unused:
-            limit = limit_text("bridge_topics", self._limit)
+            limit = f"the limit is {self._limit}"
             raise LimitExceeded(f"too many topics are advertised; {limit}")
         self._shared.pop(min(unused, key=lambda topic: self._shared[topic].unused_since_s)).close()

@@ -12,21 +12,21 @@ from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar
 
 from pipros.basics.limits import Limits
-from pipros.bridges.admission import Admission
-from pipros.bridges.bridge_server import PING_S, PONG_S, BridgeServer
-from pipros.bridges.client import BridgeClient
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.protocol import RosbridgeSettings
-from pipros.bridges.rosbridge.session import RosbridgeNode, RosbridgeSession, Timing
-from pipros.bridges.rosbridge.text_input import BadInput, json_object
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
-from pipros.server.daemon_pool import DaemonPool
-from pipros.server.secret import Secret
+from pipros_bridges.admission import Admission
+from pipros_bridges.bridge_server import PING_S, PONG_S, BridgeServer
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.rosbridge.authentication import Authenticator
+from pipros_bridges.rosbridge.protocol import RosbridgeSettings
+from pipros_bridges.rosbridge.session import RosbridgeNode, RosbridgeSession, Timing
+from pipros_bridges.rosbridge.text_input import BadInput, json_object
+from pipros_server.daemon_pool import DaemonPool
+from pipros_server.secret import Secret
 
 CLOSING_S: Final = 0.4
 """Maximum time (s) that clients may delay the shutdown of a server."""

@@ -19,10 +19,14 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.basics.names import canonicalize, is_global
 from pipros.basics.printable import printable
-from pipros.bridges.call_turns import CallTurns, QuestionTurns
-from pipros.bridges.outbox import ClientOutbox
-from pipros.bridges.rosapi import MASTER_DEADLINE_S
-from pipros.bridges.rosbridge.effects import (
+from pipros.net.master_client import MasterClient
+from pipros.node import Node
+from pipros.node.open_calls import OpenCalls
+from pipros.node.service_client import ServiceClient
+from pipros_bridges.call_turns import CallTurns, QuestionTurns
+from pipros_bridges.outbox import ClientOutbox
+from pipros_bridges.rosapi import MASTER_DEADLINE_S
+from pipros_bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
     CallService,
@@ -36,27 +40,23 @@ from pipros.bridges.rosbridge.effects import (
     Unadvertise,
     WithdrawService,
 )
-from pipros.bridges.rosbridge.encoding import Encoder, fragment_frames, operation_frame
-from pipros.bridges.rosbridge.filling import Filler
-from pipros.bridges.rosbridge.offering import OfferedServices
-from pipros.bridges.rosbridge.protocol import (
+from pipros_bridges.rosbridge.encoding import Encoder, fragment_frames, operation_frame
+from pipros_bridges.rosbridge.filling import Filler
+from pipros_bridges.rosbridge.offering import OfferedServices
+from pipros_bridges.rosbridge.protocol import (
     QUESTION_NAMES,
     ClientProtocol,
     Level,
     RosbridgeSettings,
     response_to,
 )
-from pipros.bridges.rosbridge.publishing import SharedPublishers
-from pipros.bridges.rosbridge.shared_publisher import CallLater
-from pipros.bridges.rosbridge.streams import TopicStream
-from pipros.bridges.shared_topics import SharedTopics
-from pipros.bridges.shares import ClientShares, ExceedsShare, ServerShares
-from pipros.graph.services import service_class_of
-from pipros.net.master_client import MasterClient
-from pipros.node import Node
-from pipros.node.open_calls import OpenCalls
-from pipros.node.service_client import ServiceClient
-from pipros.server.act_gate import ActGate
+from pipros_bridges.rosbridge.publishing import SharedPublishers
+from pipros_bridges.rosbridge.shared_publisher import CallLater
+from pipros_bridges.rosbridge.streams import TopicStream
+from pipros_bridges.shared_topics import SharedTopics
+from pipros_bridges.shares import ClientShares, ExceedsShare, ServerShares
+from pipros_server.act_gate import ActGate
+from pipros_tools.graph.services import service_class_of
 
 CALLS_AT_ONCE: Final = 64
 """Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
@@ -112,7 +112,7 @@ class RosbridgeNode:
         # A client that may not change the system must not decide which type other nodes see.
         self.topics = SharedTopics(node, reports_types=self.settings.has_control)
         self.encoder = Encoder(is_bson=self.settings.is_bson)
-        self.filler = Filler(lambda: node.clock.now_ns(), self.limits)
+        self.filler = Filler(lambda: node.clock.now_ns())
         self.services = OfferedServices(node, self.filler, timing.call_s)
         self.publishers = SharedPublishers(
             node, self.filler, self.topics.type_of, call_later, timing.unregister_s, self.gate

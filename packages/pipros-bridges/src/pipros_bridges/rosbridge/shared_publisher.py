@@ -8,10 +8,10 @@ from collections.abc import Callable, Hashable
 from typing import Any, Final
 
 from pipros.basics.errors import LimitExceeded
-from pipros.basics.limits import limit_text
-from pipros.bridges.shares import Charge, ClientShares
 from pipros.node import Node
-from pipros.server.act_gate import ActGate
+from pipros_bridges.shares import Charge, ClientShares
+from pipros_libraries.nodes.velocities import RelayedVelocity
+from pipros_server.act_gate import ActGate
 
 EARLY_S: Final = 1.0
 """Maximum time (s) that the first messages of a publisher wait for a subscriber."""
@@ -47,6 +47,8 @@ class SharedPublisher:
         self._call_later = call_later
         self._is_latching = latch
         self._publisher = node.advertise(topic, message_class, queue_size=self._queue_size, latch=latch)
+        self._velocity = RelayedVelocity(node, self._publisher)
+        self._sender: ClientShares | None = None  # of the last message
         self._early_until_s = time.monotonic() + EARLY_S
         self._early: list[tuple[Any, Charge]] = []
         self._early_bytes = 0
@@ -65,11 +67,13 @@ class SharedPublisher:
             self._publisher = self._node.advertise(
                 self._topic, self.message_class, queue_size=self._queue_size, latch=True
             )
+            self._velocity.publisher = self._publisher
             before.unregister()
 
     def publish(self, message: Any, shares: ClientShares, end_parsing: Callable[[], int]) -> None:
         """Publish a message, or queue it until there is a subscriber. Messages stay in order."""
         with self._lock:
+            self._sender = shares
             has_to_wait = self._early or not self._publisher.connection_count
             is_early = bool(has_to_wait) and time.monotonic() < self._early_until_s
             if not (is_early or self._is_latching):
@@ -103,6 +107,13 @@ class SharedPublisher:
                 if each.budget is left.messages
             )
 
+    def left(self, shares: ClientShares) -> None:
+        """Stop the base if its last velocity is from the client with these shares, which has gone."""
+        with self._lock:
+            if self._sender is shares:
+                self._flush()
+                self._velocity.end()
+
     def close(self) -> None:
         """Publish the queued messages and unregister the topic."""
         with self._lock:
@@ -122,6 +133,7 @@ class SharedPublisher:
         """Do nothing; only new subscribers matter."""
 
     def _send(self, message: Any) -> None:
+        self._velocity.note(message)
         self._publisher.publish(message)
         self._gate.renew_after_publishing(self._topic, message)
 
@@ -154,5 +166,5 @@ class SharedPublisher:
         if not is_paid:
             raise LimitExceeded(
                 f"the latched messages of this client need too much memory; "
-                f"{limit_text('bridge_parsed_bytes', int(shares.messages.limit))}"
+                f"the limit is {int(shares.messages.limit)} bytes"
             )

@@ -10,22 +10,26 @@ import time
 from collections.abc import AsyncIterator, Callable
 from typing import Any, Final
 
+from pipros.basics.limits import Limits
 from pipros.basics.printable import printable
-from pipros.bridges.bridge_server import DESCRIPTORS_SHARE
-from pipros.bridges.connection import Wakeups
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import ClientOutbox
-from pipros.bridges.pace import ReadPace
-from pipros.bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
-from pipros.bridges.rosbridge.session import RosbridgeSession
-from pipros.bridges.rosbridge.tcp_input import CHUNK_BYTES, TcpInput
-from pipros.bridges.shares import ClientShares, ServerShares
 from pipros.net import sockets
 from pipros.net.address import plain_address
+from pipros.net.connection_table import WHOLE_REQUEST_S
 from pipros.node import Node
-from pipros.server.daemon_pool import DaemonPool
+from pipros_bridges.bridge_server import DESCRIPTORS_SHARE
+from pipros_bridges.client import BRIDGE_STALL_S
+from pipros_bridges.connection import Wakeups
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.outbox import ClientOutbox
+from pipros_bridges.pace import ReadPace
+from pipros_bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
+from pipros_bridges.rosbridge.session import RosbridgeSession
+from pipros_bridges.shares import ClientShares, ServerShares
+from pipros_server.daemon_pool import DaemonPool
+from pipros_server.listener import LOGIN_BYTES
+from pipros_server.loop_share import LoopShare, LoopShares
 
-logger = logging.getLogger("pipros.bridges")
+logger = logging.getLogger("pipros_bridges")
 
 ENTERING: Final = 16
 """Maximum number of connections waiting to become clients."""
@@ -54,6 +58,7 @@ class StreamServer:
         self._clients: dict[Any, tuple[str, float]] = {}
         self._threads = DaemonPool("rosbridge client", self._limits.of(BridgeLimits).bridge_clients)
         self._wakeups: Wakeups
+        self._loop_shares = LoopShares()
 
     def start(self) -> int:
         """Open the port and return its number. May be called again after an error.
@@ -148,18 +153,25 @@ class TcpServer(StreamServer):
             return
         self._sessions[writer] = session
         sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
-        pace = ReadPace(self._limits, work=self.shares.work)
-        source = TcpInput(session, reader, self._limits, shares)
-        receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
-        try:
+        share = LoopShare(self._loop_shares)
+
+        async def receive_all() -> None:
+            pace = ReadPace(self._limits)
+            source = TcpInput(session, reader, self._limits, shares)
+            receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
             async for size in receive(session, source):
                 if session.ended or sender.done():
-                    break
+                    return
                 self._sessions[writer] = self._sessions.pop(writer)
-                await asyncio.sleep(pace.delay_s(size, session.worked_s))
+                share.note_threads(session.worked_s)
+                await asyncio.sleep(pace.delay_s(size))
+
+        try:
+            await share.run(receive_all)
         except (OSError, EOFError, ValueError, asyncio.TimeoutError):
             pass
         finally:
+            share.close()
             sender.cancel()
             shares.close()
             del self._sessions[writer]
@@ -228,7 +240,97 @@ class TcpServer(StreamServer):
                     continue
                 for frame in frames:
                     writer.writelines(frame.parts)
-                await asyncio.wait_for(writer.drain(), self._limits.of(BridgeLimits).bridge_stall_s)
+                await asyncio.wait_for(writer.drain(), BRIDGE_STALL_S)
         except (OSError, asyncio.TimeoutError):
             pass
         writer.transport.abort()
+
+
+CHUNK_BYTES: Final = 64 * 1024
+GROWTH_BYTES: Final = 1024 * 1024
+"""An incomplete message must grow by this much, or end, within `request_s`."""
+PART_BYTES: Final = 100
+"""Memory of a part of a message besides its data. It is counted, because tiny parts could fill the memory."""
+
+
+class TcpInput:
+    """Reads from one client.
+
+    Until the client has logged in, all its data must arrive within `login_s` and fit in `LOGIN_BYTES`.
+    Afterwards, each incomplete message must keep growing.
+    """
+
+    def __init__(
+        self, session: RosbridgeSession, reader: asyncio.StreamReader, limits: Limits, shares: ClientShares
+    ) -> None:
+        self._session = session
+        self._reader = reader
+        self._shares = shares
+        self._loop = asyncio.get_running_loop()
+        self._login_end_s = self._loop.time() + limits.login_s
+        self._login_bytes = LOGIN_BYTES
+        self._end_s: float | None = None  # deadline for the next MiB of an incomplete message
+        self._grown_bytes = 0
+        self._held_bytes = 0
+
+    async def read(self, incomplete_bytes: int) -> bytes:
+        """Return the next data; empty at the end of the stream.
+
+        Args:
+            incomplete_bytes: size of the incomplete message so far; 0 between messages.
+
+        Raises:
+            asyncio.TimeoutError: the client is too slow.
+            EOFError: the client has sent too much before logging in.
+        """
+        return await self._read(CHUNK_BYTES, incomplete_bytes)
+
+    async def read_all(self, count: int) -> bytes:
+        """Return exactly `count` bytes, or no bytes if the stream ends earlier.
+
+        The bytes count against the client's share of memory until `end_message`.
+
+        Raises:
+            asyncio.TimeoutError: the client is too slow.
+            EOFError: the client has sent too much before logging in, or exceeds its share of memory.
+        """
+        parts: list[bytes] = []
+        left = count
+        while left:
+            data = await self._read(min(left, CHUNK_BYTES), self._held_bytes)
+            if not data:
+                return b""
+            cost = len(data) + PART_BYTES
+            if not self._shares.input.take(cost):
+                raise EOFError
+            self._held_bytes += cost
+            left -= len(data)
+            parts.append(data)
+        return b"".join(parts)
+
+    def end_message(self) -> None:
+        """Stop counting the data of a message that has been handled."""
+        self._shares.input.give_back(self._held_bytes)
+        self._held_bytes = 0
+
+    async def _read(self, max_bytes: int, incomplete_bytes: int) -> bytes:
+        is_known = self._session.is_logged_in
+        if not is_known:
+            max_bytes = min(max_bytes, self._login_bytes)
+            if not max_bytes:
+                raise EOFError
+        end_s = self._deadline(incomplete_bytes) if is_known else self._login_end_s
+        left_s = None if end_s is None else end_s - self._loop.time()
+        data = await asyncio.wait_for(self._reader.read(max_bytes), left_s)
+        if not is_known:
+            self._login_bytes -= len(data)
+        return data
+
+    def _deadline(self, incomplete_bytes: int) -> float | None:
+        """Return when an incomplete message must have grown; None between messages."""
+        if not incomplete_bytes:
+            self._end_s = None
+        elif self._end_s is None or incomplete_bytes >= self._grown_bytes + GROWTH_BYTES:
+            self._end_s = self._loop.time() + WHOLE_REQUEST_S
+            self._grown_bytes = incomplete_bytes
+        return self._end_s

@@ -9,11 +9,11 @@ from collections.abc import Callable, Hashable
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.outbox import ClientOutbox
-from pipros.bridges.rosbridge.effects import Delivery
-from pipros.bridges.rosbridge.encoding import Encoder
-from pipros.bridges.rosbridge.shared_publisher import CallLater
-from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage
+from pipros_bridges.outbox import ClientOutbox
+from pipros_bridges.rosbridge.effects import DeliveryOptions
+from pipros_bridges.rosbridge.encoding import Encoder
+from pipros_bridges.rosbridge.shared_publisher import CallLater
+from pipros_bridges.shared_topics import SharedTopics, Taken, TopicMessage
 
 MESSAGE_BYTES: Final = 500
 """Approximate memory for a queued message, besides its content."""
@@ -52,7 +52,7 @@ class TopicStream:
         self._on_error = on_error
         self._call_later = call_later
         self._user = user
-        self._delivery = Delivery()
+        self._delivery = DeliveryOptions()
         self._taken: Taken | None = None
         self._newest: TopicMessage | None = None
         # queued messages with their counted sizes; None until the first is queued, because even an empty
@@ -64,7 +64,7 @@ class TopicStream:
         self._errors: tuple[str, ...] = ()
         self._lock = threading.Lock()
 
-    def take(self, kind: str | None, delivery: Delivery) -> None:
+    def take(self, kind: str | None, delivery: DeliveryOptions) -> None:
         """Start the delivery or change its options. Do nothing after `close`.
 
         A latched message is sent again, for the new subscription.
@@ -110,7 +110,7 @@ class TopicStream:
         if is_due:
             self._send(message, delivery)
 
-    def _may_send(self, message: TopicMessage, delivery: Delivery) -> bool:
+    def _may_send(self, message: TopicMessage, delivery: DeliveryOptions) -> bool:
         """Return whether a message may be sent now; if not, drop or queue it."""
         now_s = time.monotonic()
         if now_s >= self._due_s and not self._waiting:
@@ -152,7 +152,7 @@ class TopicStream:
                 self._wake_later(delivery.throttle_s)
         self._send(message, delivery)
 
-    def _send(self, message: TopicMessage, delivery: Delivery) -> None:
+    def _send(self, message: TopicMessage, delivery: DeliveryOptions) -> None:
         try:
             frames = self._encoder.encoded(message).frames(
                 delivery.encoding, self._topic, delivery.fragment_size

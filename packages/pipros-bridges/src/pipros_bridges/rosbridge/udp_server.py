@@ -13,15 +13,16 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits
-from pipros.bridges.connection import Wakeups
-from pipros.bridges.pace import ReadPace
-from pipros.bridges.rosbridge.server import ServerOptions
-from pipros.bridges.rosbridge.session import RosbridgeSession
-from pipros.bridges.rosbridge.stream_servers import StreamServer
-from pipros.bridges.rosbridge.text_input import JsonObjects
-from pipros.bridges.shares import ClientShares
 from pipros.node import Node
+from pipros_bridges.connection import Wakeups
+from pipros_bridges.pace import ReadPace
+from pipros_bridges.rosbridge.server import ServerOptions
+from pipros_bridges.rosbridge.session import RosbridgeSession
+from pipros_bridges.rosbridge.stream_servers import StreamServer
+from pipros_bridges.rosbridge.text_input import JsonObjects
+from pipros_bridges.shares import ClientShares
+from pipros_server.listener import LOGIN_BYTES
+from pipros_server.loop_share import LoopShare
 
 SILENT_S: Final = 600.0
 """Time after which a silent client is removed, because UDP does not signal the end of a connection."""
@@ -78,7 +79,7 @@ class UdpServer(StreamServer):
         """Return an address's datagrams once they contain a whole operation; until then, return nothing."""
         if self._options.settings.is_bson:
             return [data] if int.from_bytes(data[:4], "little") == len(data) else []
-        stranger = self._strangers.pop(address, None) or _Stranger(self._limits)
+        stranger = self._strangers.pop(address, None) or _Stranger()
         if stranger.completes(data):
             return stranger.datagrams
         if stranger.is_plausible:
@@ -95,8 +96,8 @@ class UdpServer(StreamServer):
         session = self._connect(address, str(address[0]), lambda: self._flush(address), shares)
         if session is None:
             return None
-        client = self._known[address] = _UdpClient(session, shares)
-        client.task = asyncio.create_task(self._serve_client(client, address))
+        client = self._known[address] = _UdpClient(session, shares, LoopShare(self._loop_shares))
+        client.task = asyncio.create_task(client.share.run(self._serve_client, client, address))
         return client
 
     def _remove(self, address: Any) -> None:
@@ -104,11 +105,12 @@ class UdpServer(StreamServer):
         client = self._known.pop(address, None)
         if client is not None:
             client.shares.close()
+            client.share.close()
             client.task.cancel()
             self._disconnect(address, client.session)
 
     async def _serve_client(self, client: _UdpClient, address: Any) -> None:
-        pace = ReadPace(self._limits, work=self.shares.work)
+        pace = ReadPace(self._limits)
         session = client.session
         try:
             while not session.ended:
@@ -118,7 +120,8 @@ class UdpServer(StreamServer):
                 else:
                     await self._threads.run(session.receive_stream, data.decode(errors="replace"))
                 client.note_handled(data)
-                await asyncio.sleep(pace.delay_s(len(data), session.worked_s))
+                client.share.note_threads(session.worked_s)
+                await asyncio.sleep(pace.delay_s(len(data)))
         except asyncio.TimeoutError:
             pass
         finally:
@@ -138,10 +141,10 @@ class UdpServer(StreamServer):
 class _Stranger:
     """The datagrams of an address before its first whole operation."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self) -> None:
         self.datagrams: list[bytes] = []
         self.is_plausible = True
-        self._objects = JsonObjects(limits.login_bytes)
+        self._objects = JsonObjects(LOGIN_BYTES)
 
     def completes(self, data: bytes) -> bool:
         """Add a datagram. Return whether there is a whole JSON object now."""
@@ -156,9 +159,10 @@ class _UdpClient:
 
     task: asyncio.Task[None]
 
-    def __init__(self, session: RosbridgeSession, shares: ClientShares) -> None:
+    def __init__(self, session: RosbridgeSession, shares: ClientShares, share: LoopShare) -> None:
         self.session = session
         self.shares = shares
+        self.share = share
         self.datagrams: asyncio.Queue[bytes] = asyncio.Queue(WAITING_DATAGRAMS)
         self._has_reported = False
 

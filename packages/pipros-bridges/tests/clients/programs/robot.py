@@ -1,6 +1,5 @@
 """A robot for clients of rosbridge: topics, a service, an action, frames. Runs on rospy and pipros."""
 
-from actionlib.msg import TestAction, TestFeedback, TestResult
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header, String
 from std_srvs.srv import SetBool
@@ -8,6 +7,7 @@ from std_srvs.srv import SetBool
 import actionlib
 import rospy
 import tf2_ros
+from actionlib.msg import TestAction, TestFeedback, TestResult
 
 
 def count(goal):

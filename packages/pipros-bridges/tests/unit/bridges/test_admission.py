@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.bridges.admission import Admission
-from pipros.server.secret import Denied, Secret
+from pipros_bridges.admission import Admission
+from pipros_server.secret import Denied, Secret
 
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])
 

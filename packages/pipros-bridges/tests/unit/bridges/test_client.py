@@ -10,9 +10,9 @@ from unittest.mock import AsyncMock, MagicMock
 from websockets.server import ServerProtocol
 
 from pipros.basics.limits import Limits
-from pipros.bridges.client import BridgeClient
-from pipros.bridges.connection import BridgeConnection, Wakeups
-from pipros.bridges.outbox import WebSocketFrame
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.connection import BridgeConnection, Wakeups
+from pipros_bridges.outbox import WebSocketFrame
 
 
 class Transport(asyncio.Transport):
@@ -31,7 +31,7 @@ class Transport(asyncio.Transport):
 
 
 class Listener:
-    """Stands for `pipros.server.listener.Listener`, and for the accepted that it returns."""
+    """Stands for `pipros_server.listener.Listener`, and for the accepted that it returns."""
 
     def accepted_socket(self, transport: object) -> Listener:
         return self

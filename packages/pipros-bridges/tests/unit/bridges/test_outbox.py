@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pipros.basics.budget import Budget
-from pipros.bridges.outbox import (
+from pipros_bridges.outbox import (
     FRAME_BYTES,
     UNCOUNTED_BYTES,
     ClientOutbox,

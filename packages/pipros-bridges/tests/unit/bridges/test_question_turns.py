@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from pipros.bridges.call_turns import QuestionTurns
 from pipros.net.workers import Workers
+from pipros_bridges.call_turns import QuestionTurns
 from tests.support.waiting import wait_until
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.bridges import serve
-from pipros.bridges.serve import BridgeOptions
+from pipros_bridges import serve
+from pipros_bridges.serve import BridgeOptions
 
 
 @pytest.mark.parametrize(

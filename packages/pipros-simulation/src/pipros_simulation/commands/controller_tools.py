@@ -156,7 +156,7 @@ def _reported(log: Any, what: str, do: Callable[[str], bool], name: str) -> bool
 
 def controller_manager(argv: Sequence[str] | None = None) -> int:
     """List controllers and types, or load, unload, start and stop controllers. Return 1 if that fails."""
-    from pipros.cli.command_node import command_node
+    from pipros_tools.cli.command_node import command_node
 
     arguments = sys.argv[1:] if argv is None else list(argv)
     parser = ArgumentParser(prog="controller_manager", description="Inspects and changes controllers.")

@@ -6,9 +6,13 @@ import os
 import sys
 from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
+
+if TYPE_CHECKING:
+    from pipros_tools.launch.load_context import LoadContext
 
 
 @command
@@ -39,28 +43,33 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _wrapper(words: list[str], arguments: dict[str, str]) -> tuple[str, list[str]]:
-    from pipros.launch.find_launch_files import resolve_files
-    from pipros.launch.load_context import LoadContext
-    from pipros.launch.xml import load
-    from pipros.simulation.launch_sets.expected_robot import expected_robot
-    from pipros.simulation.launch_sets.wrapper import wrapper_text
-    from pipros.workspace.index import PackageIndex
+    from pipros_simulation.launch_sets.expected_robot import expected_robot
+    from pipros_simulation.launch_sets.wrapper import wrapper_text
+    from pipros_tools.launch.find_launch_files import resolve_files
+    from pipros_tools.launch.load_context import LoadContext
+    from pipros_tools.launch.xml import load
+    from pipros_workspace.index import PackageIndex
 
     index = PackageIndex.from_environment()
     file = os.path.abspath(resolve_files(words, index)[0])
     context = LoadContext.of_process(index)
-    context = context._replace(run_command=_tolerant(context.run_command))
+    context = context._replace(run_command=_only_xacro(context))
     expected = expected_robot(load([file], arguments, context=context))
     return wrapper_text(file, arguments, expected), expected.unknown
 
 
-def _tolerant(run: Callable[[str], str]) -> Callable[[str], str]:
-    """Return a function that replaces the output of a command that fails, such as a missing xacro."""
-    from pipros.launch.load_context import CommandFailed, NotRun
+def _only_xacro(context: LoadContext) -> Callable[[str], str]:
+    """Return a function that runs xacro and cat, but no other command of a launch file that is only read."""
+    from pipros_simulation.launch_sets.expected_robot import ONLY_XACRO
+    from pipros_tools.launch.load_context import CommandFailed, NotRun
 
     def run_command(line: str) -> str:
+        program = line.split()[0] if line.split() else ""
+        known = [context.find("xacro", name) for name in ("xacro", "xacro.py")]
+        if program not in ("cat", "xacro", "xacro.py", *known):
+            return NotRun(ONLY_XACRO)
         try:
-            return run(line)
+            return context.run_command(line)
         except CommandFailed as error:
             return NotRun(error)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -10,12 +11,13 @@ from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
-from pipros.launch.load_context import NotRun
-from pipros.launch.model import Launch
-from pipros.libraries.robot_model.urdf import Robot, UrdfError, read_robot
-from pipros.simulation.launch_sets.footprints import free_pose, inner_radius, is_number
-from pipros.simulation.launch_sets.node_topics import FILTERS, NodeView, params_below, views_of
+from pipros_libraries.robot_model.urdf import Robot, UrdfError, read_robot
+from pipros_simulation.launch_sets.footprints import free_pose, inner_radius, is_number
+from pipros_simulation.launch_sets.node_topics import FILTERS, NodeView, params_below, views_of
+from pipros_tools.launch.load_context import NotRun
+from pipros_tools.launch.model import Launch
 
+ONLY_XACRO: Final = "its command is not run, because only xacro and cat are"
 LASER_HEIGHT_M: Final = 0.2
 FASTER: Final = 1.5
 """The simulated robot can drive faster than planners may, so that one that does is noticed."""
@@ -29,6 +31,8 @@ _SIMULATED: Final = {
 }
 """Topics of pipros_sim by the kind of data."""
 _MAPPERS: Final = ("gmapping/slam_gmapping", "hector_mapping/hector_mapping")
+_LOCALIZERS: Final = (*_MAPPERS, "amcl/amcl", "fake_localization/fake_localization")
+_STATIC: Final = ("tf/static_transform_publisher", "tf2_ros/static_transform_publisher")
 _LASER_WORDS: Final = ("laser", "scan", "lidar", "hokuyo", "sick", "rplidar", "velodyne")
 _SPEEDS: Final = ("max_vel_x", "max_vel_trans", "max_trans_vel")
 _TURNS: Final = ("max_vel_theta", "max_rot_vel", "max_rotational_vel")
@@ -63,6 +67,7 @@ def expected_robot(launch: Launch) -> Expected:
         reader.laser,
         reader.size,
         reader.place,
+        reader.localization,
         reader.others,
     ):
         find()
@@ -88,7 +93,8 @@ class _Reader:
             if key.rpartition("/")[2] != "robot_description":
                 continue
             if isinstance(value, NotRun):
-                self.found.unknown.append(f"{key}: its command fails, and so will roslaunch")
+                fails = "its command fails, and so will roslaunch"
+                self.found.unknown.append(f"{key}: {value if value == ONLY_XACRO else fails}")
                 continue
             try:
                 return read_robot(str(value))
@@ -236,7 +242,7 @@ class _Reader:
     def _static(self) -> dict[str, list[float]]:
         """Return x, y, z and yaw of the frames that static_transform_publishers publish."""
         found = {}
-        for view in self._of("tf/static_transform_publisher", "tf2_ros/static_transform_publisher"):
+        for view in self._of(*_STATIC):
             words = view.words()
             if len(words) in (8, 9, 10) and (frames := [word for word in words if not is_number(word)]):
                 found[frames[-1].lstrip("/")] = [float(word) for word in words[:4] if is_number(word)]
@@ -281,8 +287,9 @@ class _Reader:
 
     def size(self) -> None:
         """Find the robot's radius and its greatest velocities."""
-        robot: dict[str, float] = {}
+        robot: dict[str, Any] = {}
         for view in self._of("move_base/move_base"):
+            self._drive(view, robot)
             for key, value in view.params.items():
                 name = key.rpartition("/")[2]
                 if name == "robot_radius" and is_number(value):
@@ -296,7 +303,21 @@ class _Reader:
         if "radius" not in robot:
             self.found.unknown.append("the robot's radius: move_base has no footprint; 0.15 m is used")
         if robot:
-            self.found.params["robot"] = {key: round(value, 3) for key, value in robot.items() if value > 0}
+            rounded = {key: each if key == "drive" else round(each, 3) for key, each in robot.items()}
+            self.found.params["robot"] = {key: value for key, value in rounded.items() if value}
+
+    def _drive(self, view: NodeView, robot: dict[str, Any]) -> None:
+        """Find out from the parameters of the local planner whether the base is a car, or drives sideways."""
+        planner = str(view.params.get("base_local_planner", "base_local_planner/TrajectoryPlannerROS"))
+        below = re.split("[/:]", planner)[-1]
+        values = (view.params.get(f"{below}/{name}", 0.0) for name in ("min_turning_radius", "max_vel_y"))
+        radius, sideways = (float(each) if is_number(each) else 0.0 for each in values)
+        if radius > 0:
+            robot |= {"drive": "ackermann", "min_turning_radius": radius}
+        elif sideways > 0 or view.params.get(f"{below}/holonomic_robot") is True:
+            robot["drive"] = "omni"
+        if "drive" in robot:
+            self.found.notes.append(f"robot/drive: {below} of {view.node.full_name}")
 
     def place(self) -> None:
         """Find the map and the robot's starting pose on it."""
@@ -321,6 +342,19 @@ class _Reader:
                     f"{full}/initial_pose_{axis}": value for axis, value in zip("xya", free, strict=True)
                 }
                 self.found.notes.append(f"initial_pose: {full}'s, {pose}, is not free on the map")
+
+    def localization(self) -> None:
+        """Report if no known node publishes the frame in which move_base plans."""
+        odom = self.found.params["odom_frame"]
+        known = {odom, *(view.frame("world_frame", "odom") for view in self._of(*FILTERS))}
+        known.update(word.lstrip("/") for view in self._of(*_STATIC) for word in view.words())
+        views = () if any(self._of(*_LOCALIZERS)) else self._of("move_base/move_base")
+        frames = {view.frame("global_costmap/global_frame", "map") for view in views}
+        for frame in sorted(frames - known):
+            self.found.unknown.append(
+                f"who publishes {frame} to {odom}, for which move_base waits: no known node does; start "
+                "amcl, a mapper or fake_localization"
+            )
 
     def others(self) -> None:
         """Report the nodes and properties that this program does not know."""

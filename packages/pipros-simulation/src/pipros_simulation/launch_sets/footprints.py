@@ -14,8 +14,8 @@ def free_pose(file: str, pose: Sequence[float], radius: float) -> list[float]:
     Raises:
         PiprosError: the map cannot be read, or numpy is missing.
     """
-    from pipros.libraries.maps.map_file import read_map
-    from pipros.simulation.robots.world import World
+    from pipros_libraries.maps.map_file import read_map
+    from pipros_simulation.robots.world import World
 
     world = World.from_grid(read_map(file))
     if world.is_free(pose[0], pose[1], radius):

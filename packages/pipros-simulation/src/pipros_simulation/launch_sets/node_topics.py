@@ -11,9 +11,9 @@ from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
 from pipros.basics.words import split_words
-from pipros.launch.model import Launch, LaunchNode
-from pipros.launch.nodelet_choice import arguments_of
 from pipros.safe import yaml
+from pipros_tools.launch.model import Launch, LaunchNode
+from pipros_tools.launch.nodelet_choice import arguments_of
 
 _NO_TOPICS: Final[Mapping[str, str]] = {}
 _IMU_FILTER: Final = ({"imu/data_raw": "imu"}, {"imu/data": "imu"})
@@ -59,7 +59,7 @@ _FILTER_INPUT = re.compile(r"(odom|imu)\d+")
 _SOURCE_KINDS = {"LaserScan": "scan", "PointCloud2": "cloud", "PointCloud": "cloud"}
 
 
-class Source(NamedTuple):
+class SensorTopic(NamedTuple):
     """An observation source of a costmap."""
 
     topic: str
@@ -148,14 +148,14 @@ class NodeView:
             return None
         return found.get(key) if isinstance(found, dict) else None
 
-    def sources(self) -> Iterator[Source]:
+    def sources(self) -> Iterator[SensorTopic]:
         """Yield the observation sources of all costmaps, also where costmap_2d searches for them."""
         for key, value in self.params.items():
             if key.rpartition("/")[2] != "observation_sources" or not isinstance(value, str):
                 continue
             for name in value.split():
                 below = key.removesuffix("observation_sources") + name
-                yield Source(
+                yield SensorTopic(
                     self.topic(str(self.params.get(f"{below}/topic", name))),
                     _SOURCE_KINDS.get(str(self.params.get(f"{below}/data_type", "PointCloud")), "other"),
                     self.frame(f"{below}/sensor_frame", ""),

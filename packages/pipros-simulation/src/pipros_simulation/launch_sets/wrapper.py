@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import yaml
 
-from pipros.simulation.launch_sets.expected_robot import Expected
+from pipros_simulation.launch_sets.expected_robot import Expected
 
 
 def wrapper_text(file: str, arguments: Mapping[str, str], expected: Expected) -> str:
@@ -30,6 +30,7 @@ def _lines(file: str, arguments: Mapping[str, str], expected: Expected) -> Itera
         yield from (f"       {_comment(each)}" for each in expected.unknown)
     yield "  -->"
     yield '  <arg name="headless" default="false"/>'
+    yield '  <arg name="speed" default="1.0"/>'
     yield '  <arg name="lockstep" default="[]"/>'
     yield '  <rosparam param="/lockstep" subst_value="true">$(arg lockstep)</rosparam>'
     yield f"  <include file={quoteattr(file)}>"
@@ -44,6 +45,7 @@ def _lines(file: str, arguments: Mapping[str, str], expected: Expected) -> Itera
         if topic != f"/{name.lstrip('/')}":
             yield f"    <remap from={quoteattr(name)} to={quoteattr(topic)}/>"
     yield '    <param name="headless" value="$(arg headless)"/>'
+    yield '    <param name="speed" value="$(arg speed)"/>'
     for name, value in expected.params.items():
         yield f"    <rosparam param={quoteattr(name)}>{escape(_yaml(value))}</rosparam>"
     yield "  </node>"

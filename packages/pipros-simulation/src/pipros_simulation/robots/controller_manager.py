@@ -12,10 +12,10 @@ from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.simulation.robots.controllers import Controller, DiffDrive, JointStates, joint_names, mapping
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.robot_endpoints import serve
-from pipros.simulation.robots.simulation import Simulation
+from pipros_simulation.robots.controllers import Controller, DiffDrive, JointStates, joint_names, mapping
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.robot_endpoints import serve
+from pipros_simulation.robots.simulation import Simulation
 
 BASE_CLASS: Final = "controller_interface::ControllerBase"
 MAX_CONTROLLERS: Final = 100

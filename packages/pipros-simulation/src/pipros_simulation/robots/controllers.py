@@ -17,10 +17,10 @@ from pipros.basics import names
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.robot_endpoints import Headers, odometry_message
-from pipros.simulation.robots.settings import number
-from pipros.simulation.robots.simulation import STEP_S, Simulation
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.robot_endpoints import HeaderFactory, odometry_message
+from pipros_simulation.robots.settings import number
+from pipros_simulation.robots.simulation import STEP_S, Simulation
 
 _LEAST_RATE: Final = 1e-6
 _STATES: Final = ("position", "velocity", "effort")
@@ -112,7 +112,7 @@ class DiffDrive(Controller):
             _diagonal(params.get(f"{what}_covariance_diagonal", [0.0] * 6), what)
             for what in ("pose", "twist")
         ]
-        self._headers = Headers()
+        self._headers = HeaderFactory()
         odometry: Any = load_message_class("nav_msgs/Odometry")
         self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
         self.start()

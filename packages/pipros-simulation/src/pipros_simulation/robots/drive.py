@@ -1,4 +1,4 @@
-"""Motion of a robot with two driven wheels on one axis.
+"""Motion of a robot on wheels.
 
 Poses are x and y in metres and the yaw in radians, counter-clockwise from x. At constant velocities, a robot
 follows an arc, which is computed in closed form, so the size of a step does not affect the accuracy.
@@ -21,10 +21,19 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A motion along an arc: the distance in metres, and the turn in radians, at constant rates."""
+    """A motion along an arc: the distances in metres, and the turn in radians, at constant rates.
+
+    Attributes:
+        sideways: the distance to the left, which only omnidirectional bases drive.
+    """
 
     forwards: float = 0.0
     turn: float = 0.0
+    sideways: float = 0.0
+
+    def times(self, factor: float) -> Motion:
+        """Return the motion in another time."""
+        return Motion(self.forwards * factor, self.turn * factor, self.sideways * factor)
 
     def wheels(self, separation: float, radius: float) -> tuple[float, float]:
         """Return the angles, in radians, by which the left and the right wheel turn."""
@@ -35,11 +44,13 @@ class Motion:
 def moved(pose: Pose, motion: Motion) -> Pose:
     """Return the pose at the end of an arc that begins at `pose`."""
     half = motion.turn / 2
-    # The chord of the arc; its direction is the mean of the first and the last yaw.
-    chord = motion.forwards * (math.sin(half) / half if half else 1.0)
+    # The chord of the arc; the mean of the first and the last yaw turns it.
+    chord = math.sin(half) / half if half else 1.0
+    forwards, sideways = chord * motion.forwards, chord * motion.sideways
+    cosine, sine = math.cos(pose.yaw + half), math.sin(pose.yaw + half)
     return Pose(
-        pose.x + chord * math.cos(pose.yaw + half),
-        pose.y + chord * math.sin(pose.yaw + half),
+        pose.x + forwards * cosine - sideways * sine,
+        pose.y + forwards * sine + sideways * cosine,
         wrapped(pose.yaw + motion.turn),
     )
 

@@ -20,20 +20,23 @@ import time
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.bus_info import established, rows_of
-from pipros.graph.live import ask_bus_info
-from pipros.graph.system_state import SystemState
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.delivery import Sent, sent_by, wait_until_handled
-from pipros.simulation.robots.errors import InvalidSettings
+from pipros_libraries.nodes.schedule import CAPABLE
+from pipros_libraries.transforms.messages import in_ns
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_tools.graph.bus_info import established, rows_of
+from pipros_tools.graph.live import ask_bus_info
+from pipros_tools.graph.system_state import SystemState
 
 PARAMETER: Final = "/lockstep"
 """Parameter with the names of the members, in the order in which they are called."""
 ANSWER_S: Final = 30.0
 """Real time within which a member must answer."""
+FOREIGN_S: Final = 10.0
+"""Real time for which a node must run without a `Schedule` to be left out."""
 REPORT_S: Final = 60
 """Simulated time (s) between two reports of the ratio of simulated time to real time."""
 
@@ -67,6 +70,7 @@ class Lockstep:
         self._ready: list[str] = []
         self._began_s = time.monotonic()
         self._simulated_s = 0.0
+        self._seen_s: dict[str, float] = {}
 
     @property
     def has_members(self) -> bool:
@@ -81,10 +85,28 @@ class Lockstep:
                 self._ready.append(name)
             except PiprosError:
                 missing.append(name)
+        for name in [each for each in missing if self._is_foreign(each)]:
+            self._log.error(
+                "[%s] runs, but cannot be in lockstep, and is left out; docs/guides/simulation.md lists "
+                "those that can. Remove it from %s", name, PARAMETER,
+            )  # fmt: skip
+            missing.remove(name)
+            self._clients.pop(name).close()
         if not missing:
             missing = self._missing_connections()
         self._began_s = time.monotonic()
         return missing
+
+    def _is_foreign(self, name: str) -> bool:
+        """Return whether a member has run for a while without being about to offer the service."""
+        try:
+            self._node.master.lookup_node(name)
+            if self._node.params.has(f"{name}/{CAPABLE[1:]}"):
+                return False
+        except PiprosError:
+            self._seen_s.pop(name, None)
+            return False
+        return time.monotonic() - self._seen_s.setdefault(name, time.monotonic()) > FOREIGN_S
 
     def _missing_connections(self) -> list[str]:
         """Return a description of each missing connection among the simulator and its members."""

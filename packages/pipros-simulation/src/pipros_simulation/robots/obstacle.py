@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from pipros.simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.errors import InvalidSettings
 
 PATIENCE_S = 3.0
 """Time that an obstacle waits before it turns back."""

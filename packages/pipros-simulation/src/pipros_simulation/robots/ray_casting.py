@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.simulation.robots.world import WALL, World
+from pipros_simulation.robots.world import WALL, World
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from pipros.simulation.robots.battery import Battery
-from pipros.simulation.robots.drive import Motion, Pose, moved, relative
-from pipros.simulation.robots.settings import RobotSettings
+from pipros_simulation.robots.battery import Battery
+from pipros_simulation.robots.drive import Motion, Pose, moved, relative
+from pipros_simulation.robots.settings import RobotSettings
 
 SLIP_S = 1.0
 """Time after which the slip of the wheels changes."""
@@ -67,17 +67,27 @@ class SimulatedRobot:
         self._command = Motion()
         self._command_s = -math.inf
 
-    def command(self, linear: float, angular: float, now_s: float) -> None:
-        """Set the velocities (m/s, rad/s), clipped to the robot's limits, at the simulated time `now_s`."""
-        highest, fastest = self.settings.max_linear, self.settings.max_angular
-        self._command = Motion(min(max(linear, -highest), highest), min(max(angular, -fastest), fastest))
-        self._command_s = now_s
+    def command(self, linear: float, angular: float, now_s: float, sideways: float = 0.0) -> None:
+        """Set the velocities (m/s, rad/s), as far as the robot can drive so, at the simulated time `now_s`.
+
+        `angular` is the angle of the steering in radians for the drive `car`. `sideways` only counts for the
+        drive `omni`.
+        """
+        settings = self.settings
+        if settings.drive == "car":
+            linear, angular = linear * math.cos(angular), linear * math.sin(angular) / settings.wheelbase
+        linear = _clipped(linear, settings.max_linear)
+        angular = _clipped(angular, settings.max_angular)
+        if settings.is_car and settings.least_radius:
+            angular = _clipped(angular, abs(linear) / settings.least_radius)
+        sideways = _clipped(sideways, settings.max_linear) if settings.drive == "omni" else 0.0
+        self._command, self._command_s = Motion(linear, angular, sideways), now_s
 
     def planned(self, now_s: float, duration_s: float) -> Motion:
         """Return the motion of the wheels in the next step, provided that the robot is not blocked."""
         if now_s - self._command_s > self.settings.command_timeout_s or self.battery.is_empty:
             return Motion()
-        return Motion(self._command.forwards * duration_s, self._command.turn * duration_s)
+        return self._command.times(duration_s)
 
     def on_ground(self, motion: Motion, now_s: float) -> Motion:
         """Return the robot's motion over ground for a motion of its wheels: smaller if the wheels slip."""
@@ -88,25 +98,30 @@ class SimulatedRobot:
             self._slip = np.minimum(2 * self.settings.wheel_slip * self.random.random(2), 1.0)
         half = motion.turn * self.settings.wheel_separation / 2
         left, right = (1.0 - self._slip) * (motion.forwards - half, motion.forwards + half)
-        return Motion(float(left + right) / 2, float(right - left) / self.settings.wheel_separation)
+        turn = float(right - left) / self.settings.wheel_separation
+        return Motion(float(left + right) / 2, turn, motion.sideways * float(1.0 - self._slip.mean()))
 
     def step(self, motion: Motion, ground: Motion, duration_s: float, *, is_blocked: bool) -> None:
         """Perform a motion of the wheels, and the resulting motion over ground.
 
-        If `is_blocked` is true, the robot only turns on the spot, and its wheels turn accordingly.
+        If `is_blocked` is true, the robot only turns on the spot, and its wheels turn accordingly; a car
+        stands.
         """
-        self.is_bumped = is_blocked
+        self.is_bumped, settings = is_blocked, self.settings
         if is_blocked:
-            motion, ground = Motion(0.0, motion.turn), Motion(0.0, ground.turn)
-        settings = self.settings
+            turns = 0.0 if settings.is_car else 1.0
+            motion, ground = Motion(0.0, turns * motion.turn), Motion(0.0, turns * ground.turn)
         self.pose = moved(self.pose, ground)
         if settings.is_odometry_exact:
             self.odometry = relative(self._origin, self.pose)
         else:
             self.odometry = moved(self.odometry, self._measured(motion))
-        before, self.velocity = self.velocity, Motion(motion.forwards / duration_s, motion.turn / duration_s)
-        speed_up = (self.velocity.forwards - before.forwards) / duration_s
-        self.acceleration = speed_up, self.velocity.forwards * self.velocity.turn
+        before, self.velocity = self.velocity, motion.times(1 / duration_s)
+        now = self.velocity
+        self.acceleration = (
+            (now.forwards - before.forwards) / duration_s - now.sideways * now.turn,
+            (now.sideways - before.sideways) / duration_s + now.forwards * now.turn,
+        )
         turned = motion.wheels(settings.wheel_separation, settings.wheel_radius)
         self.wheels = self.wheels[0] + turned[0], self.wheels[1] + turned[1]
         self.wheel_speeds = turned[0] / duration_s, turned[1] / duration_s
@@ -121,4 +136,8 @@ class SimulatedRobot:
         if noise:
             first, second = noise * self.random.standard_normal(2)
             forwards, turn = forwards + float(first), turn + float(second)
-        return Motion(motion.forwards * forwards, motion.turn * turn)
+        return Motion(motion.forwards * forwards, motion.turn * turn, motion.sideways * forwards)
+
+
+def _clipped(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)

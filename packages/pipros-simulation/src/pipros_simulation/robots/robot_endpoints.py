@@ -13,11 +13,11 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.service_server import CallFailed
-from pipros.simulation.robots.drive import Motion, Pose
-from pipros.simulation.robots.errors import Rejected
-from pipros.simulation.robots.robot import SimulatedRobot
-from pipros.simulation.robots.settings import Imu
-from pipros.simulation.robots.simulation import Ranges, Simulation
+from pipros_simulation.robots.drive import Motion, Pose
+from pipros_simulation.robots.errors import Rejected
+from pipros_simulation.robots.robot import SimulatedRobot
+from pipros_simulation.robots.settings import Imu
+from pipros_simulation.robots.simulation import Ranges, Simulation
 
 _DISCHARGING, _CHARGING, _FULL = 2, 1, 4
 _GOOD, _LITHIUM_ION = 1, 2
@@ -95,7 +95,7 @@ class RobotEndpoints:
         self._log = node.log
         self._has_warned = False
         prefix = f"{name}/" if name else ""
-        self._stamps = Headers()
+        self._stamps = HeaderFactory()
         self._was_bumped: bool | None = None
 
         def advertise(topic: str, kind: str, *, latch: bool = False) -> tuple[Any, Any]:
@@ -227,10 +227,10 @@ class RobotEndpoints:
         return odometry_message(header, self.names.base_frames[0], pose, self._robot.velocity)
 
     def _command(self, message: Any) -> None:
-        linear, angular = message.linear.x, message.angular.z
-        if math.isfinite(linear) and math.isfinite(angular):
+        linear, sideways, angular = message.linear.x, message.linear.y, message.angular.z
+        if all(map(math.isfinite, (linear, sideways, angular))):
             with self._lock:
-                self._robot.command(linear, angular, self._simulation.time_s)
+                self._robot.command(linear, angular, self._simulation.time_s, sideways)
         elif not self._has_warned:
             self._has_warned = True
             self._log.warning(
@@ -258,11 +258,12 @@ def odometry_message(header: Any, child: str, pose: Pose, velocity: Motion) -> A
     place, turn = message.pose.pose.position, message.pose.pose.orientation
     place.x, place.y = pose.x, pose.y
     turn.z, turn.w = math.sin(pose.yaw / 2), math.cos(pose.yaw / 2)
-    message.twist.twist.linear.x, message.twist.twist.angular.z = velocity.forwards, velocity.turn
+    twist = message.twist.twist
+    twist.linear.x, twist.linear.y, twist.angular.z = velocity.forwards, velocity.sideways, velocity.turn
     return message
 
 
-class Headers:
+class HeaderFactory:
     """Creates headers and transforms."""
 
     def __init__(self) -> None:

@@ -8,17 +8,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Final
 
-from pipros.basics.limits import limit_text
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.start_params import is_on
-from pipros.simulation.limits import SimulationLimits
-from pipros.simulation.robots.controller_manager import ControllerManager
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.lockstep import Lockstep, members
-from pipros.simulation.robots.robot_endpoints import RobotEndpoints, RobotInterface, serve
-from pipros.simulation.robots.simulation import STEP_S, Simulation
+from pipros_simulation.robots.controller_manager import ControllerManager
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.lockstep import Lockstep, members
+from pipros_simulation.robots.robot_endpoints import RobotEndpoints, RobotInterface, serve
+from pipros_simulation.robots.simulation import STEP_S, Simulation
+
+SIMULATED_ROBOTS = 100
+"""Maximum number of robots, and of moving obstacles, in one simulation. Beyond it, the simulation ends with
+an error.
+"""
 
 SCAN_STEPS: Final = 5
 """Steps between two scans: 10 Hz."""
@@ -66,9 +69,9 @@ class RobotsNode:
             InvalidSettings: there are too many robots, `/lockstep` is invalid, or `speed` is not 1 without
                 simulated time.
         """
-        limit = node.limits.of(SimulationLimits).simulated_robots
+        limit = SIMULATED_ROBOTS
         if len(simulation.robots) > limit:
-            raise InvalidSettings(f"too many robots: {limit_text('simulated_robots', limit)}")
+            raise InvalidSettings(f"too many robots: the limit is {limit}")
         self._has_clock = is_on(node, "/use_sim_time")
         if speed != 1.0 and not self._has_clock:
             raise InvalidSettings(f"speed {speed} needs simulated time: set /use_sim_time to true first")

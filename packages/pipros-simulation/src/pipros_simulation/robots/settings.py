@@ -6,10 +6,13 @@ import math
 from dataclasses import dataclass, field, fields
 from typing import Any, Final, TypeVar
 
-from pipros.simulation.robots.battery import BatterySettings
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.battery import BatterySettings
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.errors import InvalidSettings
 
+DRIVES: Final = ("diff", "omni", "ackermann", "car")
+MAX_STEERING: Final = 0.6
+"""Greatest angle of the steering of an `ackermann` drive without `min_turning_radius`, in radians."""
 MAX_RAYS: Final = 10_000
 """Maximum number of rays of a scan."""
 
@@ -77,12 +80,18 @@ class Imu:
 
 @dataclass(frozen=True, slots=True)
 class RobotSettings:
-    """Settings of a robot: a disc with two wheels on one axis through its centre.
+    """Settings of a robot: a disc, usually with two wheels on one axis through its centre.
 
     Attributes:
         name: unique name in the simulation; may be empty if there is only one robot.
         start: starting pose in the map frame; None selects a free place.
         radius: radius of the disc in metres.
+        drive: how the robot moves, from `DRIVES`: `diff`; `omni`, also sideways; `ackermann`, a car that
+            follows linear and angular velocities; `car`, as in Stage, for which the angular velocity of a
+            command is the angle of the steering.
+        wheelbase: distance between the axles of a car, in metres.
+        min_turning_radius: least radius of a car's turns in metres; if 0, an `ackermann` drive steers up to
+            `MAX_STEERING`.
         wheel_separation, wheel_radius: distance between the wheels and radius of a wheel, in metres.
         max_linear, max_angular: maximum velocities in m/s and rad/s.
         command_timeout_s: simulated time without a command after which the robot stops.
@@ -102,6 +111,9 @@ class RobotSettings:
     name: str = ""
     start: Pose | None = None
     radius: float = 0.15
+    drive: str = "diff"
+    wheelbase: float = 0.3
+    min_turning_radius: float = 0.0
     wheel_separation: float = 0.24
     wheel_radius: float = 0.033
     max_linear: float = 0.5
@@ -116,13 +128,24 @@ class RobotSettings:
     imu: Imu | None = None
     battery: BatterySettings = field(default_factory=BatterySettings)
 
+    @property
+    def is_car(self) -> bool:
+        """Whether the robot cannot turn on the spot."""
+        return self.drive in ("ackermann", "car")
+
+    @property
+    def least_radius(self) -> float:
+        """Least radius of a car's turns in metres; 0 if there is none."""
+        usual = self.wheelbase / math.tan(MAX_STEERING) if self.drive == "ackermann" else 0.0
+        return self.min_turning_radius or usual
+
 
 _Settings = TypeVar("_Settings", Laser, Imu, BatterySettings, RobotSettings)
 
 _MAY_BE_ZERO = {
     "command_timeout_s", "drive_a", "idle_a", "charge_a", "noise", "odometry_noise", "range_min",
     "wheel_slip", "yaw_noise", "gyro_noise", "acceleration_noise",
-    "empty_v", "max_linear", "max_angular",
+    "empty_v", "max_linear", "max_angular", "min_turning_radius",
 }  # fmt: skip
 _ANY_NUMBER = {"min_angle", "x", "y", "z", "yaw"}
 
@@ -140,11 +163,17 @@ def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
         raise InvalidSettings(f"{where} must be a mapping, got {values!r}")
     from dataclasses import replace
 
-    known = [each.name for each in fields(defaults) if type(getattr(defaults, each.name)) in (int, float)]
+    usual = {each.name: getattr(defaults, each.name) for each in fields(defaults)}
+    known = [name for name, value in usual.items() if type(value) in (int, float) or name == "drive"]
     checked: dict[str, Any] = {}
     for key, value in values.items():
         if key not in known:
             raise InvalidSettings(f"{where} has no setting {key!r}; the settings are {', '.join(known)}")
+        if key == "drive":
+            if value not in DRIVES:
+                raise InvalidSettings(f"{where}/drive must be one of {', '.join(DRIVES)}, got {value!r}")
+            checked[key] = value
+            continue
         checked[key] = (
             round(number(value, f"{where}/{key}")) if key == "rays" else _in_range(key, value, where)
         )

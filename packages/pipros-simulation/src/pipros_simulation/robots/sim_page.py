@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipros.node import Node
-from pipros.pictures.png import png
-from pipros.server.view_server import RequestRefused, ServedViews
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.errors import Rejected
-from pipros.simulation.robots.robots_node import RobotsNode
-from pipros.simulation.robots.world import World
+from pipros_libraries.pictures.png import png
+from pipros_server.view_server import RequestRefused, ServedViews
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.errors import Rejected
+from pipros_simulation.robots.robots_node import RobotsNode
+from pipros_simulation.robots.world import World
 
 FRAME_S: Final = 0.1
 """Interval of updates for a browser."""
@@ -42,7 +42,7 @@ class SimPage:
         return ServedViews(
             views={"world": self.world},
             actions={"place": self.place, "steer": self.steer, "reset": self.reset, "close": self.close},
-            pages=("pipros.simulation.robots", "pipros.server"),
+            pages=("pipros_simulation.robots", "pipros_server"),
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

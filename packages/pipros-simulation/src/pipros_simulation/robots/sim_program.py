@@ -6,29 +6,31 @@ import contextlib
 import functools
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.maps.map_file import read_map
-from pipros.libraries.nodes.params import raw
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
 from pipros.node.start_params import is_on
-from pipros.simulation.limits import SimulationLimits
-from pipros.simulation.robots.battery import BatterySettings
-from pipros.simulation.robots.described import placed_laser
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.obstacle import Obstacle
-from pipros.simulation.robots.robot_endpoints import RobotInterface
-from pipros.simulation.robots.robots_node import RobotsNode
-from pipros.simulation.robots.settings import Imu, Laser, RobotSettings, boolean, changed, number
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros.safe import yaml
+from pipros_libraries.maps.map_file import read_map
+from pipros_libraries.nodes.params import raw
+from pipros_libraries.robot_model.urdf import read_robot
+from pipros_libraries.transforms.pose import IDENTITY, composed, roll_pitch_yaw
+from pipros_libraries.transforms.pose import Pose as SpatialPose
+from pipros_simulation.robots.battery import BatterySettings
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.obstacle import Obstacle
+from pipros_simulation.robots.robot_endpoints import RobotInterface
+from pipros_simulation.robots.robots_node import SIMULATED_ROBOTS, RobotsNode
+from pipros_simulation.robots.settings import Imu, Laser, RobotSettings, boolean, changed, number
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
+from pipros_workspace.index import SHARED_PACKAGES
 
 _USUAL_OBSTACLE = (("radius", 0.2), ("speed", 0.4))
 BUILT_IN_MAP = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "room.yaml")
@@ -57,8 +59,8 @@ def run(node: Node, log: logging.Logger, make: Any) -> int:
         robots_text = "1 robot" if count == 1 else f"{count} robots"
         log.info("Simulating %s in a world of %g x %g m", robots_text, width, height)
         if not is_on(node, "~headless"):
-            from pipros.server.node_page import served_page
-            from pipros.simulation.robots.sim_page import SimPage
+            from pipros_server.node_page import served_page
+            from pipros_simulation.robots.sim_page import SimPage
 
             stack.enter_context(served_page(SimPage(robots, node).served_views(), node.name, log))
         robots.run()
@@ -66,9 +68,9 @@ def run(node: Node, log: logging.Logger, make: Any) -> int:
 
 
 def _from_parameters(node: Node) -> RobotsNode:
-    """Create the simulation that the private parameters describe; docs/simulation.md lists them."""
+    """Create the simulation that the private parameters describe; docs/guides/simulation.md lists them."""
 
-    get = functools.partial(raw, node)
+    get = functools.partial(_given, node)
     seed = number(get("seed", 0), "seed")
     speed = number(get("speed", 1.0), "speed")
     if seed < 0 or speed <= 0:
@@ -82,12 +84,25 @@ def _from_parameters(node: Node) -> RobotsNode:
         battery=changed(BatterySettings(), get("battery", {}), "battery"),
     )
     world = World.from_grid(read_map(str(get("map", "") or BUILT_IN_MAP)))
-    limit = node.limits.of(SimulationLimits).simulated_robots
+    limit = SIMULATED_ROBOTS
     robots = robots_of(get("robots", 1), robot, limit)
     obstacles = obstacles_of(get("obstacles", []), limit)
     simulation = Simulation(world, robots, seed=int(seed), obstacles=obstacles)
     controllers = str(get("controllers", ""))
     return RobotsNode(node, simulation, names=names, speed=speed, controllers=controllers)
+
+
+def _given(node: Node, name: str, default: Any) -> Any:
+    """Return a parameter. A text in the place of a list, mapping or number is YAML, as arguments of launch
+    files are.
+    """
+    value = raw(node, name, default)
+    if not isinstance(value, str) or isinstance(default, str):
+        return value
+    try:
+        return yaml.load(value, name)
+    except yaml.YamlError as error:
+        raise InvalidSettings(f"{name} must be YAML: {error}") from None
 
 
 def _names(node: Node) -> RobotInterface:
@@ -99,7 +114,7 @@ def _names(node: Node) -> RobotInterface:
     return replace(
         usual,
         **frames,
-        wheel_joints=_wheels(raw(node, "wheel_joints", list(usual.wheel_joints))),
+        wheel_joints=_wheels(_given(node, "wheel_joints", list(usual.wheel_joints))),
         base_frames=tuple(dict.fromkeys((base, base[: base.rfind("/") + 1] + usual.base_frames[1]))),
         has_tf=boolean(raw(node, "publish_tf", True), "publish_tf"),
         has_static_tf=boolean(raw(node, "publish_static_tf", True), "publish_static_tf"),
@@ -114,7 +129,7 @@ def _wheels(given: object) -> tuple[str, str]:
 
 def _laser(node: Node, names: RobotInterface) -> Laser:
     """Return the laser, at its pose in the robot description unless the parameter `laser` has a pose."""
-    given = raw(node, "laser", {})
+    given = _given(node, "laser", {})
     laser = changed(Laser(), given, "laser")
     if given.keys() & {"x", "y", "z", "yaw"} or not node.params.has("robot_description"):
         return laser
@@ -176,3 +191,38 @@ def _robot_of(given: object, usual: RobotSettings) -> RobotSettings:
         return replace(usual, name=name)
     x, y, yaw = (number(given.get(key, 0.0), f"robots/{key}") for key in ("x", "y", "yaw"))
     return replace(usual, name=name, start=Pose(x, y, math.remainder(yaw, math.tau)))
+
+
+def placed_laser(laser: Laser, description: str, frame: str, bases: Collection[str]) -> Laser:
+    """Return the laser at its pose in a robot description, or unchanged if the description lacks its frame.
+
+    A laser that is mounted upside down measures clockwise. Any other inclination is ignored.
+
+    Raises:
+        UrdfError: the description is invalid.
+    """
+    pose = pose_of(description, frame, bases)
+    if pose is None:
+        return laser
+    x, y, z = pose[:3]
+    roll, _, yaw = roll_pitch_yaw(pose)
+    is_upside_down = abs(roll) > math.pi / 2
+    return replace(laser, x=x, y=y, z=z, yaw=yaw, is_upside_down=is_upside_down)
+
+
+def pose_of(description: str, frame: str, bases: Collection[str]) -> SpatialPose | None:
+    """Return a link's pose relative to the closest of the links `bases` above it, or to the root.
+
+    All joints are at 0. Return None if no joint moves the link.
+
+    Raises:
+        UrdfError: the description is invalid.
+    """
+    parents = {joint.child: joint for joint in read_robot(description).joints}
+    if frame not in parents:
+        return None
+    pose = IDENTITY
+    while frame in parents and frame not in bases:
+        pose = composed(parents[frame].origin, pose)
+        frame = parents[frame].parent
+    return pose

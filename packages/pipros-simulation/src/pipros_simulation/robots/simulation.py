@@ -14,13 +14,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.simulation.robots.drive import Pose, combined, moved
-from pipros.simulation.robots.errors import InvalidSettings, Rejected
-from pipros.simulation.robots.obstacle import Obstacle
-from pipros.simulation.robots.ray_casting import cast_rays, distances_to_discs
-from pipros.simulation.robots.robot import SimulatedRobot
-from pipros.simulation.robots.settings import Laser, RobotSettings
-from pipros.simulation.robots.world import World
+from pipros_simulation.robots.drive import Pose, combined, moved
+from pipros_simulation.robots.errors import InvalidSettings, Rejected
+from pipros_simulation.robots.obstacle import Obstacle
+from pipros_simulation.robots.ray_casting import cast_rays, distances_to_discs
+from pipros_simulation.robots.robot import SimulatedRobot
+from pipros_simulation.robots.settings import Laser, RobotSettings
+from pipros_simulation.robots.world import World
 
 Ranges = NDArray[np.float64]
 
@@ -105,7 +105,8 @@ class Simulation:
         for robot in self.robots.values():
             motion = robot.planned(self.time_s, STEP_S)
             ground = robot.on_ground(motion, self.time_s)
-            is_blocked = ground.forwards != 0.0 and self._is_blocked(robot, moved(robot.pose, ground))
+            has_moved = bool(ground.forwards or ground.sideways)
+            is_blocked = has_moved and self._is_blocked(robot, moved(robot.pose, ground))
             robot.step(motion, ground, STEP_S, is_blocked=is_blocked)
         for obstacle in self.obstacles:
             obstacle.step(STEP_S, partial(self._is_in_nobodys_way, obstacle))

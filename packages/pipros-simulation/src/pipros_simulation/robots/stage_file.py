@@ -16,11 +16,11 @@ from typing import Final, NamedTuple
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.settings import MAX_RAYS, Laser, RobotSettings
-from pipros.simulation.robots.stage_model import Model, Value, numbers, pose_of, single
-from pipros.simulation.robots.stage_walls import world_of
-from pipros.simulation.robots.world import World
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.settings import MAX_RAYS, Laser, RobotSettings
+from pipros_simulation.robots.stage_model import Model, Value, numbers, pose_of, single
+from pipros_simulation.robots.stage_walls import world_of
+from pipros_simulation.robots.world import World
 
 MAX_MODELS: Final = 10_000
 """Maximum number of models and includes. A model in a definition counts each time the definition is used."""
@@ -31,7 +31,7 @@ _TOKEN = re.compile(r'\s+|#[^\n]*|(?P<token>"[^"\n]*"|[()\[\]]|[^\s()\[\]"#]+(?:
 
 _READ: Final = {
     "": {"resolution", "threads", "show_clock", "show_clock_interval"},
-    "position": {"pose", "size", "localization", "localization_origin", "odom_error"},
+    "position": {"pose", "size", "localization", "localization_origin", "odom_error", "drive", "wheelbase"},
     "laser": {"pose", "range", "range_max", "fov", "samples", "size"},
     "ranger": {"pose", "range", "range_max", "fov", "samples", "size"},
     "sensor": {"range", "range_max", "fov", "samples", "size"},
@@ -76,9 +76,8 @@ def read_stage(file: str) -> Stage:
 
 def _unused(model: Model) -> Iterator[str]:
     kind = f"a {model.kind}" if model.kind else "the world"
-    for key, value in model.values.items():
-        is_usual = (key, value) == ("drive", "diff") or key in _READ.get(model.kind, _READ["model"])
-        if not is_usual and not key.startswith(_LOOKS):
+    for key in model.values:
+        if key not in _READ.get(model.kind, _READ["model"]) and not key.startswith(_LOOKS):
             yield f"{key} of {kind} has no effect"
     scanners = 0
     for part in model.parts:
@@ -198,12 +197,19 @@ def _robot(model: Model, name: str) -> RobotSettings:
     localization = model.values.get("localization", "gps")
     if localization not in ("gps", "odom"):
         raise InvalidSettings(f"localization must be gps or odom, got {localization!r}")
+    drive, wheelbase = model.values.get("drive", "diff"), single(model, "wheelbase", 1.0)
+    if drive not in ("diff", "omni", "car") or wheelbase <= 0:
+        raise InvalidSettings(
+            f"drive must be diff, omni or car, and wheelbase > 0, got {drive!r} and {wheelbase}"
+        )
     errors = numbers(model, "odom_error", [0.03, 0.03, 0.0, 0.05])
     has_origin = "localization_origin" in model.values
     return RobotSettings(
         name,
         start=pose_of(model),
         radius=radius,
+        drive=str(drive),
+        wheelbase=wheelbase,
         max_linear=10.0,
         max_angular=10.0,
         command_timeout_s=0.2,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.errors import InvalidSettings
 
 Value = float | str | list[float]
 

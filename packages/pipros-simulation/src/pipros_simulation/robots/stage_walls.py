@@ -15,11 +15,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.libraries.maps.picture import read_picture
-from pipros.simulation.robots.drive import Pose, combined
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.stage_model import Model, numbers, pose_of, single
-from pipros.simulation.robots.world import World
+from pipros_libraries.maps.picture import read_picture
+from pipros_simulation.robots.drive import Pose, combined
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.stage_model import Model, numbers, pose_of, single
+from pipros_simulation.robots.world import World
 
 DARK_BELOW: Final = 127
 """Pixels with a grey value below this are walls."""

@@ -9,11 +9,11 @@ from typing import Final
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.names import is_remapping_argument
 from pipros.node.roscpp_program import roscpp_program
-from pipros.simulation.robots.robot_endpoints import RobotInterface
-from pipros.simulation.robots.robots_node import RobotsNode
-from pipros.simulation.robots.sim_program import run
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.stage_file import read_stage
+from pipros_simulation.robots.robot_endpoints import RobotInterface
+from pipros_simulation.robots.robots_node import RobotsNode
+from pipros_simulation.robots.sim_program import run
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.stage_file import read_stage
 
 USAGE: Final = """USAGE: stageros [-g] [-d] [-u] <worldfile>
   -g: without a page

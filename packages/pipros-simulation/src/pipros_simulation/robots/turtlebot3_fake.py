@@ -10,14 +10,14 @@ import numpy as np
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.robot_endpoints import RobotInterface
-from pipros.simulation.robots.robots_node import RobotsNode
-from pipros.simulation.robots.settings import RobotSettings
-from pipros.simulation.robots.sim_program import run
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.robot_endpoints import RobotInterface
+from pipros_simulation.robots.robots_node import RobotsNode
+from pipros_simulation.robots.settings import RobotSettings
+from pipros_simulation.robots.sim_program import run
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
 
 _HALF_SIDE_M: Final = 50.0
 _CELL_M: Final = 0.25

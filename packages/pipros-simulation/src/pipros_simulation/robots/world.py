@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.libraries.maps.map_file import Grid
-from pipros.simulation.robots.errors import InvalidSettings
+from pipros_libraries.maps.map_file import Grid
+from pipros_simulation.robots.errors import InvalidSettings
 
 OCCUPIED_FROM: Final = 65
 """Map cells with at least this value are walls; lower values, and -1, are free."""

@@ -13,6 +13,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class, load_service_class
 from pipros.node.roscpp_program import roscpp_program
+from pipros_libraries.nodes.velocities import VelocityOutput
 
 SIDE_M: Final = 2.0
 PERIOD_S: Final = 0.016
@@ -81,23 +82,24 @@ class Square:
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
     """Reset turtlesim, then drive its turtle `turtle1` until the node is shut down."""
-    twist_class: Any = load_message_class("geometry_msgs/Twist")
     pose_class: Any = load_message_class("turtlesim/Pose")
     empty: Any = load_service_class("std_srvs/Empty")
     newest: list[Any] = []
     with roscpp_program("draw_square", "turtlesim", argv) as (node, log):
-        commands = node.advertise("turtle1/cmd_vel", twist_class, queue_size=1)
+        commands = VelocityOutput(node, "turtle1/cmd_vel")
 
         def keep(pose: Any) -> None:
             newest[:] = [pose]
 
-        node.subscribe("turtle1/pose", pose_class, keep, queue_size=1)
+        poses = node.subscribe("turtle1/pose", pose_class, keep, queue_size=1)
         with contextlib.suppress(PiprosError, OSError):  # as in Noetic, do not wait for turtlesim
             node.client("reset", empty).call(empty._request_class(), timeout_s=RESET_S)
         square = Square(log)
         while not node.wait_for_shutdown(PERIOD_S):
-            if newest:
-                twist = twist_class()
+            if not poses.connection_count:
+                commands.stop()
+            elif newest:
+                twist = commands.message()
                 twist.linear.x, twist.angular.z = square.velocities(newest[0])
                 commands.publish(twist)
     return 0

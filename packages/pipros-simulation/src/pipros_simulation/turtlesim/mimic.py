@@ -8,6 +8,7 @@ from typing import Any
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 from pipros.node.roscpp_program import roscpp_program
+from pipros_libraries.nodes.velocities import SILENCE_S, VelocityOutput
 
 
 @exits_after_ctrl_c()
@@ -16,13 +17,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Users remap the namespaces `input` and `output`, not the topics in them.
     """
-    twist_class: Any = load_message_class("geometry_msgs/Twist")
     pose_class: Any = load_message_class("turtlesim/Pose")
     with roscpp_program("turtle_mimic", "turtlesim", argv) as (node, _):
-        commands = node.advertise(f"{node.resolve('output')}/cmd_vel", twist_class, queue_size=1)
+        commands = VelocityOutput(node, f"{node.resolve('output')}/cmd_vel", silence_s=SILENCE_S)
 
         def repeat(pose: Any) -> None:
-            twist = twist_class()
+            twist = commands.message()
             twist.linear.x, twist.angular.z = pose.linear_velocity, pose.angular_velocity
             commands.publish(twist)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pipros.pictures.png import png
+from pipros_libraries.pictures.png import png
 
 SIDE = 500
 """Width and height, in pixels."""

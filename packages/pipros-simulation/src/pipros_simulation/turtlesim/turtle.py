@@ -16,7 +16,7 @@ from itertools import starmap
 from struct import Struct
 from typing import Final
 
-from pipros.simulation.turtlesim.picture import SIDE, Point, TurtleColor, TurtlePicture
+from pipros_simulation.turtlesim.picture import SIDE, Point, TurtleColor, TurtlePicture
 
 _SINGLE: Final = Struct("f")
 

@@ -14,10 +14,10 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
 from pipros.node import Node
-from pipros.server.view_server import RequestRefused, ServedViews
-from pipros.simulation.turtlesim.picture import SIDE, Point
-from pipros.simulation.turtlesim.turtle import Line, TurtleCommand
-from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
+from pipros_server.view_server import RequestRefused, ServedViews
+from pipros_simulation.turtlesim.picture import SIDE, Point
+from pipros_simulation.turtlesim.turtle import Line, TurtleCommand
+from pipros_simulation.turtlesim.turtlesim_node import Turtlesim
 
 FRAME_S: Final = 1 / 30
 """Minimum interval of updates for a browser."""
@@ -38,7 +38,7 @@ class TurtlePage:
         return ServedViews(
             views={"world": self.world},
             actions={"steer": self.steer, "close": self.close},
-            pages=("pipros.simulation.turtlesim", "pipros.server"),
+            pages=("pipros_simulation.turtlesim", "pipros_server"),
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

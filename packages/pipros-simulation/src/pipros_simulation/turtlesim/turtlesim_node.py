@@ -11,15 +11,18 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from pipros.basics import names
-from pipros.basics.limits import limit_text
-from pipros.libraries.nodes.params import private
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_server import CallFailed
-from pipros.simulation.limits import SimulationLimits
-from pipros.simulation.turtlesim.picture import TurtleColor
-from pipros.simulation.turtlesim.turtle import TICK_S, Pen, Teleport, Turtle, TurtleCommand
-from pipros.simulation.turtlesim.world import BACKGROUND, TurtleRejected, TurtleWorld
+from pipros_libraries.nodes.params import private
+from pipros_simulation.turtlesim.picture import TurtleColor
+from pipros_simulation.turtlesim.turtle import TICK_S, Pen, Teleport, Turtle, TurtleCommand
+from pipros_simulation.turtlesim.world import BACKGROUND, TurtleRejected, TurtleWorld
+
+TURTLES = 100
+"""Maximum number of turtles in one turtlesim. Beyond it, `/spawn` fails."""
+TELEPORTS = 1000
+"""Maximum number of teleports queued for one turtle until the next tick. Beyond it, the teleport fails."""
 
 LATE_TICKS: Final = 3
 """If the simulation is behind by more than this number of ticks, it skips the missed ticks."""
@@ -34,7 +37,7 @@ class TurtleEndpoints:
         """Register the topics and services with the master. Names are relative to the node's namespace."""
         self._turtle = turtle
         self._log = log
-        self._limit = node.limits.of(SimulationLimits).teleports
+        self._limit = TELEPORTS
         self._node = node
         self._has_warned = False
         self._pose_class: Any = load_message_class("turtlesim/Pose")
@@ -97,7 +100,7 @@ class TurtleEndpoints:
             self._log.error("[%s] cannot be teleported to %s", self._turtle.name, teleport)
             raise CallFailed
         if self._turtle.teleports_waiting >= self._limit:
-            self._log.error("too many teleports: %s", limit_text("teleports", self._limit))
+            self._log.error("too many teleports: %s", f"the limit is {self._limit}")
             raise CallFailed
         self._turtle.teleport(teleport)
 
@@ -126,7 +129,7 @@ class Turtlesim:
             log,
             background=self._background(),
             namespace=node.namespace,
-            limit=node.limits.of(SimulationLimits).turtles,
+            limit=TURTLES,
         )
         for turtle in self.world.turtles.values():
             self._endpoints[turtle] = TurtleEndpoints(node, turtle, log)

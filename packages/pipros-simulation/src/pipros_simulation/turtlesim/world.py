@@ -12,8 +12,8 @@ from collections.abc import Callable
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.simulation.turtlesim.picture import TurtleColor, TurtlePicture
-from pipros.simulation.turtlesim.turtle import LOOKS, SIDE_M, Line, Turtle
+from pipros_simulation.turtlesim.picture import TurtleColor, TurtlePicture
+from pipros_simulation.turtlesim.turtle import LOOKS, SIDE_M, Line, Turtle
 
 BACKGROUND: Final = TurtleColor(0x45, 0x56, 0xFF)
 LINES_KEPT: Final = 2000
@@ -71,7 +71,7 @@ class TurtleWorld:
             TurtleRejected: the name is taken, or there are too many turtles.
         """
         if len(self.turtles) >= self._limit:
-            raise TurtleRejected(f"too many turtles; the limit is {self._limit} (turtles in PIPROS_LIMITS)")
+            raise TurtleRejected(f"too many turtles; the limit is {self._limit}")
         name = name or self._new_name()
         if name in self.turtles:
             raise TurtleRejected(f"A turtled named [{name}] already exists")  # as in genuine turtlesim

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.simulation.turtlesim.draw_square import Square
-from pipros.simulation.turtlesim.turtle import TICK_S, TurtleCommand
-from pipros.simulation.turtlesim.world import TurtleWorld
+from pipros_simulation.turtlesim.draw_square import Square
+from pipros_simulation.turtlesim.turtle import TICK_S, TurtleCommand
+from pipros_simulation.turtlesim.world import TurtleWorld
 from tests.support.nodes import listening_log
 
 

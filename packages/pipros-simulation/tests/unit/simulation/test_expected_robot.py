@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from pipros.launch.load_context import CommandFailed, LoadContext, NotRun
-from pipros.launch.model import Launch
-from pipros.launch.xml import load
-from pipros.simulation.launch_sets.expected_robot import Expected, expected_robot
-from pipros.simulation.launch_sets.wrapper import wrapper_text
-from tests.support.environments import TESTS
+from pipros_simulation.launch_sets.expected_robot import Expected, expected_robot
+from pipros_simulation.launch_sets.wrapper import wrapper_text
+from pipros_tools.launch.load_context import CommandFailed, LoadContext, NotRun
+from pipros_tools.launch.model import Launch
+from pipros_tools.launch.xml import load
+from tests.support.environments import file_of_tests
 
-LAUNCH_FILES = TESTS / "support" / "launch_sets"
+LAUNCH_FILES = file_of_tests("support/launch_sets")
 
 
 def launch(text: str, tmp_path: Path) -> Launch:
@@ -114,6 +115,45 @@ def test_everything_that_was_not_found_out_is_named() -> None:
         "tf_prefix has no effect",
     ):
         assert part in text
+
+
+MOVE_BASE = """<node pkg="move_base" type="move_base" name="move_base"/>"""
+ODOM = """<node pkg="move_base" type="move_base" name="move_base">
+    <param name="global_costmap/global_frame" value="odom"/></node>"""
+AMCL = """<node pkg="amcl" type="amcl" name="amcl"/>"""
+FIXED = (
+    """<node pkg="tf" type="static_transform_publisher" name="fixed" args="0 0 0 0 0 0 /map /odom 100"/>"""
+)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "is_missing"),
+    [(MOVE_BASE, True), (MOVE_BASE + AMCL, False), (MOVE_BASE + FIXED, False), (ODOM, False)],
+)
+def test_the_frame_of_the_map_must_have_a_publisher(nodes: str, is_missing: bool, tmp_path: Path) -> None:
+    found = "\n".join(expected_robot(launch(nodes, tmp_path)).unknown)
+    assert ("who publishes map to odom" in found) == is_missing
+
+
+@pytest.mark.parametrize(
+    ("planner", "parameters", "drive"),
+    [
+        ("teb_local_planner/TebLocalPlannerROS", {"min_turning_radius": 0.8, "max_vel_y": 0.0}, "ackermann"),
+        ("dwa_local_planner/DWAPlannerROS", {"max_vel_y": 0.2}, "omni"),
+        ("base_local_planner/TrajectoryPlannerROS", {"holonomic_robot": "true"}, "omni"),
+        ("base_local_planner/TrajectoryPlannerROS", {"max_vel_x": 0.2}, None),
+    ],
+)
+def test_the_local_planner_says_how_the_base_drives(
+    planner: str, parameters: dict[str, Any], drive: str | None, tmp_path: Path
+) -> None:
+    below = planner.rpartition("/")[2]
+    inside = "".join(f'<param name="{below}/{name}" value="{each}"/>' for name, each in parameters.items())
+    node = f"""<node pkg="move_base" type="move_base" name="move_base">
+        <param name="base_local_planner" value="{planner}"/>{inside}</node>"""
+    robot = expected_robot(launch(node, tmp_path)).params.get("robot", {})
+    assert robot.get("drive") == drive
+    assert robot.get("min_turning_radius") == (0.8 if drive == "ackermann" else None)
 
 
 def test_a_multiplexer_of_kobuki_reads_its_inputs_from_a_file(tmp_path: Path) -> None:

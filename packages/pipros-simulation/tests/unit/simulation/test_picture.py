@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 
-from pipros.simulation.turtlesim.picture import SIDE, Point, TurtleColor, TurtlePicture
+from pipros_simulation.turtlesim.picture import SIDE, Point, TurtleColor, TurtlePicture
 
 BLUE, RED = TurtleColor(1, 2, 200), TurtleColor(200, 3, 4)
 

@@ -8,8 +8,8 @@ import math
 import pytest
 
 from pipros.msg import load_message_class, load_service_class
-from pipros.simulation.turtlesim.picture import TurtleColor
-from pipros.simulation.turtlesim.turtle import (
+from pipros_simulation.turtlesim.picture import TurtleColor
+from pipros_simulation.turtlesim.turtle import (
     COMMAND_S,
     PEN_COLOR,
     SIDE_M,
@@ -19,7 +19,7 @@ from pipros.simulation.turtlesim.turtle import (
     Turtle,
     TurtleCommand,
 )
-from pipros.simulation.turtlesim.world import BACKGROUND, LINES_KEPT, TurtleRejected, TurtleWorld
+from pipros_simulation.turtlesim.world import BACKGROUND, LINES_KEPT, TurtleRejected, TurtleWorld
 from tests.support.nodes import listening_log
 
 MIDDLE = 5.544444561004639

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pipros.bridges.foxglove.catalog import CatalogChange, Channel, TopicCatalog
-from pipros.bridges.foxglove.graph_changes import EMPTY, graph_update
-from pipros.graph.definitions import Definition, ServiceDefinition
-from pipros.graph.system_state import SystemState
+from pipros_bridges.foxglove.catalog import CatalogChange, Channel, TopicCatalog
+from pipros_bridges.foxglove.graph_changes import EMPTY, graph_update
+from pipros_tools.graph.definitions import Definition, ServiceDefinition
+from pipros_tools.graph.system_state import SystemState
 
 TEXT = Definition("std_msgs/String", "a" * 32, "string data")
 NUMBER = Definition("std_msgs/Int32", "b" * 32, "int32 data")

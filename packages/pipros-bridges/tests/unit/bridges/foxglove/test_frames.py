@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pipros.bridges.foxglove import frames
-from pipros.bridges.foxglove.catalog import Channel, Service
-from pipros.bridges.foxglove.frames import StatusLevel
-from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.outbox import WebSocketFrame
-from pipros.graph.definitions import Definition, ServiceDefinition
+from pipros_bridges.foxglove import frames
+from pipros_bridges.foxglove.catalog import Channel, Service
+from pipros_bridges.foxglove.frames import StatusLevel
+from pipros_bridges.foxglove.sent_assets import Asset
+from pipros_bridges.outbox import WebSocketFrame
+from pipros_tools.graph.definitions import Definition, ServiceDefinition
 
 
 def read(frame: WebSocketFrame) -> Any:

@@ -7,7 +7,7 @@ from xmlrpc.client import Binary
 
 import pytest
 
-from pipros.bridges.foxglove.parameters import (
+from pipros_bridges.foxglove.parameters import (
     InvalidClientParameter,
     flattened,
     from_client,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.bridges.foxglove.requests import (
+from pipros_bridges.foxglove.requests import (
     REQUEST_CHARACTERS,
     AdvertiseRequest,
     CallRequest,

@@ -12,24 +12,24 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
-from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.client import BridgeClient
-from pipros.bridges.foxglove.catalog import TopicCatalog
-from pipros.bridges.foxglove.graph_changes import GraphUpdates
-from pipros.bridges.foxglove.handler import FoxgloveHandler, Rules
-from pipros.bridges.foxglove.parameter_watch import DELETED
-from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.foxglove.session import CHANNEL_SUBSCRIPTIONS, TURN, FoxgloveSession
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import ClientOutbox, WebSocketFrame
-from pipros.bridges.shared_topics import TopicMessage
-from pipros.bridges.shares import ServerShares
-from pipros.graph.definitions import Definition
-from pipros.graph.system_state import SystemState
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.packages.assets import AssetRefused
-from pipros.server.daemon_pool import DaemonPool
+from pipros_bridges.call_turns import CallTurns
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.foxglove.catalog import TopicCatalog
+from pipros_bridges.foxglove.graph_changes import GraphUpdates
+from pipros_bridges.foxglove.handler import FoxgloveHandler, Rules
+from pipros_bridges.foxglove.parameter_watch import DELETED
+from pipros_bridges.foxglove.sent_assets import Asset
+from pipros_bridges.foxglove.session import CHANNEL_SUBSCRIPTIONS, TURN, FoxgloveSession
+from pipros_bridges.outbox import ClientOutbox, WebSocketFrame
+from pipros_bridges.shared_topics import TopicMessage
+from pipros_bridges.shares import ServerShares
+from pipros_server.daemon_pool import DaemonPool
+from pipros_tools.graph.definitions import Definition
+from pipros_tools.graph.system_state import SystemState
+from tests.support.constants import Constants
 
 MD5SUM = "a" * 32
 TEXT = Definition("std_msgs/String", MD5SUM, "string data")
@@ -229,13 +229,14 @@ def test_a_long_request_lets_other_clients_have_their_turn(request_of: Callable[
     run(body)
 
 
-def test_parameters_can_be_subscribed_up_to_the_limit() -> None:
+def test_parameters_can_be_subscribed_up_to_the_limit(constants: Constants) -> None:
     async def body() -> None:
-        talk = Conversation(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=2),)))
+        constants(BRIDGE_SUBSCRIPTIONS=2)
+        talk = Conversation(limits=Limits())
         await talk.say("subscribeParameterUpdates", parameterNames=["/a", "/b"])
         assert await talk.say("subscribeParameterUpdates", parameterNames=["/a"]) == []
         more = await talk.say("subscribeParameterUpdates", parameterNames=["/c"])
-        assert "bridge_subscriptions" in text_of(more)
+        assert "the limit is 2" in text_of(more)
 
     run(body)
 
@@ -254,16 +255,17 @@ def test_a_client_can_subscribe_to_a_channel_a_few_times_only() -> None:
     run(body)
 
 
-def test_wrong_subscriptions_are_reported() -> None:
+def test_wrong_subscriptions_are_reported(constants: Constants) -> None:
     async def body() -> None:
-        talk = Conversation(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=2),)))
+        constants(BRIDGE_SUBSCRIPTIONS=2)
+        talk = Conversation(limits=Limits())
         twice = [{"id": 1, "channelId": 1}] * 2
         assert "already exists" in text_of(await talk.say("subscribe", subscriptions=twice))
         assert "channel 9 does not exist" in text_of(
             await talk.say("subscribe", subscriptions=[{"id": 2, "channelId": 9}])
         )
         more = [{"id": number, "channelId": 1} for number in (2, 3)]
-        assert "bridge_subscriptions" in text_of(await talk.say("subscribe", subscriptions=more))
+        assert "the limit is 2" in text_of(await talk.say("subscribe", subscriptions=more))
         talk.bridge.topics.error = LimitExceeded("too many topics")
         await talk.say("unsubscribe", subscriptionIds=[2])
         assert "too many topics" in text_of(await talk.say("subscribe", subscriptions=more[:1]))

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.bridges.rosbridge.authentication import Authenticator
+from pipros_bridges.rosbridge.authentication import Authenticator
 
 SECRET = "0123456789abcdef"  # noqa: S105 # of these tests
 NOW = 1000

@@ -15,14 +15,14 @@ import cbor2
 import pytest
 from PIL import Image
 
-from pipros.basics.limits import Limits
-from pipros.bridges.rosbridge.encoding import Encoder, WireEncoding, fragment_frames, operation_frame
-from pipros.bridges.rosbridge.filling import Filler, UnknownField, WrongValue
-from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
-from pipros.bridges.shared_topics import TopicMessage
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import NUMBERS
+from pipros_bridges.rosbridge.encoding import Encoder, WireEncoding, fragment_frames, operation_frame
+from pipros_bridges.rosbridge.filling import Filler, UnknownField, WrongValue
+from pipros_bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
+from pipros_bridges.shared_topics import TopicMessage
+from tests.support.constants import Constants
 from tests.support.random_messages import fill_at_random, serialized, shipped_types
 
 NOW_NS = 1_700_000_000_000_000_123
@@ -75,7 +75,7 @@ def json_by_both(message: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[str, st
     """Return a message's JSON by orjson, and by the standard library."""
     fast = data_of(message, WireEncoding.JSON)
     with monkeypatch.context() as without:
-        without.setattr("pipros.bridges.rosbridge.encoding.ORJSON", None)
+        without.setattr("pipros_bridges.rosbridge.encoding.ORJSON", None)
         return fast.decode(), data_of(message, WireEncoding.JSON).decode()
 
 
@@ -122,7 +122,7 @@ def test_json_of_times_beyond_a_second_and_of_bad_text_is_the_same_with_orjson(
     body = struct.pack("<IIII3s", 7, 5, 2_500_000_000, 3, b"a\xffb")
     message = TopicMessage("/topic", body, header, NOW_NS)
     (frame,) = Encoder().encoded(message).frames(WireEncoding.JSON, "/topic")
-    monkeypatch.setattr("pipros.bridges.rosbridge.encoding.ORJSON", None)
+    monkeypatch.setattr("pipros_bridges.rosbridge.encoding.ORJSON", None)
     (other,) = Encoder().encoded(message).frames(WireEncoding.JSON, "/topic")
     values = json.loads(b"".join(frame.parts))
     assert values == json.loads(b"".join(other.parts))
@@ -288,7 +288,8 @@ def test_octets_are_accepted_as_base64_and_as_numbers() -> None:
         assert filled("sensor_msgs/CompressedImage", {"data": data}).data == b"\1\2\3"
 
 
-def test_small_text_cannot_make_a_message_of_any_size() -> None:
-    filler = Filler(lambda: 0, Limits()._replace(message_values=1000))
+def test_small_text_cannot_make_a_message_of_any_size(constants: Constants) -> None:
+    constants(MESSAGE_VALUES=1000)
+    filler = Filler(lambda: 0)
     with pytest.raises(WrongValue, match="makes the message too large; the limit is 1000"):
         filler.fill(load_message_class("nav_msgs/Path")(), {"poses": [{}] * 200})

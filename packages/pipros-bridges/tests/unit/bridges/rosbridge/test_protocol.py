@@ -13,9 +13,9 @@ import pytest
 
 from pipros.basics.errors import InvalidName
 from pipros.basics.limits import Limits
-from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.effects import (
+from pipros_bridges.limits import BridgeLimits
+from pipros_bridges.rosbridge.authentication import Authenticator
+from pipros_bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
     CallService,
@@ -28,10 +28,11 @@ from pipros.bridges.rosbridge.effects import (
     Unadvertise,
     WithdrawService,
 )
-from pipros.bridges.rosbridge.encoding import WireEncoding
-from pipros.bridges.rosbridge.globs import Globs
-from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
-from pipros.bridges.shares import ClientShares, ServerShares
+from pipros_bridges.rosbridge.encoding import WireEncoding
+from pipros_bridges.rosbridge.globs import Globs
+from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.shares import ClientShares, ServerShares
+from tests.support.constants import Constants
 
 
 def resolve(name: str) -> str:
@@ -310,8 +311,9 @@ def test_globs_allow_what_matches_and_everything_without_patterns() -> None:
     assert Globs.parse(["/a"]).allow("/a")
 
 
-def test_the_names_of_a_client_are_limited() -> None:
-    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=2),)))
+def test_the_names_of_a_client_are_limited(constants: Constants) -> None:
+    constants(BRIDGE_SUBSCRIPTIONS=2)
+    peer = Peer(limits=Limits())
     answers = [peer.sends(f'{{"op": "subscribe", "topic": "/t{number}"}}') for number in range(3)]
     assert [type(effects[0]) for effects in answers] == [TakeTopic, TakeTopic, Reply]
     ids = [peer.sends(f'{{"op": "subscribe", "topic": "/t0", "id": {number}}}') for number in range(3)]
@@ -403,8 +405,9 @@ def test_old_conventions_of_clients_are_accepted() -> None:
     assert (take.kind, take.delivery.throttle_s) == ("std_msgs/String", 0)
 
 
-def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None:
-    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=100_000),)))
+def test_a_message_with_too_many_values_is_refused_before_it_is_parsed(constants: Constants) -> None:
+    constants(BRIDGE_PARSED_BYTES=100000)
+    peer = Peer(limits=Limits())
     values = "[" + ",".join(["{}"] * 3000) + "]"
     text = f'{{"op": "publish", "topic": "/a", "msg": {values}}}'
     for data in (text, text.encode()):
@@ -418,8 +421,9 @@ def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None
     assert [type(effect) for effect in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
 
 
-def test_bson_with_too_many_values_or_of_unknown_types_is_refused() -> None:
-    peer = Peer(RosbridgeSettings(is_bson=True), Limits(tables=(BridgeLimits(bridge_parsed_bytes=100_000),)))
+def test_bson_with_too_many_values_or_of_unknown_types_is_refused(constants: Constants) -> None:
+    constants(BRIDGE_PARSED_BYTES=100000)
+    peer = Peer(RosbridgeSettings(is_bson=True), Limits())
     many = {"op": "publish", "topic": "/a", "msg": {str(number): 0 for number in range(3000)}}
     assert "needs too much memory; the limit is 100000" in peer.gets(bson.encode(many))
     unknown = {"op": "publish", "topic": "/a" * 3000, "msg": bson.Regex("x")}
@@ -443,8 +447,9 @@ def test_the_memory_of_an_incomplete_object_is_known() -> None:
     assert peer.protocol.incomplete_bytes == 0
 
 
-def test_a_client_that_exceeds_its_share_again_is_disconnected() -> None:
-    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_kept_bytes=3000),)))
+def test_a_client_that_exceeds_its_share_again_is_disconnected(constants: Constants) -> None:
+    constants(BRIDGE_KEPT_BYTES=3000)
+    peer = Peer(limits=Limits())
     answers = [peer.sends(f'{{"op": "subscribe", "topic": "/t{number}"}}')[0] for number in range(4)]
     assert [type(answer) for answer in answers] == [TakeTopic, TakeTopic, Reply, Disconnect]
     assert "makes the server keep too much; the limit is 3000" in answers[2].operation["msg"]
@@ -461,8 +466,9 @@ def test_a_repeated_subscription_has_no_effect_and_a_changed_one_replaces_it() -
     assert peer.sends('{"op": "unsubscribe", "topic": "/a", "id": 1}') == [LeaveTopic("/a")]
 
 
-def test_repeated_offers_count_once() -> None:
-    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=1),)))
+def test_repeated_offers_count_once(constants: Constants) -> None:
+    constants(BRIDGE_SUBSCRIPTIONS=1)
+    peer = Peer(limits=Limits())
     for text in (
         '{"op": "advertise", "topic": "/a", "type": "a/B"}',
         '{"op": "advertise_service", "service": "/s", "type": "a/B"}',
@@ -472,8 +478,9 @@ def test_repeated_offers_count_once() -> None:
     assert peer.sends('{"op": "unadvertise", "topic": "/a"}') == [Unadvertise("/a")]
 
 
-def test_a_topic_that_was_only_published_counts_and_can_be_withdrawn() -> None:
-    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=1),)))
+def test_a_topic_that_was_only_published_counts_and_can_be_withdrawn(constants: Constants) -> None:
+    constants(BRIDGE_SUBSCRIPTIONS=1)
+    peer = Peer(limits=Limits())
     for _ in range(2):
         assert [type(effect) for effect in peer.sends('{"op": "publish", "topic": "/a"}')] == [Publish]
     assert "too many advertised topics; the limit is 1" in peer.gets('{"op": "publish", "topic": "/b"}')

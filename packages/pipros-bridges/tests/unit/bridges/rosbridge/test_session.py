@@ -6,10 +6,10 @@ from typing import get_args
 from unittest.mock import MagicMock
 
 from pipros.basics.limits import process_limits
-from pipros.bridges.rosbridge.effects import Effect
-from pipros.bridges.rosbridge.protocol import RosbridgeSettings
-from pipros.bridges.rosbridge.session import RosbridgeSession
-from pipros.bridges.shares import ServerShares
+from pipros_bridges.rosbridge.effects import Effect
+from pipros_bridges.rosbridge.protocol import RosbridgeSettings
+from pipros_bridges.rosbridge.session import RosbridgeSession
+from pipros_bridges.shares import ServerShares
 
 
 def test_each_effect_of_an_operation_is_carried_out() -> None:

@@ -7,12 +7,12 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from pipros.bridges.outbox import ClientOutbox, text_frame
-from pipros.bridges.rosbridge.effects import Delivery
-from pipros.bridges.rosbridge.encoding import Encoder
-from pipros.bridges.rosbridge.streams import TopicStream
-from pipros.bridges.shared_topics import TopicMessage
 from pipros.msg import load_message_class
+from pipros_bridges.outbox import ClientOutbox, text_frame
+from pipros_bridges.rosbridge.effects import DeliveryOptions
+from pipros_bridges.rosbridge.encoding import Encoder
+from pipros_bridges.rosbridge.streams import TopicStream
+from pipros_bridges.shared_topics import TopicMessage
 
 STRING: Any = load_message_class("std_msgs/String")
 
@@ -45,7 +45,7 @@ def test_a_closed_stream_does_not_begin_again() -> None:
     outbox = ClientOutbox(1000, lambda: None)
     stream = TopicStream("/x", topics, Encoder(), outbox, print, lambda *_: None)
     stream.close()
-    stream.take(None, Delivery())
+    stream.take(None, DeliveryOptions())
     topics.wait()
     assert outbox.pop() is None
 
@@ -54,7 +54,7 @@ def test_messages_that_arrive_at_once_are_throttled_too() -> None:
     topics: Any = Eager(3)
     outbox = ClientOutbox(1000, lambda: None)
     stream = TopicStream("/x", topics, Encoder(), outbox, print, lambda *_: None)
-    stream.take(None, Delivery(throttle_s=100.0))
+    stream.take(None, DeliveryOptions(throttle_s=100.0))
     topics.wait()
     assert outbox.pop() is not None
     assert outbox.pop() is None
@@ -98,7 +98,7 @@ def test_throttled_messages_count_as_part_of_the_queue() -> None:
     topics: Any = Manual()
     outbox = ClientOutbox(20_000, lambda: None)
     stream = TopicStream("/x", topics, Encoder(), outbox, print, topics.call_later)
-    stream.take(None, Delivery(throttle_s=1e6, queue_length=10**9))
+    stream.take(None, DeliveryOptions(throttle_s=1e6, queue_length=10**9))
     for number in range(100):
         topics.on_message(text_of(number, 1000))
     assert sent(outbox) == ["0000"]

@@ -1,11 +1,12 @@
 """Limits of a simulated diff_drive_controller."""
 
+# needs numpy
 from __future__ import annotations
 
 import pytest
 
-from pipros.simulation.robots.controllers import Limiter
-from pipros.simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.controllers import Limiter
+from pipros_simulation.robots.errors import InvalidSettings
 
 
 def test_velocities_and_accelerations_are_limited_only_if_that_is_switched_on() -> None:

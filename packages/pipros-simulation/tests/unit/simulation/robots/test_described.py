@@ -1,14 +1,15 @@
 """Poses of lasers in robot descriptions."""
 
+# needs numpy
 from __future__ import annotations
 
 import math
 
 import pytest
 
-from pipros.libraries.robot_model.urdf import UrdfError
-from pipros.simulation.robots.described import placed_laser
-from pipros.simulation.robots.settings import Laser
+from pipros_libraries.robot_model.urdf import UrdfError
+from pipros_simulation.robots.settings import Laser
+from pipros_simulation.robots.sim_program import placed_laser
 
 ROBOT = """
 <robot name="r">

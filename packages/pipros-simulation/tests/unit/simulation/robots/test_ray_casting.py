@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from pipros.simulation.robots.ray_casting import Array, cast_rays, distances_to_discs
-from pipros.simulation.robots.world import World
+from pipros_simulation.robots.ray_casting import Array, cast_rays, distances_to_discs
+from pipros_simulation.robots.world import World
 
 CELL_M = 0.05
 

@@ -1,13 +1,14 @@
 """Settings of robots from parameters."""
 
+# needs numpy
 from __future__ import annotations
 
 import math
 
 import pytest
 
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.settings import Imu, Laser, RobotSettings, boolean, changed
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.settings import Imu, Laser, RobotSettings, boolean, changed
 
 
 def test_given_numbers_replace_the_defaults() -> None:
@@ -27,10 +28,11 @@ def test_a_full_turn_has_as_many_gaps_as_rays() -> None:
     ("values", "why"),
     [
         (7, "robot must be a mapping, got 7"),
-        ({"speed": 1}, "robot has no setting 'speed'; the settings are radius, wheel_separation, "),
+        ({"speed": 1}, "robot has no setting 'speed'; the settings are radius, drive, wheelbase, "),
         ({"name": "a"}, "robot has no setting 'name'"),
         ({"radius": 0}, "robot/radius must be > 0, got 0"),
         ({"max_linear": -1}, "robot/max_linear must be >= 0, got -1"),
+        ({"drive": "car!"}, "robot/drive must be one of diff, omni, ackermann, car, got 'car!'"),
         ({"radius": True}, "robot/radius must be a finite number, got True"),
         ({"radius": math.nan}, "robot/radius must be a finite number, got nan"),
     ],

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipros.simulation.robots.battery import BatterySettings
-from pipros.simulation.robots.drive import Pose, combined
-from pipros.simulation.robots.errors import InvalidSettings, Rejected
-from pipros.simulation.robots.obstacle import Obstacle
-from pipros.simulation.robots.robot import SimulatedRobot
-from pipros.simulation.robots.settings import Laser, RobotSettings
-from pipros.simulation.robots.simulation import STEP_S, Simulation
-from pipros.simulation.robots.world import World
+from pipros_simulation.robots.battery import BatterySettings
+from pipros_simulation.robots.drive import Pose, combined
+from pipros_simulation.robots.errors import InvalidSettings, Rejected
+from pipros_simulation.robots.obstacle import Obstacle
+from pipros_simulation.robots.robot import SimulatedRobot
+from pipros_simulation.robots.settings import Laser, RobotSettings
+from pipros_simulation.robots.simulation import STEP_S, Simulation
+from pipros_simulation.robots.world import World
 
 SECOND = round(1 / STEP_S)
 STILL = RobotSettings(start=Pose(5.0, 5.0, 0.0), command_timeout_s=1e9)
@@ -288,3 +288,51 @@ def test_a_robot_stops_at_an_obstacle() -> None:
 def test_impossible_obstacles_are_refused(given: tuple[list[tuple[float, float]], float, float]) -> None:
     with pytest.raises(InvalidSettings, match="an obstacle needs at least one point"):
         Obstacle(*given)
+
+
+def test_an_omnidirectional_base_drives_a_circle_around_a_point_on_its_left() -> None:
+    simulated = simulation(replace(STILL, drive="omni", max_linear=1.0))
+    robot = simulated.robots[""]
+    robot.command(0.3, 0.5, 0.0, 0.4)  # around a point 1 m away, at an angle of atan2(0.3, -0.4)
+    for _ in range(round(math.pi / 0.5 / STEP_S)):
+        simulated.step()
+    half = STEP_S * round(math.pi / 0.5 / STEP_S) * 0.5
+    centre = Pose(5.0 - 0.4 / 0.5, 5.0 + 0.3 / 0.5)
+    x, y = 5.0 - centre.x, 5.0 - centre.y
+    turned = math.cos(half) * x - math.sin(half) * y, math.sin(half) * x + math.cos(half) * y
+    assert (robot.pose.x, robot.pose.y) == pytest.approx((centre.x + turned[0], centre.y + turned[1]))
+    assert (robot.velocity.forwards, robot.velocity.sideways) == pytest.approx((0.3, 0.4))
+    assert math.hypot(*robot.acceleration) == pytest.approx(0.5 * 0.5)
+
+
+@pytest.mark.parametrize("drive_of", ["diff", "ackermann", "car"])
+def test_only_an_omnidirectional_base_drives_sideways(drive_of: str) -> None:
+    simulated = simulation(replace(STILL, drive=drive_of))
+    simulated.robots[""].command(0.0, 0.0, 0.0, 0.4)
+    simulated.step()
+    assert simulated.robots[""].pose == STILL.start
+
+
+@pytest.mark.parametrize(
+    ("settings", "linear", "angular", "rate"),
+    [
+        ({"drive": "ackermann", "min_turning_radius": 1.0}, 0.4, 2.0, 0.4),
+        ({"drive": "ackermann", "min_turning_radius": 1.0}, -0.4, 0.2, 0.2),
+        ({"drive": "ackermann", "min_turning_radius": 1.0}, 0.0, 2.0, 0.0),
+        ({"drive": "ackermann", "wheelbase": 0.4}, 0.4, 2.0, math.tan(0.6)),
+        ({"drive": "car", "wheelbase": 0.5}, 0.4, 0.3, 0.8 * math.sin(0.3)),
+        ({"drive": "car", "wheelbase": 0.5}, 0.0, 0.3, 0.0),
+    ],
+)
+def test_a_car_turns_as_far_as_it_can(
+    settings: dict[str, float], linear: float, angular: float, rate: float
+) -> None:
+    robot = drive(simulation(replace(STILL, **settings)), linear, angular, 10)  # type: ignore[arg-type]
+    assert robot.velocity.turn == pytest.approx(rate)
+
+
+def test_a_car_that_is_blocked_does_not_turn_on_the_spot() -> None:
+    at_the_wall = replace(STILL, start=Pose(9.8, 5.0, 0.0), drive="ackermann", min_turning_radius=0.5)
+    robot = drive(simulation(at_the_wall), 0.5, 0.5, SECOND)
+    assert robot.is_bumped
+    assert robot.velocity.turn == 0.0

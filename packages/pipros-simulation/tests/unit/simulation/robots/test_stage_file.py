@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipros.pictures.pgm import write_pgm
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.settings import RobotSettings
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.stage_file import Stage, read_stage
-from pipros.simulation.robots.world import World
+from pipros_libraries.pictures.pgm import write_pgm
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.settings import RobotSettings
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.stage_file import Stage, read_stage
+from pipros_simulation.robots.world import World
 
 # The bitmap is 4 x 2 pixels; only its upper left one is dark.
 BITMAP = write_pgm(4, 2, bytes([0, 200, 200, 200, 200, 200, 200, 200]), "a test")
@@ -104,6 +104,10 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
         (ROBOT.replace("rover", "position"), "needs walls: a model with a bitmap or blocks"),
         (WORLD, "must contain a robot"),
         (WORLD + "rover ( size [1 1", "ends in the middle of a model or a property"),
+        (
+            WORLD + 'rover ( drive "hover" )',
+            "drive must be diff, omni or car, and wheelbase > 0, got 'hover'",
+        ),
         (WORLD + "rover ( drive 1", r"a closing bracket '\)' is missing"),
         (WORLD + 'rover ( name "r )\n', r"my\.world:\d+: a closing quote is missing"),
         (WORLD + "define a b c", r"b must be followed by '\('"),
@@ -236,9 +240,14 @@ def test_models_stand_on_a_floor_plan_and_bitmaps_may_be_turned(tmp_path: Path) 
     assert world.walls.tolist() == [[False, False, False, True], [True, False, False, False]]
 
 
+def test_a_car_has_its_wheelbase(tmp_path: Path) -> None:
+    _, (robot,) = read(tmp_path, WORLD + 'position ( drive "car" wheelbase 0.4 )')
+    assert (robot.drive, robot.wheelbase) == ("car", 0.4)
+
+
 def test_each_property_without_effect_is_named_once(tmp_path: Path) -> None:
     robot = (
-        'position ( drive "omni" velocity_bounds [0 1] color "red" camera ( ) sonar ( )'
+        'position ( drive "omni" wheelbase 0.4 velocity_bounds [0 1] color "red" camera ( ) sonar ( )'
         " laser ( ) ranger ( ) )"
     )
 
@@ -246,7 +255,6 @@ def test_each_property_without_effect_is_named_once(tmp_path: Path) -> None:
 
     assert found.unused == [
         "interval_sim of the world has no effect",
-        "drive of a position has no effect",
         "velocity_bounds of a position has no effect",
         "a camera of a position is not simulated",
         "a sonar of a position is not simulated",

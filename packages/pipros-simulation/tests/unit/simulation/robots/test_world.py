@@ -7,9 +7,9 @@ from array import array
 import numpy as np
 import pytest
 
-from pipros.libraries.maps.map_file import Grid, MapDescription
-from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.world import OUTSIDE, WALL, World
+from pipros_libraries.maps.map_file import Grid, MapDescription
+from pipros_simulation.robots.errors import InvalidSettings
+from pipros_simulation.robots.world import OUTSIDE, WALL, World
 
 
 def test_the_occupied_cells_of_a_map_are_walls_and_unknown_ones_are_free() -> None:
