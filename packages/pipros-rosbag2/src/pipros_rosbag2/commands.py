@@ -1,4 +1,4 @@
-"""ROS 2 bags for `rosbag`; see `pipros.cli.rosbag.other_bags.OtherBags`."""
+"""ROS 2 bags for `rosbag`; see `pipros_tools.cli.rosbag.other_bags.OtherBags`."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from pipros.bag.errors import BagError
+from pipros_tools.bag.errors import BagError
 
 if TYPE_CHECKING:
-    from pipros.bag.left_out import LeftOut
-    from pipros.bag.reader import BagReader
-    from pipros.bag.sinks import MessageSink
+    from pipros_tools.bag.left_out import LeftOut
+    from pipros_tools.bag.reader import BagReader
+    from pipros_tools.bag.sinks import MessageSink
 
 
 def add_reading_options(parser: OptionParser) -> None:
@@ -31,7 +31,7 @@ def add_reading_options(parser: OptionParser) -> None:
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
     """Return the folders given with `--msgs`, and the `share` folders in `AMENT_PREFIX_PATH`."""
-    from pipros.ros2.interfaces.installed import folders_of_environment
+    from pipros_rosbag2.interfaces.installed import folders_of_environment
 
     return [*map(Path, filter(None, given)), *folders_of_environment(os.environ)]
 
@@ -42,7 +42,7 @@ def opened(path: str | os.PathLike[str], options: Any) -> BagReader:
     Raises:
         BagError, OSError: see `open_any_bag`.
     """
-    from pipros.ros2.bags.reader import open_any_bag
+    from pipros_rosbag2.bags.reader import open_any_bag
 
     return open_any_bag(path, folders=definition_folders(options.msgs))
 
@@ -80,7 +80,7 @@ def is_chosen(parser: OptionParser, options: Any) -> bool:
 
 def recover(path: Path, file: BinaryIO) -> list[str]:
     """Copy the readable records of an SQLite file to a new one. Return descriptions of the damage."""
-    from pipros.ros2.bags.sqlite_repair import recover
+    from pipros_rosbag2.bags.sqlite_repair import recover
 
     return recover(path, file)
 
@@ -97,17 +97,15 @@ def written(target: Path, options: Any, left_out: LeftOut) -> Iterator[MessageSi
     Raises:
         PiprosError, OSError: an option has an invalid value, or the bag cannot be written.
     """
-    from pipros.cli.rosbag.converting import compression_of
-    from pipros.ros2.bags.writer import new_ros2_bag
-    from pipros.ros2.conversion.mapping import merged, parse_rules
-    from pipros.ros2.distribution import Distribution
+    from pipros_rosbag2.bags.writer import new_ros2_bag
+    from pipros_rosbag2.conversion.mapping import merged, parse_rules
+    from pipros_rosbag2.distribution import Distribution
+    from pipros_tools.cli.rosbag.converting import compression_of
 
     distribution = next((each for each in Distribution if each.value == options.ros2), None)
     if distribution is None:
         known = ", ".join(each.value for each in Distribution)
         raise BagError(f"the ROS 2 distribution must be one of {known}, got [{options.ros2}]")
-    if target.exists():
-        raise BagError(f"{target} already exists")
     rules = merged([parse_rules(_read(name), name) for name in options.rules])
     storage = options.storage or ("sqlite3" if distribution is Distribution.HUMBLE else "mcap")
     compression = compression_of(options.compression, target) if storage == "mcap" else options.compression
@@ -118,6 +116,7 @@ def written(target: Path, options: Any, left_out: LeftOut) -> Iterator[MessageSi
         compression=compression or "zstd",
         folders=definition_folders(options.msgs),
         rules=rules,
+        replaces=options.force,
     ) as writer:
         yield writer
     for topic, reason in writer.skipped.items():

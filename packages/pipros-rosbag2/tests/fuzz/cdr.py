@@ -11,8 +11,8 @@ import contextlib
 import sys
 import tracemalloc
 
-from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.distribution import Distribution
+from pipros_rosbag2.conversion.errors import ConversionError
+from pipros_rosbag2.distribution import Distribution
 from tests.fuzz import mutation
 from tests.support.ros2_samples import plans_of, shared_types
 

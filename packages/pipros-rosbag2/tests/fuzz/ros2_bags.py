@@ -10,11 +10,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from pipros.bag.errors import BagError
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_text
-from pipros.ros2.bags.metadata import parse_metadata
-from pipros.ros2.bags.reader import Ros2BagReader
+from pipros_rosbag2.bags.metadata import parse_metadata
+from pipros_rosbag2.bags.reader import Ros2BagReader
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.info_text import info_text
 from tests.fuzz import mutation
 
 WORDS = [

@@ -12,9 +12,9 @@ from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log
 from tf2_msgs.msg import TFMessage
 
-from pipros.bag import BagWriter
-from pipros.cli.rosbag import main
-from pipros.ros2.bags.reader import open_any_bag
+from pipros_rosbag2.bags.reader import open_any_bag
+from pipros_tools.bag import BagWriter
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import header_of
 
 

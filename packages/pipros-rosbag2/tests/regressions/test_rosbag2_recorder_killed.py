@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from pipros.cli.rosbag import main
-from pipros.ros2.bags.reader import open_any_bag
+from pipros_rosbag2.bags.reader import open_any_bag
+from pipros_tools.cli.rosbag import main
 
 
 @pytest.fixture(autouse=True)

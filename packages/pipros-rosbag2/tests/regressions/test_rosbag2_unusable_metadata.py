@@ -9,7 +9,7 @@ from std_msgs.msg import Int32
 
 import rosbag
 import rospy
-from pipros.cli.rosbag import main
+from pipros_tools.cli.rosbag import main
 
 
 @pytest.mark.parametrize("fault", ["empty", "cut", "a list", "binary", "renamed file"])

@@ -18,11 +18,11 @@ from rosbags.typesys import Stores, get_typestore
 
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
-from pipros.ros2.conversion.mapping import BUILTIN_RULES
-from pipros.ros2.conversion.plans import Plans
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, carried
-from pipros.ros2.interfaces.installed import installed_definitions
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES
+from pipros_rosbag2.conversion.plans import Plans
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog, carried
+from pipros_rosbag2.interfaces.installed import installed_definitions
 
 _RANGES = {f"int{bits}": (-(1 << bits - 1), (1 << bits - 1) - 1) for bits in (8, 16, 32, 64)}
 _RANGES |= {f"uint{bits}": (0, (1 << bits) - 1) for bits in (8, 16, 32, 64)}

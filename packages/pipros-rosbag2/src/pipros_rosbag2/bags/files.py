@@ -6,14 +6,14 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.bag.errors import BagError, BagFormatError
-from pipros.bag.opening import check_no_pointer, is_mcap
 from pipros.basics.input_file import read_text
 from pipros.basics.limits import process_limits
-from pipros.ros2.bags.mcap_storage import McapStorage, is_of_ros2
-from pipros.ros2.bags.metadata import BagMetadata, parse_metadata
-from pipros.ros2.bags.sqlite_files import SqliteReader, has_magic
-from pipros.ros2.bags.storage import StorageReader
+from pipros_rosbag2.bags.mcap_storage import McapStorage, is_of_ros2
+from pipros_rosbag2.bags.metadata import BagMetadata, parse_metadata
+from pipros_rosbag2.bags.sqlite_files import SqliteReader, has_magic
+from pipros_rosbag2.bags.storage import StorageReader
+from pipros_tools.bag.errors import BagError, BagFormatError
+from pipros_tools.bag.opening import check_no_pointer, is_mcap
 
 _METADATA = "metadata.yaml"
 _SUFFIXES = (".mcap", ".db3")
@@ -40,6 +40,9 @@ def bag_files(path: Path) -> tuple[BagMetadata | None, list[Path], dict[str, str
     found = sorted(each for each in path.iterdir() if each.suffix in _SUFFIXES and ".orig." not in each.name)
     if not where.exists():
         if not found:
+            packed = next((each.name for each in path.iterdir() if each.suffix in (".zstd", ".zst")), None)
+            if packed:
+                raise BagError(f"{path}: {packed} is compressed with zstd; decompress it first")
             raise BagError(f"{path} is a folder without {_METADATA} and without .mcap or .db3 files")
         return None, found, {}
     try:
@@ -81,12 +84,17 @@ def opened_files(paths: Sequence[Path]) -> tuple[dict[Path, StorageReader], dict
     """
     found: dict[Path, StorageReader] = {}
     skipped: dict[str, str] = {}
+    failed: BagError | OSError | None = None
     for path in paths:
         try:
             check_no_pointer(path)
             found[path] = McapStorage(path) if is_mcap(path) else SqliteReader(path)
+            journal = path.with_name(f"{path.name}-journal")
+            if journal.exists() and journal.stat().st_size:
+                skipped[os.fspath(journal)] = "it would undo a transaction that was not finished"
         except (BagError, OSError) as error:
-            if len(skipped) == len(paths) - 1:
-                raise
+            failed = error
             skipped[os.fspath(path)] = str(error)
+    if not found and failed is not None:
+        raise failed
     return found, skipped

@@ -7,16 +7,24 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.errors import BagError, BagFormatError, NotIndexed
-from pipros.bag.layout import REPAIR
-from pipros.bag.mcap_files import COMPRESSIONS, mcap_library, translated
-from pipros.bag.mcap_messages import McapMessages, OnDamage
-from pipros.bag.mcap_records import McapSummary, read_profile, read_summary
-from pipros.bag.source import Source
+from pipros.basics.input_file import open_file
 from pipros.basics.limits import process_limits
-from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
-from pipros.ros2.bags.storage import NewTopic, StoredTopic
-from pipros.ros2.distribution import Distribution
+from pipros_rosbag2.bags.metadata import is_latched, qos_text
+from pipros_rosbag2.bags.storage import NewTopic, StoredTopic
+from pipros_rosbag2.distribution import Distribution
+from pipros_tools.bag.errors import BagError, BagFormatError, NotIndexed
+from pipros_tools.bag.layout import REPAIR
+from pipros_tools.bag.mcap_files import (
+    COMPRESSIONS,
+    add_record,
+    copy_beside,
+    count_beside,
+    mcap_library,
+    translated,
+)
+from pipros_tools.bag.mcap_messages import McapMessages, OnDamage
+from pipros_tools.bag.mcap_records import McapSummary, read_profile, read_summary
+from pipros_tools.bag.source import Source
 
 _ENCODINGS = ("ros2msg",)
 _CHUNK_BYTES = 1024 * 1024
@@ -36,9 +44,9 @@ class McapStorage:
     def __init__(self, path: Path) -> None:
         mcap_library()
         self._limits = process_limits()
-        self._file = path.open("rb")
+        self._file = open_file(path)
         try:
-            self._source = Source(self._file, os.fspath(path), self._limits)
+            self._source = Source(self._file, os.fspath(path))
             with translated(self._source.name):
                 summary = read_summary(self._source)
                 self.profile = read_profile(self._source)
@@ -63,6 +71,12 @@ class McapStorage:
         counts: Mapping[int, int] = self._summary.statistics.channel_message_counts
         return counts
 
+    def beside(self) -> Mapping[str, int]:
+        return count_beside(self._source, self._summary)
+
+    def copy_beside(self, writer: Any) -> set[str]:
+        return copy_beside(self._source, self._summary, writer)
+
     @property
     def range_ns(self) -> tuple[int, int] | None:
         statistics = self._summary.statistics
@@ -72,7 +86,7 @@ class McapStorage:
 
     def messages(
         self, topics: Collection[int], first_ns: int, last_ns: int, on_damage: OnDamage
-    ) -> Iterator[tuple[int, int, Any]]:
+    ) -> Iterator[tuple[int, int, Any, int, int]]:
         found = McapMessages(
             self._source,
             self._summary.chunk_indexes,
@@ -84,8 +98,7 @@ class McapStorage:
             on_damage,
         )
         with translated(self._source.name):
-            for topic, time_ns, data, _, _ in found:
-                yield topic, time_ns, data
+            yield from found
 
     def close(self) -> None:
         self._file.close()
@@ -93,7 +106,8 @@ class McapStorage:
     def _topic(self, channel: Any, schema: Any) -> StoredTopic:
         profiles = channel.metadata.get("offered_qos_profiles", "")
         name = "" if schema is None else schema.name
-        return StoredTopic(channel.id, channel.topic, name, channel.message_encoding, is_latched(profiles))
+        encoding, latched = channel.message_encoding, is_latched(profiles)
+        return StoredTopic(channel.id, channel.topic, name, encoding, latched, profiles)
 
 
 def is_of_ros2(path: Path) -> bool:
@@ -140,16 +154,19 @@ class McapStorageWriter:
         if topic.type not in self._schemas:
             definition = topic.definition.encode()
             self._schemas[topic.type] = self._writer.register_schema(topic.type, "ros2msg", definition)
-        profiles = qos_profiles(is_latched=topic.is_latched, version=self._version)
         metadata = {
-            "offered_qos_profiles": profiles if isinstance(profiles, str) else qos_text(profiles),
+            "offered_qos_profiles": qos_text(topic.qos, self._version),
             "topic_type_hash": topic.type_hash,
         }
         channel: int = self._writer.register_channel(topic.name, "cdr", self._schemas[topic.type], metadata)
         return channel
 
-    def write(self, topic: int, time_ns: int, cdr: bytes) -> None:
-        self._writer.add_message(topic, time_ns, cdr, time_ns)
+    def write(self, topic: int, time_ns: int, cdr: bytes, sequence: int = 0, published_ns: int = 0) -> None:
+        self._writer.add_message(topic, time_ns, cdr, published_ns or time_ns, sequence)
+
+    def add_beside(self, record: Any) -> None:
+        """Add an attachment, a schema or a metadata record."""
+        add_record(self._writer, record)
 
     def finish(self, metadata: str) -> None:
         self._writer.add_metadata("rosbag2", {"serialized_metadata": metadata})

@@ -4,37 +4,40 @@ from __future__ import annotations
 
 import heapq
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError, BagFormatError, NoMessages
-from pipros.bag.index import ChunkHeader, ChunkInfo
-from pipros.bag.layout import BagLayout
-from pipros.bag.mcap_files import AFTER_ALL
-from pipros.bag.opening import open_bag
-from pipros.bag.reader import BagReader
-from pipros.bag.records import Version, is_valid_time
-from pipros.bag.times import received_at
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.language.digest import complete
 from pipros.msg.language.spec import MessageSpec
-from pipros.ros2.bags.files import bag_files, is_ros2_bag, opened_files
-from pipros.ros2.bags.mcap_storage import McapStorage
-from pipros.ros2.bags.metadata import BagMetadata
-from pipros.ros2.bags.storage import StorageReader, StoredTopic
-from pipros.ros2.conversion.errors import ConversionError, NotConvertible
-from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
-from pipros.ros2.conversion.plans import ConversionPlan, Plans
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.interfaces.parse import is_full_name, messages_from_text
-from pipros.ros2.interfaces.parts import owner_of
-from pipros.ros2.interfaces.ros1_text import ros1_definition, ros1_name
+from pipros_rosbag2.bags.files import bag_files, is_ros2_bag, opened_files
+from pipros_rosbag2.bags.mcap_storage import McapStorage
+from pipros_rosbag2.bags.metadata import QOS_FIELD, BagMetadata
+from pipros_rosbag2.bags.storage import StorageReader, StoredTopic
+from pipros_rosbag2.conversion.errors import ConversionError, NotConvertible
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES, MappingRules
+from pipros_rosbag2.conversion.plans import ConversionPlan, Plans
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog, Ros1Definitions
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.parse import is_full_name, messages_from_text
+from pipros_rosbag2.interfaces.parts import owner_of
+from pipros_rosbag2.interfaces.ros1_text import ros1_definition, ros1_name
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError, BagFormatError, NoMessages
+from pipros_tools.bag.index import ChunkHeader, ChunkInfo
+from pipros_tools.bag.layout import BagLayout
+from pipros_tools.bag.mcap_files import AFTER_ALL
+from pipros_tools.bag.opening import open_bag
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.records import Version, is_valid_time
+from pipros_tools.bag.times import received_at
 
 _LAST_WITHOUT_DISTRIBUTION = 5
+_CUSTOM = "custom data"
 _OPTIONS = "use --msgs to give the folders with ROS 2 definitions"
 
 
@@ -65,11 +68,13 @@ class Ros2BagReader(BagReader):
     ) -> None:
         metadata, paths, unusable = bag_files(path)
         self._path = path
+        self._custom_data = metadata.custom_data if metadata is not None else {}
         self.topic_types: dict[str, str] = {}
         storages, skipped = opened_files(paths)
         self._paths, self._storages = list(storages), list(storages.values())
         try:
             super().__init__(self._paths[0], layout=BagLayout(Version(0, 0)), name=os.fspath(path))
+            self._again = partial(Ros2BagReader, Path(os.path.abspath(path)), folders=folders, rules=rules)
             self.skipped_files.update(unusable | skipped)
             self._invalid: dict[str, str] = {}
             self._ros1 = _Ros1Types()
@@ -87,6 +92,21 @@ class Ros2BagReader(BagReader):
         super().close()
         for storage in self._storages:
             storage.close()
+
+    def beside(self) -> Mapping[str, int]:
+        found = Counter({_CUSTOM: len(self._custom_data)} if self._custom_data else {})
+        for storage in self._storages:
+            found += Counter(storage.beside() if isinstance(storage, McapStorage) else {})
+        return found
+
+    def copy_beside(self, writer: Any) -> set[str]:
+        kept = set()
+        if isinstance(getattr(writer, "custom_data", None), dict):
+            writer.custom_data.update(self._custom_data)
+            kept.add(_CUSTOM)
+        for storage in self._storages:
+            kept |= storage.copy_beside(writer) if isinstance(storage, McapStorage) else set()
+        return kept
 
     @property
     def name(self) -> str:
@@ -130,7 +150,7 @@ class Ros2BagReader(BagReader):
     def times_ns(self) -> dict[int, list[int]]:
         found: dict[int, list[int]] = {}
         wanted = {connection.id for connection in self.connections}
-        for connection, _, time_ns, _ in self._stored(wanted, 0, AFTER_ALL):
+        for connection, _, time_ns, *_ in self._stored(wanted, 0, AFTER_ALL):
             if is_valid_time(time_ns):
                 found.setdefault(connection.id, []).append(time_ns)
         return found
@@ -145,7 +165,9 @@ class Ros2BagReader(BagReader):
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         wanted = {each.id for each in (self.connections if connections is None else connections)}
         last = AFTER_ALL if end_ns is None else end_ns
-        for connection, plan, time_ns, cdr in self._stored(wanted, start_ns or 0, last):
+        for connection, plan, time_ns, cdr, sequence, published_ns in self._stored(
+            wanted, start_ns or 0, last
+        ):
             if not self._has_valid_time(connection, time_ns):
                 continue
             try:
@@ -157,11 +179,12 @@ class Ros2BagReader(BagReader):
                     ) from None
                 self.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
                 continue
-            yield connection, time_ns, data, 0, 0
+            self._note_origin(time_ns, sequence, published_ns)
+            yield connection, time_ns, data, sequence, published_ns
 
     def _stored(
         self, wanted: set[int], first_ns: int, last_ns: int
-    ) -> Iterator[tuple[Connection, ConversionPlan, int, Any]]:
+    ) -> Iterator[tuple[Connection, ConversionPlan, int, Any, int, int]]:
         def of_file(
             storage: StorageReader, known: dict[int, tuple[Connection, ConversionPlan]]
         ) -> Iterator[Any]:
@@ -170,8 +193,8 @@ class Ros2BagReader(BagReader):
             def chunk_left_out(damaged: Iterable[int], error: BagFormatError) -> None:
                 self._chunk_left_out((known[topic][0].topic for topic in damaged), error)
 
-            for topic, time_ns, cdr in storage.messages(topics, first_ns, last_ns, chunk_left_out):
-                yield (*known[topic], time_ns, cdr)
+            for topic, *message in storage.messages(topics, first_ns, last_ns, chunk_left_out):
+                yield (*known[topic], *message)
 
         files = [of_file(*each) for each in zip(self._storages, self._connections, strict=True)]
         return heapq.merge(*files, key=_time_of)
@@ -222,6 +245,8 @@ class Ros2BagReader(BagReader):
         }
         if topic.is_latched:
             header["latching"] = "1"
+        if topic.qos.strip() not in ("", "[]"):
+            header[QOS_FIELD] = topic.qos
         fields = {name: value.encode() for name, value in header.items()}
         for known in self.layout.connections.values():
             if known.topic == topic.name and known.header == fields:
@@ -292,5 +317,5 @@ def _distribution(metadata: BagMetadata | None) -> Distribution:
     return Distribution.JAZZY
 
 
-def _time_of(stored: tuple[Connection, ConversionPlan, int, Any]) -> int:
+def _time_of(stored: tuple[Connection, ConversionPlan, int, Any, int, int]) -> int:
     return stored[2]

@@ -12,13 +12,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.errors import BagError, BagFormatError
-from pipros.bag.layout import REPAIR
-from pipros.bag.mcap_messages import OnDamage
-from pipros.bag.records import TIMES_NS
-from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
-from pipros.ros2.bags.storage import NewTopic, StoredTopic
-from pipros.ros2.distribution import Distribution
+from pipros.basics.input_file import open_file
+from pipros_rosbag2.bags.metadata import is_latched, qos_text
+from pipros_rosbag2.bags.storage import NewTopic, StoredTopic
+from pipros_rosbag2.distribution import Distribution
+from pipros_tools.bag.errors import BagError, BagFormatError, ClosedBag
+from pipros_tools.bag.layout import REPAIR
+from pipros_tools.bag.mcap_messages import OnDamage
+from pipros_tools.bag.records import TIMES_NS
 
 MAGIC = b"SQLite format 3\0"
 TABLES = ("schema", "metadata", "topics", "message_definitions", "messages")
@@ -51,6 +52,8 @@ def _translated(name: str) -> Iterator[None]:
         if str(error) == "interrupted":
             raise KeyboardInterrupt from None
         raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
+    except sqlite3.ProgrammingError:
+        raise ClosedBag(f"{name} is closed") from None
     except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
         raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
 
@@ -66,20 +69,36 @@ def writing(path: Path) -> Iterator[None]:
 
 def has_magic(path: Path) -> bool:
     """Return whether a file begins like an SQLite database."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         return file.read(len(MAGIC)) == MAGIC
 
 
 def opened_database(path: Path) -> sqlite3.Connection:
-    """Open a database read-only, as an untrusted one. Raise `BagFormatError` if that is not possible."""
-    uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
+    """Open a database read-only, as an untrusted one. Raise `BagFormatError` if that is not possible.
+
+    No file is changed or created. Rows in a write-ahead log, which a killed recorder leaves, are included.
+    """
+    how = "immutable=1"
+    if has_log := write_ahead_log(path).exists():
+        how = (
+            f"vfs={'win32' if os.name == 'nt' else 'unix'}-none"  # without locks, which need a writable file
+        )
+    uri = f"{path.absolute().as_uri()}?mode=ro&{how}"
     with _translated(os.fspath(path)):
-        database = sqlite3.connect(uri, uri=True)
+        # An iterator that is not exhausted may be closed in another thread.
+        database = sqlite3.connect(uri, uri=True, check_same_thread=False)
+        if has_log:
+            database.execute("PRAGMA locking_mode = EXCLUSIVE")  # the log's index stays in memory
         # Python handles signals while SQLite calls this function. SQLite replaces an exception raised by a
         # signal handler with its own error, "interrupted".
         database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
         database.execute("PRAGMA trusted_schema = OFF")
     return database
+
+
+def write_ahead_log(path: Path) -> Path:
+    """Return the name of a database's write-ahead log."""
+    return path.with_name(f"{path.name}-wal")
 
 
 def check_tables(database: sqlite3.Connection, name: str) -> None:
@@ -95,15 +114,16 @@ def check_tables(database: sqlite3.Connection, name: str) -> None:
 
 
 class SqliteReader:
-    """A `.db3` file, opened read-only.
+    """A `.db3` file, opened read-only. Each iterator has its own connection, so threads may share a reader.
 
     Raises:
         BagFormatError: the file is not a bag, or is damaged.
     """
 
     def __init__(self, path: Path) -> None:
-        self._name = os.fspath(path)
+        self._name, self._path = os.fspath(path), path
         self._database = opened_database(path)
+        self._in_use: set[sqlite3.Connection] = {self._database}
         try:
             with _translated(self._name):
                 check_tables(self._database, self._name)
@@ -129,22 +149,31 @@ class SqliteReader:
         first_ns: int,
         last_ns: int,
         on_damage: OnDamage,  # noqa: ARG002 # the rows of a database are not in chunks
-    ) -> Iterator[tuple[int, int, Any]]:
+    ) -> Iterator[tuple[int, int, Any, int, int]]:
         query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp BETWEEN ? AND ? "
         query += "ORDER BY timestamp, id"
         largest = TIMES_NS - 1
-        with _translated(self._name):
-            rows = self._database.execute(query, (min(first_ns, largest), min(last_ns, largest)))
-            for topic, time_ns, data in rows:
-                if topic in topics:
-                    # an empty message is damaged, so only this row is left out
-                    yield topic, int(time_ns), data if isinstance(data, bytes) else b""
+        if not self._in_use:
+            raise ClosedBag(f"{self._name} is closed")
+        database = opened_database(self._path)
+        self._in_use.add(database)
+        try:
+            with _translated(self._name):
+                rows = database.execute(query, (min(first_ns, largest), min(last_ns, largest)))
+                for topic, time_ns, data in rows:
+                    if topic in topics:
+                        # an empty message is damaged, so only this row is left out
+                        yield topic, int(time_ns), data if isinstance(data, bytes) else b"", 0, 0
+        finally:
+            self._in_use.discard(database)
+            database.close()
         for topic, time_ns in self._invalid_times:
             if topic in topics:
-                yield topic, time_ns if isinstance(time_ns, int) else -1, b""
+                yield topic, time_ns if isinstance(time_ns, int) else -1, b"", 0, 0
 
     def close(self) -> None:
-        self._database.close()
+        while self._in_use:
+            self._in_use.pop().close()
 
     def _topics(self) -> list[tuple[Any, ...]]:
         known = {row[1] for row in self._database.execute("PRAGMA table_info(topics)")}
@@ -154,7 +183,8 @@ class SqliteReader:
 
     def _topic(self, row: tuple[Any, ...]) -> StoredTopic:
         identity, name, kind, encoding, profiles = row
-        return StoredTopic(int(identity), str(name), str(kind), str(encoding), is_latched(profiles))
+        latched = is_latched(profiles)
+        return StoredTopic(int(identity), str(name), str(kind), str(encoding), latched, str(profiles))
 
     def _definitions(self) -> dict[str, str]:
         if not self._database.execute("PRAGMA table_info(message_definitions)").fetchall():
@@ -194,9 +224,7 @@ class SqliteWriter:
 
     def add_topic(self, topic: NewTopic) -> int:
         self._count += 1
-        profiles = qos_profiles(is_latched=topic.is_latched, version=self._version)
-        values = [self._count, topic.name, topic.type, "cdr"]
-        values.append(profiles if isinstance(profiles, str) else qos_text(profiles))
+        values = [self._count, topic.name, topic.type, "cdr", qos_text(topic.qos, self._version)]
         if self._has_definitions:
             values.append(topic.type_hash)
         places = ", ".join("?" * len(values))
@@ -209,7 +237,14 @@ class SqliteWriter:
             )
         return self._count
 
-    def write(self, topic: int, time_ns: int, cdr: bytes) -> None:
+    def write(
+        self,
+        topic: int,
+        time_ns: int,
+        cdr: bytes,
+        sequence: int = 0,  # noqa: ARG002 # only MCAP files store it
+        published_ns: int = 0,  # noqa: ARG002 # likewise
+    ) -> None:
         self._run("INSERT INTO messages VALUES (NULL, ?, ?, ?)", (topic, time_ns, cdr))
 
     def finish(self, metadata: str) -> None:

@@ -8,8 +8,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from pipros.bag.errors import BagFormatError
-from pipros.ros2.bags.sqlite_files import TABLES, check_tables, opened_database, writing
+from pipros_rosbag2.bags.sqlite_files import TABLES, check_tables, opened_database, writing
+from pipros_tools.bag.errors import BagFormatError
 
 
 def recover(path: Path, file: BinaryIO) -> list[str]:

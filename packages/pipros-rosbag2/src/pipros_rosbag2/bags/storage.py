@@ -6,18 +6,20 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from pipros.bag.mcap_messages import OnDamage
+from pipros_rosbag2.bags.metadata import Profiles
+from pipros_tools.bag.mcap_messages import OnDamage
 
 
 @dataclass(frozen=True, slots=True)
 class StoredTopic:
-    """A topic in a file. `id` is its number in that file."""
+    """A topic in a file. `id` is its number in that file, and `qos` its QoS profiles, as text."""
 
     id: int
     name: str
     type: str
     encoding: str
     is_latched: bool
+    qos: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ class NewTopic:
     type: str
     definition: str
     type_hash: str
-    is_latched: bool
+    qos: Profiles
 
 
 class StorageReader(Protocol):
@@ -50,8 +52,10 @@ class StorageReader(Protocol):
 
     def messages(
         self, topics: Collection[int], first_ns: int, last_ns: int, on_damage: OnDamage
-    ) -> Iterator[tuple[int, int, Any]]:
-        """Yield the topic ID, time in ns and CDR data of the messages in a time range, in time order.
+    ) -> Iterator[tuple[int, int, Any, int, int]]:
+        """Yield the messages in a time range, in time order.
+
+        The values are the topic ID, time in ns, CDR data, and sequence number and publish time in ns, or 0.
 
         The range includes `first_ns` and `last_ns`. Messages with invalid times follow, some of each topic.
         `on_damage` is called with the topic IDs of each chunk that is left out, and may raise the error.
@@ -66,7 +70,9 @@ class StorageWriter(Protocol):
     def add_topic(self, topic: NewTopic) -> int:
         """Add a topic, and return its number."""
 
-    def write(self, topic: int, time_ns: int, cdr: bytes) -> None: ...
+    def write(
+        self, topic: int, time_ns: int, cdr: bytes, sequence: int = 0, published_ns: int = 0
+    ) -> None: ...
 
     def finish(self, metadata: str) -> None:
         """Write the end of the file, with a copy of the metadata, and close it."""

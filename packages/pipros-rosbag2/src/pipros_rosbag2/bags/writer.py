@@ -10,28 +10,42 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import listed
 from pipros.basics.replaced_file import naming, write_whole
 from pipros.basics.windows import replace_file
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import MessageSpec
 from pipros.msg.time import NS_PER_S
-from pipros.ros2.bags.mcap_storage import McapStorageWriter
-from pipros.ros2.bags.metadata import BagMetadata, TopicMetadata, metadata_record, metadata_text
-from pipros.ros2.bags.sqlite_files import SqliteWriter
-from pipros.ros2.bags.storage import NewTopic, StorageWriter
-from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
-from pipros.ros2.conversion.plans import ConversionPlan, Plans
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
-from pipros.ros2.interfaces.derive import derived_message
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.interfaces.spec import Ros2Message
-from pipros.ros2.names import checked_name
+from pipros_rosbag2.bags.mcap_storage import McapStorageWriter
+from pipros_rosbag2.bags.metadata import (
+    QOS_FIELD,
+    BagMetadata,
+    Profiles,
+    TopicMetadata,
+    latched_profiles,
+    metadata_record,
+    metadata_text,
+    parsed_profiles,
+)
+from pipros_rosbag2.bags.sqlite_files import SqliteWriter
+from pipros_rosbag2.bags.storage import NewTopic, StorageWriter
+from pipros_rosbag2.conversion.errors import ConversionError
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES, MappingRules
+from pipros_rosbag2.conversion.plans import ConversionPlan, Plans
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog, Ros1Definitions
+from pipros_rosbag2.interfaces.derive import derived_message
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.spec import Ros2Message
+from pipros_rosbag2.names import checked_name
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.records import text_of
+
+_STORED = {"topic", "type", "md5sum", "message_definition", "latching", QOS_FIELD}
+"""The fields of connection headers that ROS 2 bags store in another form, or do not need."""
 
 SUFFIXES = {"mcap": ".mcap", "sqlite3": ".db3"}
 """The storage formats, with the suffixes of their files."""
@@ -39,10 +53,11 @@ SUFFIXES = {"mcap": ".mcap", "sqlite3": ".db3"}
 
 @dataclass(slots=True)
 class _BagTopic:
-    """A topic in the new bag."""
+    """A topic in the new bag. `source` is its name in the old bag."""
 
     new: NewTopic
     id: int
+    source: str
     count: int = 0
 
 
@@ -74,15 +89,30 @@ class Ros2BagWriter:
         self._last_ns = 0
         self.skipped: dict[str, str] = {}
         self.incomplete: dict[str, str] = {}
+        self.custom_data: dict[str, str] = {}
+        self._lost: set[str] = set()
+        self.is_mcap = isinstance(storage, McapStorageWriter)
+
+    @property
+    def lost(self) -> list[str]:
+        """What ROS 2 cannot store of the connection headers."""
+        return [f"{name} of connection headers" for name in sorted(self._lost)]
+
+    def add_beside(self, record: Any) -> None:
+        """Add an attachment, a schema or a metadata record, if the storage is MCAP."""
+        if isinstance(self._storage, McapStorageWriter):
+            self._storage.add_beside(record)
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
         """Add a connection. If its type cannot be converted, its messages are left out."""
         connection = Connection(len(self._of_connection), topic, dict(header))
+        self._lost.update(connection.header.keys() - _STORED)
         found: tuple[_BagTopic, ConversionPlan] | None = None
         try:
             found = self._topic(connection)
         except PiprosError as error:
-            reasons = self.incomplete if connection.topic in self._topics else self.skipped
+            is_known = any(each.source == topic for each in self._topics.values())
+            reasons = self.incomplete if is_known else self.skipped
             reasons.setdefault(topic, str(error))
         self._of_connection.append(found)
         return connection
@@ -94,20 +124,24 @@ class Ros2BagWriter:
         plan.prepare()
         known = self._topics.get(name)
         if known is None:
-            new = self._new_topic(name, plans, plan, is_latched=connection.is_latching)
-            known = self._topics[name] = _BagTopic(new, self._storage.add_topic(new))
+            profiles = parsed_profiles(text_of(connection.header.get(QOS_FIELD, b"")))
+            profiles = profiles or latched_profiles(is_latched=connection.is_latching)
+            new = self._new_topic(name, plans, plan, profiles)
+            known = self._topics[name] = _BagTopic(new, self._storage.add_topic(new), connection.topic)
+        elif known.source != connection.topic:
+            raise BagError(f"in ROS 2, it would have the same name, {name}, as [{listed(known.source)}]")
         elif known.new.type != plan.ros2_type:
             raise BagError(f"a topic can have only one type in ROS 2: {known.new.type}, not {plan.ros2_type}")
         return known, plan
 
-    def _new_topic(self, name: str, plans: Plans, plan: ConversionPlan, *, is_latched: bool) -> NewTopic:
+    def _new_topic(self, name: str, plans: Plans, plan: ConversionPlan, qos: Profiles) -> NewTopic:
         whole = self._catalog.complete(self._catalog.message(plan.ros2_type))
         parts = [whole.message.text()]
         for type_name, inner in whole.embedded.items():
             parts.append(f"{SEPARATOR}\nMSG: {type_name.replace('/msg/', '/')}\n{inner.text()}")
         has_hash = self._distribution.has_type_hashes
         type_hash = plans.message_hash(plan.ros2_type) if has_hash else ""
-        return NewTopic(name, plan.ros2_type, "\n".join(parts), type_hash, is_latched)
+        return NewTopic(name, plan.ros2_type, "\n".join(parts), type_hash, qos)
 
     def _plans_of(self, connection: Connection) -> Plans:
         """Return plans that prefer the definitions in the connection's header to the installed ones."""
@@ -138,17 +172,22 @@ class Ros2BagWriter:
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
         """Add a message, or leave it out if its values do not fit the ROS 2 type."""
+        self.write_copy(connection, seconds * NS_PER_S + nanoseconds, data, 0, 0)
+
+    def write_copy(
+        self, connection: Connection, time_ns: int, data: bytes, sequence: int, published_ns: int
+    ) -> None:
+        """Add a message of another file; see `write`."""
         found = self._of_connection[connection.id]
         if found is None:
             return
         topic, plan = found
-        time_ns = seconds * NS_PER_S + nanoseconds
         try:
             cdr = plan.to_cdr(data)
         except ConversionError as error:
             self.incomplete.setdefault(connection.topic, str(error))
             return
-        self._storage.write(topic.id, time_ns, cdr)
+        self._storage.write(topic.id, time_ns, cdr, sequence, published_ns)
         topic.count += 1
         self._first_ns = time_ns if self._first_ns is None else min(self._first_ns, time_ns)
         self._last_ns = max(self._last_ns, time_ns)
@@ -160,7 +199,7 @@ class Ros2BagWriter:
         """Write the end of the file, and return the content of `metadata.yaml`."""
         first = self._first_ns or 0
         topics = [
-            TopicMetadata(name, each.new.type, each.new.is_latched, each.new.type_hash, each.count)
+            TopicMetadata(name, each.new.type, each.new.qos, each.new.type_hash, each.count)
             for name, each in self._topics.items()
         ]
         metadata = BagMetadata(
@@ -172,6 +211,7 @@ class Ros2BagWriter:
             max(0, self._last_ns - first),
             sum(each.count for each in topics),
             self._distribution,
+            custom_data=self.custom_data,
         )
         self._storage.finish(metadata_record(metadata))
         return metadata
@@ -186,6 +226,7 @@ def new_ros2_bag(
     compression: str = "zstd",
     folders: Sequence[str | os.PathLike[str]] = (),
     rules: MappingRules = BUILTIN_RULES,
+    replaces: bool = False,
 ) -> Iterator[Ros2BagWriter]:
     """Context manager for a new bag: a folder with one file and `metadata.yaml`.
 
@@ -195,16 +236,19 @@ def new_ros2_bag(
         storage: `mcap` or `sqlite3`.
         compression: compression of the chunks in MCAP files: `none`, `lz4` or `zstd`.
         folders: folders with ROS 2 definitions; see `Catalog`.
+        replaces: whether to replace an existing bag, and what an interrupted conversion left.
 
     Raises:
-        BagError: a format is unknown, a library is missing, or the `.active` folder exists.
+        BagError: a format is unknown, a library is missing, or a folder exists and is not replaced.
         OSError: the folder cannot be written.
     """
     if storage not in SUFFIXES:
         raise BagError(f"the storage must be one of {', '.join(SUFFIXES)}, got [{storage}]")
     unfinished = folder.with_name(folder.name + ".active")
+    _check_free(folder, "it", replaces=replaces)
+    _check_free(unfinished, "what an earlier conversion left unfinished", replaces=replaces)
     if unfinished.exists():
-        raise BagError(f"{unfinished} exists; an earlier conversion did not finish. Remove it")
+        shutil.rmtree(unfinished)
     unfinished.mkdir(parents=True)
     try:
         name = f"{folder.name}_0{SUFFIXES[storage]}"
@@ -222,7 +266,26 @@ def new_ros2_bag(
                 if file is not None:
                     file.close()
         write_whole(unfinished / "metadata.yaml", metadata_text(metadata).encode())
-        replace_file(unfinished, folder)
+        if folder.exists():
+            old = folder.with_name(folder.name + ".old")
+            shutil.rmtree(old, ignore_errors=True)
+            replace_file(folder, old)
+            replace_file(unfinished, folder)
+            shutil.rmtree(old)
+        else:
+            replace_file(unfinished, folder)
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
+
+
+def _check_free(folder: Path, what: str, *, replaces: bool) -> None:
+    """Raise `BagError` if a folder exists and is not a bag that may be replaced."""
+    if not folder.exists():
+        return
+    if not replaces:
+        raise BagError(f"{folder} already exists; --force replaces {what}")
+    if not folder.is_dir() or any(
+        each.name != "metadata.yaml" and each.suffix not in SUFFIXES.values() for each in folder.iterdir()
+    ):
+        raise BagError(f"{folder} already exists, and is not replaced, because it is not only a ROS 2 bag")

@@ -6,10 +6,10 @@ import struct
 from collections.abc import Iterator
 from typing import Any
 
-from pipros.ros2.conversion.errors import NotConvertible
-from pipros.ros2.conversion.values import Value, ValueKind, Values
-from pipros.ros2.interfaces.spec import Form
 from pipros.safe.yaml import YamlError, load
+from pipros_rosbag2.conversion.errors import NotConvertible
+from pipros_rosbag2.conversion.values import Value, ValueKind, Values
+from pipros_rosbag2.interfaces.spec import Form
 
 _U32 = struct.Struct("<I")
 _CODES = {

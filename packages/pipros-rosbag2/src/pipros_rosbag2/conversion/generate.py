@@ -22,14 +22,16 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pipros.basics.limits import Limits, limit_text
+from pipros.msg.compile.arrays import EMPTY_ELEMENTS
+from pipros.msg.compile.layout import MESSAGE_VALUES
 from pipros.msg.language.spec import DefinitionError, MessageSpec
-from pipros.ros2.conversion.defaults import default_bytes
-from pipros.ros2.conversion.errors import NotConvertible
-from pipros.ros2.conversion.pairing import Pair, Pairing, Path
-from pipros.ros2.conversion.run_emitter import Cursor, RunEmitter
-from pipros.ros2.conversion.runs import Check, RunItem, RunRole, layout
-from pipros.ros2.conversion.values import Value, ValueKind, Values
-from pipros.ros2.interfaces.spec import Form, Ros2Message
+from pipros_rosbag2.conversion.defaults import default_bytes
+from pipros_rosbag2.conversion.errors import NotConvertible
+from pipros_rosbag2.conversion.pairing import Pair, Pairing, Path
+from pipros_rosbag2.conversion.run_emitter import Cursor, RunEmitter
+from pipros_rosbag2.conversion.runs import Check, RunItem, RunRole, layout
+from pipros_rosbag2.conversion.values import Value, ValueKind, Values
+from pipros_rosbag2.interfaces.spec import Form, Ros2Message
 
 HEADER = b"\0\1\0\0"
 """The encapsulation header of little-endian CDR (XCDR1)."""
@@ -306,7 +308,7 @@ class _Converter(RunEmitter):
     def _check_count(self, count: str, source: Value) -> None:
         smallest = self._smallest_size(_one(source))
         left = f"_len(data) - ({self.source})"
-        self.emit(f"_check_count({count}, {smallest}, {left}, {self._limits.empty_elements})")
+        self.emit(f"_check_count({count}, {smallest}, {left}, {EMPTY_ELEMENTS})")
 
     def _smallest_size(self, value: Value) -> int:
         """Return a lower bound for the size of a value in the source, in bytes."""
@@ -411,10 +413,10 @@ class _Converter(RunEmitter):
         """Emit code that writes the default value of a field that the source lacks."""
         self._count_field(self._outer)
         count = value.length if value.form is Form.ARRAY else 1
-        if count * max(1, value.size) > self._limits.message_values:
+        if count * max(1, value.size) > MESSAGE_VALUES:
             raise NotConvertible(
                 f"{pair.ros2.type}: a default value has {count} elements of {value.size} bytes; "
-                f"{limit_text('message_values', self._limits.message_values)}"
+                f"the limit is {MESSAGE_VALUES}"
             )
         for size, alignment, octets in default_bytes(value, self._values, to_cdr=self.to_cdr):
             self._count_field(pair.ros2.type)

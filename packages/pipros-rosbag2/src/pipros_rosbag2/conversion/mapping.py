@@ -19,9 +19,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.ros2.conversion.errors import InvalidRules
-from pipros.ros2.interfaces.derive import type_name_of
 from pipros.safe.yaml import YamlError, load
+from pipros_rosbag2.conversion.errors import InvalidRules
+from pipros_rosbag2.interfaces.derive import type_name_of
 
 Fields = Mapping[str, str]
 """Maps ROS 1 fields to ROS 2 fields, as dotted paths."""

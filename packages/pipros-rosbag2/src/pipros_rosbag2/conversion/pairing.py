@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from pipros.basics.errors import NotFound
 from pipros.msg.language.digest import Lookup, complete
 from pipros.msg.language.spec import DefinitionError, Field, FieldType, MessageSpec, ServiceSpec
-from pipros.ros2.conversion.errors import NotConvertible
-from pipros.ros2.conversion.mapping import Fields, MappingRules
-from pipros.ros2.conversion.values import WHOLE_MESSAGES
-from pipros.ros2.interfaces.action_types import Ros2Action
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.derive import member_name
-from pipros.ros2.interfaces.spec import NO_FIELDS, Ros2Field, Ros2Message, Ros2Type
+from pipros_rosbag2.conversion.errors import NotConvertible
+from pipros_rosbag2.conversion.mapping import Fields, MappingRules
+from pipros_rosbag2.conversion.values import WHOLE_MESSAGES
+from pipros_rosbag2.interfaces.action_types import Ros2Action
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.derive import member_name
+from pipros_rosbag2.interfaces.spec import NO_FIELDS, Ros2Field, Ros2Message, Ros2Type
 
 _STATUS = "_status"
 """Name of the status field in result pairs. Field names in definitions cannot begin with `_`."""

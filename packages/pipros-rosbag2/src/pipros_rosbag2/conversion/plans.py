@@ -16,15 +16,15 @@ from pipros.basics.limits import process_limits
 from pipros.msg.base import Buffer
 from pipros.msg.compile.run import run
 from pipros.msg.language.digest import embedded_types
-from pipros.ros2.conversion.errors import BoundExceeded, ConversionError
-from pipros.ros2.conversion.generate import HEADER, converter_source
-from pipros.ros2.conversion.mapping import MappingRules
-from pipros.ros2.conversion.pairing import Pair, Pairing
-from pipros.ros2.conversion.run_emitter import LENGTHS, PADS
-from pipros.ros2.conversion.runs import check_count, patched
-from pipros.ros2.interfaces.action_types import CANCEL_GOAL
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, embedded_messages
-from pipros.ros2.interfaces.type_hash import ActionHashes, action_hashes, message_hash, service_hash
+from pipros_rosbag2.conversion.errors import BoundExceeded, ConversionError
+from pipros_rosbag2.conversion.generate import HEADER, converter_source
+from pipros_rosbag2.conversion.mapping import MappingRules
+from pipros_rosbag2.conversion.pairing import Pair, Pairing
+from pipros_rosbag2.conversion.run_emitter import LENGTHS, PADS
+from pipros_rosbag2.conversion.runs import check_count, patched
+from pipros_rosbag2.interfaces.action_types import CANCEL_GOAL
+from pipros_rosbag2.interfaces.catalog import Catalog, Ros1Definitions, embedded_messages
+from pipros_rosbag2.interfaces.type_hash import ActionHashes, action_hashes, message_hash, service_hash
 
 _Convert = Callable[[memoryview], list[Any]]
 

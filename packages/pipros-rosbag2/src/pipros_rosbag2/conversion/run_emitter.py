@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.msg.compile.emitter import Emitter, Names
-from pipros.ros2.conversion.runs import PHASES, TESTS, Check, Layout, RunItem, RunRole, layout
+from pipros_rosbag2.conversion.runs import PHASES, TESTS, Check, Layout, RunItem, RunRole, layout
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any
 
 from pipros.msg.time import NS_PER_S
-from pipros.ros2.conversion.errors import ConversionError
+from pipros_rosbag2.conversion.errors import ConversionError
 
 PHASES = 8
 

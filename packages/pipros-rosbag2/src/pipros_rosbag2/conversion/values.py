@@ -8,8 +8,8 @@ from enum import Enum
 
 from pipros.msg.language.digest import Lookup
 from pipros.msg.language.spec import FLOATS, NUMBERS, FieldType, MessageSpec
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.spec import DURATION, SIZES, TIME, Form, Ros2Message, Ros2Type
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.spec import DURATION, SIZES, TIME, Form, Ros2Message, Ros2Type
 
 
 class ValueKind(Enum):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pipros.basics.errors import NotFound
-from pipros.ros2.interfaces.spec import TIME, Ros2Field, Ros2Message, Ros2Service, Ros2Type
+from pipros_rosbag2.interfaces.spec import TIME, Ros2Field, Ros2Message, Ros2Service, Ros2Type
 
 CANCEL_GOAL = "action_msgs/srv/CancelGoal"
 STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"

@@ -15,21 +15,21 @@ from pathlib import Path
 
 from pipros.basics.errors import NotFound
 from pipros.basics.input_file import read_text
-from pipros.basics.limits import process_limits
 from pipros.msg.language.digest import DEPTH_LIMIT
+from pipros.msg.language.full_text import DEFINITION_BYTES
 from pipros.msg.language.spec import DefinitionError, MessageSpec, ServiceSpec
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.action_types import Ros2Action
-from pipros.ros2.interfaces.derive import derived_action, derived_message, derived_service
-from pipros.ros2.interfaces.idl import parse_idl
-from pipros.ros2.interfaces.parse import (
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.action_types import Ros2Action
+from pipros_rosbag2.interfaces.derive import derived_action, derived_message, derived_service
+from pipros_rosbag2.interfaces.idl import parse_idl
+from pipros_rosbag2.interfaces.parse import (
     embedded_names,
     parse_ros2_action,
     parse_ros2_message,
     parse_ros2_service,
 )
-from pipros.ros2.interfaces.parts import owner_of, parts_of
-from pipros.ros2.interfaces.spec import CompleteRos2Message, Ros2Message, Ros2Service
+from pipros_rosbag2.interfaces.parts import owner_of, parts_of
+from pipros_rosbag2.interfaces.spec import CompleteRos2Message, Ros2Message, Ros2Service
 
 _PARTS = ("Goal", "Result", "Feedback")
 
@@ -59,7 +59,7 @@ class Carried:
 @cache
 def carried(distribution: Distribution) -> Carried:
     """Return the bundled types of a distribution."""
-    text = files("pipros.ros2.interfaces").joinpath("carried.msgs").read_text("utf-8")
+    text = files("pipros_rosbag2.interfaces").joinpath("carried.msgs").read_text("utf-8")
     head, *sections = text.split("\n=== ")
     same: dict[str, set[str]] = {"same": set(), "service": set()}
     for line in head.splitlines():
@@ -210,7 +210,7 @@ class Catalog:
             if path.is_file():
                 try:
                     return (
-                        read_text(os.fspath(path), process_limits().definition_bytes),
+                        read_text(os.fspath(path), DEFINITION_BYTES),
                         name,
                         os.fspath(path),
                     )

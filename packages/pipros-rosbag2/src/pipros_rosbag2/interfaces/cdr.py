@@ -1,6 +1,6 @@
 """Convert messages between CDR and plain values, directly from their ROS 2 definitions.
 
-Commands that show or send single messages use this. The gateway uses `pipros.ros2.conversion`, which is
+Commands that show or send single messages use this. The gateway uses `pipros_rosbag2.conversion`, which is
 faster, and needs a corresponding ROS 1 type. Messages are dictionaries with the fields in order.
 """
 
@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.msg.language.spec import NUMBERS
-from pipros.ros2.interfaces.spec import NO_FIELDS, SIZES, Form, Ros2Field, Ros2Message, Ros2Type
 from pipros.safe.yaml import YamlError, load
+from pipros_rosbag2.interfaces.spec import NO_FIELDS, SIZES, Form, Ros2Field, Ros2Message, Ros2Type
 
 _HEADS: Final = {b"\x00\x00": ">", b"\x00\x01": "<"}
 """Byte orders by representation identifier of plain CDR."""
@@ -29,7 +29,7 @@ _RANGES["byte"] = _RANGES["char"] = (0, 255)
 Lookup = Callable[[str], Ros2Message]
 
 
-class BadValue(PiprosError):
+class CdrError(PiprosError):
     """A message cannot be decoded, or a value does not fit the type of its field."""
 
 
@@ -37,20 +37,20 @@ def decode(payload: bytes | memoryview, message: Ros2Message, lookup: Lookup) ->
     """Return a message's fields.
 
     Raises:
-        BadValue: the payload is malformed.
+        CdrError: the payload is malformed.
         NotFound: an embedded type is unknown.
     """
     try:
         return _Reader(bytes(payload), lookup).message(message)
     except (struct.error, UnicodeDecodeError, KeyError) as error:
-        raise BadValue(f"a message is not of the type {message.type}: {error}") from None
+        raise CdrError(f"a message is not of the type {message.type}: {error}") from None
 
 
 def encode(values: object, message: Ros2Message, lookup: Lookup) -> bytes:
     """Return a message as CDR. Fields that `values` lacks have their defaults.
 
     Raises:
-        BadValue: a field is unknown, or a value has the wrong type.
+        CdrError: a field is unknown, or a value has the wrong type.
         NotFound: an embedded type is unknown.
     """
     writer = _Writer(lookup)
@@ -76,7 +76,7 @@ class _Reader:
         if kind.base in SIZES:
             return list(self._number(kind.base, count))
         if count > len(self._data):
-            raise BadValue(f"a sequence of {count} elements does not fit in {len(self._data)} bytes")
+            raise CdrError(f"a sequence of {count} elements does not fit in {len(self._data)} bytes")
         return [self._single(kind) for _ in range(count)]
 
     def _single(self, kind: Ros2Type) -> Any:
@@ -98,7 +98,7 @@ class _Reader:
 
     def _take(self, count: int) -> bytes:
         if count > len(self._data) - self._at:
-            raise BadValue(f"the message ends after {len(self._data)} bytes, within a field")
+            raise CdrError(f"the message ends after {len(self._data)} bytes, within a field")
         self._at += count
         return self._data[self._at - count : self._at]
 
@@ -110,12 +110,12 @@ class _Writer:
 
     def message(self, values: object, message: Ros2Message, path: str) -> None:
         if not isinstance(values, Mapping):
-            raise BadValue(f"{path or message.type} must be a mapping of fields, got {values!r}")
+            raise CdrError(f"{path or message.type} must be a mapping of fields, got {values!r}")
         known = [] if message.fields == (NO_FIELDS,) else [field.name for field in message.fields]
         unknown = sorted(str(name) for name in values if name not in known)
         if unknown:
             fields = ", ".join(known) or "none"
-            raise BadValue(f"{message.type} has no field [{unknown[0]}]; its fields: {fields}")
+            raise CdrError(f"{message.type} has no field [{unknown[0]}]; its fields: {fields}")
         for field in message.fields:
             where = f"{path}.{field.name}" if path else field.name
             self._field(values.get(field.name, _default(field)), field.type, where)
@@ -127,12 +127,12 @@ class _Writer:
         fixed = kind.length if kind.form is Form.ARRAY else None
         items = [None] * (fixed or 0) if value is None else value
         if not isinstance(items, Sequence) or isinstance(items, str):
-            raise BadValue(f"{path} must be a list, got {value!r}")
+            raise CdrError(f"{path} must be a list, got {value!r}")
         if (fixed is not None and len(items) != fixed) or (
             kind.form is Form.BOUNDED and len(items) > kind.length
         ):
             least = "" if fixed is not None else "at most "
-            raise BadValue(f"{path} must have {least}{kind.length} elements, got {len(items)}")
+            raise CdrError(f"{path} must have {least}{kind.length} elements, got {len(items)}")
         if fixed is None:
             self._number(len(items), "uint32", path)
         for item in items:
@@ -148,9 +148,9 @@ class _Writer:
 
     def _text(self, value: object, kind: Ros2Type, path: str) -> None:
         if not isinstance(value, str):
-            raise BadValue(f"{path} must be a text, got {value!r}")
+            raise CdrError(f"{path} must be a text, got {value!r}")
         if kind.string_bound and len(value) > kind.string_bound:
-            raise BadValue(f"{path} must have at most {kind.string_bound} characters, got {len(value)}")
+            raise CdrError(f"{path} must have at most {kind.string_bound} characters, got {len(value)}")
         is_wide = kind.base == "wstring"
         text = value.encode("utf-16-le") if is_wide else value.encode(errors="surrogateescape") + b"\0"
         self._number(len(text) // (_WIDE_BYTES if is_wide else 1), "uint32", path)
@@ -160,10 +160,10 @@ class _Writer:
         expected = (bool,) if base == "bool" else (int,) if base in _RANGES else (int, float)
         is_bool = isinstance(value, bool)
         if not isinstance(value, expected) or is_bool != (base == "bool"):
-            raise BadValue(f"{path} must be of the type {base}, got {value!r}")
+            raise CdrError(f"{path} must be of the type {base}, got {value!r}")
         low, high = _RANGES.get(base, (value, value))
         if not low <= value <= high and value == value:  # not NaN
-            raise BadValue(f"{path} must be from {low} to {high}, got {value}")
+            raise CdrError(f"{path} must be from {low} to {high}, got {value}")
         self.data += bytes(-len(self.data) % SIZES[base])
         self.data += struct.pack("<" + ("B" if base in ("byte", "char") else NUMBERS[base]), value)
 
@@ -180,4 +180,4 @@ def _default(field: Ros2Field) -> object:
     try:
         return load(field.default)
     except YamlError as error:
-        raise BadValue(f"{field.name} has an invalid default: {error}") from None
+        raise CdrError(f"{field.name} has an invalid default: {error}") from None

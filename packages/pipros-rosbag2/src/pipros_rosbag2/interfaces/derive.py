@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from pipros.msg.language.spec import HEADER, MessageSpec, ServiceSpec
-from pipros.ros2.interfaces.action_types import Ros2Action
-from pipros.ros2.interfaces.spec import (
+from pipros_rosbag2.interfaces.action_types import Ros2Action
+from pipros_rosbag2.interfaces.spec import (
     DURATION,
     NO_FIELDS,
     PRIMITIVES,

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from pipros.msg.language.spec import DefinitionError
-from pipros.ros2.interfaces.spec import Form, Ros2Constant, Ros2Field, Ros2Message, Ros2Type
+from pipros_rosbag2.interfaces.spec import Form, Ros2Constant, Ros2Field, Ros2Message, Ros2Type
 
 _TOKEN = re.compile(
     r'(?P<string>"(?:[^"\\]|\\.)*(?:"|(?P<open>)))|(?P<word>[A-Za-z_]\w*(?:::[A-Za-z_]\w*)*)'

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pipros.basics.errors import NotFound
 from pipros.packages.installed_packages import AMENT_INDEX, share_folders
-from pipros.ros2.interfaces.catalog import Ros1Definitions
+from pipros_rosbag2.interfaces.catalog import Ros1Definitions
 
 
 def folders_of_environment(environment: Mapping[str, str]) -> list[Path]:

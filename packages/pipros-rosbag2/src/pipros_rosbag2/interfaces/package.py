@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pipros.basics.errors import NotFound
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import MessageSpec
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, carried
-from pipros.ros2.interfaces.derive import changes, derived_message, member_name, type_name_of
-from pipros.ros2.interfaces.parse import embedded_names
-from pipros.ros2.interfaces.spec import Ros2Message
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog, Ros1Definitions, carried
+from pipros_rosbag2.interfaces.derive import changes, derived_message, member_name, type_name_of
+from pipros_rosbag2.interfaces.parse import embedded_names
+from pipros_rosbag2.interfaces.spec import Ros2Message
 
 _NEEDS = {
     "msg": (),

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Sequence
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.parse import SECTION_MARK
 from pipros.msg.language.spec import DefinitionError
-from pipros.ros2.interfaces.action_types import Ros2Action
-from pipros.ros2.interfaces.parts import owner_of, parts_of
-from pipros.ros2.interfaces.spec import (
+from pipros_rosbag2.interfaces.action_types import Ros2Action
+from pipros_rosbag2.interfaces.parts import owner_of, parts_of
+from pipros_rosbag2.interfaces.spec import (
     NO_FIELDS,
     PRIMITIVES,
     Form,

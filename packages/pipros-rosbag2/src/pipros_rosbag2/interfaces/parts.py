@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from pipros.ros2.interfaces.action_types import Ros2Action
-from pipros.ros2.interfaces.spec import Form, Ros2Field, Ros2Message, Ros2Service, Ros2Type
+from pipros_rosbag2.interfaces.action_types import Ros2Action
+from pipros_rosbag2.interfaces.spec import Form, Ros2Field, Ros2Message, Ros2Service, Ros2Type
 
 _PART = re.compile(
     r"(\w+/srv/\w+)_(Request|Response|Event)"

@@ -6,7 +6,7 @@ import re
 
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError, MessageSpec
-from pipros.ros2.interfaces.spec import DURATION, HEADER, NO_FIELDS, TIME, Form, Ros2Constant, Ros2Message
+from pipros_rosbag2.interfaces.spec import DURATION, HEADER, NO_FIELDS, TIME, Form, Ros2Constant, Ros2Message
 
 _NAMES = {TIME: "time", DURATION: "duration"}
 

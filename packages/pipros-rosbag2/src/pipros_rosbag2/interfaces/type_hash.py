@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.ros2.interfaces.action_types import STATUS_ARRAY, Ros2Action
-from pipros.ros2.interfaces.catalog import embedded_messages
-from pipros.ros2.interfaces.spec import Form, Ros2Field, Ros2Message, Ros2Service, Ros2Type
+from pipros_rosbag2.interfaces.action_types import STATUS_ARRAY, Ros2Action
+from pipros_rosbag2.interfaces.catalog import embedded_messages
+from pipros_rosbag2.interfaces.spec import Form, Ros2Field, Ros2Message, Ros2Service, Ros2Type
 
 Lookup = Callable[[str], Ros2Message]
 

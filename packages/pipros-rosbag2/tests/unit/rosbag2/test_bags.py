@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +15,18 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg
 
-from pipros.bag.errors import BagError, BagFormatError
-from pipros.bag.reader import BagReader
-from pipros.bag.topic_writer import TopicWriter
-from pipros.bag.writer import BagWriter
-from pipros.cli.rosbag import main as rosbag
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.time import Time
-from pipros.ros2.bags.metadata import parse_metadata
-from pipros.ros2.bags.reader import Ros2BagReader
-from pipros.ros2.distribution import Distribution
+from pipros_rosbag2.bags.metadata import parse_metadata
+from pipros_rosbag2.bags.reader import Ros2BagReader
+from pipros_rosbag2.distribution import Distribution
+from pipros_tools.bag.errors import BagError, BagFormatError
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.topic_writer import TopicWriter
+from pipros_tools.bag.writer import BagWriter
+from pipros_tools.cli.rosbag import main as rosbag
 from tests.support.full_disk import files_limited_to
 from tests.support.ros2_samples import store_of
 
@@ -403,3 +404,131 @@ def test_compressed_bags_are_refused() -> None:
 
     with pytest.raises(BagError, match="compressed with zstd"):
         Ros2BagReader(Path("ros2"))
+
+
+def leave_log(database: Path) -> None:
+    """Move the messages of a database to its write-ahead log, as if the recorder had been killed."""
+    with closing(sqlite3.connect(database, isolation_level=None)) as changed:
+        changed.execute("PRAGMA journal_mode = WAL")
+        rows = changed.execute("SELECT * FROM messages").fetchall()
+        changed.execute("DELETE FROM messages")
+        changed.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        changed.executemany("INSERT INTO messages VALUES (?, ?, ?, ?)", rows)
+        content, log = database.read_bytes(), Path(f"{database}-wal").read_bytes()
+    database.write_bytes(content)
+    Path(f"{database}-wal").write_bytes(log)
+
+
+def test_messages_in_the_log_of_a_killed_recorder_are_read_and_recovered(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    write_ros1()
+    rosbag(["convert", "--ros2", "jazzy", "--storage", "sqlite3", "run.bag", "out"])
+    database, log = Path("out/out_0.db3"), Path("out/out_0.db3-wal")
+    leave_log(database)
+    before = database.read_bytes(), log.read_bytes()
+
+    with Ros2BagReader(database) as bag:
+        assert bag.message_count == 7
+        assert len(list(bag.messages("/chatter"))) == 5
+    assert sorted(each.name for each in Path("out").iterdir()) == [
+        "metadata.yaml",
+        "out_0.db3",
+        "out_0.db3-wal",
+    ]
+    assert (database.read_bytes(), log.read_bytes()) == before
+
+    assert rosbag(["reindex", str(database)]) == 0
+
+    assert not log.exists()
+    assert Path("out/out_0.orig.db3-wal").read_bytes() == before[1]
+    with Ros2BagReader(database) as bag:
+        assert bag.message_count == 7
+    with closing(sqlite3.connect(database)) as whole:
+        assert whole.execute("SELECT count(*) FROM messages").fetchone() == (7,)
+
+
+def test_an_unfinished_transaction_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    write_ros1()
+    rosbag(["convert", "--ros2", "jazzy", "--storage", "sqlite3", "run.bag", "out"])
+    capsys.readouterr()
+    Path("out/out_0.db3-journal").write_bytes(b"rows before the transaction")
+
+    assert rosbag(["info", "out"]) == 1
+
+    assert capsys.readouterr().err == (
+        "WARNING: out/out_0.db3-journal is left out: it would undo a transaction that was not finished\n"
+    )
+
+
+def test_topics_that_would_have_one_name_are_not_mixed(capsys: pytest.CaptureFixture[str]) -> None:
+    number: Any = load_message_class("std_msgs/Int32")
+    with Path("run.bag").open("w+b") as file:
+        bag = BagWriter(file)
+        for at, topic in enumerate(("pose", "/pose", "pose", "/pose")):
+            TopicWriter(bag).write(topic, number(at), 10 + at, 0)
+        bag.finish()
+
+    assert rosbag(["convert", "--ros2", "jazzy", "run.bag", "out"]) == 1
+
+    assert (
+        "/pose is left out: in ROS 2, it would have the same name, /pose, as [pose]"
+        in capsys.readouterr().err
+    )
+    with Ros2BagReader(Path("out")) as found:
+        assert [each.message.data for each in found] == [0, 2]
+
+
+def test_force_replaces_a_bag_and_what_an_interrupted_conversion_left(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    write_ros1()
+    Path("out.active").mkdir()
+    Path("out.active/out_0.mcap").write_bytes(b"part")
+    command = ["convert", "--ros2", "jazzy", "run.bag", "out"]
+    assert rosbag(command) == 1
+    assert "out.active already exists; --force replaces what an earlier" in capsys.readouterr().err
+
+    for more in ([], ["--storage", "sqlite3"]):
+        rosbag([*command, "-f", *more])
+        with Ros2BagReader(Path("out")) as bag:
+            assert bag.message_count == 7
+    assert sorted(each.name for each in Path("out").iterdir()) == ["metadata.yaml", "out_0.db3"]
+    assert sorted(each.name for each in Path().iterdir()) == ["out", "run.bag"]
+
+    assert rosbag(command) == 1
+    assert "out already exists; --force replaces it" in capsys.readouterr().err
+    assert rosbag(["convert", "-f", "--ros2", "jazzy", "out", "out"]) == 1
+    assert rosbag(["convert", "-f", "--ros2", "jazzy", "out/out_0.db3", "out"]) == 1
+    assert capsys.readouterr().err.count("out is the input") == 2
+
+
+def test_force_does_not_remove_other_files(capsys: pytest.CaptureFixture[str]) -> None:
+    write_ros1()
+    for name in ("folder/notes.txt", "file"):
+        Path(name).parent.mkdir(exist_ok=True)
+        Path(name).write_text("mine")
+        assert rosbag(["convert", "-f", "--ros2", "jazzy", "run.bag", name.partition("/")[0]]) == 1
+        assert "is not replaced, because it is not only a ROS 2 bag" in capsys.readouterr().err
+        assert Path(name).read_text() == "mine"
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_the_files_of_a_folder_are_reindexed(storage: str) -> None:
+    write_ros1()
+    rosbag(["convert", "--ros2", "jazzy", "--storage", storage, "run.bag", "out"])
+
+    assert rosbag(["reindex", "-q", "out"]) == 0
+
+    assert len([each for each in Path("out").iterdir() if ".orig." in each.name]) == 1
+    with Ros2BagReader(Path("out")) as bag:
+        assert bag.message_count == 7
+
+
+def test_a_compressed_file_in_a_folder_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("out").mkdir()
+    Path("out/out_0.db3.zstd").write_bytes(b"x")
+
+    assert rosbag(["info", "out"]) == 1
+
+    assert "out_0.db3.zstd is compressed with zstd; decompress it first" in capsys.readouterr().err

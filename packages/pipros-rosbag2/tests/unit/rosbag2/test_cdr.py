@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.cdr import BadValue, decode, encode
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.interfaces.parse import parse_ros2_message
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.cdr import CdrError, decode, encode
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.parse import parse_ros2_message
 
 CATALOG = Catalog(Distribution.JAZZY, installed_definitions())
 ALL = parse_ros2_message(
@@ -91,7 +91,7 @@ def test_an_empty_message_has_no_fields() -> None:
     ],
 )
 def test_values_of_the_wrong_type_are_named(values: dict[str, Any], error: str) -> None:
-    with pytest.raises(BadValue, match=error):
+    with pytest.raises(CdrError, match=error):
         encode(values, ALL, CATALOG.message)
 
 
@@ -106,5 +106,5 @@ def test_each_truncated_message_is_refused() -> None:
 def test_a_huge_sequence_of_a_short_message_is_refused() -> None:
     message = parse_ros2_message("std_msgs/Empty[] e", "own/msg/Many")
 
-    with pytest.raises(BadValue, match="does not fit"):
+    with pytest.raises(CdrError, match="does not fit"):
         decode(b"\0\1\0\0" + b"\xff" * 4, message, CATALOG.message)

@@ -15,12 +15,12 @@ from pipros.msg import load_message_class
 from pipros.msg.language.parse import parse_message, parse_service
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import Duration, Time
-from pipros.ros2.conversion.errors import BoundExceeded, ConversionError, InvalidRules, NotConvertible
-from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules, merged, parse_rules
-from pipros.ros2.conversion.plans import ConversionPlan, Plans
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
-from pipros.ros2.interfaces.parse import parse_ros2_message
+from pipros_rosbag2.conversion.errors import BoundExceeded, ConversionError, InvalidRules, NotConvertible
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES, MappingRules, merged, parse_rules
+from pipros_rosbag2.conversion.plans import ConversionPlan, Plans
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog, Ros1Definitions
+from pipros_rosbag2.interfaces.parse import parse_ros2_message
 from tests.support.ros2_samples import Samples, differences, plans_of, shared_types
 
 U32 = struct.Struct("<I")

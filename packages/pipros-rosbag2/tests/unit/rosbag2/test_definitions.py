@@ -9,13 +9,13 @@ import pytest
 from pipros.basics.errors import NotFound
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.derive import derived_message
-from pipros.ros2.interfaces.installed import folders_of_environment, installed_definitions
-from pipros.ros2.interfaces.parse import messages_from_text, parse_ros2_message, parse_ros2_service
-from pipros.ros2.interfaces.ros1_text import ros1_definition
-from pipros.ros2.interfaces.spec import NO_FIELDS, Form, Ros2Constant, Ros2Field, Ros2Type
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.derive import derived_message
+from pipros_rosbag2.interfaces.installed import folders_of_environment, installed_definitions
+from pipros_rosbag2.interfaces.parse import messages_from_text, parse_ros2_message, parse_ros2_service
+from pipros_rosbag2.interfaces.ros1_text import ros1_definition
+from pipros_rosbag2.interfaces.spec import NO_FIELDS, Form, Ros2Constant, Ros2Field, Ros2Type
 
 
 def test_fields_have_bounds_and_defaults() -> None:

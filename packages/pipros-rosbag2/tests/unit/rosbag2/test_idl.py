@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from pipros.msg.language.spec import DefinitionError
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.idl import parse_idl
-from pipros.ros2.interfaces.installed import installed_definitions
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.idl import parse_idl
+from pipros_rosbag2.interfaces.installed import installed_definitions
 
 STATUS = """
 #include "std_msgs/msg/Header.idl"

@@ -10,7 +10,7 @@ from pipros.basics.errors import NotFound
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
-from pipros.ros2.interfaces.package import Ros2Package, ros2_package
+from pipros_rosbag2.interfaces.package import Ros2Package, ros2_package
 
 
 def translated(folder: Path, **files: str) -> Ros2Package:

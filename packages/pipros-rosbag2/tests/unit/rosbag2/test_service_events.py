@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from pipros.cli.rosbag import main
 from pipros.msg.language.digest import SEPARATOR
-from pipros.ros2.bags.reader import Ros2BagReader
-from pipros.ros2.interfaces.parse import messages_from_text
+from pipros_rosbag2.bags.reader import Ros2BagReader
+from pipros_rosbag2.interfaces.parse import messages_from_text
+from pipros_tools.cli.rosbag import main
 
 SERVICE = f"Part[] parts # of the request\n---\nint64 sum\n{SEPARATOR}\nMSG: own/Part\nint8 x"
 ACTION = "int32 order\n---\nint32[] result\n---\nint32[] partial"

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from pipros.bag.errors import BagError, BagFormatError
-from pipros.ros2.bags import sqlite_repair
-from pipros.ros2.bags.sqlite_repair import recover
+from pipros_rosbag2.bags import sqlite_repair
+from pipros_rosbag2.bags.sqlite_repair import recover
+from pipros_tools.bag.errors import BagError, BagFormatError
 
 MESSAGES = "id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL"
 
