@@ -19,16 +19,16 @@ from pathlib import Path
 from programs import Programs
 from table import heed_interrupts, options_of
 
-from pipros.bag import BagWriter
-from pipros.bag.connection import Connection, connection_record
-from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
-from pipros.bag.records import ENTRY, MAGIC, U32, Op, file_header, record_bytes, time_bytes
-from pipros.bag.writer import CHUNK_BYTES
 from pipros.msg import load_message_class
+from pipros_tools.bag import BagWriter
+from pipros_tools.bag.connection import Connection, connection_record
+from pipros_tools.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
+from pipros_tools.bag.records import ENTRY, MAGIC, U32, Op, file_header, record_bytes, time_bytes
+from pipros_tools.bag.writer import CHUNK_BYTES
 
 MERGE = """
 import sys
-from pipros.bag import BagReader, merged
+from pipros_tools.bag import BagReader, merged
 sum(1 for _ in merged([BagReader(path) for path in sys.argv[1:]]))
 """
 OURS = str(Path(sys.executable).parent / "rosbag")

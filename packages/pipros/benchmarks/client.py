@@ -20,11 +20,13 @@ import xmlrpc.client
 
 from worlds import answer, compare, finish, imported_ms, init, message, one_process, open_worlds, say
 
+WARM_UP = 5  # messages before the measured ones; the same number as in roscpp/src/client.cpp
+
 # ---- workers: in their own processes, with the public rospy API only
 
 
-def worker_source(kind, queue, window, seconds, peers):
-    """Publish for a while, then print the number of calls."""
+def worker_source(kind, queue, window, seconds, peers, rate_hz=0):
+    """Publish for a while, at full speed if the rate is 0, then print the number of calls."""
     rospy = init("source")
     from std_msgs.msg import Empty, Int32
 
@@ -39,11 +41,17 @@ def worker_source(kind, queue, window, seconds, peers):
     rospy.Subscriber("ack", Int32, on_ack, tcp_nodelay=True)
     while publisher.get_num_connections() < peers or end.get_num_connections() < peers:
         time.sleep(0.01)
+    for _ in range(WARM_UP):
+        publisher.publish(msg)
+        time.sleep(0.02)
     time.sleep(0.3)
-    sent, stop, cpu = 0, time.monotonic() + seconds, time.process_time()
-    while time.monotonic() < stop:
+    sent, began, cpu = WARM_UP, time.monotonic(), time.process_time()
+    while time.monotonic() < began + seconds:
         count = min(10, window - (sent - acked[0])) if window else 10
-        if count <= 0:
+        if rate_hz:
+            count = 1
+            time.sleep(max(0.0, began + (sent - WARM_UP) / rate_hz - time.monotonic()))
+        elif count <= 0:
             more.clear()
             if window - (sent - acked[0]) <= 0:
                 more.wait(0.2)
@@ -54,7 +62,7 @@ def worker_source(kind, queue, window, seconds, peers):
     cpu = time.process_time() - cpu
     end.publish()
     time.sleep(1.0)
-    say(sent=sent, cpu=cpu)
+    say(sent=sent - WARM_UP, cpu=cpu)
 
 
 def worker_sink(kind, window):
@@ -62,15 +70,15 @@ def worker_sink(kind, window):
     rospy = init("sink")
     from std_msgs.msg import Empty, Int32
 
-    seen, first, last, ended = [0], [0.0], [0.0], threading.Event()
+    seen, first, last, cpu, ended = [0], [0.0], [0.0], [0.0], threading.Event()
     ack = rospy.Publisher("ack", Int32, queue_size=10)
     step = max(1, window // 4)
 
     def on_message(_):
         now = time.monotonic()
-        if not seen[0]:
-            first[0] = now
         seen[0] += 1
+        if seen[0] == WARM_UP:
+            first[0], cpu[0] = now, time.process_time()
         last[0] = now
         if window and seen[0] % step == 0:
             ack.publish(seen[0])
@@ -82,8 +90,9 @@ def worker_sink(kind, window):
     while count != seen[0]:
         count = seen[0]
         time.sleep(0.2)
-    span = max(last[0] - first[0], 1e-9)
-    say(rate=(seen[0] - 1) / span)
+    cpu = time.process_time() - cpu[0]
+    seen = seen[0] - WARM_UP
+    say(seen=seen, rate=seen / max(last[0] - first[0], 1e-9), cpu=cpu)
 
 
 def worker_echo(kind, queue):
@@ -206,25 +215,25 @@ def status():
 # ---- the driver
 
 
-def flow(kind, queue, window, world, seconds, peers=1):
-    """Return the messages/s at all subscribers, and the publisher's processor time in us per message."""
+def flow(kind, queue, window, world, seconds, peers=1, rate_hz=0):
+    """Return what the publisher and each subscriber print: messages, and processor time in s."""
     sinks = [world.work("sink", kind, window) for _ in range(peers)]
-    source = world.work("source", kind, queue, window, seconds, peers)
-    published = answer(source)
-    rates = [answer(sink)["rate"] for sink in sinks]
+    source = world.work("source", kind, queue, window, seconds, peers, rate_hz)
+    found = answer(source), [answer(sink) for sink in sinks]
     finish(source, *sinks)
-    return sum(rates), published["cpu"] / published["sent"] * 1e6
+    return found
 
 
 def one_to_one(label, kind, queue, window, world, seconds):
-    return {f"{label}: messages/s": flow(kind, queue, window, world, seconds)[0]}
+    return {f"{label}: messages/s": flow(kind, queue, window, world, seconds)[1][0]["rate"]}
 
 
 def fan(queue, world, seconds):
     label = f"1 to 10 processes, 16 B, queue_size={queue}"
-    rate, used_us = flow("string", queue, 0, world, seconds, peers=10)
+    published, received = flow("string", queue, 0, world, seconds, peers=10)
+    used_us = published["cpu"] / published["sent"] * 1e6
     return {
-        f"{label}: messages/s": rate,
+        f"{label}: messages/s": sum(each["rate"] for each in received),
         f"{label}: us of the publisher's processor time per message": used_us,
     }
 

@@ -5,17 +5,21 @@
 
 Benchmarks without a counterpart in genuine ROS print their own tables, which follow. A benchmark during which
 other programs used more than 2 % of the processors is repeated up to twice. `--quick` measures some of the
-rows once, in less than two minutes.
+rows once, in less than two minutes. `--update` without FILE needs a commit and all benchmarks, so that all
+rows of RESULTS.md are of one commit; it also updates the tables that documents take from there.
 """
 
 import argparse
+import glob
 import os
 import platform
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 
+import figures
 from table import Load, heed_interrupts, markdown, read_json
 
 BEGIN, END = "<!-- script/bench begin -->", "<!-- script/bench end -->"
@@ -26,6 +30,7 @@ GENUINE = os.path.exists("/usr/lib/python3/dist-packages/rospy")
 
 # The options for each benchmark: for a full run, with {rounds}, {seconds} and {svg}, and for a quick run.
 BENCHMARKS = {
+    "cost": ("--rounds {rounds} --seconds {seconds}", None),
     "client": ("--rounds {rounds} --seconds {seconds}", "--quick --rounds 1 --seconds 0.7"),
     "master": (
         "--rounds {rounds} --only params,dictionary,registration,together,start_up",
@@ -38,6 +43,7 @@ BENCHMARKS = {
     "scale": ("--rounds {rounds} --seconds {seconds} --svg {svg}", None),
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
+FIRST = "cost"  # has a table of its own, before the others
 NEEDS_GENUINE = ("codec", "bags")
 # Benchmarks that print their own tables. `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {
@@ -76,14 +82,15 @@ BOUNDS = {
     "compression": "bag: write Image 0.9 MB, lz4",
     "decompression": "bag: read Image 0.9 MB, lz4",
     "copying": "bag: write Image|bag: read Image|serialize Image|serialize PointCloud2|deserialize Image|"
-    "deserialize PointCloud2|from bytes Image|from bytes PointCloud2|message of 1 MB|message of 8 MB",
+    "deserialize PointCloud2|from bytes Image|from bytes PointCloud2|message of 1 MB|message of 8 MB|"
+    "Image 100 kB at|Image 1 MB at|PointCloud2 4 MB at",
     "Python code for each message, and compression": "bag:",
     "Python code for each string, array and embedded message": "serialize|buffers",
     "creating objects": "deserialize|from bytes",
     "copies; base64 for JSON, compression for PNG": "rosbridge: an image",
     "encoding in Python, in cbor2 or in pymongo": "rosbridge:",
     "a system call for each message and client": "rosbridge JSON|Foxglove:",
-    "Python code and system calls for each message": "message of",
+    "Python code and system calls for each message": "message of|String 16 B at|Image 10 kB at",
     "one send call per subscriber, all in one thread": "subscribers,",
     "calls to the master, and connections": "topics,",
     "Python instead of C++": "set_transform|lookup_|can_",
@@ -100,11 +107,17 @@ def bound(row):
     return fitting[max(fitting, key=len)] if fitting else "starting Python, and importing modules"
 
 
+def program(name):
+    """Return the path of a benchmark, which may be one of another package."""
+    (found,) = glob.glob(os.path.join(HERE, "..", "..", "..", "p*", "*", "benchmarks", name + ".py"))
+    return os.path.normpath(found)
+
+
 def run(name, options, folder):
     """Return the rows of one benchmark, or its own table, or None if it failed. Its other output is written
     to stderr.
     """
-    argv = [sys.executable, os.path.join(HERE, name + ".py"), *options.split()]
+    argv = [sys.executable, program(name), *options.split()]
     print(f"== {name} {options}", file=sys.stderr, flush=True)
     if name in OWN_TABLES:
         ended = subprocess.run(argv, stdout=subprocess.PIPE, text=True, check=False)
@@ -133,19 +146,34 @@ def machine():
     return f"{os.cpu_count()} processors ({', '.join(sorted(models))}), Python {platform.python_version()}"
 
 
-def report(rows, tables, loads, failed, words, seconds):
-    """Return the tables as Markdown, with the conditions of the run."""
+def commit():
+    """Return the commit that is measured, with a mark if the tree has changes."""
+    if shutil.which("git") is None:
+        return "unknown"
+    asked = ("git", "-C", HERE, "describe", "--always", "--dirty", "--exclude=*")
+    found = subprocess.run(asked, capture_output=True, text=True, check=False)
+    return found.stdout.strip() or "unknown"
+
+
+def report(groups, tables, loads, failed, words, seconds):
+    """Return the tables as Markdown, with the conditions of the run.
+
+    Args:
+        groups: lists of rows; each becomes a table.
+        tables: by command, those that benchmarks print themselves.
+    """
     shown = ", ".join(
         f"{name} {load:.0f} %" if load <= MAX_LOAD else f"**{name} {load:.0f} %**"
         for name, load in loads.items()
     )
     lines = [
-        f"`script/bench{words}` on {machine()}, {time.strftime('%Y-%m-%d')}, {seconds / 60:.0f} minutes.",
+        f"`script/bench{words}` of commit {commit()} on {machine()}, {time.strftime('%Y-%m-%d')}, "
+        f"{seconds / 60:.0f} minutes.",
         f"Foreign load: {shown}.",
     ]
     if failed:
         lines.append(f"Failed, and not in the table: {', '.join(failed)}.")
-    if rows:
+    for rows in filter(None, groups):
         lines += ["", markdown(rows, "bound by", bound)]
     for command, table in tables.items():
         lines += ["", f"`{command}`:", ""]
@@ -178,8 +206,12 @@ def main():
         help="replace the table in RESULTS.md, or in FILE",
     )
     options = parser.parse_args()
+    if options.update == RESULTS and (options.quick or options.only != parser.get_default("only")):
+        parser.error("--update replaces all rows of RESULTS.md; with --quick or --only, name another FILE")
+    if options.update == RESULTS and commit().endswith(("-dirty", "unknown")):
+        parser.error(f"--update measures a commit, but the tree is {commit()}; commit your changes first")
     heed_interrupts()
-    rows, tables, loads, failed, began = [], {}, {}, [], time.monotonic()
+    first, rows, tables, loads, failed, began = [], [], {}, {}, [], time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         svg = os.path.join(DOCS if options.update == RESULTS else folder, "scale.svg")
         for name in options.only.split(","):
@@ -194,12 +226,14 @@ def main():
             elif name in OWN_TABLES:
                 tables[f"script/bench {name} {words}".strip()] = found
             else:
-                rows += found
+                (first if name == FIRST else rows).extend(found)
     words = " --quick" if options.quick else f" --rounds {options.rounds} --seconds {options.seconds:g}"
-    text = report(rows, tables, loads, failed, words, time.monotonic() - began)
+    text = report((first, rows), tables, loads, failed, words, time.monotonic() - began)
     print(text)
     if options.update:
         replace(options.update, text)
+    if options.update == RESULTS:
+        figures.update()
     return 1 if failed else 0
 
 

@@ -4,8 +4,8 @@
 
 Another client calls a service of rosapi all the time. For each attack, a line shows the growth of the server,
 how much was left 10 s after the attackers had gone, the longest time that the other client waited, the same
-before the attack, and the load of the machine. The exit status is 1 if a figure exceeds what docs/SECURITY.md
-promises. Of the pause, only the excess over the one before the attack counts.
+before the attack, and the load of the machine. The exit status is 1 if a figure exceeds what
+docs/reference/security.md promises. Of the pause, only the excess over the one before the attack counts.
 """
 
 from __future__ import annotations

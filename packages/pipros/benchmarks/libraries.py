@@ -159,9 +159,8 @@ def worker_filter():
 
 
 def action_server():
-    from actionlib.msg import TestAction
-
     import actionlib
+    from actionlib.msg import TestAction
 
     server = actionlib.SimpleActionServer(
         "go", TestAction, lambda _: server.set_succeeded(), auto_start=False
@@ -179,9 +178,8 @@ def worker_action_server():
 
 def worker_action_client(alone):
     rospy = init("client")
-    from actionlib.msg import TestAction, TestGoal
-
     import actionlib
+    from actionlib.msg import TestAction, TestGoal
 
     server = action_server() if alone else None  # noqa: F841
     client = actionlib.SimpleActionClient("go", TestAction)

@@ -29,7 +29,7 @@ from tests.support.ros2_domains import free_domain
 
 ROOT = Path(__file__).resolve().parents[3]
 
-PEER = ROOT / "build" / "tests" / "support" / "dds" / "rtps_peer.py"
+PEER = ROOT / "plugins" / "pipros-ros2" / "tests" / "support" / "dds" / "rtps_peer.py"
 BLOB, TYPE = "uint32 number\nuint8[] data\n", "example_interfaces::msg::dds_::Blob_"
 CLIENTS_SLACK_MB = 30.0
 CURVE_MB = 1.4

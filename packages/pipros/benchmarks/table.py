@@ -17,7 +17,7 @@ import time
 TUNED = {"MALLOC_TOP_PAD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(64 << 20)}
 
 #: The implementations, in the order of the columns. The last one is compared with the others.
-WORLDS = ("genuine", "tuned", "roscpp", "pipros")
+WORLDS = ("genuine", "tuned", "roscpp", "pipros over TCP", "pipros")
 
 
 def heed_interrupts():

@@ -32,7 +32,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 def message(kind):
-    """Return a string of 16 bytes, an Imu, an image of 1 MB, or a cloud of 4 MB."""
+    """Return a string of 16 bytes, an Imu, an image of 1 MB or of "image:SIZE" bytes, or a cloud of 4 MB."""
     from sensor_msgs.msg import Image, Imu, PointCloud2, PointField
     from std_msgs.msg import String
 
@@ -44,6 +44,9 @@ def message(kind):
         imu = Imu(orientation_covariance=[0.1 * i for i in range(9)])
         imu.header.frame_id, imu.header.stamp, imu.orientation.w = "imu_link", rospy.Time(1, 2), 1.0
         return imu
+    if kind.startswith("image:"):
+        size = int(kind.partition(":")[2])
+        return Image(height=1, width=size, encoding="mono8", step=size, data=os.urandom(size))
     if kind == "image":
         return Image(height=1024, width=1024, encoding="mono8", step=1024, data=os.urandom(1 << 20))
     fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyz")]
@@ -148,7 +151,7 @@ class CppWorld(World):
 
     def has(self, name):
         """Exclude rospy's synchronous publishing, which roscpp lacks."""
-        return name.startswith(("flow", "trip", "fan", "service")) and "None" not in name
+        return name.startswith(("flow", "trip", "fan", "service", "cost")) and "None" not in name
 
     def work(self, role, *arguments):
         words = [str(each).lower() for each in arguments]

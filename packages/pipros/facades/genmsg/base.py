@@ -1,9 +1,5 @@
 """`genmsg.base`: constants and errors of the definition language, and log output for code generators."""
 
-from pipros.basics.lazy_names import star_names as _star_names
-
-_star_names(__name__, "inspect os pprint sys")
-
 SEP = "/"
 MSG_DIR = "msg"
 SRV_DIR = "srv"

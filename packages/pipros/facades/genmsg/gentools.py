@@ -6,7 +6,6 @@ from genmsg.base import InvalidMsgSpec, MsgGenerationException
 from genmsg.msg_loader import MsgContext, load_depends
 from genmsg.msgs import MsgSpec, bare_msg_type, is_builtin
 from genmsg.srvs import SrvSpec
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.language import digest
 from pipros.msg.language.spec import MessageSpec, ServiceSpec
 
@@ -23,8 +22,6 @@ __all__ = [
     "is_builtin",
     "load_depends",
 ]
-
-_star_names(__name__, "genmsg.base genmsg.msgs genmsg.names hashlib io:StringIO sys")
 
 
 def compute_md5_text(msg_context: MsgContext, spec: MsgSpec) -> str:

@@ -32,11 +32,9 @@ from genmsg.msgs import resolve_type as resolve_type
 from genmsg.names import normalize_package_context as normalize_package_context
 from genmsg.names import package_resource_name as package_resource_name
 from genmsg.srvs import SrvSpec as SrvSpec
-from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.input_file import read_text
 from pipros.msg.language.parse import constant_value, parse_message, parse_service
 from pipros.msg.language.spec import DefinitionError
-
-_star_names(__name__, "ast os io:StringIO sys")
 
 SearchPath = Mapping[str, Sequence[str]]
 Parsed = TypeVar("Parsed")
@@ -176,9 +174,7 @@ def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> 
 
 
 def load_msg_from_file(msg_context: MsgContext, file_path: str, full_name: str) -> MsgSpec:
-    spec = MsgSpec.of(
-        _parsed(parse_message, Path(file_path).read_text(encoding="utf-8"), full_name, file_path)
-    )
+    spec = MsgSpec.of(_parsed(parse_message, read_text(file_path), full_name, file_path))
     msg_context.register(full_name, spec)
     msg_context.set_file(full_name, file_path)
     return spec
@@ -202,7 +198,7 @@ def load_srv_from_string(msg_context: MsgContext, text: str, full_name: str) -> 
 
 
 def load_srv_from_file(msg_context: MsgContext, file_path: str, full_name: str) -> SrvSpec:
-    text = Path(file_path).read_text(encoding="utf-8")
+    text = read_text(file_path)
     spec = _registered(msg_context, SrvSpec.of(_parsed(parse_service, text, full_name, file_path)))
     msg_context.set_file(f"{full_name}Request", file_path)
     msg_context.set_file(f"{full_name}Response", file_path)

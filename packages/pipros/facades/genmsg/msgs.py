@@ -11,7 +11,6 @@ from genmsg.names import (
     package_resource_name,
     resource_name,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import BUILTINS, CONSTANT_TYPES, NUMBERS, DefinitionError, MessageSpec
 from pipros.msg.language.spec import HEADER as HEADER_FULL_NAME
@@ -53,8 +52,6 @@ __all__ = [
     "resolve_type",
     "resource_name",
 ]
-
-_star_names(__name__, "genmsg.names:is_legal_resource_base_name genmsg.names:is_legal_resource_name os sys")
 
 
 @overload

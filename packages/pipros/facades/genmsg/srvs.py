@@ -10,7 +10,6 @@ from genmsg.names import (
     package_resource_name,
     resource_name,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.language.spec import ServiceSpec
 
 __all__ = [
@@ -22,8 +21,6 @@ __all__ = [
     "package_resource_name",
     "resource_name",
 ]
-
-_star_names(__name__, "os sys")
 
 
 class SrvSpec:

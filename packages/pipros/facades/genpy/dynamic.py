@@ -1,14 +1,11 @@
 """`genpy.dynamic`: creates message classes from the definitions in connection headers and bags."""
 
 from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgNotFound
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.base import Message
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError, UnknownType
 
 __all__ = ["MsgContext", "MsgGenerationException", "generate_dynamic"]
-
-_star_names(__name__, "atexit genmsg os re shutil io:StringIO sys tempfile")
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):

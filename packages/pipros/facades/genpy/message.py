@@ -7,7 +7,6 @@ from typing import Any
 
 from genpy.base import is_simple
 from pipros.basics.errors import NotFound
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.base import Message, struct_I
 from pipros.msg.check import check_type
 from pipros.msg.errors import DeserializationError, MessageException, SerializationError
@@ -36,11 +35,6 @@ __all__ = [
     "strify_message",
     "struct_I",
 ]
-
-_star_names(
-    __name__,
-    "codecs genmsg itertools long=builtins:int math np=numpy importlib:reload struct sys yaml",
-)
 
 
 def isstring(s: object) -> bool:

@@ -6,6 +6,8 @@ import os
 from urllib.parse import urlsplit
 from urllib.request import url2pathname, urlopen
 
+from pipros.basics.input_file import read_file
+from pipros.basics.limits import process_limits
 from pipros.basics.windows import file_url
 
 PACKAGE_PREFIX = "package://"
@@ -56,8 +58,7 @@ def get(url: str) -> bytes:
             raise ValueError("URL must start with package:// or file:///")
         # ? and # may be part of a file name, although they end the path of a URL.
         path = filename.partition("://")[2].removeprefix(parts.netloc).replace("?", "%3F").replace("#", "%23")
-        with open(url2pathname(path), "rb") as file:
-            return file.read()
+        return read_file(url2pathname(path))
     except (OSError, ValueError) as error:
         raise Exception(f"Invalid URL: {filename} ({error})") from error
 
@@ -65,5 +66,9 @@ def get(url: str) -> bytes:
 def _from_web_server(url: str) -> bytes:
     if os.environ.get(HTTP_VARIABLE) != "1":
         raise ValueError(f"http:// and https:// require {HTTP_VARIABLE}=1 in the environment")
+    limit = process_limits().file_bytes
     with urlopen(url.replace(" ", "%20"), timeout=_HTTP_TIMEOUT_S) as response:  # noqa: S310 # the caller has checked the scheme
-        return bytes(response.read())
+        content = bytes(response.read(limit + 1))
+    if len(content) > limit:
+        raise ValueError(f"it is larger than {limit} bytes")
+    return content

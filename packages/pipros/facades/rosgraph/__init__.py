@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.lazy_names import lazy_names as _lazy_names
 from rosgraph import names, network, rosenv
 from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
 from rosgraph.masterapi import is_online as is_master_online
@@ -47,4 +47,4 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
 
 
 # In Noetic, `import rospy` makes these two modules available as attributes.
-_star_names(__name__, "rosgraph.roslogging rosgraph.xmlrpc", hidden="names network rosenv roslogging xmlrpc")
+__getattr__, __dir__ = _lazy_names(__name__, {}, ("roslogging", "xmlrpc"))

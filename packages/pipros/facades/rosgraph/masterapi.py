@@ -9,14 +9,11 @@ from __future__ import annotations
 from typing import Any, cast
 
 from pipros.basics.errors import ProtocolError, Unreachable
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.net.master_client import MasterClient
 from pipros.wire.xmlrpc import Fault
 from rosgraph.names import make_caller_id
 from rosgraph.network import parse_http_host_and_port
 from rosgraph.rosenv import get_master_uri
-
-_star_names(__name__, "xmlrpc.client:ServerProxy")
 
 
 class MasterException(Exception):  # this is Noetic's name

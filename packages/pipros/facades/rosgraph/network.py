@@ -11,7 +11,6 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import ProtocolError
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.names import parse_arguments
 from pipros.net import address as _address
 from pipros.net.this_machine import is_this_machine, own_address, own_addresses
@@ -41,8 +40,6 @@ __all__ = [
     "use_ipv6",
     "write_ros_handshake_header",
 ]
-
-_star_names(__name__, "io:BytesIO logging os platform socket struct sys urlparse=urllib.parse")
 
 
 # Linux ioctl() requests that return the list of network interfaces and the address of an interface.

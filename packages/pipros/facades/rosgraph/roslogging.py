@@ -11,11 +11,8 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.node.log import ConsoleHandler, RosLogger, find_log_config
 from pipros.node.program_log import link_latest, log_program, make_folders_as_parent
-
-_star_names(__name__, "datetime inspect rospkg time yaml")
 
 ROS_LOG_DIR = "ROS_LOG_DIR"
 

@@ -9,18 +9,11 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.interruptible_wait import wait_in_slices
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.net import address as _address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer
 from rosgraph.names import isstring as isstring
 from rosgraph.network import create_local_xmlrpc_uri
-
-_star_names(
-    __name__,
-    "errno platform rosgraph select xmlrpc.server:SimpleXMLRPCRequestHandler "
-    "xmlrpc.server:SimpleXMLRPCServer socket socketserver traceback",
-)
 
 _log = logging.getLogger("xmlrpc")
 

@@ -1,7 +1,7 @@
 """Drop-in replacement for Noetic's roslib: `load_manifest`, and modules for packages and names."""
 
 import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
-from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.lazy_names import lazy_names as _lazy_names
 from roslib.launcher import load_manifest as load_manifest
 
 __all__ = ["is_interactive", "load_manifest", "set_interactive"]
@@ -19,7 +19,4 @@ def set_interactive(interactive: bool) -> None:
     _interactive[0] = interactive
 
 
-_star_names(
-    __name__,
-    "roslib roslib.exceptions roslib.launcher roslib.manifest roslib.packages",
-)
+__getattr__, __dir__ = _lazy_names(__name__, {}, ("exceptions", "launcher", "packages"))

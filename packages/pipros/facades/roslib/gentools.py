@@ -11,12 +11,9 @@ import genmsg.gentools
 from genmsg.msg_loader import MsgContext, load_msg_from_file
 from genmsg.msgs import MsgSpec, bare_msg_type, is_builtin
 from genmsg.srvs import SrvSpec
-from pipros.basics.lazy_names import star_names as _star_names
 from roslib.msgs import MsgSpecException as MsgSpecException
 from roslib.packages import resource_file
 from roslib.srvs import load_from_file
-
-_star_names(__name__, "roslib rospkg io:StringIO sys")
 
 _context = MsgContext.create_default()
 """All definitions that were read in this process."""

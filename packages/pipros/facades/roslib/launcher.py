@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pipros.basics.lazy_names import star_names as _star_names
-
 if TYPE_CHECKING:
     from rospkg import RosPack
 
-    from pipros.workspace.index import Package
-
-_star_names(__name__, "os rospkg sys")
+    from pipros_workspace.index import Package
 
 
 def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
@@ -30,7 +26,7 @@ def find_package(name: str) -> Package:
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
     """
-    from pipros.workspace.index import PackageIndex
+    from pipros_workspace.index import PackageIndex
 
     index = PackageIndex.from_environment()
     package = index.get(name)

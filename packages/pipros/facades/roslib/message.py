@@ -14,7 +14,6 @@ from genpy.message import (
     get_service_class,
     strify_message,
 )
-from pipros.basics.lazy_names import star_names as _star_names
 
 __all__ = [
     "DeserializationError",
@@ -30,5 +29,3 @@ __all__ = [
     "get_service_class",
     "strify_message",
 ]
-
-_star_names(__name__, "genmsg genpy roslib rospkg")

@@ -15,11 +15,8 @@ from genmsg.msgs import is_builtin as is_builtin
 from genmsg.msgs import is_valid_constant_type as is_valid_constant_type
 from genmsg.msgs import is_valid_msg_field_name as _is_valid_name
 from genmsg.msgs import is_valid_msg_type as is_valid_msg_type
-from pipros.basics.lazy_names import star_names as _star_names
 from roslib.packages import resource_file
 from roslib.resources import list_package_resources
-
-_star_names(__name__, "os roslib rospkg io:StringIO sys")
 
 SEP = "/"
 EXT = ".msg"

@@ -9,7 +9,6 @@ from genmsg.names import package_resource_name as package_resource_name
 from genmsg.names import resource_name as resource_name
 from genmsg.names import resource_name_base as resource_name_base
 from genmsg.names import resource_name_package as resource_name_package
-from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.names import ANYTYPE as ANYTYPE
 from rosgraph.names import BASE_NAME_LEGAL_CHARS_P as BASE_NAME_LEGAL_CHARS_P
 from rosgraph.names import GLOBALNS as GLOBALNS
@@ -31,7 +30,5 @@ from rosgraph.names import make_global_ns as make_global_ns
 from rosgraph.names import namespace as namespace
 from rosgraph.names import ns_join as ns_join
 from rosgraph.names import resolve_name as resolve_name
-
-_star_names(__name__, "os re sys")
 
 TYPE_SEPARATOR = PRN_SEPARATOR

@@ -1,6 +1,5 @@
 """`roslib.network`, for legacy scripts: the contents of `rosgraph.network`."""
 
-from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.network import ROS_HOSTNAME as ROS_HOSTNAME
 from rosgraph.network import ROS_IP as ROS_IP
 from rosgraph.network import SIOCGIFADDR as SIOCGIFADDR
@@ -18,5 +17,3 @@ from rosgraph.network import is_local_address as is_local_address
 from rosgraph.network import python3 as python3
 from rosgraph.network import read_ros_handshake_header as read_ros_handshake_header
 from rosgraph.network import write_ros_handshake_header as write_ros_handshake_header
-
-_star_names(__name__, "io:BytesIO os platform socket struct sys urlparse=urllib.parse")

@@ -1,6 +1,6 @@
 """`roslib.packages`, for legacy scripts: search for packages, their folders, programs and files.
 
-New code uses `rospkg`, or `pipros.workspace`.
+New code uses `rospkg`, or `pipros_workspace`.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from subprocess import PIPE as PIPE
 from typing import TYPE_CHECKING
 
 from pipros.basics.env import Environment
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.workspace.executables import find_executables
-from pipros.workspace.find_in_workspaces import find_in_workspaces as catkin_find
-from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.overlays import built_workspaces
+from pipros_workspace.executables import find_executables
+from pipros_workspace.find_in_workspaces import find_in_workspaces as catkin_find
+from pipros_workspace.index import Package, PackageIndex
+from pipros_workspace.overlays import built_workspaces
 from roslib.launcher import find_package
 
 if TYPE_CHECKING:
@@ -41,8 +40,6 @@ __all__ = [
     "list_pkgs_by_path",
     "resource_file",
 ]
-
-_star_names(__name__, "os subprocess:PIPE subprocess:Popen roslib rospkg stat sys")
 
 MANIFEST_FILE = "manifest.xml"
 PACKAGE_FILE = "package.xml"

@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from pipros.basics.lazy_names import star_names as _star_names
 from roslib.launcher import find_package
-
-_star_names(__name__, "os roslib")
 
 Filter = Callable[[str], object]
 

@@ -8,14 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.env import Environment
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.node.program_log import make_folders_as_parent
 from rosgraph.rosenv import ROS_HOSTNAME as ROS_HOSTNAME
 from rosgraph.rosenv import ROS_IP as ROS_IP
 from rosgraph.rosenv import ROS_MASTER_URI as ROS_MASTER_URI
 from rosgraph.rosenv import ROS_NAMESPACE as ROS_NAMESPACE
-
-_star_names(__name__, "warnings")
 
 ROS_ROOT = "ROS_ROOT"
 ROS_PACKAGE_PATH = "ROS_PACKAGE_PATH"

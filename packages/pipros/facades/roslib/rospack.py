@@ -5,10 +5,6 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Sequence
 
-from pipros.basics.lazy_names import star_names as _star_names
-
-_star_names(__name__, "roslib rospkg sys warnings")
-
 python3 = True
 
 

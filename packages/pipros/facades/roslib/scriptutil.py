@@ -9,11 +9,8 @@ from functools import wraps
 from typing import ParamSpec, TypeVar
 from xmlrpc.client import ServerProxy
 
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.net.server_proxy import server_proxy
 from rosgraph import names
-
-_star_names(__name__, "roslib")
 
 P = ParamSpec("P")
 T = TypeVar("T")

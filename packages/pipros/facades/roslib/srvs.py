@@ -8,12 +8,10 @@ import genmsg.msg_loader
 from genmsg.base import InvalidMsgSpec
 from genmsg.msgs import MsgSpec as MsgSpec
 from genmsg.srvs import SrvSpec as SrvSpec
-from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.input_file import read_text
 from roslib.msgs import MsgSpecException
 from roslib.packages import resource_file
 from roslib.resources import list_package_resources
-
-_star_names(__name__, "os roslib io:StringIO sys")
 
 SEP = "/"
 EXT = ".srv"
@@ -59,8 +57,7 @@ def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvS
     """
     short = os.path.basename(file_name).removesuffix(EXT)
     name = f"{package_context}{SEP}{short}" if package_context else short
-    with open(file_name, encoding="utf-8") as file:
-        return name, load_from_string(file.read(), package_context, name, short)
+    return name, load_from_string(read_text(file_name), package_context, name, short)
 
 
 def load_from_string(

@@ -6,13 +6,10 @@ import logging
 from collections.abc import Mapping, Sequence
 from typing import TextIO
 
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.rosmaster import main as _main
+from pipros_tools.cli.rosmaster import main as _main
 from rosmaster.master import NUM_WORKERS
 
 __all__ = ["NUM_WORKERS", "configure_logging", "rosmaster_main"]
-
-_star_names(__name__, "logging optparse os rosmaster sys time")
 
 
 def configure_logging() -> str | None:

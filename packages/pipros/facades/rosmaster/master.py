@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pipros.basics.env import DEFAULT_MASTER_PORT
-from pipros.basics.lazy_names import star_names as _star_names
 from pipros.master import master
 
 NUM_WORKERS = 3
 
 __all__ = ["DEFAULT_MASTER_PORT", "NUM_WORKERS", "Master"]
-
-_star_names(__name__, "logging rosgraph rosmaster time")
 
 
 class Master:

@@ -17,6 +17,7 @@ from pipros.basics.names import is_legal_remapping, parse_arguments
 from pipros.basics.shared_names import share_names
 from pipros.msg import time as msg_time
 from pipros.node.codec import AnyMessage
+from pipros.node.missing_master import pytest_wait_s
 from rospy.core import add_client_shutdown_hook, is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.logs import DEBUG as DEBUG
@@ -120,8 +121,8 @@ def init_node(
 
 
 def _show_windows(cv2: Any) -> None:
-    """Let a room show OpenCV's windows. Only programs with OpenCV pay for a search of the rooms."""
-    from pipros.basics.rooms import offered
+    """Let a plugin show OpenCV's windows. Only programs with OpenCV pay for a search of the plugins."""
+    from pipros.basics.plugins import offered
 
     show = offered("windows")
     if show is not None and session.node is not None:
@@ -181,7 +182,8 @@ def wait_for_message(
     """Subscribe to a topic, and return the first message. Blocks.
 
     Raises:
-        ROSException: no message arrived within `timeout` seconds.
+        ROSException: no message arrived within `timeout` seconds; in pytest, without a timeout,
+            also if `init_node` was not called and no message arrived within ten seconds.
         ROSInterruptException: the node was shut down while waiting.
     """
     arrived: list[AnyMessage] = []
@@ -196,14 +198,21 @@ def wait_for_message(
             raise ROSInterruptException("rospy shutdown")
         subscriber = Subscriber(topic, topic_type, keep_first)
         try:
-            changed.wait(None if timeout is None else in_seconds(timeout))
+            changed.wait(_limit_s(timeout))
         finally:
             subscriber.unregister()
     if arrived:
         return arrived[0]
     if is_shutdown():
         raise ROSInterruptException("rospy shutdown")
-    raise ROSException(f"timeout exceeded while waiting for message on topic {topic}")
+    remedy = "" if session.node else ": rospy.init_node() was not called"
+    raise ROSException(f"timeout exceeded while waiting for message on topic {topic}{remedy}")
+
+
+def _limit_s(timeout: float | msg_time.Duration | None) -> float | None:
+    if timeout is not None:
+        return in_seconds(timeout)
+    return pytest_wait_s() if session.node is None else None
 
 
 @_interruptible

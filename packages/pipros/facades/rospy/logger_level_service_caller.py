@@ -1,6 +1,6 @@
 """Access to other nodes' logger levels, for tools such as rqt_logger_level.
 
-Facade of `pipros.graph.loggers`.
+Facade of `pipros_tools.graph.loggers`.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.graph import loggers as _loggers
-from pipros.graph.client import GraphClient
+from pipros_tools.graph import loggers as _loggers
+from pipros_tools.graph.client import GraphClient
 
 __all__ = ["LoggerLevelServiceCaller", "ROSConsoleException"]
 

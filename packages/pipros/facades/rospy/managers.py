@@ -234,7 +234,7 @@ def _described(entry: Entry) -> tuple[str, str, str] | None:
 def _slave(node: Node) -> SlaveApi:
     from pipros.node.slave import SlaveApi
 
-    return SlaveApi(node, node.environment.master_uri, node.limits)
+    return SlaveApi(node, node.environment.master_uri)
 
 
 managers = Managers()

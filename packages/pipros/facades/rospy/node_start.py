@@ -15,6 +15,7 @@ from pipros.basics.errors import Interrupted
 from pipros.basics.posix import call_in_children
 from pipros.node import Node
 from pipros.node.logger_services import serve_loggers
+from pipros.node.missing_master import NoMaster
 from pipros.node.start_params import is_on, set_private_params, window_limits
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.session import Session
@@ -142,6 +143,9 @@ def _start(
     except Interrupted:
         _end_without_traceback()
         raise InitInterrupted("init_node interrupted before it could complete") from None
+    except NoMaster as error:
+        session.forget_node()
+        raise ROSInitException(str(error)) from None
     session.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
     session.run_deferred(node)
 

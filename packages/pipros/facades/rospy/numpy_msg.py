@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from pipros.basics.extras import required
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.node.codec import AnyMessage
 
@@ -26,7 +27,7 @@ def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
 
 @cache
 def _class_of(msg_type: type[Any]) -> type[Any]:
-    import numpy
+    numpy = required("numpy", "numpy_msg needs numpy", "numpy")
 
     def from_bytes(cls: type[Any], data: bytes | memoryview) -> Any:
         return cls().deserialize_numpy(bytes(data), numpy)  # the arrays refer to the copy, and keep it alive

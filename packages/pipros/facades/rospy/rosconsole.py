@@ -1,4 +1,4 @@
-"""The command `rosconsole` as a function. Facade of `pipros.cli.rosconsole`."""
+"""The command `rosconsole` as a function. Facade of `pipros_tools.cli.rosconsole`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.cli.rosconsole import main as _main
+from pipros_tools.cli.rosconsole import main as _main
 from rospy.logger_level_service_caller import LoggerLevelServiceCaller, ROSConsoleException
 
 __all__ = ["NAME", "LoggerLevelServiceCaller", "ROSConsoleException", "error", "main"]

@@ -294,9 +294,11 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
 
     Raises:
         ValueError: `timeout` is 0.
-        ROSException: the service was not available within `timeout` seconds.
+        ROSException: the service was not available within `timeout` seconds, or the process runs pytest and
+            the master does not respond.
         ROSInterruptException: the node was shut down while waiting.
     """
+    from pipros.node.missing_master import NoMaster
     from pipros.node.service_client import ServiceClient
 
     client = ServiceClient(
@@ -317,7 +319,11 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
             session.logger.warning("wait_for_service(%s): %s. Will keep trying.", client.service, error)
 
     pause(0)
-    if not client.wait_until_available(limit_s, pause=pause, report=report):
+    try:
+        is_available = client.wait_until_available(limit_s, pause=pause, report=report)
+    except NoMaster as error:
+        raise ROSException(str(error)) from None
+    if not is_available:
         raise ROSException(f"timeout exceeded while waiting for service {client.service}")
 
 

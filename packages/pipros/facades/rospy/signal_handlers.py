@@ -23,7 +23,7 @@ class SignalHandlers:
 
     def forget(self) -> None:
         """Reset to the state before the first node. Called in a forked child, which needs new handlers."""
-        self._signals = Signals(self._end)
+        self._signals = Signals(self._end, dies_of_hang_up=True)
         self._have_listened = self.are_installed = False
 
     def install(self) -> None:

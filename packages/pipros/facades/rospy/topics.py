@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Generic, NoReturn, overload
 
 import pipros.node as node_api
+from pipros.basics.extras import required
 from pipros.basics.lazy_names import lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.names import is_legal
@@ -288,12 +289,14 @@ class Subscriber(Topic[AnyMessage]):
                 copy; with `numpy_msg`, also other arrays of numbers. (Not in Noetic.)
 
         Raises:
-            ModuleNotFoundError: `zero_copy` is true, and numpy is not installed.
+            ImportError: `zero_copy` is true, and numpy is not installed.
             ValueError: `name` is empty (or private before `init_node`), `data_class` is not a message class,
                 or this node already subscribes to the topic with another type.
         """
         super().__init__(name, data_class, "sub")
         del buff_size
+        if zero_copy:
+            required("numpy", "zero_copy=True needs numpy", "numpy")  # also before `init_node`
         self.callback = callback
         self.callback_args = callback_args
         self._handle: node_api.Subscriber[AnyMessage] | None = None

@@ -5,7 +5,7 @@ Genuine sensor_msgs has no such Python module. Scripts that must also run with g
 
 from __future__ import annotations
 
-from pipros.pictures import encodings as _encodings
+from pipros_libraries.pictures import encodings as _encodings
 
 RGB8, RGBA8, RGB16, RGBA16 = "rgb8", "rgba8", "rgb16", "rgba16"
 BGR8, BGRA8, BGR16, BGRA16 = "bgr8", "bgra8", "bgr16", "bgra16"
@@ -33,27 +33,27 @@ YUV422 = "yuv422"
 _WITH_COLORS = RGB8, RGBA8, RGB16, RGBA16, BGR8, BGRA8, BGR16, BGRA16
 
 
-def isColor(encoding: str) -> bool:  # noqa: N802
+def isColor(encoding: str) -> bool:
     """Return True for the RGB and BGR encodings, with or without alpha."""
     return encoding in _WITH_COLORS
 
 
-def isMono(encoding: str) -> bool:  # noqa: N802
+def isMono(encoding: str) -> bool:
     """Return True for `mono8` and `mono16`."""
     return encoding in (MONO8, MONO16)
 
 
-def isBayer(encoding: str) -> bool:  # noqa: N802
+def isBayer(encoding: str) -> bool:
     """Return True for the Bayer encodings."""
     return encoding.startswith("bayer_") and encoding in _encodings.COLORS
 
 
-def hasAlpha(encoding: str) -> bool:  # noqa: N802
+def hasAlpha(encoding: str) -> bool:
     """Return True for the RGB and BGR encodings with an alpha channel."""
     return encoding in (RGBA8, BGRA8, RGBA16, BGRA16)
 
 
-def numChannels(encoding: str) -> int:  # noqa: N802
+def numChannels(encoding: str) -> int:
     """Return the number of values per pixel.
 
     Raises:
@@ -62,7 +62,7 @@ def numChannels(encoding: str) -> int:  # noqa: N802
     return _known(encoding).channels
 
 
-def bitDepth(encoding: str) -> int:  # noqa: N802
+def bitDepth(encoding: str) -> int:
     """Return the number of bits per value.
 
     Raises:

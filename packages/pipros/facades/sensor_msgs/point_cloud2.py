@@ -9,9 +9,8 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 from math import isnan
 from typing import Any
 
-from std_msgs.msg import Header
-
 from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 
 _DATATYPES = {
     PointField.INT8: ("b", 1),

@@ -17,9 +17,9 @@ from types import FrameType
 from typing import Any
 
 import rospy
-from pipros.cli.rostopic import main as rostopic
-from pipros.cli.rostopic.delay import measure_delay  # noqa: F401 # imported before the children are forked
-from pipros.graph.listening import Listening  # noqa: F401
+from pipros_tools.cli.rostopic import main as rostopic
+from pipros_tools.cli.rostopic.delay import measure_delay  # noqa: F401 # imported before the children are forked
+from pipros_tools.graph.listening import Listening  # noqa: F401
 
 _FILES = (threading.__file__, *(f"/pipros/{name}.py" for name in ("interruptible_wait", "graph/listening")))
 _ENDS_WITHIN_S = 30.0

@@ -13,8 +13,8 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros.node.timings import NodeTimings
-from pipros.testing.faults.history import History
-from pipros.testing.faults.ros_proxy import FaultProxy
+from pipros_tools.testing.faults.history import History
+from pipros_tools.testing.faults.ros_proxy import FaultProxy
 from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until
 

@@ -28,10 +28,10 @@ RpcClient.__init__ = make_patient
 """
 
 TOOLS = {
-    "rosnode ping -a": ["pipros.cli.rosnode", "ping", "-a"],
-    "rosnode cleanup": ["pipros.cli.rosnode", "cleanup"],
-    "roswtf": ["pipros.cli.roswtf", "--no-plugins"],
-    "pipros doctor": ["pipros.cli.doctor", "--timeout", "100"],
+    "rosnode ping -a": ["pipros_tools.cli.rosnode", "ping", "-a"],
+    "rosnode cleanup": ["pipros_tools.cli.rosnode", "cleanup"],
+    "roswtf": ["pipros_tools.cli.roswtf", "--no-plugins"],
+    "pipros doctor": ["pipros_tools.cli.doctor", "--timeout", "100"],
 }
 
 

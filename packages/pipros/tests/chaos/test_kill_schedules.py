@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from pipros.bag import open_bag
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
-from pipros.testing.faults.history import History
+from pipros_tools.bag import open_bag
+from pipros_tools.testing.faults.history import History
 from tests.support.environments import VENV_BIN
 from tests.support.kill_schedule import Kill, kill_schedule
 from tests.support.ports import ClaimedPort
@@ -30,7 +30,7 @@ LIMIT_S = 60.0
 TALKER = """#!/usr/bin/env python3
 import os, rospy
 from std_msgs.msg import String
-from pipros.testing.faults.history import History
+from pipros_tools.testing.faults.history import History
 rospy.init_node("talker", anonymous=True)
 history, rate = History(), rospy.Rate(200)
 publisher = rospy.Publisher(rospy.get_param("~topic"), String, queue_size=10_000)
@@ -80,7 +80,7 @@ class Scene:
             "talker": lambda: self._python("-c", TALKER, "_topic:=chat"),
             "relay": lambda: self._python("-c", RELAY),
             "listener": self._start_listener,
-            "launcher": lambda: self._python("-m", "pipros.cli.roslaunch", "chaos_pkg", "chaos.launch"),
+            "launcher": lambda: self._python("-m", "pipros_tools.cli.roslaunch", "chaos_pkg", "chaos.launch"),
             "recorder": self._start_recorder,
         }
         self._running: dict[str, Process] = {}
@@ -107,7 +107,7 @@ class Scene:
         self._running[name] = self._starters[name]()
 
     def _start_master(self) -> Process:
-        process = self._python("-m", "pipros.cli.rosmaster", "--core", "-p", str(self._port.number))
+        process = self._python("-m", "pipros_tools.cli.rosmaster", "--core", "-p", str(self._port.number))
         wait_until(self._is_up, LIMIT_S)
         return process
 

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.bag import BagReader, NotIndexed
-from pipros.cli.rosbag import main
+from pipros_tools.bag import BagReader, NotIndexed
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import rows_of
 
 RUNS = int(os.environ.get("PIPROS_KILLED_RECORDINGS", "10"))
@@ -23,8 +23,8 @@ COMPRESSIONS = ("none", "lz4", "bz2")
 
 WRITER = """
 import sys, zlib
-from pipros.bag.connection import StoredMessage, received_connection
-from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros_tools.bag.connection import StoredMessage, received_connection
+from pipros_tools.bag.record_files import FileOptions, RecordFiles
 from std_msgs.msg import String
 
 header = {"type": "std_msgs/String", "md5sum": String._md5sum, "message_definition": String._full_text}

@@ -2,7 +2,7 @@
 
 The master runs in its own process, so that the test's own work is not counted. A bystander calls the
 master during each attack; every response must arrive in time. A healthy master takes milliseconds
-(`docs/master.md` has the figures), a stuck master far longer than a pause of a busy machine.
+(`docs/internals/master.md` has the figures), a stuck master far longer than a pause of a busy machine.
 """
 
 from __future__ import annotations
@@ -80,7 +80,9 @@ class RunningMaster:
 
 @pytest.fixture
 def master(processes: Processes, claimed_port: ClaimedPort) -> RunningMaster:
-    processes.start(sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(claimed_port.number))
+    processes.start(
+        sys.executable, "-m", "pipros_tools.cli.rosmaster", "--core", "-p", str(claimed_port.number)
+    )
     running = RunningMaster(claimed_port.number)
     wait_until(running.is_up)
     return running

@@ -38,7 +38,7 @@ class Scene:
         self._end = threading.Event()
 
     def start_master(self, *options: str) -> Process:
-        command = (sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(self.port.number))
+        command = (sys.executable, "-m", "pipros_tools.cli.rosmaster", "--core", "-p", str(self.port.number))
         process = self._processes.start(*command, *options)
         wait_until(self.is_up)
         return process

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.wire.header import HeaderReader, encode_header
+from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
@@ -35,8 +35,10 @@ def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None
 
 def test_silent_peers_beyond_the_handshake_limit_do_not_lock_others_out(
     make_node: MakeNode,
+    constants: Constants,
 ) -> None:
-    node = make_node("talker", limits=Limits(handshakes=8))
+    constants(HANDSHAKES=8)
+    node = make_node("talker")
     node.advertise("chat", String)
     silent = [socket.create_connection(("127.0.0.1", node.endpoints.port), 10) for _ in range(30)]
     assert_serves(node, make_node)
@@ -48,8 +50,10 @@ def test_silent_peers_beyond_the_handshake_limit_do_not_lock_others_out(
 
 def test_a_silent_peer_is_closed_in_time(
     make_node: MakeNode,
+    constants: Constants,
 ) -> None:
-    node = make_node("talker", limits=Limits(handshake_s=0.05))
+    constants(HANDSHAKE_S=0.05)
+    node = make_node("talker")
     with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as silent:
         silent.sendall(b"\x10")
         assert silent.recv(1) == b""

@@ -13,8 +13,8 @@ import sys
 from dataclasses import replace
 from struct import Struct
 
-from pipros.bag import BagReader, BagWriter
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag import BagReader, BagWriter
 from tests.fuzz import bags, mutation
 from tests.support.bags import bag_bytes, some_rows
 

@@ -10,29 +10,29 @@ import io
 import sys
 import tracemalloc
 
-from pipros.bag.errors import BagError
-from pipros.bag.index import ENTRY
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_text, info_yaml
-from pipros.bag.reader import BagReader
-from pipros.bag.repair import reindex
 from pipros.basics.limits import Limits
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.index import ENTRY
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.info_text import info_text, info_yaml
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.repair import reindex
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 WORDS = [
     *(b"op=\x02", b"op=\x04", b"op=\x05", b"op=\x06", b"op=\x07", b"\x0d\0\0\0", b"conn=\x01\0\0\0"),
     *(b"size=\xff\xff\xff\x7f", b"compression=bz2", b"compression=lz4", b"index_pos=", b"#ROSBAG V1.2\n"),
     *(b"#ROSBAG V2.0\n", b"ver=\x01\0\0\0", b"count=\xff\xff\xff\xff", b"chunk_pos=", b"encryptor=x"),
 ]
-LIMITS = Limits(
-    bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000, bag_index_bytes=1 << 20
-)
+LIMITS = Limits(bag_cache_bytes=1 << 20)
 MEMORY_BYTES = 24 << 20
 """Several chunks of the limit, and what compression needs of its own."""
 
 MEMORY_PER_BYTE = 200
 
 
+@changed(BAG_CHUNK_BYTES=1 << 20, BAG_HEADER_BYTES=10_000, BAG_INDEX_BYTES=1 << 20)
 def target(data: bytes) -> None:
     tracemalloc.start()
     try:
@@ -60,7 +60,7 @@ def _repair(data: bytes) -> None:
     file = io.BytesIO(data)
     try:
         found = sum(1 for _ in BagReader(io.BytesIO(data), rebuild_index=True, limits=LIMITS).raw_messages())
-        reindex(file, "x.bag", LIMITS).finish()
+        reindex(file, "x.bag").finish()
     except BagError:
         return
     assert sum(1 for _ in BagReader(file, limits=LIMITS).raw_messages()) == found

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from pipros.reconfigure.cfg_file import checked_declarations, module_contents
+from pipros_libraries.reconfigure.cfg_file import checked_declarations, module_contents
 from tests.fuzz import mutation
 
 WORDS = [

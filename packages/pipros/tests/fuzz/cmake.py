@@ -17,11 +17,11 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from pipros.basics.limits import Limits
-from pipros.cmake import interpreter, regex
-from pipros.cmake.language import CMakeError
-from pipros.workspace.catkin.project_reader import read_project
+from pipros_workspace.catkin.project_reader import read_project
+from pipros_workspace.cmake import interpreter, regex
+from pipros_workspace.cmake.language import CMakeError
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 LEFT_OUT = ("configure_file", "execute_process", "file", "find_file", "find_path", "find_program")
 WORDS = [
@@ -97,8 +97,6 @@ WORDS = [
     ),
 ]
 LONGER = (500,)
-LIMITS = Limits(cmake_steps=3_000, cmake_value_characters=20_000, cmake_characters=1_000_000)
-
 
 compiled = regex.compiled
 
@@ -109,6 +107,7 @@ def compiled_if_simple(expression: str) -> re.Pattern[str]:
     return compiled(expression)
 
 
+@changed(CMAKE_STEPS=3_000, CMAKE_VALUE_CHARACTERS=20_000, CMAKE_CHARACTERS=1_000_000)
 def target(data: bytes) -> None:
     commands = {name: command for name, command in interpreter.VALUE_COMMANDS.items() if name not in LEFT_OUT}
     before = Path.cwd()
@@ -122,7 +121,7 @@ def target(data: bytes) -> None:
         Path(folder, "CMakeLists.txt").write_bytes(data)
         os.chdir(folder)
         try:
-            read_project(folder, "x", {}, {}, lambda _name: None, limits=LIMITS)
+            read_project(folder, "x", {}, {}, lambda _name: None)
         except CMakeError:
             pass
         finally:

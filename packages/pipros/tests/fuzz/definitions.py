@@ -15,6 +15,7 @@ from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.parse import parse_action, parse_service
 from pipros.msg.language.spec import DefinitionError
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 WORDS = [
     *(
@@ -45,10 +46,11 @@ WORDS = [
     *(b"[99999999]", b"X=1", b"S= a # b", b"nan", b"True", b"\r\n", b"\t", "ü".encode()),
 ]
 
-LIMITS = Limits(definition_fields=400, message_values=200_000, definition_copies_bytes=1 << 20)
+LIMITS = Limits(definition_fields=400)
 """Far below the usual ones: what is beyond them is refused at once, so that more inputs are tried."""
 
 
+@changed(MESSAGE_VALUES=200_000, DEFINITION_COPIES_BYTES=1 << 20)
 def target(data: bytes) -> None:
     text = data.decode("utf-8", "replace")
     for parse in (parse_service, parse_action):

@@ -16,10 +16,10 @@ from pathlib import Path
 
 from std_msgs.msg import Empty
 
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_text, info_yaml
-from pipros.bag.reader import BagReader
-from pipros.cli.rosbag import main
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.info_text import info_text, info_yaml
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.cli.rosbag import main
 from tests.fuzz import mutation
 from tests.support.bags import bag_bytes
 

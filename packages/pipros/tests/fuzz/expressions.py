@@ -10,7 +10,8 @@ import warnings
 from contextlib import suppress
 
 from pipros.safe import guarded
-from pipros.safe.expr import ExpressionError, arithmetic, evaluate
+from pipros.safe.expr import arithmetic, evaluate
+from pipros.safe.expr_walk import ExpressionError
 from pipros.safe.methods import METHODS
 from tests.fuzz import mutation
 

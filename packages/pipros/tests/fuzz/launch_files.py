@@ -11,11 +11,11 @@ import errno
 import sys
 
 from pipros.basics.errors import NotFound
-from pipros.basics.limits import Limits
-from pipros.launch.load_context import CommandFailed, LoadContext
-from pipros.launch.model import LaunchError
-from pipros.launch.xml import load
+from pipros_tools.launch.load_context import CommandFailed, LoadContext
+from pipros_tools.launch.model import LaunchError
+from pipros_tools.launch.xml import load
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 WORDS = [
     *(b"$(arg a)", b"$(arg b)", b"$(env HOME)", b"$(find p)", b"$(anon a)", b"$(dirname)", b"$(eval a + a)"),
@@ -39,7 +39,8 @@ WORDS = [
     ),
 ]
 LONGER = (5000,)
-LIMITS = Limits(launch_bytes=2_000_000, launch_includes=50, launch_insert_characters=20_000)
+LAUNCH_BYTES = 2_000_000
+LAUNCH_INCLUDES = 50
 
 
 def _find(package: str, path: str) -> str:
@@ -52,6 +53,7 @@ def _run(_: str) -> str:
     raise CommandFailed("there are no commands")
 
 
+@changed(LAUNCH_FILES_BYTES=LAUNCH_BYTES, LAUNCH_INCLUDES=LAUNCH_INCLUDES, LAUNCH_INSERT_CHARACTERS=20_000)
 def target(data: bytes) -> None:
     def read(path: str) -> bytes:
         if path != "/self.launch":
@@ -60,11 +62,11 @@ def target(data: bytes) -> None:
 
     context = LoadContext(_find, {"HOME": "/home/ada"}, lambda base: f"{base}_1", read, _run)
     try:
-        launch = load(["/self.launch"], {"a": "1"}, context=context, limits=LIMITS)
+        launch = load(["/self.launch"], {"a": "1"}, context=context)
     except LaunchError:
         return
-    assert len(launch.includes) <= LIMITS.launch_includes
-    assert sum(len(str(value)) for value in launch.params.values()) <= 100 * LIMITS.launch_bytes
+    assert len(launch.includes) <= LAUNCH_INCLUDES
+    assert sum(len(str(value)) for value in launch.params.values()) <= 100 * LAUNCH_BYTES
 
 
 if __name__ == "__main__":

@@ -19,8 +19,8 @@ from typing import Any
 from unittest import mock
 
 from pipros.basics.printable import printable
-from pipros.cli import complete, rosnode, rosparam, rosservice, rostopic
 from pipros.wire.xmlrpc import decode_call, encode_response
+from pipros_tools.cli import complete, rosnode, rosparam, rosservice, rostopic
 from tests.fuzz import mutation
 
 WORDS = [

@@ -13,8 +13,8 @@ import warnings
 from contextlib import suppress
 from pathlib import Path
 
-from pipros.libraries.maps.errors import MapError
-from pipros.libraries.maps.map_file import description_text, grid_pixels, read_map
+from pipros_libraries.maps.errors import MapError
+from pipros_libraries.maps.map_file import description_text, grid_pixels, read_map
 from tests.fuzz import mutation
 
 BETWEEN = b"\n---IMAGE---\n"

@@ -11,27 +11,27 @@ import sys
 import tempfile
 import tracemalloc
 
-from pipros.bag.errors import BagError
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_text
-from pipros.bag.mcap_files import McapReader
-from pipros.bag.mcap_repair import recover
 from pipros.basics.limits import Limits
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.info_text import info_text
+from pipros_tools.bag.mcap_files import McapReader
+from pipros_tools.bag.mcap_repair import recover
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 WORDS = [
     *(b"ros1", b"ros1msg", b"zstd", b"lz4", b"\x89MCAP0\r\n", b"cdr", b"md5sum", b"std_msgs/String"),
     *(bytes([op]) + bytes([1, 0, 0, 0, 0, 0, 0, 0]) for op in range(1, 16)),
 ]
-LIMITS = Limits(
-    bag_chunk_bytes=1 << 20, bag_cache_bytes=1 << 20, bag_header_bytes=10_000, bag_index_bytes=1 << 20
-)
+LIMITS = Limits(bag_cache_bytes=1 << 20)
 MEMORY_BYTES = 24 << 20
 """Several chunks of the limit, and what compression needs of its own."""
 
 MEMORY_PER_BYTE = 200
 
 
+@changed(BAG_CHUNK_BYTES=1 << 20, BAG_HEADER_BYTES=10_000, BAG_INDEX_BYTES=1 << 20)
 def target(data: bytes) -> None:
     tracemalloc.start()
     try:
@@ -54,7 +54,7 @@ def _repair(data: bytes) -> None:
         file.write(data)
         file.flush()
         try:
-            recover(file.name, made, LIMITS, lambda _: None)
+            recover(file.name, made, lambda _: None)
         except BagError:
             return
     try:

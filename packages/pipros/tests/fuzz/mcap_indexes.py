@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from struct import Struct
 
-from pipros.bag.mcap_records import McapSummary
+from pipros_tools.bag.mcap_records import McapSummary
 from tests.fuzz import mcap_files, mutation
 from tests.support.mcap import chunk_record, index_of, mcap_bytes, messages_record, with_summary
 

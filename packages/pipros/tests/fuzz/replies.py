@@ -19,6 +19,7 @@ from pipros.basics.limits import Limits
 from pipros.node.service_link import CallTimeout, ServiceFailed, ServiceLink
 from pipros.wire.handshake import WireType
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 WORDS = [
     *(
@@ -40,7 +41,7 @@ WORDS = [
         b"\x1b[31m",
     ),
 ]
-LIMITS = Limits(header_bytes=10_000, frame_bytes=1_000_000_000, handshake_s=5.0)
+LIMITS = Limits(frame_bytes=1_000_000_000)
 MEMORY_BYTES = 6 << 20
 """A client asks the system for 4 MiB at most of what was announced."""
 
@@ -79,6 +80,7 @@ class Replies:
     def __init__(self) -> None:
         self._server = Server()
 
+    @changed(HEADER_BYTES=10_000, HANDSHAKE_S=5.0)
     def __call__(self, data: bytes) -> None:
         self._server.reply = data
         tracemalloc.start()

@@ -11,7 +11,7 @@ import logging
 import sys
 import tracemalloc
 
-from pipros.basics.limits import process_limits
+from pipros.msg.compile.arrays import EMPTY_ELEMENTS
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.errors import DeserializationError
 from pipros.msg.language.spec import DefinitionError
@@ -24,7 +24,7 @@ WORDS = [
     *(b"E[] es\n", b"E[100] es\n", b"E e\n", b"bool[0] n\n", b"bool b\n", b"\nMSG: a/E\n", b"\n===\n"),
     *(number.to_bytes(4, "little") for number in (1, 100, 60_000, 1_000_000)),
 ]
-LIMIT_BYTES = 200 * process_limits().empty_elements
+LIMIT_BYTES = 200 * EMPTY_ELEMENTS
 """What elements without bytes may take, and the first use of a reader."""
 
 MEMORY_PER_BYTE = 600

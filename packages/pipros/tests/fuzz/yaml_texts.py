@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import sys
 
-from pipros.basics.limits import Limits
 from pipros.safe.yaml import YamlError, load_all
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 WORDS = [
     *(b"[", b"]", b"{", b"}", b"- ", b"? ", b": ", b", ", b"\n", b"  ", b"---\n", b"...\n", b"#", b"'", b'"'),
@@ -30,25 +30,26 @@ WORDS = [
     *(b"|\n", b">-\n", b"%TAG !a! x:\n", b"%YAML 1.1\n", b"\xff\xfe", b"\xef\xbb\xbf", b"\t", "ü".encode()),
 ]
 LONGER = (5000,)
-LIMITS = Limits(yaml_values=5000)
+YAML_VALUES = 5000
 
 
+@changed(YAML_VALUES=YAML_VALUES)
 def target(data: bytes) -> None:
     contents: list[str | bytes] = [data, data.decode("utf-8", "replace")]
     for content in contents:
         for angles in (True, False):
             try:
-                documents = load_all(content, angles=angles, limits=LIMITS)
+                documents = load_all(content, angles=angles)
             except YamlError:
                 continue
-            assert values_in(documents) <= LIMITS.yaml_values + 1  # the list of documents
+            assert values_in(documents) <= YAML_VALUES + 1  # the list of documents
 
 
 def values_in(value: object) -> int:
     """Count values as if aliases were written out. Stop soon after reaching the limit."""
     count = 0
     waiting = [value]
-    while waiting and count <= LIMITS.yaml_values + 1:
+    while waiting and count <= YAML_VALUES + 1:
         count += 1
         part = waiting.pop()
         if isinstance(part, dict):

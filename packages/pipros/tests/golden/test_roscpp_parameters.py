@@ -15,15 +15,15 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.nodes.params import (
+from pipros_libraries.nodes.params import (
     InvalidParameter,
     PrivateParameters,
     converted,
     converted_list,
     private,
 )
-from pipros.libraries.reconfiguring.server import Setting
-from pipros.perception.laser.filters.base import FilterHost, ScanFilter
+from pipros_libraries.reconfiguring.server import Setting
+from pipros_robot.perception.laser.filters.base import FilterHost, ScanFilter
 
 ROWS: list[dict[str, Any]] = json.loads(
     (Path(__file__).parent / "roscpp_parameters.json").read_text(), parse_int=int

@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.maps.errors import MapError
-from pipros.libraries.maps.map_file import read_description
-from pipros.libraries.vision.calibration import CalibrationError, parse_yaml
 from pipros.safe import yaml_cpp
 from pipros.safe.yaml import YamlError
+from pipros_libraries.maps.errors import MapError
+from pipros_libraries.maps.map_file import read_description
+from pipros_libraries.vision.calibration import CalibrationError, parse_yaml
 
 ROWS: list[dict[str, Any]] = json.loads((Path(__file__).parent / "yaml_cpp.json").read_text("utf-8"))
 LIMITS = {"int": (-(2**31), 2**31 - 1), "uint32": (0, 2**32 - 1)}

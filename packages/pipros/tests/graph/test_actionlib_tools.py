@@ -12,11 +12,11 @@ from actionlib import TerminalState
 from actionlib_tools import axclient
 from actionlib_tools.dynamic_action import DynamicAction
 from actionlib_tools.library import yaml_msg_str, yaml_msgs_str
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-SERVER = TESTS / "interop" / "programs" / "serve_goals.py"
+SERVER = file_of_tests("interop/programs/serve_goals.py")
 
 
 def test_messages_are_made_of_yaml() -> None:

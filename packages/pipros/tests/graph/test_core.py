@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.roscore import Core
+from pipros_tools.launch.roscore import Core
 
 
 def open_files(folder: Path) -> list[str]:

@@ -71,6 +71,17 @@ def test_an_aggregator_accepts_analyzers_of_other_nodes(ros: RosSystem) -> None:
         node.master.set_param(
             "/lender/analyzers", {"a": {"type": "GenericAnalyzer", "path": "L", "name": "lent"}}
         )
+        file = ros.home / "analyzers.yaml"
+        file.write_text("analyzers: {a: {type: GenericAnalyzer, path: F, name: lent}}\n")
+        of_file = ros.pipros.start("rosrun", "diagnostic_aggregator", "add_analyzers", file, "-t", "30")
+        wait_until(
+            lambda: report_of("/Good", "/Good/good: 1", "/bad", "/F", "/F/lent"), 60, lambda: str(reports[-1])
+        )
+        assert node.master.has_param("/add_analyzers/analyzers/a/type")
+        of_file.press_ctrl_c()
+        assert of_file.wait() == 0
+        wait_until(lambda: report_of(*before), 60, lambda: str(reports[-1]))
+
         lender = ros.pipros.start("rosrun", "diagnostic_aggregator", "add_analyzers", "__name:=lender")
         lender.wait_for("the analyzers were added")
         lent = ("/Good", "/Good/good: 1", "/bad", "/L", "/L/lent")

@@ -10,17 +10,17 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.cli import doctor
-from pipros.health.examine import Examination, examine
-from pipros.health.gather_machine import gather_machine
-from pipros.health.machine_checks import check_machine
-from pipros.health.reach_back import reach_back
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import RpcServer
+from pipros_tools.cli import doctor
+from pipros_tools.health.examine import Examination, examine
+from pipros_tools.health.gather_machine import gather_machine
+from pipros_tools.health.machine_checks import check_machine
+from pipros_tools.health.reach_back import reach_back
 from tests.support.nodes import MakeNode
 from tests.support.slaves import SilentSlave
 from tests.support.waiting import wait_until
@@ -45,7 +45,7 @@ def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
         "ROS_VERSION",
     ):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("pipros.health.gather_machine.COMMANDS", ())
+    monkeypatch.setattr("pipros_tools.health.gather_machine.COMMANDS", ())
 
 
 class FakeNode:
@@ -309,10 +309,10 @@ def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.Monke
 def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(
     tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.health.gather_machine.COMMANDS", ("roscore", "rostopic", "rosnode"))
+    monkeypatch.setattr("pipros_tools.health.gather_machine.COMMANDS", ("roscore", "rostopic", "rosnode"))
     for name, text in {
         "roscore": "import roslaunch",
-        "rostopic": "from pipros.cli.rostopic import main",
+        "rostopic": "from pipros_tools.cli.rostopic import main",
     }.items():
         (tmp_path / name).write_text(f"#!/usr/bin/python3\n{text}\n")
         (tmp_path / name).chmod(0o755)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.interpreters import make_interpreter
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
-COURSES = TESTS / "courses"
+COURSES = file_of_tests("courses")
 REPORT = "charged: True, driven, stopped: True"
 SHOW = "import sys, rospy\nprint(sys.prefix)\n"
 TEST = """\

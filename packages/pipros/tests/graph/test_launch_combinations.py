@@ -14,9 +14,9 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.libraries.teleoperation.joystick import BUTTON, EVENT
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros_libraries.teleoperation.joystick import BUTTON, EVENT
 from tests.support.bags import bag_bytes
 from tests.support.launch_combinations import COUNT, combinations
 from tests.support.launch_recipes import SERVICES, Output, launch_file, rows, write_files

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from pipros.launch.control import LaunchUnavailable, ask, running_launches
 from pipros.net import local_socket
+from pipros_tools.launch.control import LaunchUnavailable, ask, running_launches
 from tests.support.page import LivePage, Page
 from tests.support.processes import Process
 from tests.support.programs import make_programs

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support import documents
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
@@ -196,7 +196,7 @@ def test_the_end_of_a_script_ends_its_nodes(ros: RosSystem, package: Path) -> No
 
 
 def test_the_example_of_the_documentation_runs(ros: RosSystem) -> None:
-    text = (REPOSITORY / "docs" / "launch.md").read_text()
+    text = documents.text_of("guides/launch.md")
     code = text.partition("```python\n")[2].partition("```")[0]
     ended = ros.pipros.run(sys.executable, "-c", code)
     assert ended.returncode == 0, ended.output

@@ -93,6 +93,13 @@ def test_arguments_of_launch_files_are_listed(package: Path, capsys: pytest.Capt
         roslaunch.arg_dump.get_args([str(package / "none.launch")])
 
 
+def test_an_argument_without_doc_differs_from_one_with_an_empty_doc(tmp_path: Path) -> None:
+    file = tmp_path / "args.launch"
+    file.write_text('<launch><arg name="a" default="d"/><arg name="b" doc=""/></launch>')
+
+    assert roslaunch.arg_dump.get_args([str(file)]) == {"a": (None, "d"), "b": ("", None)}
+
+
 def test_parameters_of_launch_files_are_printed(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert roslaunch.param_dump.dump_params([str(package / "inner.launch")]) is True
     assert capsys.readouterr().out == "/a: 1\n/b:\n- 1\n- 2\n/q/z: 3.0\n\n"

@@ -124,8 +124,8 @@ import sys
 import types
 from dynamic_reconfigure.client import Client
 from dynamic_reconfigure.server import Server
-from pipros.reconfigure.cfg_file import module_contents
-from pipros.reconfigure.generator import ParameterGenerator
+from pipros_libraries.reconfigure.cfg_file import module_contents
+from pipros_libraries.reconfigure.generator import ParameterGenerator
 
 generator = ParameterGenerator()
 generator.add("gain", "double", 1, "A gain", 1.0, -5.0, 5.0)

@@ -22,6 +22,7 @@ from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import RpcServer, current_caller
 from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import Fault, encode_call
+from tests.support.constants import Constants
 from tests.support.waiting import wait_until
 
 
@@ -302,8 +303,9 @@ def test_requests_before_garbage_are_answered_before_the_garbage_is_refused(serv
     assert answers.index(b"waited") < answers.index(b"second") < answers.index(b"400 Bad Request")
 
 
-def test_a_peer_with_a_slow_request_is_closed() -> None:
-    serving = Serving(limits=Limits(request_s=0.1))
+def test_a_peer_with_a_slow_request_is_closed(constants: Constants) -> None:
+    constants(WHOLE_REQUEST_S=0.1)
+    serving = Serving(limits=Limits())
     with serving.connect() as slow, serving.connect() as idle:
         slow.sendall(b"POST / HTT")
         assert read_to_end(slow) == b""
@@ -312,8 +314,9 @@ def test_a_peer_with_a_slow_request_is_closed() -> None:
     serving.close()
 
 
-def test_a_peer_that_does_not_read_its_answers_is_closed() -> None:
-    serving = Serving(limits=Limits(request_s=0.3))
+def test_a_peer_that_does_not_read_its_answers_is_closed(constants: Constants) -> None:
+    constants(WHOLE_REQUEST_S=0.3)
+    serving = Serving(limits=Limits())
     with serving.connect() as deaf:
         deaf.settimeout(30)
         call = request("echo", "x" * 60_000)
@@ -343,12 +346,13 @@ def test_the_connection_idle_longest_is_closed_for_a_new_one() -> None:
     serving.close()
 
 
-def test_idle_connections_are_closed_without_affecting_clients() -> None:
+def test_idle_connections_are_closed_without_affecting_clients(constants: Constants) -> None:
     serving = Serving()
     usual = serving.server.limits
     with RpcClient(serving.uri, timeout_s=10) as client:
         assert client.call("echo", 1) == 1
-        serving.server.limits = Limits(idle_s=0.05)
+        constants(IDLE_S=0.05)
+        serving.server.limits = Limits()
         wait_until(lambda: len(serving.server.connections) == 0)
         serving.server.limits = usual
         assert client.call("echo", 2) == 2
@@ -443,8 +447,9 @@ def test_the_asyncio_client_keeps_its_connection_and_replaces_a_closed_one(servi
     assert serving.server.connections.accepted == 2
 
 
-def test_a_multicall_with_too_large_responses_is_truncated() -> None:
-    serving = Serving(limits=Limits(multicall_answer_bytes=10_000))
+def test_a_multicall_with_too_large_responses_is_truncated(constants: Constants) -> None:
+    constants(MULTICALL_ANSWER_BYTES=10000)
+    serving = Serving(limits=Limits())
     with RpcClient(serving.uri, timeout_s=10) as client:
         call = {"methodName": "echo", "params": ["x" * 4000]}
         *good, bad = client.call("system.multicall", [call] * 3)

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from std_msgs.msg import Int32, String
 
-from pipros.cli.command_node import command_node
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.node.registration import Registrations
 from pipros.node.timings import NodeTimings
+from pipros_tools.cli.command_node import command_node
 from tests.support.bags import bag_bytes
 from tests.support.nodes import MakeNode
 from tests.support.ros import RosSystem

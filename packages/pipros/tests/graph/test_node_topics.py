@@ -68,9 +68,10 @@ def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> Non
         assert [message.data for message in inbox.wait(2000)] == [str(number) for number in range(2000)]
 
 
+@pytest.mark.parametrize("queue_size", [0, None])
 @pytest.mark.parametrize("transport", ["TCPROS"], indirect=True)
 def test_messages_of_a_dense_run_share_packets_unless_the_subscriber_wants_no_delay(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
 ) -> None:
     changes: list[bool] = []
     monkeypatch.setattr(sockets, "share_packets", lambda _, share: changes.append(share))
@@ -78,7 +79,7 @@ def test_messages_of_a_dense_run_share_packets_unless_the_subscriber_wants_no_de
     inboxes = Inbox(), Inbox()
     patient.subscribe("chat", Int32, inboxes[0], tcp_nodelay=False)
     hasty.subscribe("chat", Int32, inboxes[1], tcp_nodelay=True)
-    publisher = talker.advertise("chat", Int32, queue_size=0)
+    publisher = talker.advertise("chat", Int32, queue_size=queue_size)
     wait_until_connected(publisher, 2)
     changes.clear()  # whatever the setting for new links
     sent = 0

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.nodelets.as_node import run_alone
-from pipros.libraries.nodelets.hosting import CannotLoad, Hosting
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.hosted_node import HostedNode
 from pipros.node.service_link import ServiceFailed
+from pipros_libraries.nodelets.as_node import run_alone
+from pipros_libraries.nodelets.hosting import CannotLoad, Hosting
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

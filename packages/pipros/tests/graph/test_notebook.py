@@ -1,4 +1,4 @@
-"""Notebooks: nodes in cells that run again; `docs/notebook.ipynb` runs from a clean state."""
+"""Notebooks: nodes in cells that run again; the notebook of the documents runs from a clean state."""
 
 from __future__ import annotations
 

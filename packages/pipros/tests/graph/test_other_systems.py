@@ -6,7 +6,7 @@ from tests.support.without_posix import run_without_posix
 
 GRAPH = """
 import os, threading
-from pipros.cli import rosmsg, rosnode, rosparam, rosservice, rostopic
+from pipros_tools.cli import rosmsg, rosnode, rosparam, rosservice, rostopic
 from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.node import Node

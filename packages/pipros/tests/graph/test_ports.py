@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment, InvalidEnvironment
-from pipros.basics.limits import Limits
 from pipros.basics.ports import PortRange
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
@@ -28,6 +27,7 @@ from pipros.node import Node
 from pipros.wire.header import encode_header
 from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import encode_call
+from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
@@ -173,8 +173,11 @@ def test_without_a_range_a_node_has_two_ports(make_node: MakeNode) -> None:
         port.release()
 
 
-def test_a_silent_connection_of_the_slave_api_ends_with_the_handshake(make_node: MakeNode) -> None:
-    node = make_node("one", ports=PORTS, limits=Limits(handshake_s=0.2))
+def test_a_silent_connection_of_the_slave_api_ends_with_the_handshake(
+    make_node: MakeNode, constants: Constants
+) -> None:
+    constants(HANDSHAKE_S=0.2)
+    node = make_node("one", ports=PORTS)
     with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
         peer.sendall(b"PO")
         with contextlib.suppress(ConnectionResetError):  # the limit may have passed before they were sent

@@ -61,7 +61,7 @@ def run(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Run:
     (pytester.path / "t.py").chmod(0o755)
 
     def run_pytest(*words: str) -> pytest.RunResult:
-        plugin = ("-p", "no:pipros", "-p", "pipros.testing.pytest_plugin")
+        plugin = ("-p", "no:pipros", "-p", "pipros_tools.testing.pytest_plugin")
         return pytester.runpytest_subprocess(*plugin, "-p", "no:cacheprovider", *words)
 
     return run_pytest
@@ -118,7 +118,7 @@ def test_a_failure_shows_the_text_of_the_test_program_and_none_of_our_frames(run
     )
     output = result.stdout.str()
     assert "Traceback" not in output
-    assert "pipros/testing" not in output
+    assert "pipros_tools/testing" not in output
     assert "test_nothing" not in output
 
 
@@ -172,7 +172,7 @@ def test_runs_are_private_and_leave_no_results_behind(run: Run, pytester: pytest
 
 
 def test_the_examples_of_the_documentation_work(run: Run, pytester: pytest.Pytester) -> None:
-    text = (REPOSITORY / "docs/testing.md").read_text()
+    text = (REPOSITORY / "docs/guides/testing.md").read_text()
     examples = re.findall(r"```(?:python|xml)\n(?:# |<!-- )([\w.]+)(?: -->)?\n(.*?)```", text, re.DOTALL)
     for name, content in examples:
         for hasty, patient in PATIENT.items():
@@ -245,9 +245,11 @@ def test_pipros_is_not_imported_before_a_test_uses_it(run: Run, pytester: pytest
         import sys
 
         def test_it():
-            used = {name for name in sys.modules if name.startswith("pipros.")}
+            used = {name for name in sys.modules if name.startswith(("pipros.", "pipros_"))}
             at_start = {"pipros.startup", "pipros.msg", "pipros.msg.importing", "pipros.msg.importing.hook"}
-            assert used - at_start == {"pipros.testing", "pipros.testing.pytest_plugin"}
+            testing = {"pytest_plugin", "pytest_programs"}
+            plugin = {f"pipros_tools.testing.{name}" for name in testing}
+            assert used - at_start == {"pipros_tools", "pipros_tools.testing", *plugin}
             # From 3.14 on Python's debugger, which pytest imports, brings it.
             assert "asyncio" not in sys.modules or sys.version_info >= (3, 14)
         """,
@@ -262,7 +264,7 @@ def test_the_plugin_is_found_by_its_entry_point() -> None:
 
     (found,) = entry_points(group="pytest11", name="pipros")
 
-    assert found.value == "pipros.testing.pytest_plugin"
+    assert found.value == "pipros_tools.testing.pytest_plugin"
     assert Path(sys.modules[found.load().__name__].__file__ or "").name == "pytest_plugin.py"
 
 
@@ -290,3 +292,118 @@ def test_the_junit_file_has_each_case_of_a_launch_file(
     assert [suite.get(count) for count in ("tests", "failures", "errors")] == ["5", "2", "0"]
     messages = [failure.get("message") for failure in suite.iter("failure")]
     assert messages == ["3 != 25 : the level is wrong"] * 2
+
+
+@pytest.mark.parametrize(
+    ("words", "outcomes"),
+    [
+        ((".",), {"passed": 1}),
+        (("test",), {"failed": 1}),
+        (("test/test_a.py",), {"failed": 1}),
+        (("test/test_a.py", "zz/a.launch"), {"passed": 1}),
+        ((".", "-k", "runs or a_test"), {"passed": 1}),
+    ],
+    ids=["folder", "folder without the launch file", "named", "pattern of the shell", "-k"],
+)
+def test_a_program_of_a_launch_file_is_left_out_and_fails_without_a_master(
+    run: Run, pytester: pytest.Pytester, words: tuple[str, ...], outcomes: dict[str, int]
+) -> None:
+    (pytester.path / "level.test").unlink()
+    for folder in ("test", "zz"):
+        (pytester.path / folder).mkdir()
+    write(pytester, "test/test_a.py", TEST.replace("print(", 'rospy.init_node("a"); print('))
+    (pytester.path / "test/test_a.py").write_text(
+        (pytester.path / "test/test_a.py").read_text().replace("def test_nothing", "def nothing")
+    )
+    (pytester.path / "test/test_a.py").chmod(0o755)
+    write(
+        pytester,
+        "zz/a.launch",
+        """<launch><param name="/level" value="25"/>
+        <test test-name="a_test" pkg="pkg" type="test_a.py"/></launch>""",
+    )
+
+    result = run(*words)
+
+    result.assert_outcomes(**outcomes)
+    if "failed" in outcomes:
+        result.stdout.fnmatch_lines(["*no master responded to pytest within 10 s*fixture ros_master*"])
+    else:
+        result.stdout.fnmatch_lines(["not collected: test/test_a.py, run by zz/a.launch"])
+
+
+def test_programs_that_catkin_make_installs_in_devel_are_left_out(
+    run: Run, pytester: pytest.Pytester
+) -> None:
+    """In the folder of a workspace, `devel` and `install` have programs that run those in `src`."""
+    (pytester.path / "level.test").unlink()
+    for space in ("devel", "install"):
+        programs = pytester.path / space / "lib" / "pkg"
+        programs.mkdir(parents=True)
+        (pytester.path / space / ".catkin").write_text("")
+        (programs / "test_installed.py").write_text("import sys\n\nsys.exit(1)\n")
+    write(pytester, "test_passes.py", "def test_it():\n    pass\n")
+
+    run().assert_outcomes(passed=1)
+    (pytester.path / "install" / "lib" / "pkg" / "test_installed.py").write_text("def test_it(): pass")
+    run("install/lib/pkg/test_installed.py").assert_outcomes(passed=1)
+    run("install").assert_outcomes(passed=1)
+
+
+def test_waits_for_a_master_end_in_pytest(run: Run, pytester: pytest.Pytester) -> None:
+    """Also if a program accepts connections at the master's address but does not respond."""
+    write(
+        pytester,
+        "test_waits.py",
+        """
+        import socket, subprocess, sys
+        import pytest, rospy
+        from std_msgs.msg import String
+        from std_srvs.srv import Empty
+
+        @pytest.fixture(autouse=True)
+        def master(request, monkeypatch):
+            for name in ("missing_master.PYTEST_WAIT_S", "node.ANSWER_LIMIT_S"):
+                monkeypatch.setattr(f"pipros.node.{name}", 0.5)
+            with socket.create_server(("127.0.0.1", 0)) as listener:
+                if "silent" not in request.node.name:
+                    listener.close()
+                    port = 1
+                else:
+                    port = listener.getsockname()[1]
+                monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{port}")
+                yield
+
+        def check(wait, *words):
+            with pytest.raises(rospy.ROSException) as caught:
+                wait()
+            for word in words:
+                assert word in str(caught.value)
+
+        ADVICE = ("no master responded to pytest within 0.5 s", "fixture ros_master")
+
+        def test_wait_for_service():
+            check(lambda: rospy.wait_for_service("/reset"), *ADVICE, "Connection refused")
+
+        def test_wait_for_service_of_a_proxy():
+            check(rospy.ServiceProxy("/reset", Empty).wait_for_service, *ADVICE)
+
+        def test_wait_for_service_with_a_timeout():
+            check(lambda: rospy.wait_for_service("/reset", timeout=0.8), "timeout exceeded")
+
+        def test_wait_for_message():
+            check(lambda: rospy.wait_for_message("/chatter", String), "/chatter", "init_node() was not")
+
+        def test_init_node():
+            check(lambda: rospy.init_node("a"), *ADVICE, "Connection refused")
+
+        def test_init_node_with_a_silent_master():
+            check(lambda: rospy.init_node("a"), *ADVICE, "no response in time")
+
+        def test_a_program_that_pytest_starts_waits_as_long_as_ever():
+            program = "from pipros.node.missing_master import pytest_wait_s; print(pytest_wait_s())"
+            assert subprocess.check_output([sys.executable, "-c", program], text=True) == "None\\n"
+        """,
+    )
+
+    run("test_waits.py").assert_outcomes(passed=7)

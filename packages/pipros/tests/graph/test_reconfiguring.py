@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting
 from pipros.msg import load_message_class, load_service_class
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting
 from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import os
 import re
@@ -16,12 +17,12 @@ from std_msgs.msg import Empty, Int32, String, UInt8MultiArray
 from std_srvs.srv import Trigger
 
 import rospy
-from pipros.bag import BagReader, BagWriter
-from pipros.bag.options import PlayOptions
-from pipros.bag.player import Player
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
+from pipros_tools.bag import BagReader, BagWriter
+from pipros_tools.bag.options import PlayOptions
+from pipros_tools.bag.player import Player
 from tests.support.bags import bag_bytes, header_of, rows_of
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.processes import Process
@@ -410,6 +411,57 @@ def test_a_pause_is_stepped_through_and_ended_by_keys(make_node: MakeNode, tmp_p
     assert keys.states == {"PAUSED", "RUNNING"}
 
 
+def test_images_that_wait_for_a_slow_subscriber_arrive_unchanged(make_node: MakeNode, tmp_path: Path) -> None:
+    inbox, may_go_on = Inbox(), threading.Event()
+    pictures = [UInt8MultiArray(data=bytes([n]) * 200_000) for n in range(12)]
+    rows: list[Any] = [("/image", each, 100, n) for n, each in enumerate(pictures)]
+    rows += [("/number", Int32(n), 100, n) for n in range(60)]
+    path = tmp_path / "in.bag"
+    path.write_bytes(bag_bytes(sorted(rows, key=lambda row: row[3]), chunk_bytes=500_000))
+
+    def slow(message: Any) -> None:
+        may_go_on.wait(30)
+        inbox(message)
+
+    make_node("listener").subscribe("/image", UInt8MultiArray, slow)
+    options = PlayOptions(immediate=True, wait_for_subscribers=True, topics=["/image"])
+    with BagReader(path) as bag:
+        Player(make_node("player"), [bag], options, _Keys(), lambda _: None).run()
+        may_go_on.set()
+        assert [bytes(message.data) for message in inbox.wait(12)] == [each.data for each in pictures]
+
+
+@pytest.mark.parametrize("options", [{"immediate": True}, {"rate": 20.0, "clock": True}])
+def test_messages_that_are_due_without_subscribers_are_not_read(
+    make_node: MakeNode, tmp_path: Path, options: dict[str, Any]
+) -> None:
+    inbox = Inbox()
+    rows: list[Any] = [("/heard", Int32(n), 100, n) for n in range(20)]
+    rows += [("/unheard", Int32(n), 100, n) for n in range(20, 40)]
+    rows += [("/heard", Int32(n), 100, n) for n in range(40, 60)]
+    data = bytearray(bag_bytes(rows, chunk_bytes=300))
+    with BagReader(io.BytesIO(data)) as bag:
+        [unheard] = bag.connections_of("/unheard")
+        headers = [
+            bag.chunk_header(n) for n, each in enumerate(bag.chunks) if set(each.counts) == {unheard.id}
+        ]
+    assert headers
+    for header in headers:
+        data[header.data_position : header.data_position + header.size] = bytes(header.size)
+    subscriber = make_node("listener").subscribe("/heard", Int32, inbox)
+    keys = _Keys()
+    with BagReader(io.BytesIO(data)) as bag:
+        chosen = PlayOptions(paused=True, **options)
+        player = Player(make_node("player"), [bag], chosen, keys, lambda _: None)
+        playing = threading.Thread(target=player.run)
+        playing.start()
+        wait_until(lambda: subscriber.connection_count, what="the player's topic")
+        keys.pressed.append(" ")
+        assert [message.data for message in inbox.wait(40)] == [*range(20), *range(40, 60)]
+        playing.join(30)
+        assert not playing.is_alive()
+
+
 def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> None:
     inbox, keys = Inbox(), _Keys()
     make_node("listener").subscribe("/number", Int32, inbox)
@@ -494,3 +546,46 @@ def test_a_topic_is_played_without_doubled_slashes(
 
     assert [message.data for message in inbox.wait(1)] == [1]
     assert player.wait() == 0
+
+
+def test_nodes_that_connect_later_get_the_last_message_of_each_recorded_publisher(
+    make_node: MakeNode, tmp_path: Path
+) -> None:
+    rows = [("1", "/a", 1), ("0", "/c", 2), ("1", "/b", 3), ("1", "/a", 4), ("0", "/c", 5)]
+    with (tmp_path / "in.bag").open("w+b") as file:
+        writer = BagWriter(file)
+        connections: dict[str, Any] = {}
+        for latching, caller, number in rows:
+            if caller not in connections:
+                header = header_of(Int32(), "/number", latching=latching, callerid=caller)
+                connections[caller] = writer.add_connection("/number", header)
+            writer.write_message(connections[caller], 100, number, Int32(number))
+        writer.finish()
+        options = PlayOptions(delay_s=0.0, immediate=True)
+        Player(make_node("player"), [BagReader(file)], options, _Keys(), lambda _: None).run()
+
+        inbox = Inbox()
+        make_node("late").subscribe("/number", Int32, inbox)
+
+        assert [message.data for message in inbox.wait(2)] == [3, 4]
+
+
+@pytest.mark.parametrize("name", ["run.bag", "run.mcap"])
+def test_a_killed_recording_has_lost_at_most_the_last_second(
+    ros: RosSystem, master: Master, talker: Node, name: str
+) -> None:
+    """After one message has just reached the file, the next one does so within seconds, not within ten."""
+    recorder = start(ros, master, "record", "-O", name, "/text")
+    publisher = talker.advertise("/text", String, queue_size=None)
+    wait_until(lambda: publisher.connection_count, what="the recorder")
+    active = ros.home / f"{name}.active"
+    for text in ("the first message", "the second message"):
+        publisher.publish(String(text))
+        assert wait_until(lambda text=text: text.encode() in active.read_bytes(), timeout_s=6)
+    recorder.kill()
+    recorder.wait()
+
+    ran = ros.pipros.run("rosbag", "reindex", active)
+
+    assert ran.returncode == 0, ran.output
+    assert ros.pipros.run("rosbag", "info", "-y", "-k", "messages", active).output.strip() == "2"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.cli.rosgraph import describe
-from pipros.graph.system_state import SystemState
+from pipros_tools.cli.rosgraph import describe
+from pipros_tools.graph.system_state import SystemState
 from tests.support.ros import RosSystem
 
 

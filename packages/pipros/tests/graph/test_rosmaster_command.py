@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.rosmaster import main
 from pipros.net.master_client import MasterClient
+from pipros_tools.cli.rosmaster import main
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
 
 
 def start(processes: Processes, port: ClaimedPort, *options: str) -> Process:
-    command = ("-m", "pipros.cli.rosmaster", *options, "-p", str(port.number))
+    command = ("-m", "pipros_tools.cli.rosmaster", *options, "-p", str(port.number))
     return processes.start(sys.executable, *command)
 
 

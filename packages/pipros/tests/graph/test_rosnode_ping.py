@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.graph import ping as pinging
-from pipros.graph.nodes import node_names, unregister
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph import ping as pinging
+from pipros_tools.graph.nodes import node_names, unregister
 from tests.support.nodes import MakeNode
 
 String = load_message_class("std_msgs/String")

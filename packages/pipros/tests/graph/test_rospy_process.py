@@ -100,6 +100,17 @@ def test_a_signal_ends_a_node_cleanly(
     assert client.get_system_state() == [[], [], []]
 
 
+@pytest.mark.parametrize("body", [SPIN, SLEEP])
+def test_a_closed_terminal_ends_a_node_as_without_a_handler_but_after_its_hooks(
+    processes: Processes, tmp_path: Path, master: Master, client: MasterClient, body: str
+) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("ready")
+    node.send_signal(signal.SIGHUP)
+    assert node.wait() == -signal.SIGHUP
+    assert client.get_system_state() == [[], [], []]
+
+
 def test_a_running_call_may_end_after_a_signal(processes: Processes, tmp_path: Path, master: Master) -> None:
     head = HEAD.replace("unregister_s=30", "unregister_s=30, call_grace_s=30")
     node = start(processes, tmp_path, master.uri, head + CALL_IS_ANSWERED)

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from pipros.cli.rosservice import main
 from pipros.msg import load_message_class, load_service_class
+from pipros_tools.cli.rosservice import main
 from tests.support.nodes import MakeNode
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from pipros.graph.system_state import SystemState
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.time import Time
 from pipros.net.master_client import MasterClient
 from pipros.node import Publisher
+from pipros_tools.graph.system_state import SystemState
 from tests.support.nodes import MakeNode, wait_until_connected
 from tests.support.processes import Process
 from tests.support.ros import RosSystem

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pipros.testing.script_runner import main as run_unittests
+from pipros_tools.testing.script_runner import main as run_unittests
 from tests.support.ros import RosSystem
 
 MANIFEST = """<package format="2"><name>pkg</name><version>0.0.1</version><description>d</description>

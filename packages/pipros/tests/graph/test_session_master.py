@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipros.basics.env import Environment
-from pipros.launch.console import Console
-from pipros.launch.session_master import SessionMaster
 from pipros.master.master import Master
 from pipros.master.options import MasterOptions
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.session_master import SessionMaster
 
 
 def test_a_running_master_without_a_run_id_gets_one_and_keeps_it(master: Master, tmp_path: Path) -> None:

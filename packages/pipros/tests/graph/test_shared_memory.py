@@ -24,6 +24,7 @@ from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
 from pipros.net import local_stream, shared_memory, shared_segment
 from pipros.net.outgoing_state import LinkState
+from pipros.net.shared_memory import SHARED_TOPIC_BYTES
 from pipros.net.timings import LinkTimings
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
@@ -39,6 +40,7 @@ from pipros.wire.slot_frames import (
     decode,
     encode_acknowledgement,
 )
+from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
@@ -595,10 +597,13 @@ def test_messages_use_the_stream_with_one_log_line_if_the_system_refuses(
     assert memory_of(publisher).held_slots == 0
 
 
-def test_messages_beyond_the_limits_use_the_stream_with_one_log_line(make_node: MakeNode) -> None:
-    publisher, lines = publish_to_two(make_node, limits=Limits(shared_topic_bytes=SIZE))
+def test_messages_beyond_the_limits_use_the_stream_with_one_log_line(
+    make_node: MakeNode, constants: Constants
+) -> None:
+    constants(SHARED_TOPIC_BYTES=SIZE)
+    publisher, lines = publish_to_two(make_node)
     assert len(lines) == 1
-    assert "shared_topic_bytes in PIPROS_LIMITS" in lines[0]
+    assert f"the limit is {SIZE} bytes" in lines[0]
     assert memory_of(publisher).used_bytes == 0
 
 
@@ -697,7 +702,7 @@ def test_bus_info_names_the_memory_and_its_limit(make_node: MakeNode) -> None:
         rows: Any = slave.getBusInfo("/test")
     used = memory_of(publisher).used_bytes
     assert used
-    remark = f"shared memory: {used} of at most {Limits().shared_topic_bytes} bytes"
+    remark = f"shared memory: {used} of at most {SHARED_TOPIC_BYTES} bytes"
     assert [row[6].rpartition(", ")[2] for row in rows[2]] == 2 * [remark]
 
 

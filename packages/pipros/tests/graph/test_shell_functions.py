@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.setup_files import SHELL_FOLDER
+from pipros_workspace.setup_files import SHELL_FOLDER
 from tests.support.environments import VENV_BIN
 from tests.support.processes import Process
 from tests.support.ros import RosSystem

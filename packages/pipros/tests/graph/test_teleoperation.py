@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -109,6 +109,28 @@ def test_a_joystick_steers_while_its_button_is_held(ros: RosSystem, commands: In
     stick.unplug()
 
 
+@pytest.mark.parametrize("repeats", [1, 5])
+def test_a_joystick_that_ends_or_stops_repeating_its_state_stops_the_robot(
+    ros: RosSystem, commands: Inbox, repeats: int
+) -> None:
+    ros.pipros.start("rosrun", "teleop_twist_joy", "teleop_node")
+    joy: Any = load_message_class("sensor_msgs/Joy")
+    ros.wait_for_subscriber("/joy")
+    with Node("stick", environment=Environment(master_uri=ros.master_uri)) as node:
+        topic = node.advertise("/joy", joy, queue_size=10)
+        wait_until_connected(topic)
+        wait_until(lambda: topic.publish(joy(axes=[0, 0.1], buttons=[1])) or commands.messages)
+        for speed in (0.3, *[0.5] * repeats):
+            count = len(commands.messages)
+            topic.publish(joy(axes=[0, speed], buttons=[1]))
+            wait_until(lambda: len(commands.messages) > count)  # noqa: B023
+        if repeats > 1:
+            wait_until(lambda: newest(commands) == (0.0, 0.0))
+        else:
+            assert newest(commands) == (0.25, 0.0)
+    wait_until(lambda: newest(commands) == (0.0, 0.0))
+
+
 def test_a_joystick_that_is_missing_or_lost_is_opened_again(
     ros: RosSystem, commands: Inbox, tmp_path: Path
 ) -> None:
@@ -122,6 +144,7 @@ def test_a_joystick_that_is_missing_or_lost_is_opened_again(
     stick.send(1, BUTTON, 1)
     echo.wait_for(r"\[0, 1\]")
     stick.unplug()
+    echo.wait_for(r"\[0, 0\]")
     node.wait_for("Connection to joystick device lost unexpectedly. Will reopen.")
     node.press_ctrl_c()
     assert node.wait() == 0
@@ -184,6 +207,8 @@ def test_twist_mux_passes_on_the_velocities_of_the_source_that_may_steer(
         wait_until(lambda: state().get("current priority") == "0")
         send(joystick, 0.3)
         wait_until(lambda: newest(commands) == (0.3, 0.0))
-    assert [each.linear.x for each in commands.messages] == [0.1, 0.2, 0.3]
+    found = [each.linear.x for each in commands.messages]
+    assert [each for each in found if each] == [0.1, 0.2, 0.3]
+    assert found[2] == found[found.index(0.3) - 1] == 0.0, "zeros from the lock to its end"
     launch.press_ctrl_c()
     launch.wait()

@@ -8,7 +8,7 @@ import threading
 import time
 
 from diagnostic_common_diagnostics.nodes import ntp_monitor
-from pipros.libraries.diagnostics.items import ERROR, WARN
+from pipros_libraries.diagnostics.items import ERROR, WARN
 
 
 def test_a_server_that_is_an_hour_ahead_and_one_that_sends_garbage() -> None:

@@ -98,7 +98,7 @@ def test_a_publisher_with_an_unknown_host_name_is_explained(machines: TwoMachine
     assert machines.findings_there()["unknown-host"] == ["/text"]
     wtf = machines.far("roswtf", "--no-plugins")
     assert wtf.wait(60.0) == 0
-    assert any(line.endswith("Could not contact the following nodes:") for line in wtf.stdout)
+    assert any(line.startswith("ERROR Node [/text]") for line in wtf.stdout)
 
 
 def test_an_address_that_others_cannot_reach_is_explained(machines: TwoMachines) -> None:

@@ -14,13 +14,13 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import Unreachable
-from pipros.graph import loggers
-from pipros.graph.errors import GraphError
-from pipros.health import examine as examining
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
+from pipros_tools.graph import loggers
+from pipros_tools.graph.errors import GraphError
+from pipros_tools.health import examine as examining
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -73,7 +73,7 @@ def test_without_a_master_a_tool_prints_one_line(
 ) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", NO_MASTER)
     command, *arguments = line.split()
-    assert importlib.import_module(f"pipros.cli.{command}").main(arguments) == code
+    assert importlib.import_module(f"pipros_tools.cli.{command}").main(arguments) == code
     assert capsys.readouterr().err == "ERROR: Unable to communicate with master!\n"
 
 

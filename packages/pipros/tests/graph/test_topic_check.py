@@ -11,14 +11,14 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.cli import doctor
-from pipros.health.gather_topic import gather_topic
-from pipros.health.topic_check import STEPS, check_topic
-from pipros.health.topic_facts import TopicCheck
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.net.master_client import MasterClient
+from pipros_tools.cli import doctor
+from pipros_tools.health.gather_topic import gather_topic
+from pipros_tools.health.topic_check import STEPS, check_topic
+from pipros_tools.health.topic_facts import TopicCheck
 from tests.support.nodes import MakeNode, wait_until_connected
 from tests.support.waiting import wait_until
 

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.teleoperation.twist_marker import NAMESPACE, Scales
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_libraries.teleoperation.twist_marker import NAMESPACE, Scales
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.processes import Process
 from tests.support.ros import RosSystem

@@ -14,7 +14,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.nodes import Inbox
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -100,7 +100,7 @@ def test_image_view_opens_the_page_at_its_topic(ros: RosSystem) -> None:
 
 
 def test_one_command_installs_all_that_the_node_needs(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("usb_cam", "pipros.libraries.vision.capture"):
+    for name in ("usb_cam", "pipros_libraries.vision.capture"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     for name in ("numpy", "cv2"):
         monkeypatch.setitem(sys.modules, name, None)

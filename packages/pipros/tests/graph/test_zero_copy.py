@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support import documents
 from tests.support.ros import RosSystem, Side
 
-EXAMPLE = re.search(r"```python\n(.*?)```", (REPOSITORY / "docs" / "libraries.md").read_text(), re.DOTALL)
+EXAMPLE = re.search(r"```python\n(.*?)```", documents.text_of("guides/libraries.md"), re.DOTALL)
 
 PUBLISH = """
 import rospy

@@ -1,7 +1,8 @@
 """The deliberate differences of the Python API, with explanations: one table for test and documentation.
 
 Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` matches any characters.
-`docs/differences.md` has the same table: `python -m tests.interop.python_api_differences` prints it.
+`docs/internals/differences.md` has the same table: `python -m tests.interop.python_api_differences` prints
+it.
 """
 
 from __future__ import annotations
@@ -63,9 +64,8 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they belong to rosbuild and its stacks, which catkin has replaced; to read a `manifest.xml`, use "
-        "`roslib.manifest`",
-        ("roslib.manifestlib*", "roslib.stack_manifest*", "roslib.stacks*"),
+        "they read and write the manifests of rosbuild and its stacks, which catkin replaced in 2013",
+        ("roslib.manifest*", "roslib.stack_manifest*", "roslib.stacks*"),
     ),
     Difference(
         Kind.ABSENT,
@@ -248,7 +248,7 @@ DIFFERENCES = [
     Difference(
         Kind.ABSENT,
         "they implement the child processes of genuine roslaunch on other machines; pipros starts each node "
-        "on another machine through ssh, and `roslaunch --child` runs `pipros.launch.child`",
+        "on another machine through ssh, and `roslaunch --child` runs `pipros_tools.launch.child`",
         (
             "roslaunch.child*",
             "roslaunch.remote.*",
@@ -280,9 +280,8 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they are internals of the command `roswtf`, whose rules pipros implements, except those about "
-        "rosdep's database, pip, Debian packages and rosbuild; plugins can add rules with `roswtf.rules`, "
-        "and get a `roswtf.context.WtfContext`",
+        "they are internals of the command `roswtf`, which runs the checks of `pipros doctor`; plugins "
+        "can add rules with `roswtf.rules`, and get a `roswtf.context.WtfContext`",
         (
             "roswtf.environment*",
             "roswtf.graph*",
@@ -375,8 +374,8 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they implement migration rules as Python classes; `pipros.bag.migration` parses and interprets the "
-        "rules instead",
+        "they implement migration rules as Python classes; `pipros_tools.bag.migration` parses and "
+        "interprets the rules instead",
         ("rosbag.migration.*", "rosbag.rosbag_main.MessageMigrator.*"),
     ),
     Difference(

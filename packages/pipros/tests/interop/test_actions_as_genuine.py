@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.libraries.actions.client_goal import TRANSITIONS
+from pipros_libraries.actions.client_goal import TRANSITIONS
 from tests.support.ros import RosSystem
 from tests.support.roscpp import compile_program
 

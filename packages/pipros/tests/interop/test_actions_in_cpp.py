@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pipros.msg.language.parse import parse_action
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.environments import CPP_ONLY, genuine_environment
 from tests.support.ros import RosSystem
 

@@ -11,8 +11,8 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
-from pipros.testing.faults.history import History
-from pipros.testing.faults.ros_proxy import FaultProxy
+from pipros_tools.testing.faults.history import History
+from pipros_tools.testing.faults.ros_proxy import FaultProxy
 from tests.support.environments import VENV_BIN
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

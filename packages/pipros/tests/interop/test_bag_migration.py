@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from pipros.bag import BagReader, BagWriter
-from pipros.bag.migration_rules import MigrationRule, parse_rules
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.time import Duration, Time
+from pipros_tools.bag import BagReader, BagWriter
+from pipros_tools.bag.migration_rules import MigrationRule, parse_rules
 from tests.support.ros import RosSystem
 
 FILE = Path("/usr/share/sensor_msgs/migration_rules/sensor_msgs.bmr")
@@ -87,7 +87,7 @@ def test_rules_of_packages_have_the_effect_of_genuine_rosbag(sides: RosSystem) -
     assert len(RULES) > 10
     (sides.home / "old.bag").write_bytes(old_bag(RULES))
     found: list[dict[str, Any]] = []
-    for side, name in ((sides.genuine, "genuine.bag"), (sides.pipros, "pipros.bag")):
+    for side, name in ((sides.genuine, "genuine.bag"), (sides.pipros, "pipros_tools.bag")):
         done = side.run("rosbag", "fix", "-n", "old.bag", name, FILE)
         assert (done.returncode, done.stdout) == (0, ["Bag migrated successfully."])
         with BagReader(sides.home / name) as bag:
@@ -96,9 +96,9 @@ def test_rules_of_packages_have_the_effect_of_genuine_rosbag(sides: RosSystem) -
         found.append({each[0].topic: (each[0].type, each[0].md5sum, *each[1:4]) for each in messages})
 
     genuine, ours = found
-    in_place = sides.pipros.run("rosbag", "fix", "-n", "pipros.bag", "pipros.bag", FILE)
+    in_place = sides.pipros.run("rosbag", "fix", "-n", "pipros_tools.bag", "pipros_tools.bag", FILE)
     assert (in_place.returncode, in_place.stdout) == (0, ["Bag migrated successfully."])
-    with BagReader(sides.home / "pipros.bag") as bag:
+    with BagReader(sides.home / "pipros_tools.bag") as bag:
         assert {
             each[0].topic: (each[0].type, each[0].md5sum, *each[1:4]) for each in bag.raw_messages()
         } == ours

@@ -13,8 +13,8 @@ from xmlrpc.client import ServerProxy
 import pytest
 from std_msgs.msg import Int32, String
 
-from pipros.bag import BagReader
-from pipros.graph.bus_info import statistics_of
+from pipros_tools.bag import BagReader
+from pipros_tools.graph.bus_info import statistics_of
 from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows
 from tests.support.environments import genuine_environment, make_tool_folder, pipros_environment
 from tests.support.ports import ClaimedPort

@@ -6,15 +6,15 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-from tests.support.environments import BENCHMARKS, VENV_BIN
+from tests.support.environments import VENV_BIN, benchmark
 from tests.support.processes import Processes
 
 
 def test_start_up_times_are_printed_side_by_side(processes: Processes) -> None:
-    benchmark = BENCHMARKS / "startup.py"
+    program = benchmark("startup.py")
 
     ended = processes.run(
-        VENV_BIN / "python", benchmark, "--rounds", "1", "--only", "rostopic,import", timeout_s=120
+        VENV_BIN / "python", program, "--rounds", "1", "--only", "rostopic,import", timeout_s=120
     )
 
     assert ended.returncode == 0, ended.output
@@ -23,9 +23,9 @@ def test_start_up_times_are_printed_side_by_side(processes: Processes) -> None:
 
 
 def test_the_libraries_are_measured_side_by_side(processes: Processes) -> None:
-    benchmark = BENCHMARKS / "libraries.py"
+    program = benchmark("libraries.py")
 
-    ended = processes.run(VENV_BIN / "python", benchmark, "--rounds", "1", "--seconds", "0.2", timeout_s=120)
+    ended = processes.run(VENV_BIN / "python", program, "--rounds", "1", "--seconds", "0.2", timeout_s=120)
 
     assert ended.returncode == 0, ended.output
     for what in (
@@ -42,17 +42,17 @@ def test_the_libraries_are_measured_side_by_side(processes: Processes) -> None:
 def test_message_codecs_are_measured_side_by_side(processes: Processes) -> None:
     words = ("--rounds", "1", "--only", "String")
 
-    ended = processes.run(VENV_BIN / "python", BENCHMARKS / "codec.py", *words, timeout_s=120)
+    ended = processes.run(VENV_BIN / "python", benchmark("codec.py"), *words, timeout_s=120)
 
     assert ended.returncode == 0, ended.output
     assert re.search(r"(?m)^\| serialize String 16 B: us( \| [\d.]+){2} \| ", ended.output), ended.output
 
 
 def test_a_chart_shows_cost_over_scale_side_by_side(processes: Processes, tmp_path: Path) -> None:
-    benchmark, chart = BENCHMARKS / "scale.py", tmp_path / "scale.svg"
+    program, chart = benchmark("scale.py"), tmp_path / "scale.svg"
     words = ("--quick", "--rounds", "1", "--seconds", "0.1", "--only", "size,topics", "--svg", chart)
 
-    ended = processes.run(VENV_BIN / "python", benchmark, *words, timeout_s=120)
+    ended = processes.run(VENV_BIN / "python", program, *words, timeout_s=120)
 
     assert ended.returncode == 0, ended.output
     for what in ("message of 32 kB at 100 Hz: us", "topics, 10: s until advertised and connected"):
@@ -68,7 +68,7 @@ def test_one_table_joins_the_benchmarks_and_replaces_the_one_of_a_document(
 ) -> None:
     document = tmp_path / "performance.md"
     document.write_text("before\n<!-- script/bench begin -->\nold\n<!-- script/bench end -->\nafter\n")
-    everything = BENCHMARKS / "everything.py"
+    everything = benchmark("everything.py")
     words = ("--quick", "--only", "bags,wheels", "--update", document)
 
     ended = processes.run(VENV_BIN / "python", everything, *words, timeout_s=120)

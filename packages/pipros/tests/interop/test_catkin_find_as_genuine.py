@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHIPPED_FOLDERS
 from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
 
@@ -83,7 +83,7 @@ def test_catkin_find_prints_the_same(ros: RosSystem, spaces: Path, words: str) -
     for side in (ros.pipros, ros.genuine):
         ended = ask(side, "catkin_find", *words.split(), CMAKE_PREFIX_PATH=path)
         # Each side has an additional workspace: the packages included in pipros, or Debian's packages.
-        other = (str(SHARED_PACKAGES.parent), "/usr", "/etc")
+        other = (*(str(each.parent) for each in SHIPPED_FOLDERS), "/usr", "/etc")
         printed = [line for line in ended.stdout if not line.startswith(other)]
         errors = [line for line in ended.stderr if not line.startswith(other)]
         answers.append((ended.returncode, printed, errors if ended.returncode == 1 else []))

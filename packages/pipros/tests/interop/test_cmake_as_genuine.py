@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cmake.cmake_command import run_script
-from pipros.cmake.language import CMakeError
+from pipros_workspace.cmake.cmake_command import run_script
+from pipros_workspace.cmake.language import CMakeError
 from tests.support.cmake_cases import MISTAKES, TOPICS, line_of_mistake, read_cases
 
 SCRIPTS = Path(__file__).parent / "cmake"

@@ -7,7 +7,7 @@ from typing import Any
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.env import Environment
-from pipros.health.call_back import uncalled_address
+from pipros_tools.health.examine import uncalled_address
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 

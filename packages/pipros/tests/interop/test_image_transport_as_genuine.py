@@ -13,11 +13,11 @@ import pytest
 from PIL import Image as Pictures
 
 from pipros.basics.env import Environment
-from pipros.libraries.vision.compressed_images import decompressed
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
-from pipros.pictures.codecs import PillowCodec
+from pipros_libraries.pictures.codecs import PillowCodec
+from pipros_libraries.vision.compressed_images import decompressed
 from tests.support.environments import SOURCE_PATH
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

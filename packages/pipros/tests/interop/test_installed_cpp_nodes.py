@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.environments import EXAMPLES
 from tests.support.ros import RosSystem
 

@@ -12,10 +12,10 @@ import pytest
 
 from pipros.basics.env import DISTRIBUTION
 from tests.support.answers import Answer, ask
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.ros import RosSystem, Side
 
-GOLDEN = TESTS / "golden" / "launch_language"
+GOLDEN = file_of_tests("golden/launch_language")
 
 PROBE = """\
 #!/usr/bin/env python3

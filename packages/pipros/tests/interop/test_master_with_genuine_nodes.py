@@ -62,7 +62,7 @@ class Scene:
 
     def start_master(self, *, resumes: bool = False) -> Process:
         # With an explicit loopback address, like the genuine nodes of these tests.
-        command = (sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(self._ros.port))
+        command = (sys.executable, "-m", "pipros_tools.cli.rosmaster", "--core", "-p", str(self._ros.port))
         options = ("--resume", str(self.store)) if resumes else ()
         process = self._ros.pipros.start(*command, *options, ROS_IP="127.0.0.1")
         wait_until(lambda: self._answers(self.master.get_pid), 60)

@@ -10,14 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.native_tools import is_installed
+import rospy
+from pipros_workspace.index import SHIPPED_FOLDERS
+from pipros_workspace.native_tools import is_installed
 from tests.support.debian_packages import FOUND_BY_CMAKE
-from tests.support.environments import CPP_ONLY, FACADES, TESTS, pipros_environment
+from tests.support.environments import CPP_ONLY, file_of_tests, pipros_environment
 from tests.support.once import make_once, shared_folder
 from tests.support.ros import RosSystem, Side
 
-MIXED = TESTS / "packages" / "mixed"
+MIXED = file_of_tests("packages/mixed")
 RUNTIME = (
     "angles", "cv_bridge", "diagnostic_updater", "image_geometry", "interactive_markers",
     "joint_state_publisher", "robot_state_publisher", "rqt_graph", "xacro",
@@ -67,8 +68,8 @@ def workspace(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
 
 def names_to_find() -> list[str]:
     """Return the installed ROS packages, and the Python packages that only pipros includes."""
-    shipped = {file.parent.name for file in SHARED_PACKAGES.glob("*/package.xml")}
-    built = {file.parent.name for file in SHARED_PACKAGES.glob("*/CMakeLists.txt")}
+    shipped = {file.parent.name for share in SHIPPED_FOLDERS for file in share.glob("*/package.xml")}
+    built = {file.parent.name for share in SHIPPED_FOLDERS for file in share.glob("*/CMakeLists.txt")}
     return [name for name in FOUND_BY_CMAKE if is_installed(name, {}) or name in shipped - built]
 
 
@@ -133,7 +134,7 @@ def check_that_all_works(ros: RosSystem, prefix: Path) -> None:
     side = ros.pipros
     assert Path(side.environment["ROS_ROOT"]).is_dir()
     assert Path(side.environment["ROS_ETC_DIR"]).is_dir()
-    expected = f'data: "north 1.5 7 {FACADES[0]}/rospy/__init__.py"'
+    expected = f'data: "north 1.5 7 {rospy.__file__}"'
 
     launch = side.start("roslaunch", "-p", str(ros.port), "mixed", "both.launch")
     ros.wait_for_publisher("/report", 60)

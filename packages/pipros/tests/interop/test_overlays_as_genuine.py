@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from pathlib import Path
 
@@ -117,6 +118,10 @@ def environment(side: Processes, shell: str, script: str) -> list[str]:
     lines = []
     for line in ended.stdout:
         name, _, value = line.replace(str(side.cwd), "BASE").partition("=")
-        entries = [entry for entry in value.split(":") if entry not in own and "/pipros/share" not in entry]
+        entries = [
+            entry
+            for entry in value.split(":")
+            if entry not in own and not re.search(r"/pipros\w*/share$", entry)
+        ]
         lines.append(f"{name}={':'.join(entries)}")
     return lines

@@ -8,13 +8,13 @@ import subprocess
 from pipros.basics.env import Environment
 from pipros.node import Node
 from tests.golden.test_roscpp_parameters import ROWS, value_of
-from tests.support.environments import TESTS, genuine_environment
+from tests.support.environments import file_of_tests, genuine_environment
 from tests.support.ros import RosSystem
 from tests.support.roscpp import compile_program
 
 
 def test_roscpp_converts_parameters_as_recorded(ros: RosSystem) -> None:
-    program = compile_program(TESTS / "golden" / "roscpp_parameters.cpp")
+    program = compile_program(file_of_tests("golden/roscpp_parameters.cpp"))
     ros.serve_master()
     with Node("setter", environment=Environment(master_uri=ros.master_uri)) as node:
         node.params.set("/rows", {f"r{index}": value_of(row) for index, row in enumerate(ROWS)})

@@ -18,7 +18,8 @@ from typing import Any
 import pytest
 
 from tests.interop.python_api_differences import DIFFERENCES, Difference, Kind, as_markdown
-from tests.support.environments import REPOSITORY, genuine_environment, make_tool_folder, pipros_environment
+from tests.support import documents
+from tests.support.environments import genuine_environment, make_tool_folder, pipros_environment
 
 PACKAGES = [
     "actionlib",
@@ -230,7 +231,7 @@ def test_nearly_all_names_are_the_same(both: tuple[Described, Described]) -> Non
 
 
 def test_the_documentation_has_the_same_table() -> None:
-    assert as_markdown() in (REPOSITORY / "docs" / "differences.md").read_text()
+    assert as_markdown() in documents.text_of("internals/differences.md")
 
 
 def test_private_names_that_published_packages_use_are_here(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.reconfigure.cfg_file import module_contents, read
+from pipros_libraries.reconfigure.cfg_file import module_contents, read
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 

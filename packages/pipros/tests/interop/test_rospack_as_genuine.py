@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli.rospack import main
+from pipros_tools.cli.rospack import main
 from tests.support.answers import ask
 from tests.support.ros import Side
 

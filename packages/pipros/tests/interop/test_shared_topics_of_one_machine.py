@@ -7,7 +7,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
-from pipros.bag.reader import BagReader
+from pipros_tools.bag.reader import BagReader
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

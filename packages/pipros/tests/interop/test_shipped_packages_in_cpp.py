@@ -11,7 +11,7 @@ from control_msgs.msg import FollowJointTrajectoryAction, PidState
 from control_msgs.srv import QueryCalibrationState
 from map_msgs.msg import ProjectedMapInfo
 
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.environments import CPP_ONLY, genuine_environment
 from tests.support.ros import RosSystem
 

@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 
+import pipros
+from pipros_tools.launch.roscore import ROS_COMM_VERSION
 from tests.support.ros import RosSystem, Side
 from tests.support.terminal import Terminal
 from tests.support.waiting import wait_until
@@ -88,6 +90,8 @@ def _in_order(lines: Sequence[str]) -> Iterator[str]:
 
 
 def assert_same(ours: tuple[int, list[str]], theirs: tuple[int, list[str]]) -> None:
+    """Compare both screens, without pipros's version, which stands below that of ros_comm."""
+    ours = ours[0], [line for line in ours[1] if line != f"pipros version {pipros.__version__}"]
     difference = "\n".join(difflib.ndiff(theirs[1], ours[1]))
     assert ours == theirs, f"- genuine, + pipros:\n{difference}"
 
@@ -107,6 +111,8 @@ def test_roscore(ros: RosSystem) -> None:
         screen(side, command, is_up, r"started core service \[/rosout\]")
         for side in (ros.pipros, ros.genuine)
     )
+    own = f"pipros version {pipros.__version__}"  # below that of ros_comm
+    assert ours[1].pop(ours[1].index(f"ros_comm version {ROS_COMM_VERSION}") + 1) == own
     assert_same(ours, theirs)
 
 

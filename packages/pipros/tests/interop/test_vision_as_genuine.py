@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.vision.calibration import Calibration, formatted
-from pipros.libraries.vision.calibration_files import save
+from pipros_libraries.vision.calibration import Calibration, formatted
+from pipros_libraries.vision.calibration_files import save
 from tests.support.environments import SOURCE_PATH
 from tests.support.same_results import is_near
 

@@ -16,5 +16,9 @@ from tests.support.once import make_once, shared_folder
 def pyodide_files(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
     """Return the folder with Pyodide, which one worker may install from npm, and the wheel of this tree."""
     folder = shared_folder(tmp_path_factory, worker_id) / "pyodide-files"
-    command = (sys.executable, str(REPOSITORY / "script/pyodide_files.py"), str(folder))
+    command = (
+        sys.executable,
+        str(REPOSITORY / "plugins/pipros-tab/tests/support/pyodide_files.py"),
+        str(folder),
+    )
     return make_once(folder, lambda: subprocess.run(command, check=True))

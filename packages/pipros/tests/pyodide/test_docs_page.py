@@ -1,4 +1,4 @@
-"""The page docs/browser.md in Chromium: blocks are run, changed and stopped, and a bag is listed."""
+"""The guide about the tab in Chromium: blocks are run, changed and stopped, and a bag is listed."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from std_msgs.msg import String
 import rosbag
 import rospy
 from tests.browser.chromium import running_chromium, steady_network  # noqa: F401 # the latter is a fixture
+from tests.support import documents
 from tests.support.environments import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
@@ -47,13 +48,16 @@ def address(tmp_path_factory: pytest.TempPathFactory, pyodide_files: Path) -> It
     site = tmp_path_factory.mktemp("site")
     shutil.copytree(DOCS / "in-browser", site / "in-browser")
     shutil.copytree(pyodide_files, site / "in-browser" / "files", dirs_exist_ok=True)
-    (site / "browser").mkdir()
-    (site / "browser/index.html").write_text(as_html((DOCS / "browser.md").read_text()))
+    (site / "guides").mkdir()
+    text = documents.as_on_site(
+        documents.text_of("guides/tab.md"), documents.page("guides/tab.md"), "guides/tab.md"
+    )
+    (site / "guides/index.html").write_text(as_html(text))
     handler = functools.partial(_Quiet, directory=str(site))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
-        yield f"http://127.0.0.1:{server.server_port}/browser/"
+        yield f"http://127.0.0.1:{server.server_port}/guides/"
         server.shutdown()
         thread.join()
 
@@ -93,7 +97,7 @@ def test_the_page_runs_python_and_lists_a_bag(
     expect(blocks.nth(1).locator("pre")).to_contain_text("turning")
     blocks.nth(1).get_by_role("button", name="Stop").click()
     expect(blocks.nth(1).get_by_role("button", name="Run")).to_be_enabled()
-    assert all(url.startswith(address.removesuffix("browser/")) for url in requested)
+    assert all(url.startswith(address.removesuffix("guides/")) for url in requested)
 
 
 def run(page: Page, number: int) -> None:

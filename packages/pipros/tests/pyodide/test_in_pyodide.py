@@ -1,4 +1,4 @@
-"""Programs and the page docs/browser.md in Pyodide, which is CPython for WebAssembly, under Node.js."""
+"""Programs and the guide about the tab in Pyodide, which is CPython for WebAssembly, under Node.js."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from typing import Any
 
 import pytest
 
+from tests.support import documents
 from tests.support.browser_programs import BEGINNING, LIMITS, PROGRAMS
 from tests.support.environments import REPOSITORY
 
 pytestmark = pytest.mark.timeout(700)  # several workers may start Pyodide at the same time
-BLOCKS = re.findall(r"^```python\n(.*?)^```$", (REPOSITORY / "docs/browser.md").read_text(), re.M | re.S)
+BLOCKS = re.findall(r"^```python\n(.*?)^```$", documents.text_of("guides/tab.md"), re.M | re.S)
 
 
 @pytest.fixture(scope="module")

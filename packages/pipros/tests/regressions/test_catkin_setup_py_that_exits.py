@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.setup_py import SetupPyError, read_setup_py
+from pipros_workspace.setup_py import SetupPyError, read_setup_py
 
 SETUP = "import sys\nfrom setuptools import setup\nsetup(packages=['p'])\nsys.exit({})\n"
 

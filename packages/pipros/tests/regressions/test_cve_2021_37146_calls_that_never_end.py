@@ -6,9 +6,9 @@ import socket
 
 import pytest
 
-from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
+from tests.support.constants import Constants
 
 CRAFTED = {
     "shorter than announced": b"POST / HTTP/1.1\r\nContent-Length: 500\r\n\r\n<methodCall><methodName>m",
@@ -20,9 +20,10 @@ CRAFTED = {
 
 
 @pytest.mark.parametrize("sent", CRAFTED.values(), ids=CRAFTED)
-def test_an_endless_request_is_aborted_while_others_are_answered(sent: bytes) -> None:
+def test_an_endless_request_is_aborted_while_others_are_answered(sent: bytes, constants: Constants) -> None:
+    constants(WHOLE_REQUEST_S=0.2)
     with (
-        Master(port=0, limits=Limits(request_s=0.2)) as master,
+        Master(port=0) as master,
         socket.create_connection(("127.0.0.1", master.port), 20) as peer,
     ):
         peer.sendall(sent)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.libraries.diagnostics.aggregation import Aggregation
-from pipros.libraries.diagnostics.items import OK, STALE, ComponentStatus
+from pipros_libraries.diagnostics.aggregation import Aggregation
+from pipros_libraries.diagnostics.items import OK, STALE, ComponentStatus
 
 
 def test_a_component_that_is_silent_since_a_reset_is_stale() -> None:

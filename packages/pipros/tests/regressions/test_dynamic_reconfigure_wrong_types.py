@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.master.master import Master
-from pipros.reconfigure.generator import ParameterGenerator
+from pipros_libraries.reconfigure.generator import ParameterGenerator
 from tests.support.processes import Processes
 
 CFG = """

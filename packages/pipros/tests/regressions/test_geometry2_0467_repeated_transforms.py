@@ -9,7 +9,7 @@ from geometry_msgs.msg import TransformStamped
 
 import rospy
 import tf2_ros
-from pipros.libraries.transforms import rejections
+from pipros_libraries.transforms import rejections
 
 
 def repeated(stamp_s: int, x: float, child: str = "base") -> TransformStamped:

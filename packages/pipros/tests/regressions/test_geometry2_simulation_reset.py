@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from pipros.basics.limits import process_limits
-from pipros.libraries.transforms.listener import TransformListener
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node.clock import SimulatedClock
+from pipros_libraries.transforms.listener import TransformListener
 
 TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
 TFMessage: Any = load_message_class("tf2_msgs/TFMessage")

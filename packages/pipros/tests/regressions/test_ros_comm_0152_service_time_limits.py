@@ -69,8 +69,8 @@ gate = threading.Event()
 rospy.Service("hang", Empty, lambda _: (gate.wait(60), [])[1])
 rospy.wait_for_service("hang", timeout=30)
 for call in (
-    lambda: rospy.ServiceProxy("hang", Empty, timeout=0.05)(),
-    lambda: rospy.ServiceProxy("hang", Empty).call(timeout=0.05),
+    lambda: rospy.ServiceProxy("hang", Empty, timeout=0.5)(),
+    lambda: rospy.ServiceProxy("hang", Empty).call(timeout=0.5),
 ):
     try:
         call()

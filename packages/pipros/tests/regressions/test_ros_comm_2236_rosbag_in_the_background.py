@@ -9,7 +9,7 @@ import signal
 
 import pytest
 
-from pipros.bag.reader import BagReader
+from pipros_tools.bag.reader import BagReader
 from tests.support.ros import RosSystem
 
 

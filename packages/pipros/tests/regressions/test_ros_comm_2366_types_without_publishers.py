@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.graph.node_info import describe_registrations
 from pipros.msg import load_message_class
+from pipros_tools.graph.node_info import describe_registrations
 from tests.support.nodes import MakeNode
 
 String: Any = load_message_class("std_msgs/String")

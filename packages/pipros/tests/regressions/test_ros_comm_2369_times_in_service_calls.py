@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from pipros.cli.rosservice import main
 from pipros.msg import load_service_class
+from pipros_tools.cli.rosservice import main
 from tests.support.nodes import MakeNode
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from std_msgs.msg import Int32
 
-from pipros.bag import contents
-from pipros.cli.rosbag import main
+from pipros_tools.bag import contents
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import bag_bytes
 
 

@@ -15,8 +15,8 @@ from std_msgs.msg import Int32
 
 import rosbag
 import rospy
-from pipros.bag import BagReader
-from pipros.cli.rosbag import main
+from pipros_tools.bag import BagReader
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import bag_bytes, rows_of, some_rows, values
 
 ROWS = some_rows(12)

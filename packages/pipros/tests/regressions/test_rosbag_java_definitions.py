@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from sensor_msgs.msg import Imu
 
-from pipros.bag import BagWriter
-from pipros.cli.rosbag import main
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.digest import SEPARATOR
+from pipros_tools.bag import BagWriter
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import header_of
 
 

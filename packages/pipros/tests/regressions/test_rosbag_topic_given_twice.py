@@ -8,10 +8,10 @@ from typing import Any
 
 from std_msgs.msg import Int32
 
-from pipros.bag import BagReader
-from pipros.bag.options import FileOptions, RecordOptions
-from pipros.bag.recorder import Recorder
 from pipros.master.master import Master
+from pipros_tools.bag import BagReader
+from pipros_tools.bag.options import FileOptions, RecordOptions
+from pipros_tools.bag.recorder import Recorder
 from tests.support.bags import rows_of
 from tests.support.nodes import MakeNode, wait_until_connected
 from tests.support.ros import RosSystem

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pipros.basics.limits import Limits
-from pipros.cmake.interpreter import Interpreter
-from pipros.cmake.language import CMakeError
-from pipros.cmake.scope import Scope
+from pipros_workspace.cmake.interpreter import Interpreter
+from pipros_workspace.cmake.language import CMakeError
+from pipros_workspace.cmake.scope import Scope
+from tests.support.constants import Constants
 from tests.support.workspaces import Workspace
 
 _LONG = "string(REPEAT x 4000000 long)"
@@ -70,8 +70,9 @@ def test_a_package_beyond_the_limits_fails_alone(workspace: Workspace, cmake: st
 
 
 @pytest.mark.parametrize("body", ["set(x ${j})\n", ""])
-def test_nested_loops_are_ended(tmp_path: Path, body: str) -> None:
-    scope = Scope({}, {}, {}, Limits(cmake_steps=1_000))
+def test_nested_loops_are_ended(tmp_path: Path, body: str, constants: Constants) -> None:
+    constants(CMAKE_STEPS=1000)
+    scope = Scope({}, {}, {})
     interpreter = Interpreter(
         scope, {}, check=lambda _command: None, on_unsupported=lambda _command, _what: None
     )
@@ -81,8 +82,9 @@ def test_nested_loops_are_ended(tmp_path: Path, body: str) -> None:
         interpreter.run_text(text, str(tmp_path / "CMakeLists.txt"))
 
 
-def test_local_variables_of_a_function_do_not_count_after_it_returns() -> None:
-    scope = Scope({}, {}, {}, Limits(cmake_characters=1_000))
+def test_local_variables_of_a_function_do_not_count_after_it_returns(constants: Constants) -> None:
+    constants(CMAKE_CHARACTERS=1000)
+    scope = Scope({}, {}, {})
     interpreter = Interpreter(
         scope, {}, check=lambda _command: None, on_unsupported=lambda _command, _what: None
     )

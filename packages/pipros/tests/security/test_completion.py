@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from pipros.net.master_client import MasterClient
-from pipros.workspace.setup_files import SHELL_FOLDER
+from pipros_workspace.setup_files import SHELL_FOLDER
 from tests.support.ros import RosSystem
 from tests.support.terminal import EDITING_SHELLS, Terminal
 from tests.support.waiting import wait_until

@@ -128,6 +128,7 @@ def test_with_a_service_that_accepts_and_never_answers(
 ) -> None:
     offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(mute)}")
     node = start(processes, tmp_path, master.uri, HEAD + body)
+    node.wait_for("ready")
     with mute.accept()[0] as connection:
         connection.recv(1024)
         assert_ends_at_once(node)
@@ -168,6 +169,7 @@ def test_with_a_publisher_that_accepts_and_never_answers(
     with closing(MasterClient(master.uri, "/mute_node")) as client:
         client.register_publisher("/mute", "std_msgs/String", f"http://127.0.0.1:{port_of(mute)}/")
     node = start(processes, tmp_path, master.uri, HEAD + SUBSCRIBE)
+    node.wait_for("ready")  # others may connect, too: nodes of tests before, whose peer had this port
     with mute.accept()[0]:
         assert_ends_at_once(node)
 
@@ -179,7 +181,7 @@ def test_with_a_master_at_an_unknown_host(processes: Processes, tmp_path: Path) 
 
 
 def test_a_tool_with_a_master_at_an_unknown_host(processes: Processes, tmp_path: Path) -> None:
-    code = f"{SILENT_NAMES}\nfrom pipros.cli.rostopic import main\nmain(['list'])"
+    code = f"{SILENT_NAMES}\nfrom pipros_tools.cli.rostopic import main\nmain(['list'])"
     tool = start(processes, tmp_path, "http://host.silent:11311", code)
     tool.wait_for("looking up host.silent")
     assert_ends_at_once(tool)
@@ -200,7 +202,7 @@ def test_with_a_master_that_has_stopped(
     processes: Processes, tmp_path: Path, claimed_port: ClaimedPort
 ) -> None:
     uri = f"http://127.0.0.1:{claimed_port.number}/"
-    code = "import sys\nfrom pipros.cli.rosmaster import main\nmain(['--core', '-p', sys.argv[1]])"
+    code = "import sys\nfrom pipros_tools.cli.rosmaster import main\nmain(['--core', '-p', sys.argv[1]])"
     master = processes.start(sys.executable, "-c", code, str(claimed_port.number))
     node = start(processes, tmp_path, uri, HEAD + "init()\nrospy.spin()")
     node.wait_for("ready")
@@ -226,7 +228,7 @@ def test_a_master_that_looks_up_an_unknown_host(
     uri = f"http://127.0.0.1:{port}/"
     script = tmp_path / "rosmaster.py"
     script.write_text(
-        f"{SILENT_NAMES}\nfrom pipros.cli.rosmaster import main\nimport sys\n"
+        f"{SILENT_NAMES}\nfrom pipros_tools.cli.rosmaster import main\nimport sys\n"
         f"sys.exit(main(['--core', '-p', '{port}']))\n"
     )
     process = processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})

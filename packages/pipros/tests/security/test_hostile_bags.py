@@ -9,13 +9,13 @@ from dataclasses import replace
 import pytest
 from std_msgs.msg import Int32
 
-from pipros.bag import BagFormatError, BagReader, BagWriter, NotIndexed
-from pipros.bag.compression import compress
-from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
-from pipros.bag.layout import BagLayout
-from pipros.bag.records import ENTRY, TIME, U32, Op, record_bytes
-from pipros.basics.limits import Limits
+from pipros_tools.bag import BagFormatError, BagReader, BagWriter, NotIndexed
+from pipros_tools.bag.compression import compress
+from pipros_tools.bag.index import ChunkInfo, chunk_header_bytes, index_record
+from pipros_tools.bag.layout import BagLayout
+from pipros_tools.bag.records import ENTRY, TIME, U32, Op, record_bytes
 from tests.support.bags import bag_bytes, some_rows
+from tests.support.constants import Constants
 from tests.support.memory import memory_of
 
 MIB = 1 << 20
@@ -105,25 +105,27 @@ def test_index_records_of_one_connection_are_joined_in_one_pass() -> None:
     assert bag.chunk_index(1) == {0: ENTRY.pack(10, 0, 0) * count}
 
 
-def test_a_chunk_beyond_the_decompression_limit_is_refused() -> None:
+def test_a_chunk_beyond_the_decompression_limit_is_refused(constants: Constants) -> None:
     content = message_record(0, bytes(8 * MIB))
     entries = index_record(0, ENTRY.pack(10, 0, 0))
     data = appended(chunk_of(content, "bz2"), entries, chunks=[0], counts={0: 1})
-    limits = Limits(bag_expanded_bytes=MIB)
+    # blank images are just as small
+    assert sum(1 for _ in BagReader(io.BytesIO(data)).raw_messages()) == 2
 
-    with memory_of(MIB), pytest.raises(BagFormatError, match="bag_expanded_bytes in PIPROS_LIMITS"):
-        list(BagReader(io.BytesIO(data), limits=limits).raw_messages())
-    rebuilt = BagReader(io.BytesIO(data), rebuild_index=True, limits=limits)
+    constants(BAG_EXPANDED_BYTES=MIB)
+    with memory_of(MIB), pytest.raises(BagFormatError, match=r"times as many; the limit is 1048576"):
+        list(BagReader(io.BytesIO(data)).raw_messages())
+    rebuilt = BagReader(io.BytesIO(data), rebuild_index=True)
     assert rebuilt.message_count == 1
-    assert "bag_expanded_bytes in PIPROS_LIMITS" in rebuilt.damage[0]
-    assert sum(1 for _ in BagReader(io.BytesIO(data)).raw_messages()) == 2  # blank images are just as small
+    assert "times as many; the limit is 1048576" in rebuilt.damage[0]
 
 
-def test_a_bag_that_expands_to_too_many_messages_is_not_indexed() -> None:
+def test_a_bag_that_expands_to_too_many_messages_is_not_indexed(constants: Constants) -> None:
     content = message_record(0) * 20_000
     data = appended(*[chunk_of(content, "bz2")] * 20, chunks=[], counts={})
 
-    rebuilt = BagReader(io.BytesIO(data), rebuild_index=True, limits=Limits(bag_index_bytes=MIB))
+    constants(BAG_INDEX_BYTES=MIB)
+    rebuilt = BagReader(io.BytesIO(data), rebuild_index=True)
 
-    assert "bag_index_bytes in PIPROS_LIMITS" in rebuilt.damage[0]
+    assert "bytes; the limit is 1048576" in rebuilt.damage[0]
     assert 20_000 < rebuilt.message_count * ENTRY.size < MIB + 16 * len(data)

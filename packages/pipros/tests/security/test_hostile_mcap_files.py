@@ -7,11 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from pipros.bag import BagFormatError, NotIndexed
-from pipros.bag.mcap_files import McapReader
-from pipros.bag.mcap_records import McapSummary
-from pipros.bag.mcap_repair import recover
 from pipros.basics.limits import Limits
+from pipros_tools.bag import BagFormatError, NotIndexed
+from pipros_tools.bag.chunk_data import check_chunk
+from pipros_tools.bag.index import ChunkHeader
+from pipros_tools.bag.mcap_files import McapReader
+from pipros_tools.bag.mcap_records import McapSummary
+from pipros_tools.bag.mcap_repair import recover
+from pipros_tools.bag.source import Source
+from tests.support.constants import Constants
 from tests.support.mcap import chunk_record, index_of, mcap_bytes, messages_record, with_summary
 from tests.support.memory import memory_of
 
@@ -72,24 +76,25 @@ def test_a_message_of_a_compressed_chunk_takes_a_few_bytes() -> None:
     assert len(data) < 5000
 
     with memory_of(16 * MIB):
-        assert sum(1 for _ in McapReader(io.BytesIO(data), limits=Limits()).raw_messages()) == 150_001
+        assert sum(1 for _ in McapReader(io.BytesIO(data)).raw_messages()) == 150_001
 
 
-def test_chunks_that_expand_to_too_many_messages_are_refused() -> None:
+def test_chunks_that_expand_to_too_many_messages_are_refused(constants: Constants) -> None:
     data = appended(*[chunk_record(messages_record([1] * 20_000))] * 10)
-    limits = Limits(bag_index_bytes=MIB)
+    constants(BAG_INDEX_BYTES=MIB)
+    limits = Limits()
 
-    with pytest.raises(BagFormatError, match="bag_index_bytes in PIPROS_LIMITS"):
+    with pytest.raises(BagFormatError, match="bytes; the limit is 1048576"):
         read(data, limits)
 
 
-def test_a_chunk_beyond_the_decompression_limit_is_refused() -> None:
+def test_a_chunk_beyond_the_decompression_limit_is_refused(constants: Constants) -> None:
     data = appended(chunk_record(bytes([5]) + (8 * MIB).to_bytes(8, "little") + bytes(8 * MIB)))
-    limits = Limits(bag_expanded_bytes=MIB)
-
-    with memory_of(MIB), pytest.raises(BagFormatError, match="bag_expanded_bytes in PIPROS_LIMITS"):
-        read(data, limits)
     assert len(read(data)) == 1  # channel 0 does not exist
+
+    constants(BAG_EXPANDED_BYTES=MIB)
+    with memory_of(MIB), pytest.raises(BagFormatError, match="times as many; the limit is 1048576"):
+        read(data)
 
 
 def test_a_chunk_in_the_summary_is_not_decompressed() -> None:
@@ -117,4 +122,12 @@ def test_a_repair_reads_one_message_at_a_time(tmp_path: Path) -> None:
     path = tmp_path / "x.mcap"
     path.write_bytes(data)
     with memory_of(16 * MIB):
-        assert recover(path, file, Limits(), lambda _: None) == []
+        assert recover(path, file, lambda _: None) == []
+
+
+def test_an_lz4_chunk_that_expands_200_times_is_refused_before_it_is_expanded() -> None:
+    """lz4 reaches a ratio of 255 at most, so that the ratio of other compressions stops nothing."""
+    size = 300 * MIB
+    header = ChunkHeader("lz4", data_position=0, data_size=size // 200, size=size)
+    with pytest.raises(BagFormatError, match=r"expand to 314572800, over 64 times as many"):
+        check_chunk(Source(io.BytesIO(b""), "x.mcap"), header)

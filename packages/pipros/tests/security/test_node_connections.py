@@ -23,6 +23,7 @@ from pipros.net.rpc_server import RpcServer
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros.wire.header import HeaderReader, encode_header
+from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
@@ -32,7 +33,7 @@ ON = SetBool._request_class(data=True)
 REQUEST = struct.pack("<IB", 1, 1)
 SERVICE = {"service": "/set", "md5sum": "*", "callerid": "/attacker"}
 TOPIC = {"topic": "/chat", "md5sum": "*", "callerid": "/attacker"}
-FEW = Limits(tcpros_connections=40, handshakes=8)
+FEW = Limits(tcpros_connections=40)  # 10 of them for handshakes
 
 
 class Attacker:
@@ -140,10 +141,11 @@ def test_a_flood_of_topic_links_keeps_older_ones_and_admits_new_ones(
     assert publisher.connection_count <= 40
 
 
-def test_one_address_cannot_exceed_its_share(make_node: MakeNode, attacker: Attacker) -> None:
-    node = make_node(
-        "node", limits=Limits(tcpros_connections=40, handshakes=8, tcpros_connections_per_peer=5)
-    )
+def test_one_address_cannot_exceed_its_share(
+    make_node: MakeNode, attacker: Attacker, constants: Constants
+) -> None:
+    constants(HANDSHAKES=8, TCPROS_CONNECTIONS_PER_PEER=5)
+    node = make_node("node", limits=Limits(tcpros_connections=40))
     node.serve("set", SetBool, answer)
     others = [attacker.connect(node, SERVICE, source="127.0.0.3") for _ in range(5)]
 
@@ -153,8 +155,11 @@ def test_one_address_cannot_exceed_its_share(make_node: MakeNode, attacker: Atta
     assert not any(map(is_closed, others))
 
 
-def test_half_a_request_is_waited_for_up_to_its_deadline(make_node: MakeNode, attacker: Attacker) -> None:
-    node = make_node("node", limits=Limits(request_s=0.3))
+def test_half_a_request_is_waited_for_up_to_its_deadline(
+    make_node: MakeNode, attacker: Attacker, constants: Constants
+) -> None:
+    constants(WHOLE_REQUEST_S=0.3)
+    node = make_node("node")
     node.serve("set", SetBool, answer)
     silent = attacker.connect(node, SERVICE)
     half = attacker.connect(node, {**SERVICE, "persistent": "1"})
@@ -164,9 +169,10 @@ def test_half_a_request_is_waited_for_up_to_its_deadline(make_node: MakeNode, at
 
 
 def test_a_persistent_client_may_be_idle_for_longer_than_a_request_may_take(
-    make_node: MakeNode, attacker: Attacker
+    make_node: MakeNode, attacker: Attacker, constants: Constants
 ) -> None:
-    node = make_node("node", limits=Limits(request_s=0.2))
+    constants(WHOLE_REQUEST_S=0.2)
+    node = make_node("node")
     node.serve("set", SetBool, answer)
     patient = attacker.connect(node, {**SERVICE, "persistent": "1"})
     hasty = attacker.connect(node, SERVICE)
@@ -212,9 +218,10 @@ class LargeAnswers:
 
 
 def test_an_unread_reply_holds_no_thread_and_is_dropped_at_its_deadline(
-    make_node: MakeNode, attacker: Attacker
+    make_node: MakeNode, attacker: Attacker, constants: Constants
 ) -> None:
-    node = make_node("node", limits=Limits(request_s=1.0, service_threads=2))
+    constants(WHOLE_REQUEST_S=1.0)
+    node = make_node("node", limits=Limits(service_threads=2))
     service = LargeAnswers(node)
     deaf = [attacker.connect(node, {**SERVICE, "persistent": "1"}) for _ in range(4)]  # may be idle before
     for peer in deaf:
@@ -223,8 +230,11 @@ def test_an_unread_reply_holds_no_thread_and_is_dropped_at_its_deadline(
     wait_until(lambda: len(node.connections) == 0)
 
 
-def test_unread_replies_have_a_total_limit(make_node: MakeNode, attacker: Attacker) -> None:
-    node = make_node("node", limits=Limits(bodies_bytes=50_000_000))
+def test_unread_replies_have_a_total_limit(
+    make_node: MakeNode, attacker: Attacker, constants: Constants
+) -> None:
+    constants(BODIES_BYTES=50000000)
+    node = make_node("node")
     service = LargeAnswers(node)
     deaf = [attacker.connect(node, SERVICE) for _ in range(10)]
     for number, peer in enumerate(deaf, 1):
@@ -402,9 +412,10 @@ def test_a_forked_child_does_not_keep_the_ports_of_a_node_open(make_node: MakeNo
 
 
 def test_unfinished_requests_to_the_slave_api_have_a_total_limit(
-    make_node: MakeNode, attacker: Attacker
+    make_node: MakeNode, attacker: Attacker, constants: Constants
 ) -> None:
-    node = make_node("node", limits=Limits(bodies_bytes=1_000_000))
+    constants(BODIES_BYTES=1000000)
+    node = make_node("node")
     port = int(node.uri.rpartition(":")[2].strip("/"))
     half = b"POST / HTTP/1.1\r\nContent-Length: 400000\r\n\r\n" + b"x" * 300_000
     peers = []

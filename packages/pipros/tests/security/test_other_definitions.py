@@ -8,15 +8,15 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.bag.errors import BagError
-from pipros.bag.images import image_file
 from pipros.basics.env import Environment
-from pipros.basics.limits import Limits
-from pipros.cli.rostopic.delay import Delays
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.images import image_file
+from pipros_tools.cli.rostopic.delay import Delays
+from tests.support.constants import Constants
 from tests.support.ros import RosSystem
 
 OTHER_HEADER = f"Header header\n{'=' * 80}\nMSG: std_msgs/Header\nstring stamp\n"
@@ -48,8 +48,9 @@ def test_rostopic_delay_needs_the_stamp_of_a_header(capsys: pytest.CaptureFixtur
     assert "msg does not have header" in capsys.readouterr().err
 
 
-def test_definitions_that_change_for_ever_take_bounded_memory() -> None:
-    finder = ClassFinder(Limits(definition_cache_bytes=200_000))
+def test_definitions_that_change_for_ever_take_bounded_memory(constants: Constants) -> None:
+    constants(DEFINITION_CACHE_BYTES=200000)
+    finder = ClassFinder()
     found = []
     for number in range(100):
         text = f"int32 field_{number}\n"

@@ -16,7 +16,9 @@ from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import RpcServer
 from pipros.node import Node
 from pipros.node.attempts import SLOW_FACTOR
+from pipros.node.endpoints import CONNECTION_ATTEMPTS
 from pipros.node.throttled_warnings import FULL, REPORT_S
+from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.slaves import SilentSlave
 from tests.support.waiting import wait_until
@@ -54,7 +56,7 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(
 
     wait_until_connected(subscriber)
     # Of 10,000. On a busy machine attempts are slow, and each slow one lets another one start.
-    assert most[0] <= Limits().connection_attempts * (1 + SLOW_FACTOR)
+    assert most[0] <= CONNECTION_ATTEMPTS * (1 + SLOW_FACTOR)
     logged = [line for line in lines if "cannot receive" in line or "publishers" in line]
     periods = 1 + int((time.monotonic() - began) / REPORT_S)  # more than one on a busy machine
     assert len(logged) <= periods * (FULL + 1)
@@ -62,8 +64,11 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(
         assert peer.call("getPid", "/friend")[0] == 1
 
 
-def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node: MakeNode, silent: SilentSlave) -> None:
-    listener, talker = make_node("listener", limits=Limits(connection_attempts=4)), make_node("talker")
+def test_hosts_that_do_not_answer_keep_no_publisher_waiting(
+    make_node: MakeNode, silent: SilentSlave, constants: Constants
+) -> None:
+    constants(CONNECTION_ATTEMPTS=4)
+    listener, talker = make_node("listener"), make_node("talker")
     subscriber = listener.subscribe("chat", String, Inbox())
     hang = [f"{silent.api}{number}" for number in range(40)]
 
@@ -76,9 +81,12 @@ def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node: MakeNode,
     assert attempts_under_way(listener) <= 4 + 40
 
 
-def test_publishers_beyond_the_limit_are_skipped_and_logged(make_node: MakeNode) -> None:
+def test_publishers_beyond_the_limit_are_skipped_and_logged(
+    make_node: MakeNode, constants: Constants
+) -> None:
     log, lines = listening_log()
-    listener = make_node("listener", log=log, limits=Limits(publishers_per_topic=5))
+    constants(PUBLISHERS_PER_TOPIC=5)
+    listener = make_node("listener", log=log)
     talker = make_node("talker")
     talker.advertise("chat", String)
     subscriber = listener.subscribe("chat", String, Inbox())
@@ -86,7 +94,7 @@ def test_publishers_beyond_the_limit_are_skipped_and_logged(make_node: MakeNode)
 
     tell(listener, [*(f"http://127.0.0.1:1/{number}" for number in range(50)), talker.uri])
 
-    wait_until(lambda: "[/chat] has 51 publishers; the limit publishers_per_topic is 5" in lines)
+    wait_until(lambda: "[/chat] has 51 publishers; the limit is 5" in lines)
     assert subscriber.connection_count == 1
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.run_id import is_run_id, new_run_id
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
+from pipros_tools.launch.run_id import is_run_id, new_run_id
 from tests.support.ros import RosSystem
 
 HOSTILE = ["../../stolen", "a/b", "..", "latest", "x" * 65, "line\nbreak", "\x1b[31m", "", "run\n"]

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.index import SHARED_PACKAGES
-from pipros.workspace.setup_files import write_setup_files
+from pipros_workspace.index import SHIPPED_FOLDERS
+from pipros_workspace.setup_files import write_setup_files
 
 NAMES = [
     'it"s mine',
@@ -61,7 +61,7 @@ def test_a_folder_of_any_name_can_be_sourced(tmp_path: Path, shell: str, name: s
     assert sourced.stdout.split(os.pathsep) == [
         str(tmp_path / name / "src"),
         str(tmp_path / "below" / name / "src"),
-        str(SHARED_PACKAGES),
+        *map(str, SHIPPED_FOLDERS),
     ], sourced.stderr
     assert sourced.stderr == ""
     assert list(tmp_path.rglob("PWNED")) == []
@@ -74,7 +74,7 @@ def test_commands_run_in_the_environment_of_a_folder_of_any_name(tmp_path: Path,
     ran = run(tmp_path, devel / "env.sh", "sh", "-c", PRINT)
     local = run(tmp_path, "sh", "-c", f'. "$1"; {PRINT}', "sh", devel / "local_setup.sh")
 
-    expected = f"{tmp_path / name / 'src'}{os.pathsep}{SHARED_PACKAGES}"
+    expected = f"{tmp_path / name / 'src'}{os.pathsep}{os.pathsep.join(map(str, SHIPPED_FOLDERS))}"
     assert (ran.stdout, ran.stderr) == (expected, "")
     assert (local.stdout, local.stderr) == (expected, "")
     assert list(tmp_path.rglob("PWNED")) == []

@@ -14,7 +14,7 @@ import pytest
 from pipros.basics.cache_files import CacheFolder
 from pipros.master.store import Store, StoreUntrusted
 from pipros.msg.importing.library import Library
-from pipros.workspace.index import PackageIndex
+from pipros_workspace.index import PackageIndex
 from tests.support.environments import VENV_BIN
 from tests.support.ros import RosSystem
 from tests.support.users import give_away, needs_other_users

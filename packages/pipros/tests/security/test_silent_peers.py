@@ -5,10 +5,10 @@ from __future__ import annotations
 import socket
 from contextlib import suppress
 
-from pipros.health.gather_publisher import CALLER_ID
-from pipros.health.gather_system import AT_ONCE, gather_system
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
+from pipros_tools.health.gather_publisher import CALLER_ID
+from pipros_tools.health.gather_system import AT_ONCE, gather_system
 from tests.support.node_fixtures import master as master
 
 NODES = 60

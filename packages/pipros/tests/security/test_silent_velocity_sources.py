@@ -8,12 +8,13 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.teleoperation.twist_mux_node import TwistMux
-from pipros.libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource
 from pipros.msg import load_message_class
-from pipros.navigation.velocities.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
-from pipros.navigation.velocities.velocity_smoother_node import SmootherNode
 from pipros.node import Node
+from pipros_libraries.nodes.velocities import VelocityOutput
+from pipros_libraries.teleoperation.twist_mux_node import TwistMux
+from pipros_libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource
+from pipros_robot.navigation.velocities.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
+from pipros_robot.navigation.velocities.velocity_smoother_node import SmootherNode
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -44,6 +45,61 @@ def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> No
             wait_until(drives)
             wait_until(lambda: inbox.messages[-1] == TWIST())
             assert inbox.messages.count(TWIST()) == 1
+
+
+def test_twist_mux_stops_a_robot_whose_source_has_ended_also_without_a_timeout(ros: RosSystem) -> None:
+    ros.serve_master()
+    with Node("mux", environment=Environment(master_uri=ros.master_uri)) as node:
+        TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [])
+        with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+            inbox = Inbox()
+            robot.subscribe("/cmd_vel_out", TWIST, inbox)
+            with Node("source", environment=Environment(master_uri=ros.master_uri)) as other:
+                source = other.advertise("/a", TWIST, queue_size=1)
+                wait_until(lambda: source.connection_count)
+                wait_until(lambda: source.publish(driving()) or inbox.messages)
+            wait_until(lambda: inbox.messages[-1] == TWIST())
+
+
+def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
+    ros.serve_master()
+    flag: Any = load_message_class("std_msgs/Bool")
+    with Node("mux", environment=Environment(master_uri=ros.master_uri)) as node:
+        TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [VelocitySource("estop", "/estop", 0.0, 255)])
+        with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+            inbox = Inbox()
+            robot.subscribe("/cmd_vel_out", TWIST, inbox)
+            source, lock = (
+                robot.advertise(*each, queue_size=1) for each in (("/a", TWIST), ("/estop", flag))
+            )
+            wait_until(lambda: source.connection_count and lock.connection_count)
+
+            def drives() -> bool:
+                source.publish(driving())
+                return bool(inbox.messages)
+
+            wait_until(drives)
+            lock.publish(flag(True))
+            wait_until(lambda: inbox.messages[-3:] == [TWIST()] * 3)
+
+
+def test_a_node_that_ends_stops_the_robot(ros: RosSystem) -> None:
+    ros.serve_master()
+    with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+        inbox = Inbox()
+        robot.subscribe("/cmd_vel", TWIST, inbox)
+
+        def drive_and_fail() -> None:
+            with Node("driver", environment=Environment(master_uri=ros.master_uri)) as node:
+                output = VelocityOutput(node, "/cmd_vel")
+                wait_until(lambda: output.connection_count)
+                output.publish(driving())
+                node.on_shutdown(lambda: output.publish(driving()))  # too late
+                raise ZeroDivisionError
+
+        with pytest.raises(ZeroDivisionError):
+            drive_and_fail()
+        wait_until(lambda: inbox.messages == [driving(), TWIST()])
 
 
 def test_twist_mux_stops_no_robot_while_another_source_is_in_charge() -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.net.loop import BackgroundLoop
@@ -16,6 +15,7 @@ from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import RpcServer
 from pipros.net.this_machine import ThisMachineCaller
 from pipros.node import Node
+from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, listening_log
 from tests.support.waiting import wait_until
 
@@ -70,10 +70,11 @@ def test_an_untrusted_caller_cannot_name_publishers(make_node: MakeNode, master:
 
 
 def test_a_thousand_untrusted_calls_cost_the_master_only_a_few_calls(
-    make_node: MakeNode, master: Master
+    make_node: MakeNode, master: Master, constants: Constants
 ) -> None:
     log, lines = listening_log()
-    listener = make_node("listener", log=log, limits=Limits(recheck_s=1000.0))
+    constants(RECHECK_S=1000.0)
+    listener = make_node("listener", log=log)
     listener.subscribe("chat", String, Inbox())
     for number in range(1000):
         call(listener, "publisherUpdate", f"/master{number}", "/chat", [])
@@ -96,8 +97,11 @@ def test_an_untrusted_caller_cannot_change_the_cached_parameters_of_a_node(make_
 
 
 @pytest.mark.usefixtures("unknown_master")
-def test_changes_of_parameters_arrive_from_an_unexpected_address_as_well(make_node: MakeNode) -> None:
-    node, other = make_node("node", limits=Limits(recheck_s=0.01)), make_node("other")
+def test_changes_of_parameters_arrive_from_an_unexpected_address_as_well(
+    make_node: MakeNode, constants: Constants
+) -> None:
+    constants(RECHECK_S=0.01)
+    node, other = make_node("node"), make_node("other")
     other.params.set("/speed", 1)
     assert node.params.get_cached("/speed") == 1
     for speed in (2, 3):

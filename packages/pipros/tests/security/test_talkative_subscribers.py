@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
-from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
+from tests.support.constants import Constants
 from tests.support.nodes import MakeNode, listening_log, wait_until_connected
 from tests.support.subscribers import raw_subscriber
 from tests.support.waiting import wait_until
@@ -28,8 +28,11 @@ def test_a_subscriber_that_keeps_sending_is_disconnected(make_node: MakeNode) ->
     assert r"subscriber [/flood\x1b[31m] of [/chat]" in found[0]
 
 
-def test_a_subscriber_that_sends_a_few_bytes_keeps_its_link(make_node: MakeNode) -> None:
-    talker = make_node("talker", limits=Limits(subscriber_bytes=100))
+def test_a_subscriber_that_sends_a_few_bytes_keeps_its_link(
+    make_node: MakeNode, constants: Constants
+) -> None:
+    constants(SUBSCRIBER_BYTES=100)
+    talker = make_node("talker")
     publisher = talker.advertise("chat", String)
     with raw_subscriber(talker, "/chat") as sock:
         wait_until_connected(publisher)

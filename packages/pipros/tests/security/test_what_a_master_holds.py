@@ -12,6 +12,7 @@ from pipros.basics.limits import Limits
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
+from tests.support.constants import Constants
 from tests.support.ros import RosSystem
 
 API = "http://127.0.0.1:9/"
@@ -38,8 +39,9 @@ def test_removed_names_leave_no_memory_behind(ros: RosSystem) -> None:
     assert ros.pipros.run("rostopic", "info", "/rosout").stdout[0] == "Type: rosgraph_msgs/Log"
 
 
-def test_discarded_types_are_not_restored(tmp_path: Path) -> None:
-    limits = Limits(topic_types=2)
+def test_discarded_types_are_not_restored(tmp_path: Path, constants: Constants) -> None:
+    constants(TOPIC_TYPES=2)
+    limits = Limits()
     for _ in range(2):
         with Master(port=0, store=tmp_path / "store", limits=limits) as master:
             client = MasterClient(master.uri, "/n")
@@ -47,7 +49,7 @@ def test_discarded_types_are_not_restored(tmp_path: Path) -> None:
                 client.register_publisher(topic, "x/Y", API)
                 client.unregister_publisher(topic, API)
             client.close()
-    with Master(port=0, store=tmp_path / "store", limits=Limits()) as master:
+    with Master(port=0, store=tmp_path / "store") as master:
         client = MasterClient(master.uri, "/n")
         assert client.get_topic_types() == [["/b", "x/Y"], ["/c", "x/Y"]]
         client.close()
@@ -88,8 +90,9 @@ def test_rosparam_says_which_limit_a_parameter_is_above(ros: RosSystem) -> None:
     assert ended.output.startswith("ERROR: cannot set parameter [/big]: Error: invalid arguments: /big would")
 
 
-def test_registrations_have_a_total_limit() -> None:
-    with Master(port=0, limits=Limits(registration_bytes=100_000)) as master:
+def test_registrations_have_a_total_limit(constants: Constants) -> None:
+    constants(REGISTRATIONS_BYTES=100000)
+    with Master(port=0) as master:
         client = MasterClient(master.uri, "/n")
         answers = [client.call_raw("registerSubscriber", f"/t{number}", "x/Y", API) for number in range(400)]
         code, text, _ = answers[-1]

@@ -12,11 +12,11 @@ import yaml
 from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import Int32, String
 
-from pipros.bag import BagReader, BagWriter
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_text, info_yaml
-from pipros.cli import rostopic
-from pipros.cli.rosbag import main
+from pipros_tools.bag import BagReader, BagWriter
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.info_text import info_text, info_yaml
+from pipros_tools.cli import rostopic
+from pipros_tools.cli.rosbag import main
 from tests.support.bags import bag_bytes, header_of
 
 HOSTILE = "\x1b]0;OWNED\x07\nforged: line\u202e"

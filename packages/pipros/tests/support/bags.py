@@ -8,8 +8,8 @@ from typing import Any
 
 from std_msgs.msg import Int32, String
 
-from pipros.bag import BagReader, BagWriter
-from pipros.bag.connection import Connection
+from pipros_tools.bag import BagReader, BagWriter
+from pipros_tools.bag.connection import Connection
 
 Row = tuple[str, Any, int, int]
 """Topic, message, seconds, nanoseconds."""
@@ -65,7 +65,7 @@ def values(rows: Iterable[Row]) -> list[tuple[str, Any, int, int]]:
 
 def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
     """Return the contents of a bag in format 1.2, which ROS wrote until 2010."""
-    from pipros.bag.records import TIME, U32, U64, record_bytes
+    from pipros_tools.bag.records import TIME, U32, U64, record_bytes
 
     out = [b"#ROSBAG V1.2\n", b""]
     position = len(out[0]) + len(record_bytes({"op": b"\x03", "index_pos": bytes(8)}, b""))

@@ -39,7 +39,7 @@ assert "charge: 0.5" in str(Level(charge=0.5))
 """,
     "bags": """
 import rosbag, rospy
-from pipros.bag import BagReader
+from pipros_tools.bag import BagReader
 from std_msgs.msg import String
 
 for compression in ("none", "bz2"):
@@ -54,8 +54,8 @@ for compression in ("none", "bz2"):
         assert read == [("/chat", 2.0)]
 """,
     "mcap": """
-from pipros.bag import TopicWriter, open_bag
-from pipros.bag.mcap_files import McapWriter
+from pipros_tools.bag import TopicWriter, open_bag
+from pipros_tools.bag.mcap_files import McapWriter
 from std_msgs.msg import String
 
 with open("run.mcap", "w+b") as file:
@@ -71,7 +71,7 @@ with open_bag("run.mcap") as reader:
     "transforms": """
 import rospy, tf2_ros
 from geometry_msgs.msg import TransformStamped
-from pipros.libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.transforms.buffer import TransformBuffer
 
 frames = TransformBuffer()
 for second in (1, 3):
@@ -105,8 +105,8 @@ assert cache.getLastestTime().secs == 2
 """,
     "urdf": """
 from math import pi
-from pipros.libraries.robot_model.joint_poses import pose_of
-from pipros.libraries.robot_model.urdf import read_robot
+from pipros_libraries.robot_model.joint_poses import pose_of
+from pipros_libraries.robot_model.urdf import read_robot
 
 robot = read_robot(
     '<robot name="arm"><link name="base"/><link name="upper"/><joint name="shoulder" type="revolute">'
@@ -144,7 +144,7 @@ for attempt in (
 """,
     "commands": """
 import contextlib, sys
-from pipros.cli import rosmsg, rosnode, rostopic
+from pipros_tools.cli import rosmsg, rosnode, rostopic
 
 def run(main, *arguments):
     output = io.StringIO()

@@ -9,13 +9,13 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.support.environments import EXAMPLES, TESTS, genuine_environment
+from tests.support.environments import EXAMPLES, file_of_tests, genuine_environment
 from tests.support.once import machine_folder, make_once
 
 _PACKAGES = (
     EXAMPLES / "composiv_tryouts",
     EXAMPLES / "vehicle_battery",
-    TESTS / "interop" / "cpp_battery",
+    file_of_tests("interop/cpp_battery"),
 )
 _ROSCPP = Path("/usr/share/roscpp/package.xml")  # contains the version
 CATKIN = Path("/usr/share/catkin/package.xml")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 
-FOLDER = TESTS / "golden" / "cmake"
+FOLDER = file_of_tests("golden/cmake")
 TOPICS = sorted(file.stem for file in FOLDER.glob("*.cmake"))
 RESULT = "#="
 

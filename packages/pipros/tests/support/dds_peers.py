@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import SRC, TESTS
+from tests.support.environments import SOURCE_PATH, file_of_tests
 from tests.support.network import LoneNetwork
 from tests.support.once import machine_folder, make_once
 from tests.support.processes import Process, Processes
@@ -36,7 +36,6 @@ _LOCALHOST = (
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     '<Peers><Peer address="localhost"/></Peers></Discovery>'
 )
-_SOURCES = TESTS / "support" / "dds"
 _FILES = {
     "/usr/include/fastrtps/Domain.h": "libfastrtps-dev",
     "/usr/include/fastcdr/Cdr.h": "libfastcdr-dev",
@@ -55,7 +54,7 @@ def missing() -> list[str]:
 
 def fast_peer() -> Path:
     """Return the path of the peer on Fast DDS. The first call on a machine compiles it."""
-    source = _SOURCES / "fast_peer.cpp"
+    source = file_of_tests("support/dds/fast_peer.cpp")
     program = machine_folder("fast_peer", [source]) / "fast_peer"
 
     def make() -> None:
@@ -68,7 +67,7 @@ def fast_peer() -> Path:
 
 def cyclone_peer() -> Path:
     """Return the path of the peer on Cyclone DDS. The first call on a machine compiles it."""
-    source, types = _SOURCES / "cyclone_peer.c", _SOURCES / "peer.idl"
+    source, types = file_of_tests("support/dds/cyclone_peer.c"), file_of_tests("support/dds/peer.idl")
     folder = machine_folder("cyclone_peer", [source, types])
 
     def make() -> None:
@@ -112,15 +111,31 @@ class Peers:
         if kind.startswith("fast"):
             argv = [str(fast_peer()), DOMAIN, kind.partition("-")[2], mode, name, dds_type, *words]
         elif kind == "cyclone-wheel":
-            argv = [sys.executable, _SOURCES / "cyclone_wheel_peer.py", DOMAIN, mode, name, *words]
+            argv = [
+                sys.executable,
+                file_of_tests("support/dds/cyclone_wheel_peer.py"),
+                DOMAIN,
+                mode,
+                name,
+                *words,
+            ]
         elif kind.startswith("cyclone"):
             argv = [str(cyclone_peer()), DOMAIN, mode, name, *words]
         else:
-            argv = [sys.executable, _SOURCES / "rtps_peer.py", DOMAIN, kind, mode, name, dds_type, *words]
+            argv = [
+                sys.executable,
+                file_of_tests("support/dds/rtps_peer.py"),
+                DOMAIN,
+                kind,
+                mode,
+                name,
+                dds_type,
+                *words,
+            ]
         # Programs that were killed leave files in the shared memory, which all networks have in common.
         private = ["sh", "-c", 'mount -t tmpfs shm /dev/shm && exec "$@"', "sh"]
         command = self._network.command(*(private if kind.startswith("fast") else []), *map(str, argv))
-        environment = {"PYTHONPATH": str(SRC)}
+        environment = {"PYTHONPATH": SOURCE_PATH}
         if kind == "cyclone-localhost":
             environment["CYCLONEDDS_URI"] = _LOCALHOST
         return self._processes.start(*command, stdin=subprocess.PIPE, environment=environment)

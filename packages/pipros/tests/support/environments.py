@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
+import contextlib
 import fnmatch
 import os
 import shutil
+import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 from tests.support import lacks
 
-# Where links are not allowed, this file is a copy in `build`.
-REPOSITORY = next(
-    folder
-    for folder in Path(__file__).resolve().parents
-    if (folder / "script" / "merge_packages.py").exists()
-)
+REPOSITORY = Path(__file__).resolve().parents[4]
 EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
-MERGED = REPOSITORY / "build"
-"""Links to the folders of all packages, by script/merge_packages.py."""
-SRC, TESTS, BENCHMARKS = MERGED / "src", MERGED / "tests", MERGED / "benchmarks"
-FACADES = (MERGED / "facades", MERGED / "internals")
-"""The folders with the packages that have Noetic's names."""
-SOURCE_PATH = os.pathsep.join(map(str, (SRC, *FACADES)))
-"""PYTHONPATH for an interpreter in which pipros is not installed."""
+PACKAGES = tuple(
+    folder for top in ("packages", "plugins") for folder in sorted((REPOSITORY / top).glob("pipros*"))
+)
+"""The folders of packages and plugins. Each has its part of `src`, `facades`, `tests` and `benchmarks`."""
+FLOORS = ("pipros", "pipros_libraries", "pipros_workspace", "pipros_server", "pipros_tools")
+"""The packages of the core, lowest first."""
+SOURCES, FACADES = (
+    tuple(package / part for package in PACKAGES if (package / part).is_dir()) for part in ("src", "facades")
+)
+"""The folders of all sources, and those with the packages that have Noetic's names."""
+ROOTS = (*SOURCES, *FACADES)
+SHIPPED = tuple(share for folder in SOURCES for share in folder.glob("pipros*/share"))
+"""The folders with the ROS packages of pipros and of its plugins."""
+SOURCE_PATH, TEST_PATH = (os.pathsep.join(map(str, folders)) for folders in (ROOTS, PACKAGES))
+"""PYTHONPATH for an interpreter in which pipros is not installed, and for `tests.support`."""
 VENV_BIN = Path(sys.executable).parent
 
 # fmt: off
@@ -35,11 +41,29 @@ _SHELL_TOOLS = (
 # fmt: on
 
 
+def _in_packages(part: str, name: str) -> Path:
+    """Return the file or folder of a name below a part of the package that has it.
+
+    Raises:
+        FileNotFoundError: no package or plugin has it.
+    """
+    for package in PACKAGES:
+        if (found := package / part / name).exists():
+            return found
+    raise FileNotFoundError(f"no package has {part}/{name}")
+
+
+source = partial(_in_packages, "src")
+"""`source("pipros/share")` is a path in the sources of the package that has it."""
+file_of_tests = partial(_in_packages, "tests")
+benchmark = partial(_in_packages, "benchmarks")
+
+
 def files_below(folder: Path, pattern: str = "*") -> list[Path]:
-    """Return the files below a folder of `build` whose names match, sorted."""
+    """Return the files below a folder whose names match, sorted."""
     return sorted(
         Path(base, name)
-        for base, _, names in os.walk(folder, followlinks=True)
+        for base, _, names in os.walk(folder)
         if not base.endswith("__pycache__")
         for name in fnmatch.filter(names, pattern)
     )
@@ -47,12 +71,31 @@ def files_below(folder: Path, pattern: str = "*") -> list[Path]:
 
 def source_files() -> list[Path]:
     """Return all Python files of the library and the facades, including the shipped packages."""
-    return [file for folder in (SRC, *FACADES) for file in files_below(folder, "*.py")]
+    return [file for folder in ROOTS for file in files_below(folder, "*.py")]
+
+
+def project_files(*patterns: str) -> list[Path]:
+    """Return the project's files: those that git knows, or in an archive all but hidden files and caches.
+
+    In `patterns`, `*` also stands for `/`, as in git.
+    """
+    command = ["git", "ls-files", "-z", *patterns]
+    with contextlib.suppress(OSError, subprocess.CalledProcessError):
+        listed = subprocess.run(command, cwd=REPOSITORY, check=True, capture_output=True, text=True).stdout
+        return [REPOSITORY / name for name in listed.split("\0") if name]
+    found = []
+    for folder, names, files in os.walk(REPOSITORY):
+        names[:] = [name for name in names if not name.startswith(".") and name != "__pycache__"]
+        for file in (Path(folder, name) for name in files):
+            name = file.relative_to(REPOSITORY).as_posix()
+            if not patterns or any(fnmatch.fnmatch(name, pattern) for pattern in patterns):
+                found.append(file)
+    return found
 
 
 def import_path(file: Path) -> Path:
     """Return the path of a source file relative to the folder that is on `sys.path`."""
-    return file.relative_to(next(folder for folder in (SRC, *FACADES) if file.is_relative_to(folder)))
+    return file.relative_to(next(folder for folder in ROOTS if file.is_relative_to(folder)))
 
 
 def make_tool_folder(folder: Path) -> Path:

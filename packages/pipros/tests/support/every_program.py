@@ -26,12 +26,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.support import project
-from tests.support.environments import REPOSITORY, files_below
+from tests.support.environments import REPOSITORY, SHIPPED, files_below
 from tests.support.waiting import wait_until
 
 ROOT = REPOSITORY
 PROGRAMS = Path(sys.executable).parent
-SHARE = ROOT / "build" / "src" / "pipros" / "share"
 
 WAITS_MS = math.inf
 MOMENTS_MS = (10, 20, 35, 55, 80, 115, 170, 250, 400, WAITS_MS)
@@ -424,9 +423,9 @@ def console_commands() -> Iterator[str]:
 
 def shipped_nodes() -> Iterator[tuple[str, str]]:
     """Yield package and name of the executable files in the packages of pipros."""
-    for path in files_below(SHARE):
+    for folder, path in ((share, path) for share in SHIPPED for path in files_below(share)):
         if path.is_file() and os.access(path, os.X_OK):
-            yield path.relative_to(SHARE).parts[0], path.name
+            yield path.relative_to(folder).parts[0], path.name
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, timedelta, timezone
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY, TESTS
+from tests.support.environments import REPOSITORY, file_of_tests
 from tests.support.outcomes import Outcome, read_outcomes
 from tests.support.project import load_toml
 
@@ -31,7 +31,7 @@ AGAIN_FAILURES = 2
 AGAIN_LIMIT = 10
 """Maximum number of files with failed tests to repeat. More are unlikely to come from unreliable tests, while
 one fixture may fail for all tests of a file."""
-QUARANTINE = TESTS / "quarantine.toml"
+QUARANTINE = file_of_tests("quarantine.toml")
 QUARANTINE_LIMIT = 5
 QUARANTINE_AGE = timedelta(days=14)
 """How long a test may be listed: then its race must have been found."""

@@ -11,11 +11,11 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 
-from pipros.launch.survey import Owner, Providers, read_csv
-from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
-from tests.support.environments import TESTS
+from pipros_tools.launch.survey import Owner, Providers, read_csv
+from pipros_workspace.index import SHIPPED_FOLDERS, PackageIndex
+from tests.support.environments import file_of_tests
 
-LIST = TESTS / "graph" / "launch_combinations.txt"
+LIST = file_of_tests("graph/launch_combinations.txt")
 COUNT = 60
 
 WINDOWS_AND_COMMANDS = {
@@ -33,7 +33,7 @@ def combinations() -> list[tuple[str, ...]]:
 
 def counted(path: str) -> list[str]:
     """Return the lines of the list for a CSV file."""
-    providers = Providers(PackageIndex([SHARED_PACKAGES]))
+    providers = Providers(PackageIndex(SHIPPED_FOLDERS))
     programs: dict[str, set[str]] = defaultdict(set)
     for use in read_csv(path):
         is_quiet = use.name in WINDOWS_AND_COMMANDS or use.package.startswith("rqt_")

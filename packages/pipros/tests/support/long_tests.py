@@ -1,9 +1,9 @@
 """The tests that `script/long` runs, and others leave out.
 
 Most are further cases of tests that CI runs: another address, browser window, starting value or release.
-The file tests/long.txt lists them by node id, below packages/; `*` stands for any characters. A number before
-a test lists its cases, except for the first and each so-many-th after it. pytest's option `--long` runs the
-listed tests only.
+The file tests/long.txt lists them by node id, below packages or plugins; `*` stands for any characters. A
+number before a test lists its cases, except for the first and each so-many-th after it. The option `--long`
+runs the listed tests only.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from functools import cache
 
 import pytest
 
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 
-LIST = TESTS / "long.txt"
+LIST = file_of_tests("long.txt")
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -48,7 +48,7 @@ def find_long(node_ids: Iterable[str]) -> set[str]:
     found = set()
     cases: Counter[str] = Counter()
     for node_id in node_ids:
-        name = node_id.removeprefix("packages/")
+        name = node_id.partition("/")[2]
         test = name.partition("[")[0]
         if _pattern().fullmatch(name) or cases[test] % _strides().get(test, 1):
             found.add(node_id)

@@ -12,9 +12,8 @@ from mcap.records import Chunk, ChunkIndex, Footer, Message
 from mcap.writer import CompressionType, Writer
 from std_msgs.msg import String
 
-from pipros.bag.mcap_records import MAGIC, McapSummary, read_summary
-from pipros.bag.source import Source
-from pipros.basics.limits import Limits
+from pipros_tools.bag.mcap_records import MAGIC, McapSummary, read_summary
+from pipros_tools.bag.source import Source
 
 
 def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes = b"") -> bytes:
@@ -33,7 +32,7 @@ def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes 
 
 def with_summary(data: bytes, change: Callable[[McapSummary], object], more: bytes = b"") -> bytes:
     """Return a copy of a file with `more` appended to the data and a summary modified by `change`."""
-    summary = read_summary(Source(io.BytesIO(data), "x.mcap", Limits()))
+    summary = read_summary(Source(io.BytesIO(data), "x.mcap"))
     assert summary is not None
     change(summary)
     start = int.from_bytes(data[-28:-20], "little")

@@ -1,6 +1,6 @@
 """Runs pytest so that coverage also measures the modules that `pipros.pth` imports when Python starts.
 
-Run by `script/coverage` with `PIPROS_NO_IMPORT_HOOK=1`. The variable is removed before the tests, whose
+Run by `.ci/coverage` with `PIPROS_NO_IMPORT_HOOK=1`. The variable is removed before the tests, whose
 programs start as usual.
 """
 

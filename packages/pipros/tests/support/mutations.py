@@ -17,11 +17,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY, TESTS
+from tests.support.environments import REPOSITORY, file_of_tests
 from tests.support.outcomes import read_outcomes
 from tests.support.project import load_toml
 
-TABLE = TESTS / "mutations.toml"
+TABLE = file_of_tests("mutations.toml")
 _IMPORTED = "import pipros, rospy; print(pipros.__file__, rospy.__file__, sep='\\n')"
 
 
@@ -114,22 +114,16 @@ def judge(mutation: Mutation, folder: Path, python: Path) -> tuple[int, int]:
     text = file.read_text(encoding="utf-8")
     try:
         file.write_text(mutation.applied(text), encoding="utf-8")
-        _delete_compiled(file, folder)
+        _delete_compiled(file)
         return run_tests(folder, python, mutation.tests)
     finally:
         file.write_text(text, encoding="utf-8")
-        _delete_compiled(file, folder)
+        _delete_compiled(file)
 
 
-def _delete_compiled(file: Path, folder: Path) -> None:
-    """Delete what was compiled, which looks up to date after a change of the same size within a second.
-
-    It is in `build` if several packages have parts of the file's folder.
-    """
-    compiled = Path(importlib.util.cache_from_source(str(file)))
-    compiled.unlink(missing_ok=True)
-    for other in (folder / "build").rglob(f"__pycache__/{compiled.name}"):
-        other.unlink()
+def _delete_compiled(file: Path) -> None:
+    """Delete what was compiled, which looks up to date after a change of the same size within a second."""
+    Path(importlib.util.cache_from_source(str(file))).unlink(missing_ok=True)
 
 
 def main(words: Sequence[str]) -> int:

@@ -1,4 +1,4 @@
-"""Run docs/notebook.ipynb from a clean state. `python -m tests.support.notebook` stores its outputs.
+"""Run the documents' notebook from a clean state. `python -m tests.support.notebook` stores its outputs.
 
 Memory addresses and other noise of the outputs are removed, so that the file only changes with its contents.
 """
@@ -17,7 +17,7 @@ import nbformat as _nbformat  # its functions have no types
 from tests.support.environments import REPOSITORY
 
 nbformat: Any = _nbformat
-NOTEBOOK = REPOSITORY / "docs" / "notebook.ipynb"
+NOTEBOOK = REPOSITORY / "plugins" / "pipros-data" / "docs" / "guides" / "notebook.ipynb"
 
 
 def run_notebook(folder: Path, notebook: Any | None = None, timeout_s: int = 120) -> Any:

@@ -10,10 +10,10 @@ import shutil
 import sys
 from pathlib import Path
 
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 
 MODULES = Path(sys.prefix) / "node_modules"
-_FILE = TESTS / "page" / "package.json"  # absent if the page's package is taken out
+_FILE = file_of_tests("page/package.json")
 _LISTED = json.loads(_FILE.read_text())["devDependencies"] if _FILE.exists() else {}
 PACKAGES = tuple(f"{name}@{version}" for name, version in _LISTED.items())
 """Installed by one command, because npm removes packages that its command line does not name."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 import struct
 
 from pipros.msg.language.spec import FLOATS, NUMBERS
-from tests.support.environments import SRC
+from tests.support.environments import source
 
-FILE = SRC / "pipros" / "web" / "page" / "scene" / "primitives.js"
+FILE = source("pipros_page/page/scene/primitives.js")
 
 
 def module() -> str:

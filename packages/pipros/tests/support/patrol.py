@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 
-PACKAGES = TESTS / "packages"
+PACKAGES = file_of_tests("packages")
 SAID = [
     "(2.0, 0.0): SUCCEEDED there",
     "  at 2.00 0.00, 2.00 0.00, nose at 3.00 0.00",

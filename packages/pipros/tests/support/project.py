@@ -1,4 +1,4 @@
-"""What pyproject.toml and the rooms say about the distribution."""
+"""What the pyproject.toml files of pipros and its plugins say."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pipros.basics.rooms import own_rooms
 from tests.support.environments import REPOSITORY
 
 if sys.version_info >= (3, 11):
@@ -21,14 +20,13 @@ def load_toml(file: Path) -> dict[str, Any]:
 
 
 PROJECT = load_toml(REPOSITORY / "pyproject.toml")
-_HOOK = PROJECT["tool"]["hatch"]["metadata"]["hooks"]["custom"]
-
-PROGRAMS: dict[str, str] = _HOOK["scripts"] | {
-    name: each.target for room in own_rooms() for name, each in room.programs.items()
+PLUGIN_PROJECTS = {
+    file.parent.name: load_toml(file) for file in sorted(REPOSITORY.glob("plugins/*/pyproject.toml"))
 }
+"""The projects of the plugins, by the names of their folders."""
+
+PROGRAMS: dict[str, str] = PROJECT["project"]["scripts"]
 """All programs of the distribution, and the functions that run them."""
 
-EXTRAS: dict[str, list[str]] = _HOOK["extras"] | {
-    name: list(needed) for room in own_rooms() for name, needed in room.extras.items()
-}
-"""All extras, and their requirements."""
+EXTRAS: dict[str, list[str]] = PROJECT["project"]["optional-dependencies"]
+"""All extras of pipros, and their requirements."""

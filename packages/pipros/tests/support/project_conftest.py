@@ -4,35 +4,27 @@ from __future__ import annotations
 
 import gc
 import os
-import shutil
 import signal
 from collections.abc import Generator, Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import (
-    absent_rooms,
-    bridge_clients,
-    browser,
-    dds_peers,
-    lacks,
-    long_tests,
-    npm,
-    outcomes,
-    pyright,
-    quick,
-    ros2_wheels,
-    windows,
-)
-from tests.support.environments import make_tool_folder
+from tests.support import absent_plugins, lacks, left_out, long_tests, outcomes, quick
+from tests.support.constants import Constants, changed
+from tests.support.environments import REPOSITORY, make_tool_folder
 from tests.support.examples import examples
-from tests.support.genuine import INSTALL, is_required, missing_packages
+from tests.support.genuine import is_required
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.ros import RosSystem
 from tests.support.started import STARTED
+
+if hasattr(signal, "SIGHUP"):  # which `nohup` lets all programs ignore
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # On a busy machine, the duration of an example says nothing about the code. CI, which judges one change,
 # tries the same examples in each run; elsewhere each run looks for new ones.
@@ -46,14 +38,14 @@ settings.register_profile(
 settings.load_profile("pipros")
 
 SETTINGS = ("ROS_", "ROSCONSOLE_", "PIPROS_ADVERTISE", "PIPROS_LIMITS", "PIPROS_PORTS")
-_PACKAGES = Path(__file__).parent
-_GENUINE_ROS2 = ("test_gateway_with_genuine_ros2.py", "test_one_environment.py")
+_PACKAGES = (REPOSITORY / "packages", REPOSITORY / "plugins")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     outcomes.add_options(parser)
     quick.add_options(parser)
     long_tests.add_options(parser)
+    left_out.add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -63,40 +55,24 @@ def pytest_configure(config: pytest.Config) -> None:
     # SIGINT is ignored in a script's background jobs, and programs started by tests would inherit that.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if is_required() and (missing := missing_packages()):
-        raise pytest.UsageError(
-            f"genuine ROS 1 is needed here (CI is set) and lacks: {' '.join(missing)}. As root: {INSTALL}"
-        )
+    if is_required() and not hasattr(config, "workerinput"):
+        left_out.refuse_without_genuine(config.args)
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     if quick.leaves_out(config, collection_path):
         return True
-    if not collection_path.is_relative_to(_PACKAGES):
+    above = next(filter(collection_path.is_relative_to, _PACKAGES), None)
+    if above is None:
         return None
     file = collection_path.name
     # PACKAGE/tests/FOLDER/…
-    folder = [*collection_path.relative_to(_PACKAGES).parts, "", "", ""][2]
-    is_left_out = (folder == "interop" and missing_packages()) or (
-        folder == "browser" and not is_required() and browser.missing()
-    )
-    is_left_out = is_left_out or (
-        file == "test_rosbridge_clients.py"
-        and not is_required()
-        and (bridge_clients.missing() or browser.missing() or missing_packages())
-    )
-    is_left_out = is_left_out or (
-        file == "test_foxglove_client.py" and not is_required() and bridge_clients.missing_foxglove()
-    )
-    is_left_out = is_left_out or (folder == "dds" and not is_required() and dds_peers.missing())
-    is_left_out = is_left_out or (file in _GENUINE_ROS2 and not is_required() and ros2_wheels.missing())
-    is_left_out = is_left_out or (
-        folder == "windows" and not is_required() and (windows.missing() or missing_packages())
-    )
-    if absent_rooms.is_needed_by(collection_path):
+    folder = [*collection_path.relative_to(above).parts, "", "", ""][2]
+    if not is_required() and (
+        any(left_out.lacking_for(folder, file)) or left_out.needs_library(collection_path)
+    ):
         return True
-    has_npm = is_required() or npm.is_installed()
-    return True if is_left_out or (folder == "pyodide" and not has_npm) else None
+    return True if absent_plugins.is_needed_by(collection_path) else None
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -129,53 +105,18 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
     return report
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_node_collection_finished(node: Any, ids: list[str]) -> None:
+    """Say at the beginning how many tests there are."""
+    reporter = node.config.pluginmanager.get_plugin("terminalreporter")
+    if node.gateway.id == "gw0" and reporter is not None:
+        reporter.write_line(f"{len(ids)} tests")
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if os.name == "nt":
         return  # what is missing there cannot be installed
-    lines = []
-    if pyright.find_pyright() is None:
-        lines += [
-            "tests/typing: what pyright says is not tested, for it is not on this machine",
-            f"to have it where Node.js is: {pyright.INSTALL}",
-        ]
-    if lacking := browser.missing():
-        lines += [
-            f"tests/browser: the page is not tried in a browser, for this machine lacks: {' '.join(lacking)}",
-            f"to have it on Debian 12, as root: {browser.INSTALL}",
-        ]
-    if not npm.is_installed():
-        lines += ["tests/pyodide: Python in a browser is not tried, for this machine lacks npm"]
-    if lacking := [*bridge_clients.missing(), *bridge_clients.missing_foxglove()]:
-        lines += [
-            f"tests/clients: some clients of bridges are not tried; this machine lacks: {', '.join(lacking)}",
-            f"to have them where Node.js is: {bridge_clients.INSTALL}",
-        ]
-    if lacking := dds_peers.missing():
-        lines += [
-            f"tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: {' '.join(lacking)}",
-            f"to have them on Debian 12, as root: {dds_peers.INSTALL}",
-        ]
-    if lacking := ros2_wheels.missing():
-        lines += [
-            f"tests/interop: genuine ROS 2 is not tried; this machine lacks: {', '.join(lacking)}",
-            f"to have it on Linux with x86_64: {ros2_wheels.INSTALL}",
-        ]
-    if lacking := windows.missing():
-        lines += [
-            f"tests/windows: Windows's Python is not tried; this machine lacks: {' '.join(lacking)}",
-            f"to have it on Debian 12, as root: {windows.INSTALL}",
-        ]
-    if shutil.which("systemd-analyze") is None:
-        lines += [
-            "examples/fleet: the systemd units are not verified; this machine lacks systemd-analyze",
-            "to have it on Debian 12, as root: apt-get install --no-install-recommends systemd",
-        ]
-    if missing := missing_packages():
-        lines += [
-            "tests/interop: genuine ROS 1 is not complete on this machine",
-            f"lacking: {' '.join(missing)}",
-            f"to have it on Debian 12, as root: {INSTALL}",
-        ]
+    lines = left_out.report(terminalreporter.config)
     if lines:
         terminalreporter.section("left out")
     for line in lines:
@@ -195,6 +136,13 @@ def isolated_ros_variables(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: py
         monkeypatch.delenv(name)
     monkeypatch.setenv("ROS_HOME", str(tmp_path_factory.getbasetemp() / "ros_home"))
     monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+
+
+@pytest.fixture
+def constants() -> Iterator[Constants]:
+    """Change constants of pipros until the test ends: `constants(HANDSHAKES=8)`."""
+    with ExitStack() as stack:
+        yield lambda **values: stack.enter_context(changed(**values))
 
 
 @pytest.fixture

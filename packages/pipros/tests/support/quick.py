@@ -1,4 +1,4 @@
-"""The tests that `script/test --quick` runs: those of touched rooms, and chosen ones.
+"""The tests that `script/test --quick` runs: those of touched packages, and chosen ones.
 
 pytest's option `--quick` leaves out other files of a folder, some of which need what an installation lacks.
 `python -m tests.support.quick` prints the folders and files to pass to pytest. With files that
@@ -17,10 +17,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY, TESTS
+from tests.support.environments import REPOSITORY, file_of_tests
 from tests.support.outcomes import Outcome, read_outcomes
 
-LIST = TESTS / "quick.txt"
+LIST = file_of_tests("quick.txt")
 PROCESSOR_S = 60
 _COUNT = 1000
 _PARTS = ("/tests/unit/", "/tests/graph/", "/tests/tree/")
@@ -71,7 +71,7 @@ def tests_of(path: str) -> str | None:
     folders; another file of a package other than the core, to all unit tests of this package.
     """
     top, package, part, *folders, name = Path(path).parts if path.count("/") > 2 else ("", "", "", "")
-    if top != "packages":
+    if top not in ("packages", "plugins"):
         return None
     if part == "tests":
         is_test = name.startswith("test_") and name.endswith(".py")

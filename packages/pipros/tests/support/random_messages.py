@@ -8,14 +8,18 @@ from typing import Any
 
 from pipros.msg.language.spec import INTEGERS, NUMBERS, OCTETS
 from pipros.msg.time import Duration, Time
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHIPPED_FOLDERS
 
 _STRINGS = ["", "a", "base_link", "ünïcode \N{PILE OF POO}", 'quotes " and \\', "line\nbreak\t\0"]
 
 
 def shipped_types() -> list[str]:
     """Return all message types that are shipped with pipros, sorted."""
-    return sorted(f"{file.parent.parent.name}/{file.stem}" for file in SHARED_PACKAGES.glob("*/msg/*.msg"))
+    return sorted(
+        f"{file.parent.parent.name}/{file.stem}"
+        for share in SHIPPED_FOLDERS
+        for file in share.glob("*/msg/*.msg")
+    )
 
 
 def fill_at_random(message: Any, rng: random.Random, *, finite: bool = False) -> Any:

@@ -23,9 +23,9 @@ import numpy as np
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
-from tests.support.environments import TESTS
+from tests.support.environments import REPOSITORY
 
-FOLDER = TESTS / "golden" / "recordings"
+FOLDER = REPOSITORY / "plugins" / "pipros-robot" / "tests" / "golden" / "recordings"
 _TOLERANCES = {"rtol": 1e-6, "atol": 1e-9}
 """Sines and simulations differ in the last digits between processors, and between versions of numpy."""
 _WALL_CLOCK_S = 1_000_000_000

@@ -9,7 +9,7 @@ from typing import Any
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.env import Environment
-from pipros.launch.roscore import Core
+from pipros_tools.launch.roscore import Core
 from tests.support.environments import genuine_environment, pipros_environment
 from tests.support.processes import Process, Processes
 from tests.support.terminal import BASH, Terminal

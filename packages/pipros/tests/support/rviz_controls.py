@@ -1,6 +1,6 @@
 """Mouse actions on interactive markers, for genuine rviz and for the Scene tab.
 
-`script/record-rviz controls` performs them in genuine rviz, and records the feedback in
+`script/generate rviz controls` performs them in genuine rviz, and records the feedback in
 `rviz_controls.json`. `tests.browser.programs.controls_program` creates the markers.
 """
 

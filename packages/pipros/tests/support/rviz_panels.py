@@ -1,6 +1,6 @@
 """Panels of images and cameras, which must look the same in genuine rviz and in the Scene tab.
 
-`script/record-rviz panels` records colours from genuine rviz in `rviz_panels.json`, at those
+`script/generate rviz panels` records colours from genuine rviz in `rviz_panels.json`, at those
 pixels of the image whose surroundings have a single colour. `tests.browser.programs.scene_program`
 publishes the messages.
 """

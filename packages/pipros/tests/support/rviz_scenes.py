@@ -1,8 +1,8 @@
 """Scenes that genuine rviz and the Scene tab must draw alike, and records of rviz's pictures.
 
-`script/record-rviz` draws the scenes with genuine rviz, and writes the records to tests.golden.rviz. A record
-contains the colours of pixels in a grid, at least three pixels away from any edge, and the silhouette: the
-pixels that differ from the background.
+`script/generate rviz` draws the scenes with genuine rviz, and writes the records to tests.golden.rviz. A
+record contains the colours of pixels in a grid, at least three pixels away from any edge, and the
+silhouette: the pixels that differ from the background.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ class FakeSlave:
         told: the method and parameters of each notification, in order.
         pid: the process id that `getPid` returns.
         asked: number of calls of `getPid`.
+        named: number of calls of `getName`.
     """
 
     def __init__(
@@ -27,7 +28,8 @@ class FakeSlave:
     ) -> None:
         self.told: list[tuple[Any, ...]] = []
         self.pid = pid or os.getpid()
-        self.asked = 0
+        self.asked = self.named = 0
+        self._name = name
         self._on_notice = on_notice
         self._loop = BackgroundLoop("fake slave")
         self._loop.start()
@@ -37,7 +39,7 @@ class FakeSlave:
                 "paramUpdate": lambda *params: self._note("paramUpdate", *params),
                 "shutdown": lambda *params: self._note("shutdown", *params),
                 "getPid": lambda _: self._tell_pid(),
-                "getName": lambda _: [1, "", name] if name else [0, "", 0],
+                "getName": lambda _: self._tell_name(),
             }
         )
         self._loop.run(self._server.start())
@@ -47,6 +49,10 @@ class FakeSlave:
     def _tell_pid(self) -> list[Any]:
         self.asked += 1
         return [1, "", self.pid]
+
+    def _tell_name(self) -> list[Any]:
+        self.named += 1
+        return [1, "", self._name] if self._name else [0, "", 0]
 
     def _note(self, *notice: Any) -> Any:
         self.told.append(notice)

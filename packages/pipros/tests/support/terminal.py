@@ -151,6 +151,10 @@ class Terminal:
         """Type Ctrl-C; the terminal sends SIGINT to the command in the foreground."""
         os.write(self._keyboard, b"\x03")
 
+    def hang_up(self) -> None:
+        """Let the shell pass SIGHUP on to its programs, as if the window or the connection was closed."""
+        os.kill(self._shell.pid, signal.SIGHUP)
+
     def close(self) -> None:
         """End the command in the foreground with Ctrl-C, and close the terminal. May be called repeatedly."""
         if self._is_closed:

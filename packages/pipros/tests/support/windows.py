@@ -32,7 +32,7 @@ from configparser import ConfigParser
 from importlib.metadata import requires
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY, TESTS
+from tests.support.environments import REPOSITORY, file_of_tests, project_files
 from tests.support.locks import lock
 from tests.support.waiting import wait_until
 
@@ -67,7 +67,7 @@ _PYTHON_SHA256 = {
     "3.11": "8a4dbddadc63ca9700370bc95e5a8e27a03c00c7ac6ab3877102bd9bb4c4f5fa",
     "3.13": "6e57af03c2cb64dd5191f76274b97fc630b3001bde59f82cf1e252e7e02d6754",
 }[VERSION]
-_REQUIREMENTS = TESTS / "support" / "windows.txt"
+_REQUIREMENTS = file_of_tests("support/windows.txt")
 _NOISE = re.compile(rb"(?:[0-9a-f]{4}:)?(?:fixme|err|warn):|wine: ")
 _TAKE_TERMINAL = """
 import fcntl, os, signal, sys, termios
@@ -332,21 +332,13 @@ def _download_python(downloads: Path) -> None:
 
 def _install_pipros() -> None:
     """Install this tree's wheel, for CPython 3.13 with Windows's pip, unless the same files are installed."""
-    listed = subprocess.run(
-        [
-            "git",
-            "ls-files",
-            "-z",
-            "packages/*/src/*",
-            "packages/*/facades/*",
-            "script/*.py",
-            "pyproject.toml",
-        ],
-        cwd=REPOSITORY,
-        check=True,
-        capture_output=True,
+    files = project_files(
+        "packages/*/src/*",
+        "packages/*/facades/*",
+        "packages/pipros/pipros.pth",
+        "examples/demo.py",
+        "pyproject.toml",
     )
-    files = [REPOSITORY / name for name in listed.stdout.decode().split("\0") if name]
     state = "".join(f"{file} {file.stat().st_mtime_ns}\n" for file in files if file.exists())
     if INSTALLED.exists() and INSTALLED.read_text() == state:
         return
@@ -430,12 +422,10 @@ def copy_tree(folder: str) -> None:
     """Copy the project's tracked files to `TREE`, in a drive that consists of this folder."""
     _OWN_DRIVE.unlink(missing_ok=True)
     _OWN_DRIVE.symlink_to(folder)
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=REPOSITORY, check=True, capture_output=True)
-    for name in listed.stdout.decode().split("\0"):
-        if name and (REPOSITORY / name).is_file():
-            (TREE / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(REPOSITORY / name, TREE / name)
-    _check("merge_packages.py", _run([sys.executable, str(TREE / "script" / "merge_packages.py")], 60))
+    for file in filter(Path.is_file, project_files()):
+        copy = TREE / file.relative_to(REPOSITORY)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(file, copy)
 
 
 def run(command: Sequence[str], folder: Path, seconds: float, *, shows: bool = True) -> tuple[int, list[str]]:
@@ -488,7 +478,7 @@ def main(arguments: Sequence[str]) -> int:
         if what == "test":
             command = [*PYTEST, *rest]
         elif what == "proof":
-            command = ["python", r"script\windows_here.py", *arguments]
+            command = ["python", r"packages\pipros\tests\support\windows_here.py", *arguments]
         elif folder == TREE:
             command = ["cmd", "/c", rf"script\{what}", *rest]
         return run(command, folder, float(os.environ.get("LIMIT") or 600))[0]

@@ -21,13 +21,13 @@ from tests.support.outcomes import Outcome, read_outcomes
 
 LIMIT_S = 40
 _BEGUN = re.compile(
-    r"(packages/\S+?\.py::.*?) ?(?:(?:PASSED|FAILED|ERROR|SKIPPED|XFAIL)\b.*|\++ Timeout \++|wine: .*)?$"
+    r"(p[a-z]+/\S+?\.py::.*?) ?(?:(?:PASSED|FAILED|ERROR|SKIPPED|XFAIL)\b.*|\++ Timeout \++|wine: .*)?$"
 )
 
 
 def folders(names: Sequence[str]) -> list[Path]:
     """Return the folders of unit tests of all packages, or those with these names."""
-    found = sorted(REPOSITORY.glob("packages/*/tests/unit/*/"), key=lambda folder: folder.name)
+    found = sorted(REPOSITORY.glob("p[la]*/*/tests/unit/*/"), key=lambda folder: folder.name)
     return [folder for folder in found if folder.name in names or (not names and folder.name[0] != "_")]
 
 
@@ -60,7 +60,7 @@ def run(folder: Path) -> tuple[list[Outcome], list[str], list[str], bool]:
         command = [*windows.PYTEST, *options, folder.relative_to(REPOSITORY).as_posix()]
         code, lines = windows.run(command, windows.TREE, end - time.monotonic(), shows=False)
         done = read_outcomes(file)
-        uncollected = sorted({line.split()[1] for line in lines if re.match(r"ERROR packages/[^:]+$", line)})
+        uncollected = sorted({line.split()[1] for line in lines if re.match(r"ERROR p[a-z]+/[^:]+$", line)})
         stopped_at = unfinished(lines, {outcome.test for outcome in done})
         if stopped_at is None or stopped_at in hung or code == 124:
             unique = {outcome.test: outcome for outcome in done}

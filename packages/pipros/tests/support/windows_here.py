@@ -1,4 +1,4 @@
-r"""Runs pipros on this Windows, with the plain interpreter: `py script\windows_here.py demo`.
+r"""Runs pipros on this Windows, with the plain interpreter: `script\demo.cmd`, `script\test.cmd`.
 
 `demo` and `test` do what script/demo and script/test do on Linux; script\demo.cmd and script\test.cmd call
 them. `proof` builds a workspace, ends each program of the case study with Ctrl-C, kills roslaunch, and prints
@@ -28,9 +28,14 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
-REPOSITORY = Path(__file__).resolve().parents[1]
+REPOSITORY = Path(__file__).resolve().parents[4]
 EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
-TESTED = ("graph", "master", "node", "pictures", "policy", "safe", "wire")
+TESTED = {
+    "pipros": ("master", "node", "safe", "wire"),
+    "pipros-libraries": ("pictures",),
+    "pipros-server": ("policy",),
+    "pipros-tools": ("graph",),
+}
 """Folders of unit tests that need nothing of Linux."""
 TEST_TOOLS = ("h11", "hypothesis", "numpy>=1.24,<3", "pillow", "psutil", "pytest", "pytest-timeout")
 LAUNCH = ("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
@@ -48,7 +53,6 @@ def python(*packages: str) -> Path:
         print("making .venv", flush=True)
         subprocess.run([sys.executable, "-m", "venv", str(REPOSITORY / ".venv")], check=True)
     if packages or not list(folder.glob("roscore*")):
-        subprocess.run([sys.executable, str(REPOSITORY / "script" / "merge_packages.py")], check=True)
         print("installing pipros", flush=True)
         pip = [str(program), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         subprocess.run([*pip, "--editable", str(REPOSITORY), *packages], check=True)
@@ -268,9 +272,13 @@ def main() -> int:
     if options.what == "proof":
         return prove(python(), options.times)
     if options.what == "demo":
-        command = [python(), "script/demo.py", *rest]
+        command = [python(), "examples/demo.py", *rest]
     else:
-        tested = [str(Path("packages", "pipros", "tests", "unit", name)) for name in TESTED]
+        tested = [
+            str(Path("packages", package, "tests", "unit", name))
+            for package, names in TESTED.items()
+            for name in names
+        ]
         command = [python(*TEST_TOOLS), "-m", "pytest", "-q", "-p", "no:cacheprovider", *(rest or tested)]
     process = subprocess.Popen([str(word) for word in command])
     signal.signal(signal.SIGINT, lambda *_: None)  # the program gets Ctrl-C, too

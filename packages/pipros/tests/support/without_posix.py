@@ -9,9 +9,9 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from tests.support.environments import FACADES, SRC
+from tests.support.environments import ROOTS
 
-PACKAGES = sorted(file.parent.name for root in (SRC, *FACADES) for file in root.glob("*/__init__.py"))
+PACKAGES = sorted(file.parent.name for root in ROOTS for file in root.glob("*/__init__.py"))
 """The packages of pipros. Only their imports fail, because Python's library needs the modules on Linux."""
 
 _BEGINNING = """

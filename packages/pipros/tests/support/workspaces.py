@@ -1,12 +1,12 @@
-"""Workspaces for tests of `pipros.workspace.build`."""
+"""Workspaces for tests of `pipros_workspace.build`."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.workspace.build import BuildResult, build
-from pipros.workspace.build_options import BuildOptions
-from pipros.workspace.layout import WorkspaceFolders
+from pipros_workspace.build import BuildResult, build
+from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.layout import WorkspaceFolders
 
 MANIFEST = """\
 <package format="2">

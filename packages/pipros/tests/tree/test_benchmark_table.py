@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from tests.support.environments import BENCHMARKS, REPOSITORY
+from tests.support import documents
+from tests.support.environments import PACKAGES, REPOSITORY, benchmark
 
 
-def benchmark(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, BENCHMARKS / f"{name}.py")
+def benchmark_module(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, benchmark(f"{name}.py"))
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -24,13 +26,22 @@ def benchmark(name: str) -> ModuleType:
 
 @pytest.fixture
 def table() -> ModuleType:
-    return benchmark("table")
+    return benchmark_module("table")
 
 
 @pytest.fixture
 def everything(table: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setitem(sys.modules, "table", table)
-    return benchmark("everything")
+    monkeypatch.setitem(sys.modules, "figures", benchmark_module("figures"))
+    return benchmark_module("everything")
+
+
+@pytest.fixture
+def cost(table: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.setitem(sys.modules, "table", table)
+    for name in ("worlds", "client"):
+        monkeypatch.setitem(sys.modules, name, benchmark_module(name))
+    return benchmark_module("cost")
 
 
 def test_less_is_better_by_the_median_and_the_spread_is_that_of_the_rounds(table: ModuleType) -> None:
@@ -87,12 +98,133 @@ def test_rows_survive_a_round_trip(table: ModuleType, tmp_path: Path) -> None:
 def test_benchmarks_without_genuine_rows_keep_their_own_tables(everything: ModuleType) -> None:
     tables = {"script/bench ros2": "| pair | figure |", "script/bench costs": "two turtles  3 %"}
 
-    text = everything.report([], tables, {"ros2": 1.0, "costs": 2.6}, ["scene"], " --rounds 3", 60)
+    text = everything.report(([], []), tables, {"ros2": 1.0, "costs": 2.6}, ["scene"], " --rounds 3", 60)
 
     assert "Foreign load: ros2 1 %, **costs 3 %**.\n" in text
     assert "Failed, and not in the table: scene." in text
     assert "`script/bench ros2`:\n\n| pair | figure |\n" in text
     assert text.endswith("`script/bench costs`:\n\n```text\ntwo turtles  3 %\n```")
+
+
+def test_the_results_name_the_commit_and_start_with_the_cost_of_a_message(
+    everything: ModuleType, table: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(everything, "commit", lambda: "0123abc")
+    groups = [
+        [table.Row(label, {"pipros over TCP": [3.0] * (label == "cost"), "pipros": [2.0]})]
+        for label in ("cost", "import: ms")
+    ]
+
+    text = everything.report(groups, {}, {}, [], "", 60)
+
+    assert text.startswith("`script/bench` of commit 0123abc on ")
+    assert re.findall(r"(?m)^\| workload \| (.*) \|$", text) == [
+        "pipros over TCP | pipros | to pipros over TCP | bound by",
+        "pipros | bound by",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("options", "tree", "complaint"),
+    [
+        (["--quick"], "0123abc", "--update replaces all rows"),
+        (["--only", "client"], "0123abc", "--update replaces all rows"),
+        ([], "0123abc-dirty", "commit your changes first"),
+    ],
+)
+def test_all_rows_of_the_results_are_of_one_commit(
+    everything: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    options: list[str],
+    tree: str,
+    complaint: str,
+) -> None:
+    monkeypatch.setattr(everything, "commit", lambda: tree)
+    monkeypatch.setattr(sys, "argv", ["everything.py", "--update", *options])
+
+    with pytest.raises(SystemExit):
+        everything.main()
+
+    assert complaint in capsys.readouterr().err
+
+
+def test_documents_take_their_figures_from_the_results() -> None:
+    figures = benchmark_module("figures")
+    results = (
+        "measured 2026-12-01, 29 minutes\n\n"
+        "| workload | genuine | tuned | roscpp | pipros |\n| --- | --- |\n"
+        "| trip, q=1: us | 1,000 | 9 |  | 7 |\n\n"
+        "| node | pipros now |\n| --- | --- |\n| amcl | 3 s |\n"
+    )
+    document = (
+        "From [the results](a.md) of 2026-01-01:\n\n"
+        "| workload | genuine rospy | roscpp | pipros |\n| --- | --- | --- | --- |\n"
+        "| trip, `q=1`: us | 1 | 2 | 3 |\n\n"
+        "| node | pipros | genuine 2020 |\n| --- | --- | --- |\n| amcl | 1 s | 2 s |\n| other | 1 s | 2 s |\n"
+    )
+
+    assert figures.with_figures(document, results) == (
+        document.replace("2026-01-01", "2026-12-01")
+        .replace("| 1 | 2 | 3 |", "| 1,000 | | 7 |")
+        .replace("amcl | 1 s", "amcl | 3 s")
+    )
+    with pytest.raises(ValueError, match="has no row 'trip, `q=2`: us'"):
+        figures.with_figures(document.replace("q=1", "q=2"), results)
+
+
+def test_the_figures_of_documents_are_those_of_the_results() -> None:
+    """`script/bench figures` changes nothing."""
+    figures = benchmark_module("figures")
+    results = (figures.HERE / "RESULTS.md").read_text()
+
+    for file in figures.DOCUMENTS:
+        text = file.read_text()
+        assert sum(heads[0] == "workload" for _, heads, _ in figures.tables(text)) >= 4, file
+        assert figures.with_figures(text, results) == text, file
+
+
+def test_the_cost_of_a_message_is_that_of_both_ends_apart(
+    cost: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    received = {"seen": 100, "cpu": 0.002}
+    monkeypatch.setattr(cost, "flow", lambda *_, **__: ({"sent": 100, "cpu": 0.001}, [received]))
+    world = SimpleNamespace(name="pipros")
+
+    assert cost.cost("x", "string", 500, 0, 1000, world, 1.0) == {
+        "x: us of the publisher's processor time per message": pytest.approx(10),
+        "x: us of the subscriber's processor time per message": pytest.approx(20),
+    }
+    received["seen"] = 99
+    with pytest.raises(SystemExit, match="pipros: x: 99 of 100 messages arrived"):
+        cost.cost("x", "string", 500, 0, 1000, world, 1.0)
+
+
+def test_bench_finds_the_benchmarks_of_all_packages(tmp_path: Path) -> None:
+    copy = tmp_path / "script" / "bench"
+    copy.parent.mkdir()
+    copy.write_text((REPOSITORY / "script" / "bench").read_text())
+    (tmp_path / "script" / "venv").write_text("#!/bin/sh\n")
+    for name in ("script/venv", ".venv/bin/python", ".venv/bench/bin/python"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(
+            '#!/bin/sh\ncase $1 in -c) exec "$PYTHON" "$@" ;; *) echo "run $*" ;; esac\n'
+        )
+        (tmp_path / name).chmod(0o755)
+    for name in ("packages/a/benchmarks/one.py", "plugins/b/benchmarks/two.py"):
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).touch()
+
+    ended = [
+        subprocess.run(["bash", copy, name, "--quick"], capture_output=True, text=True, check=False)
+        for name in ("one", "two", "three")
+    ]
+
+    assert [each.stdout.splitlines()[-1:] for each in ended] == [
+        ["run packages/a/benchmarks/one.py --quick"], ["run plugins/b/benchmarks/two.py --quick"], []
+    ]  # fmt: skip
+    assert ended[2].returncode == 2
+    assert "the first argument must be one of one two, got three" in ended[2].stderr
 
 
 def test_a_disturbed_benchmark_is_repeated(everything: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,8 +238,8 @@ def test_a_disturbed_benchmark_is_repeated(everything: ModuleType, monkeypatch: 
 
 def test_every_benchmark_is_named_where_its_figures_are_used(everything: ModuleType) -> None:
     """By a document, by a script, or by `script/bench`; or it is a part of one that is named."""
-    texts = {file.stem: file.read_text() for file in (BENCHMARKS).glob("*.py")}
-    users = [*(REPOSITORY / "docs").glob("*.md"), REPOSITORY / "script" / "long"]
+    texts = {file.stem: file.read_text() for package in PACKAGES for file in package.glob("benchmarks/*.py")}
+    users = [*documents.pages().values(), REPOSITORY / "script" / "long"]
     text = "\n".join(file.read_text() for file in users)
     named = {
         *re.findall(r"(?:benchmarks/|script/bench )(\w+)", text),

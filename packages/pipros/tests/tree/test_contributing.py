@@ -11,10 +11,12 @@ from typing import Any
 import pytest
 
 from pipros.safe import yaml
-from tests.support.absent_rooms import DELETED
+from tests.support import documents
+from tests.support.absent_plugins import DELETED
 from tests.support.environments import REPOSITORY
 
 GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text()
+RECIPES = documents.text_of("internals/recipes.md")
 COMMANDS = sorted(file for file in (REPOSITORY / "script").iterdir() if not file.suffix and file.is_file())
 
 
@@ -32,14 +34,29 @@ def test_every_command_can_be_run_and_is_in_the_guide(command: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda file: file.name)
+def test_every_command_explains_itself(command: Path) -> None:
+    ended = subprocess.run([command, "--help"], capture_output=True, text=True, timeout=120)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert len(ended.stdout) > 80
+
+
+def test_the_folder_of_commands_is_short() -> None:
+    assert len([file for file in (REPOSITORY / "script").iterdir() if file.is_file()]) <= 15
+
+
+def test_the_guide_can_be_read_in_five_minutes() -> None:
+    assert len(GUIDE.split()) <= 900
+
+
 def test_all_paths_in_the_guide_exist() -> None:
-    named = set(re.findall(r"\b(?:script|packages|docs)/[\w./-]*\w", GUIDE))
+    named = set(re.findall(r"(?<![\w/])(?:script|packages|plugins|docs)/[\w./-]*\w", GUIDE + RECIPES))
     assert {"script/check", "packages/pipros/tests/unit"} < named
     assert [
         path
         for path in named
         if path != "packages/pipros/src/pipros/share/NAME"
-        and Path(path).parts[1] not in DELETED
+        and Path(path).parts[1].removeprefix("pipros-") not in DELETED
         and not (REPOSITORY / path).exists()
     ] == []
 
@@ -56,7 +73,7 @@ def test_pre_commit_hooks_are_the_parts_of_the_check() -> None:
 def test_an_unknown_part_of_the_check_is_refused() -> None:
     ended = subprocess.run([REPOSITORY / "script" / "check", "spelling"], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert "must be lint, format, types, platforms or page, got spelling" in ended.stderr
+    assert "must be lint, format, types, platforms, page or fix, got spelling" in ended.stderr
 
 
 def test_the_workflow_runs_all_parts_of_ci_and_all_python_versions() -> None:
@@ -64,9 +81,19 @@ def test_the_workflow_runs_all_parts_of_ci_and_all_python_versions() -> None:
     listed = re.search(r'^parts="install (.*)"$', (REPOSITORY / ".ci" / "run").read_text(), re.MULTILINE)
     assert listed
     assert jobs["part"]["strategy"]["matrix"]["part"] == listed[1].split()
-    assert {"run": ".ci/run install ${{ matrix.part }}"} in jobs["part"]["steps"]
+    assert jobs["part"]["steps"][-1]["run"] == ".ci/run install ${{ matrix.part }}"
     assert jobs["tests"]["strategy"]["matrix"]["python"] == ["3.10", "3.11", "3.12", "3.13", "3.14"]
     assert not any(job.get("continue-on-error") for job in jobs.values())
+
+
+def test_the_workflow_trusts_only_commits_and_gives_pull_requests_no_privileges() -> None:
+    workflow = read_yaml(".github/workflows/ci.yml")
+    assert workflow["permissions"] == {"contents": "read"}
+    for job in workflow["jobs"].values():
+        for step in job["steps"]:
+            assert re.search("@[0-9a-f]{40}$", step.get("uses", "@" + "0" * 40)), step
+        options = job.get("container", {}).get("options", "")
+        assert "--privileged" not in options or "github.event_name == 'push' && '--privileged'" in options
 
 
 def test_an_unknown_part_of_continuous_integration_is_refused() -> None:

@@ -14,41 +14,33 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.absent_rooms import DELETED_ROOMS
-from tests.support.environments import FACADES, REPOSITORY, SRC, source_files
+from tests.support import documents
+from tests.support.absent_plugins import DELETED
+from tests.support.environments import FLOORS, REPOSITORY, ROOTS, SOURCES, source, source_files
 
-ROOTS = (SRC, *FACADES)
+ROOTS = ROOTS
 """The folders on `sys.path`: the library, and the packages with Noetic's names."""
 
-# The layers of docs/architecture.md, lowest first. A package imports from lower layers, and on its own layer
-# from the sets before its own.
+# The layers of docs/internals/architecture.md, lowest first. A package imports from lower layers, and on its
+# own layer from the sets before its own.
 LAYERS: list[list[set[str]]] = [
     [{"basics"}, {"wire", "safe"}],
-    [{"packages", "cmake", "pictures"}, {"reconfigure"}],
+    [{"packages"}],
     [{"ros1"}, {"msg"}],
-    [{"startup", "net", "workspace"}],
+    [{"startup", "net"}],
     [{"master", "node"}],
     [
-        {
-            "launch",
-            "graph",
-            "transforms",
-            "filters",
-            "diagnostics",
-            "bag",
-            "bonds",
-            "vision",
-            "markers",
-        },
-        {"maps", "nodelets", "nodes", "robot_model", "topic_tools", "policy"},
+        {"pictures", "reconfigure", "transforms", "filters", "diagnostics", "bonds", "markers"},
+        {"maps", "nodelets", "nodes", "robot_model", "topic_tools", "vision"},
         {"actions", "reconfiguring"},
         {"teleoperation"},
-        {"server"},
     ],
+    [{"cmake"}, {"workspace"}, {"policy"}, {"server"}],
     [
+        {"launch", "graph", "bag"},
         {"testing", "health"},
-        {"assistants", "bridges", "data", "fleet", "perception", "ros2"},
-        {"simulation", "tab", "web", "wheels"},
+        {"assistants", "bridges", "data", "fleet", "perception", "rosbag2"},
+        {"page", "ros2", "simulation", "tab", "wheels"},
         {"navigation"},
     ],
     [{"cli"}],
@@ -102,7 +94,7 @@ FACADES_BELOW: dict[str, set[str]] = {
 
 # The first executes code generated from message definitions; every name in it has passed the grammar.
 # The second executes what a user types after `python3 -c` in a browser tab, as Python's own command does.
-MAY_EXECUTE = ("pipros/msg/compile/run.py", "pipros/tab/command_run.py")
+MAY_EXECUTE = ("pipros/msg/compile/run.py", "pipros_tab/command_run.py")
 
 # Imports between files of one package that are part of a cycle: (importing module, imported module).
 KNOWN_CIRCLES: list[tuple[str, str]] = []
@@ -110,6 +102,28 @@ KNOWN_CIRCLES: list[tuple[str, str]] = []
 UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "UnsafeLoader", "CUnsafeLoader"}
 
 FILES = source_files()
+
+SEAMS = {
+    "pipros/msg/display.py": {"pictures"},  # a notebook shows a message of an image as a picture
+    "pipros/msg/importing/hook.py": {
+        "reconfigure"
+    },  # `import PACKAGE.cfg.NAME` makes a module of a .cfg file
+}
+"""Functions that import a higher floor when they are called, each with the reason."""
+
+OWN = frozenset(
+    folder.name
+    for source_folder in SOURCES
+    for folder in source_folder.iterdir()
+    if folder.name in FLOORS or (folder / "plugin.py").exists()
+)
+"""The top-level packages of pipros and its plugins."""
+
+OF_PARTS = frozenset({"pipros_libraries", "pipros_robot", "pipros_tools"})
+"""Packages whose parts are packages of their own in the layers."""
+
+PARTS = {"pipros_workspace": {"cmake"}, "pipros_server": {"policy"}}
+"""Parts of other packages that are."""
 
 
 def parsed(file: Path) -> ast.Module:
@@ -135,22 +149,22 @@ def parts_of(file: Path) -> tuple[str, ...]:
 
 
 def package_of(file: Path) -> str:
-    """`master` for pipros/master/params.py, `actions` for pipros/libraries/actions/…, `facade` for rospy/…"""
+    """`master` for pipros/master/params.py, `actions` for pipros_libraries/actions/…, `facade` for rospy/…"""
     parts = parts_of(file)
-    return package_of_module(".".join(parts)) if parts[0] == "pipros" else "facade"
+    return package_of_module(".".join(parts)) if parts[0] in OWN else "facade"
 
 
 def package_of_module(name: str) -> str:
-    """Return the package of a module of `pipros`.
-
-    Each of the libraries counts as one, and the commands of a room as a part of `cli`.
-    """
-    _, package, library, *_ = [*name.split("."), "", ""]
-    if library == "commands":
+    """Return the package of a module of `pipros` or of a plugin, of which the commands are part of `cli`."""
+    top, package, *_ = [*name.split("."), ""]
+    if top not in OWN or top == "pipros":
+        return package
+    if package == "commands":
         return "cli"
-    if library == "room":  # a declaration names the commands of its room
-        return library
-    return library if package == "libraries" and library else package
+    if package in ("plugin", "share"):  # a declaration names the commands of its plugin
+        return package
+    has_parts = top in OF_PARTS or package in PARTS.get(top, ())
+    return package if has_parts and package else top.removeprefix("pipros_")
 
 
 def imported_modules(tree: ast.AST, file: Path) -> Iterator[tuple[int, str]]:
@@ -182,7 +196,7 @@ def named_modules(tree: ast.AST) -> Iterator[tuple[int, str]]:
                     if option == "-m" and isinstance(module, str):
                         yield node.lineno, module
             case ast.Constant(value=str(text)) if found := re.fullmatch(
-                r"(pipros\.[\w.]+|\w+(?:\.\w+)*(?=:))(?::\w+)?", text
+                r"(pipros(?:_[a-z0-9]+)?\.[\w.]+|\w+(?:\.\w+)*(?=:))(?::\w+)?", text
             ):
                 yield node.lineno, found[1]
 
@@ -193,9 +207,9 @@ def described(file: Path, line: int, what: str) -> str:
 
 @functools.cache
 def facade_names(roots: Sequence[Path]) -> frozenset[str]:
-    """Return the packages with Noetic's names below the folders."""
+    """Return the packages with Noetic's names below the folders, without those of messages."""
     folders = (folder for root in roots for folder in root.iterdir() if folder.is_dir())
-    return frozenset(folder.name for folder in folders) - {"pipros"}
+    return frozenset(folder.name for folder in folders if not (folder / "__init__.pyi").is_file()) - OWN
 
 
 def wrong_imports(file: Path) -> list[str]:
@@ -212,29 +226,37 @@ def wrong_imports(file: Path) -> list[str]:
             top in facades - {top_package, *FACADES_BELOW.get(top_package, ())} and package != "share"
         ):  # its programs may do so
             wrong.append(described(file, line, f"{top_package}.{package} imports the facade {top}"))
-        elif top != "pipros" or target == package:
+        elif top not in OWN or target == package:
             continue
-        elif STEP.get(target, -1) >= step:
+        elif STEP.get(target, -1) >= step and target not in SEAMS.get("/".join(parts_of(file)) + ".py", ()):
             wrong.append(described(file, line, f"{package} imports {target}"))
     return wrong
 
 
 def packages_on_disk() -> set[str]:
-    """Return the packages and modules of `pipros`."""
-    paths = [*(SRC / "pipros").iterdir(), *(SRC / "pipros" / "libraries").iterdir()]
+    """Return the packages and modules of `pipros`, and the other packages, or their parts."""
+    paths = source("pipros").iterdir()
     packages = {path.stem for path in paths if path.suffix == ".py" or (path / "__init__.py").exists()}
-    return packages - {"__init__", "libraries"}
+    for name in OWN - {"pipros"}:
+        parts = {path.parent.name for path in source(name).glob("*/__init__.py")}
+        packages |= parts if name in OF_PARTS else {name.removeprefix("pipros_"), *PARTS.get(name, ())}
+    return packages - {"__init__"}
 
 
 def packages_in_the_document() -> dict[str, int]:
-    """Return the layer of each package by the table of docs/architecture.md."""
-    text = (REPOSITORY / "docs" / "architecture.md").read_text()
-    rows = re.findall(r"(?m)^\| `(?:libraries/)?(\w+)(?:\.py|/)` \| (\d) \|", text)
+    """Return the layer of each package by the table of docs/internals/architecture.md."""
+    text = documents.text_of("internals/architecture.md")
+    rows = re.findall(r"(?m)^\| `(?:pipros_\w+/(?=\w)|pipros_)?(\w+)(?:\.py|/)` \| (\d) \|", text)
     return {package: int(layer) for package, layer in rows}
 
 
+PARTS_DELETED = {
+    each for name in DELETED for each in (("navigation", "perception") if name == "robot" else (name,))
+}
+
+
 def test_every_package_is_on_a_layer() -> None:
-    assert set(LAYER) - DELETED_ROOMS == packages_on_disk()
+    assert set(LAYER) - PARTS_DELETED == packages_on_disk()
 
 
 def test_the_document_has_the_same_layers() -> None:
@@ -260,7 +282,7 @@ def banned_constructs(file: Path) -> Iterator[str]:
     for node in ast.walk(tree):
         match node:
             case ast.Call(func=ast.Name(id="eval" | "exec" as name)) if name == "eval" or file not in [
-                SRC / path for path in MAY_EXECUTE
+                source(path) for path in MAY_EXECUTE
             ]:
                 yield described(file, node.lineno, f"{name}() runs text as code")
             case ast.Call(func=ast.Attribute(value=ast.Name(id="yaml"), attr=name)) if (
@@ -287,20 +309,55 @@ def test_imports_point_down_only() -> None:
     assert [wrong for file in FILES for wrong in wrong_imports(file)] == []
 
 
+def test_each_floor_of_the_core_imports_lower_ones_only() -> None:
+    wrong = [
+        described(file, line, f"imports {module}")
+        for file in FILES
+        if parts_of(file)[0] in FLOORS and package_of(file) not in ("share", "__init__")
+        for line, module in {*imported_modules(parsed(file), file), *named_modules(parsed(file))}
+        if module.partition(".")[0] in FLOORS[FLOORS.index(parts_of(file)[0]) + 1 :]
+        if package_of_module(module) not in SEAMS.get("/".join(parts_of(file)) + ".py", ())
+    ]
+    assert wrong == []
+
+
+def test_seams_are_imported_late() -> None:
+    for name, packages in SEAMS.items():
+        tree = parsed(source(name))
+        late = {
+            node
+            for top in tree.body
+            if isinstance(top, ast.FunctionDef | ast.ClassDef)
+            for node in ast.walk(top)
+        }
+        found = {
+            package_of_module(node.module or ""): node in late
+            for node in ast.walk(tree)
+            if isinstance(node, ast.ImportFrom) and package_of_module(node.module or "") in packages
+        }
+        assert found == dict.fromkeys(packages, True)
+
+
 MAX_FLOORS = 14
 
 
 def imported_folders() -> dict[str, set[str]]:
-    """Return the folders of `pipros`, and the facades as one, each with those that it imports."""
+    """Return the folders of the core, and the facades as one, each with those that it imports.
+
+    Not the seams, of which a test says that they are imported late.
+    """
     names = facade_names(ROOTS)
     found: dict[str, set[str]] = {}
     for file in FILES:
-        own = parts_of(file)[1] if parts_of(file)[0] == "pipros" else "facades"
+        top = parts_of(file)[0]
+        own = package_of(file) if top in FLOORS else "facades"
         imports = found.setdefault(own, set())
         for _, module in imported_modules(parsed(file), file):
-            top, folder, *_ = [*module.split("."), ""]
-            imports |= {"facades"} if top in names else {folder} - {""} if top == "pipros" else set()
-        imports.discard(own)
+            other = module.partition(".")[0]
+            imports |= (
+                {"facades"} if other in names else {package_of_module(module)} if other in FLOORS else set()
+            )
+        imports -= {own, "", *SEAMS.get("/".join(parts_of(file)) + ".py", ())}
     return {folder: imports & found.keys() for folder, imports in found.items()}
 
 
@@ -318,7 +375,7 @@ def floors(imports: Mapping[str, set[str]]) -> dict[str, int]:
 
 def test_a_drawing_of_the_folders_has_few_floors_and_no_circle() -> None:
     found = floors(imported_folders())
-    assert found["libraries"] < found["server"] < found["facades"]
+    assert found["node"] < found["server"] < found["facades"]
     assert max(found.values()) <= MAX_FLOORS
 
 
@@ -408,7 +465,7 @@ def logic_taken_from_commands(file: Path) -> list[str]:
     return [
         described(file, node.lineno, f"imports {alias.name} from {node.module}")
         for node in ast.walk(parsed(file))
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pipros.cli")
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pipros_tools.cli")
         for alias in node.names
         if alias.name != "main"
     ]
@@ -422,10 +479,10 @@ def test_facades_import_only_main_from_commands() -> None:
 def test_logic_that_a_facade_takes_from_a_command_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file = _source(tmp_path, monkeypatch, "from pipros.cli.rosnode.kill import main, kill")
+    file = _source(tmp_path, monkeypatch, "from pipros_tools.cli.rosnode.kill import main, kill")
 
     assert [message.rpartition(": ")[2] for message in logic_taken_from_commands(file)] == [
-        "imports kill from pipros.cli.rosnode.kill"
+        "imports kill from pipros_tools.cli.rosnode.kill"
     ]
 
 
@@ -457,13 +514,13 @@ def test_each_ban_is_noticed(line: str, tmp_path: Path, monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     "line",
     [
-        "from pipros.launch import model",
-        "import pipros.cli",
+        "from pipros_tools.launch import model",
+        "import pipros_tools.cli",
         "from pipros import node",
         "import rospy",
         "importlib.import_module('rospy')",
-        "command = [sys.executable, '-m', 'pipros.cli.rosrun']",
-        "target = 'pipros.cli.rosrun:main'",
+        "command = [sys.executable, '-m', 'pipros_tools.cli.rosrun']",
+        "target = 'pipros_tools.cli.rosrun:main'",
     ],
 )
 def test_an_upward_import_is_found(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -497,12 +554,12 @@ def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
     return file
 
 
-def test_the_gateway_to_ros2_loads_no_other_room() -> None:
-    program = "import pipros.ros2.gateway, sys; print(*sys.modules)"
+def test_the_gateway_to_ros2_loads_no_other_plugin() -> None:
+    program = "import pipros_ros2.gateway, sys; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    rooms = ("pipros.bridges", "pipros.fleet", "pipros.simulation", "pipros.web")
+    plugins = ("pipros_bridges", "pipros_fleet", "pipros_simulation", "pipros_page")
 
-    assert [module for module in loaded.stdout.split() if module.startswith(rooms)] == []
+    assert [module for module in loaded.stdout.split() if module.startswith(plugins)] == []
 
 
 MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server": 1}

@@ -1,19 +1,19 @@
-"""docs/reliability.md and the tables of limits, of the core and of all rooms, say the same."""
+"""The documents and the tables of limits, of the core and of all plugins, say the same."""
 
 from __future__ import annotations
 
 import inspect
 import re
 
-from pipros.basics.limits import Limits, names_in, room_tables
-from tests.support.absent_rooms import DELETED_ROOMS
-from tests.support.environments import REPOSITORY
+from pipros.basics.limits import Limits, names_in, plugin_tables
+from tests.support import documents
+from tests.support.absent_plugins import DELETED
 
 
 def test_the_tables_in_the_documents_have_every_limit() -> None:
-    text = (REPOSITORY / "docs" / "reliability.md").read_text()
-    for room in DELETED_ROOMS:
-        text = re.sub(rf"(?s)`pipros\.{room}\.limits\.\w+`:\n.*?(?=\n#)", "", text)
+    text = documents.text_of("internals/limits.md")
+    for name in DELETED:
+        text = re.sub(rf"(?s)`pipros_{name}\.[\w.]*limits\.\w+`:\n.*?(?=\n#)", "", text)
     rows = {
         cells[1].strip("` "): cells[2].strip()
         for line in text.splitlines()
@@ -21,25 +21,35 @@ def test_the_tables_in_the_documents_have_every_limit() -> None:
     }
 
     defaults = {
-        name: table._field_defaults[name] for table in (Limits, *room_tables()) for name in names_in(table)
+        name: table._field_defaults[name] for table in (Limits, *plugin_tables()) for name in names_in(table)
     }
     assert rows == {name: _as_written(name, value) for name, value in defaults.items()}
 
 
-def test_the_documents_have_a_section_for_the_limits_of_each_room() -> None:
-    text = (REPOSITORY / "docs" / "reliability.md").read_text()
-    for table in room_tables():
+def test_the_documents_have_a_section_for_the_limits_of_each_plugin() -> None:
+    text = documents.text_of("internals/limits.md")
+    for table in plugin_tables():
         section = text.partition(f"`{table.__module__}.{table.__name__}`:\n")[2].partition("\n#")[0]
         assert re.findall(r"(?m)^\| `(\w+)`", section) == names_in(table)
 
 
 def test_no_name_is_in_two_tables() -> None:
-    names = [name for table in (Limits, *room_tables()) for name in names_in(table)]
-    assert len(names) == len(set(names)) > 100
+    names = [name for table in (Limits, *plugin_tables()) for name in names_in(table)]
+    assert len(names) == len(set(names))
+
+
+def test_each_limit_has_a_reason_to_change_it() -> None:
+    """A limit without one is a constant beside the code that it bounds."""
+    text = documents.text_of("reference/settings.md").partition("\n## Limits\n")[2]
+    rows = re.findall(r"(?m)^\| `(\w+)` \| [\d,]+ \| [\w/]+ \| ([^|]+) \|$", text.partition("\n## ")[0])
+    names = [name for table in (Limits, *plugin_tables()) for name in names_in(table)]
+    if not DELETED:
+        assert sorted(name for name, _ in rows) == sorted(names)
+    assert len(rows) <= 40
 
 
 def test_every_limit_is_described() -> None:
-    for table in (Limits, *room_tables()):
+    for table in (Limits, *plugin_tables()):
         described = re.findall(r"(?m)^    (\w+): ", inspect.cleandoc(str(table.__doc__)))
         assert sorted(described) == sorted(table._fields)
 

@@ -15,13 +15,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import BENCHMARKS, REPOSITORY, TESTS
+from tests.support.environments import REPOSITORY, file_of_tests
 from tests.support.recordings import FOLDER, load
 
-CORPUS = (TESTS / "fuzz" / "corpus").resolve()
+CORPUS = file_of_tests("fuzz/corpus")
 """Inputs for readers, among them a small wheel of our own."""
-RECORDED = (BENCHMARKS / "recorded").resolve()
-FOLDERS = (".ci", ".github", "docs", "examples", "packages", "script")
+RECORDED = REPOSITORY / "plugins" / "pipros-robot" / "benchmarks" / "recorded"
+FOLDERS = (".ci", ".github", "docs", "examples", "packages", "plugins", "script")
 MAGIC = {
     "ELF": b"\x7fELF",
     "ar or deb": b"!<arch>",
@@ -73,7 +73,7 @@ def test_no_compiled_file_and_no_archive_is_in_the_repository() -> None:
             kind = kind_of(opened.read(512))
         if kind == "gzip" and file.is_relative_to(RECORDED) and file.name.endswith(".json.gz"):
             json.loads(gzip.decompress(file.read_bytes()))
-        elif kind == "gzip" and file.is_relative_to(FOLDER.resolve()) and file.name.endswith(".json.gz"):
+        elif kind == "gzip" and file.is_relative_to(FOLDER) and file.name.endswith(".json.gz"):
             recordings.append(file)
         elif kind and not (file.is_relative_to(CORPUS) and has_only_text(file)):
             found[str(file.relative_to(REPOSITORY))] = kind

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
+from tests.support import documents
 from tests.support.browser_programs import BEGINNING, LIMITS, PROGRAMS
-from tests.support.environments import FACADES as FACADE_FOLDERS
-from tests.support.environments import REPOSITORY, SRC, files_below, import_path
+from tests.support.environments import FLOORS, ROOTS, files_below, import_path
 from tests.support.without_posix import PACKAGES, run_without_posix
 
-FACADES = [package for package in PACKAGES if package != "pipros"]
+FACADES = [package for package in PACKAGES if package not in FLOORS]
 
 NEED_PYKDL = {"tf2_kdl", "tf2_kdl.tf2_kdl"}
 """They register the types of PyKDL, and say so where it is missing: PyPI does not have it."""
@@ -31,7 +32,7 @@ print(json.dumps(failed))
 
 
 def folder_of(package: str) -> Path:
-    return next(folder / package for folder in (SRC, *FACADE_FOLDERS) if (folder / package).is_dir())
+    return next(folder / package for folder in ROOTS if (folder / package).is_dir())
 
 
 def modules_of(folder: Path) -> list[str]:
@@ -47,8 +48,8 @@ def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("packages", [["pipros"], FACADES], ids=["pipros", "facades"])
-def test_every_module_can_be_imported_without_what_only_posix_has(packages: list[str]) -> None:
+@pytest.mark.parametrize("packages", [FLOORS, FACADES], ids=["core", "facades"])
+def test_every_module_can_be_imported_without_what_only_posix_has(packages: Sequence[str]) -> None:
     """One process imports many modules, because a failed import does not affect the others."""
     modules = [module for package in packages for module in modules_of(folder_of(package))]
     assert set(packages) <= set(modules)
@@ -69,7 +70,7 @@ def test_programs_work_in_a_browser(work: str, empty_folder: Path) -> None:
 
 
 def test_the_blocks_of_the_page_for_browsers_work_in_a_browser(empty_folder: Path) -> None:
-    text = (REPOSITORY / "docs/browser.md").read_text()
+    text = documents.text_of("guides/tab.md")
     blocks = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert len(blocks) == 4
     printed = run_without_posix("\n".join(blocks), in_browser=True)

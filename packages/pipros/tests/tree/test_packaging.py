@@ -18,33 +18,43 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli.entry_point import command
-from tests.support.environments import FACADES, REPOSITORY, SRC, files_below
+from pipros_tools.cli.entry_point import command
+from tests.support.environments import REPOSITORY, ROOTS, SHIPPED, files_below, project_files
+from tests.support.project import PLUGIN_PROJECTS, PROJECT
 from tests.support.project import PROGRAMS as COMMANDS
-from tests.support.project import PROJECT, load_toml
 
 
-def test_every_package_has_a_project_and_is_checked_for_types() -> None:
-    for folder in REPOSITORY.glob("packages/pipros*"):
-        project = load_toml(folder / "pyproject.toml")
-        assert project["project"]["name"] == folder.name
-        hook = project["tool"]["hatch"]["metadata"]["hooks"]["custom"]
-        assert hook == {"path": "../../script/metadata_hook.py"}
-    folders = {str(file.relative_to(REPOSITORY)) for file in REPOSITORY.glob("packages/*/[sf][ra]c*")}
-    assert folders <= set(PROJECT["tool"]["mypy"]["mypy_path"].split(":"))
+def test_every_folder_of_sources_is_installed_and_checked_for_types() -> None:
+    found = {
+        top: {str(each.relative_to(REPOSITORY)) for each in REPOSITORY.glob(f"{top}/*/[sf][ra]c*")}
+        for top in ("packages", "plugins")
+    }
+    assert set(PROJECT["tool"]["mypy"]["mypy_path"].split(":")) == found["packages"] | found["plugins"]
+    targets = {"": PROJECT["tool"]["hatch"]["build"]}
+    targets |= {f"plugins/{name}/": each["tool"]["hatch"]["build"] for name, each in PLUGIN_PROJECTS.items()}
+    for place, build in targets.items():
+        wheel = build["targets"]["wheel"]
+        here = {f"{place}{each}" for each in wheel["only-include"]}
+        assert here == {each for each in found["plugins" if place else "packages"] if each.startswith(place)}
+        assert wheel["sources"] == wheel["only-include"]
+        has_tests = (
+            ["."]
+            if place
+            else sorted(str(each.relative_to(REPOSITORY)) for each in REPOSITORY.glob("packages/pipros*"))
+        )
+        assert build["dev-mode-dirs"] == [*wheel["sources"], *has_tests]
 
 
-PACKAGES = [file.parent for folder in (SRC, *FACADES) for file in folder.glob("*/__init__.py")]
+PACKAGES = [file.parent for folder in ROOTS for file in folder.glob("*/__init__.py")]
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
 def test_type_checkers_take_the_types_of_every_package(package: Path) -> None:
     assert (package / "py.typed").is_file()
-    assert PROJECT["tool"]["mypy"]["files"] == ["packages/*/src/pipros", "packages/*/facades"]
 
 
 def is_started_by_the_frame(main: object) -> bool:
-    """Return True if `main` was decorated with `pipros.cli.entry_point.command`."""
+    """Return True if `main` was decorated with `pipros_tools.cli.entry_point.command`."""
     return getattr(main, "__code__", None) is command(lambda: 0).__code__
 
 
@@ -101,7 +111,7 @@ def copy_for_owner(source: str, target: str) -> None:
 def test_builds_in_other_folders_times_and_umasks_are_the_same_bytes(wheel: Path, tmp_path: Path) -> None:
     source = tmp_path / "checkout"
     source.mkdir(0o700)
-    for name in ("packages", "script"):
+    for name in ("packages", "plugins", "script"):
         leave_out = shutil.ignore_patterns("__pycache__")
         shutil.copytree(REPOSITORY / name, source / name, ignore=leave_out, copy_function=copy_for_owner)
     for file in REPOSITORY.glob("*.*"):
@@ -119,10 +129,8 @@ def test_the_source_archive_has_all_files_of_the_repository(tmp_path: Path) -> N
     with tarfile.open(archive) as opened:
         packed = {name.partition("/")[2] for name in opened.getnames()}
 
-    listed = subprocess.run(
-        ["git", "ls-files", "-z"], cwd=REPOSITORY, check=True, capture_output=True, text=True
-    )
-    tracked = [name for name in listed.stdout.split("\0") if name and (REPOSITORY / name).exists()]
+    tracked = [file.relative_to(REPOSITORY).as_posix() for file in project_files() if file.exists()]
+    tracked = [name for name in tracked if not name.startswith("plugins/")]  # these have their own archives
 
     assert [name for name in tracked if name not in packed] == []
 
@@ -136,10 +144,11 @@ def test_the_newest_release_of_the_changelog_is_this_version() -> None:
     assert found[1] == PROJECT["project"]["version"]
 
 
-def test_the_newest_section_of_the_changelog_has_at_most_sixty_lines() -> None:
+def test_each_change_in_the_newest_section_of_the_changelog_is_one_short_line() -> None:
     newest = (REPOSITORY / "CHANGELOG.md").read_text().split("\n## [")[1]
 
-    assert newest.count("\n") <= 60
+    lines = [line for line in newest.splitlines()[1:] if line and not line.startswith("### ")]
+    assert [line for line in lines if not line.startswith("- ") or len(line) > 220] == []
 
 
 def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -> None:
@@ -150,11 +159,12 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
             "pipros/share/ros/README",
             "pipros/share/turtlesim/launch/multisim.launch",
             "pipros/share/pipros_sim/maps/room.pgm",
-            "pipros/simulation/robots/page/index.html",
-            "pipros/simulation/turtlesim/page/index.html",
-            "pipros/server/sliders/page/index.html",
+            "pipros_simulation/robots/page/index.html",
+            "pipros_simulation/turtlesim/page/index.html",
+            "pipros_server/sliders/page/index.html",
             "pipros/share/teleop_twist_joy/config/ps3.config.yaml",
-            "sensor_msgs-stubs/point_cloud2.pyi",
+            "sensor_msgs/point_cloud2.py",
+            "std_msgs/msg/__init__.pyi",
             f"pipros-{PROJECT['project']['version']}.dist-info/licenses/THIRD_PARTY.md",
         } <= set(archive.namelist())
         programs = {
@@ -166,10 +176,10 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
     assert set(programs.values()) == {0o755}
 
 
-SHARE = SRC / "pipros/share"
 PROGRAMS = {
-    str(path.relative_to(SHARE)): path.read_text(encoding="utf-8")
-    for path in files_below(SHARE)
+    str(path.relative_to(share)): path.read_text(encoding="utf-8")
+    for share in SHIPPED
+    for path in files_below(share)
     if path.is_file() and os.access(path, os.X_OK) and path.suffix in ("", ".py")
 }
 
@@ -180,7 +190,7 @@ def test_programs_of_packages_import_what_exists() -> None:
         (node.module, alias.name)
         for text in PROGRAMS.values()
         for node in ast.walk(ast.parse(text))
-        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "pipros"
+        if isinstance(node, ast.ImportFrom) and re.match(r"pipros(_\w+)?[.]", node.module or "")
         for alias in node.names
     }
     missing = []
@@ -202,7 +212,7 @@ def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
     others = {
         name
         for name, text in PROGRAMS.items()
-        if not re.search(r"from pipros\.(cli|\w+\.commands)", text) and not for_students.match(name)
+        if not re.search(r"from pipros_(tools\.cli|\w+\.commands)", text) and not for_students.match(name)
     }
     assert others == {
         "roswtf/scripts/roswtf",  # the facade's main is that of a command
@@ -212,10 +222,11 @@ def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
 
 
 def test_the_modules_that_programs_of_packages_import_exist() -> None:
-    share = SRC / "pipros/share"
-    texts = [path.read_text() for path in files_below(share) if os.access(path, os.X_OK)]
+    texts = [*PROGRAMS.values()]
     modules = {
-        name for text in texts for name in re.findall(r"^from (pipros[\w.]*) import", text, re.MULTILINE)
+        name
+        for text in texts
+        for name in re.findall(r"^from (pipros(?:_\w+)?[\w.]*) import", text, re.MULTILINE)
     }
-    assert "pipros.cli.entry_point" in modules
+    assert "pipros_tools.cli.entry_point" in modules
     assert [name for name in sorted(modules) if importlib.util.find_spec(name) is None] == []

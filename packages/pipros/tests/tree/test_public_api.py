@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import inspect
 import re
 import subprocess
@@ -11,18 +12,21 @@ import sys
 import pytest
 
 import pipros
-import pipros.bag
+import pipros_tools.bag
 import rospy
-from tests.support.absent_rooms import names_deleted_room
+from tests.support import documents
+from tests.support.absent_plugins import DELETED
 from tests.support.environments import REPOSITORY
 
-API = (REPOSITORY / "docs" / "api.md").read_text()
+API = documents.text_of("reference/python.md")
 
 
 @pytest.mark.parametrize("name", pipros.__all__)
 def test_each_name_exists_and_is_described(name: str) -> None:
     assert getattr(pipros, name).__name__ == name
-    assert re.search(rf"^\| `{name}[`(]", API, re.MULTILINE), f"docs/api.md does not describe {name}"
+    assert re.search(rf"^\| `{name}[`(]", API, re.MULTILINE), (
+        f"docs/reference/python.md does not describe {name}"
+    )
 
 
 def test_the_list_is_the_one_in_the_documents() -> None:
@@ -30,14 +34,15 @@ def test_the_list_is_the_one_in_the_documents() -> None:
     assert set(pipros.__all__) <= set(dir(pipros))
 
 
-def referenced(page: str) -> set[str]:
-    """Return the objects whose docstrings a page shows."""
-    text = (REPOSITORY / "docs" / page).read_text()
+def referenced(package: str) -> set[str]:
+    """Return the objects of a package whose docstrings the reference shows."""
+    text = API.partition(f"\n## {package}\n")[2].partition("\n## ")[0]
     return {line.rpartition(".")[2] for line in re.findall(r"^::: (\S+)$", text, re.MULTILINE)}
 
 
 def test_the_reference_has_every_public_name() -> None:
-    assert referenced("reference.md") == {*pipros.__all__, *pipros.bag.__all__}
+    assert referenced("pipros") == {*pipros.__all__}
+    assert referenced("pipros_tools.bag") == {*pipros_tools.bag.__all__}
 
 
 def test_the_reference_of_rospy_has_every_class_and_function_that_scripts_call() -> None:
@@ -51,7 +56,7 @@ def test_the_reference_of_rospy_has_every_class_and_function_that_scripts_call()
         name for name in offered if name.startswith(("logdebug", "loginfo", "logwarn", "logerr", "logfatal"))
     }
 
-    assert referenced("rospy.md") - {"TimerEvent"} == offered - inner - logging
+    assert referenced("rospy") - {"TimerEvent"} == offered - inner - logging
     assert len(logging) == 20
     assert all(inspect.getdoc(getattr(rospy, name)) for name in offered)
 
@@ -70,21 +75,22 @@ def test_importing_pipros_imports_nothing_else() -> None:
 
 
 DOCUMENTED = (
-    *("pipros", "pipros.bag", "pipros.data", "pipros.ros2"),
-    "pipros.navigation.costmap.layered",  # for own costmap layers
-    *(f"pipros.libraries.nodes.{module}" for module in ("params", "program", "wiring")),
+    *("pipros", "pipros_tools.bag", "pipros.basics.plugins", "pipros_data", "pipros_ros2"),
+    "pipros_robot.navigation.costmap.layered",  # for own costmap layers
+    *(f"pipros_libraries.nodes.{module}" for module in ("params", "program", "wiring")),
 )
 
 
 def test_documents_and_examples_use_only_the_public_names() -> None:
-    texts = [REPOSITORY / "README.md", *(REPOSITORY / "docs").glob("*.md")]
-    texts.remove(REPOSITORY / "docs" / "rtps.md")  # about a part of pipros, not about its use
-    texts += (REPOSITORY / "examples").rglob("*.py")
+    texts = [REPOSITORY / "README.md", *documents.pages().values()]
+    texts = [text for text in texts if text.name != "rtps.md"]  # about a part of pipros, not about its use
+    texts += (REPOSITORY / "examples").glob("*/**/*.py")
     used = [
         f"{text.name}: {line}"
         for text in texts
         for line in re.findall(r"^\s*(?:from|import) pipros.*", text.read_text(), re.MULTILINE)
-        if not re.match(r"from pipros\.ros1\.\w+\.(msg|srv) import ", line) and not names_deleted_room(line)
+        if not re.match(r"from pipros\.ros1\.\w+\.(msg|srv) import ", line)
+        and not any(f"pipros_{name}" in line for name in DELETED)
     ]
 
     allowed = [
@@ -110,3 +116,17 @@ def test_import_rospy_adds_nothing_to_modules_of_the_standard_library() -> None:
     )
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ran.stdout == ""
+
+
+def test_each_import_that_the_upgrade_table_names_exists() -> None:
+    text = documents.text_of("reference/upgrading.md").split("\n## ")[1]
+    rows = re.findall(r"^\| import (.*) \| import (.*) \|$", text, re.MULTILINE)
+    assert len(rows) > 5
+    for row in rows:
+        before, names = (re.findall(r"`(pipros[\w.]*)`", cell) for cell in row)
+        assert len(names) == len(before)
+        assert [name for name in before if importlib.util.find_spec(name)] == []
+        for name in names:
+            assert name.split(".")[0].removeprefix("pipros_") in DELETED or importlib.util.find_spec(name), (
+                name
+            )

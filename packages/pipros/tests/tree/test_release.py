@@ -1,4 +1,4 @@
-"""`script/release` refuses unfinished trees, and the metadata has the addresses of the repository."""
+"""`script/release` refuses unfinished trees, and sets the version of all projects."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from pipros.safe import yaml
-from tests.support.environments import REPOSITORY, TESTS
+from tests.support.environments import REPOSITORY, file_of_tests
+from tests.support.project import PLUGIN_PROJECTS, PROJECT
 
 pytestmark = pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 
@@ -120,42 +119,20 @@ def test_an_unknown_option_is_refused(tree: Path) -> None:
     assert release(tree, "--fast") == (2, "script/release: the only option is --dry-run, got --fast\n")
 
 
-def metadata(folder: Path, repository: str) -> dict[str, Any]:
-    """Return the metadata that a build would have with this address of the repository."""
-    (folder / "script").mkdir()
-    for hook in ("metadata_hook.py", "build_rooms.py", "merge_packages.py"):
-        shutil.copy(REPOSITORY / "script" / hook, folder / "script")
-    (folder / "packages").symlink_to(REPOSITORY / "packages")
-    shutil.copy(REPOSITORY / "README.md", folder)
-    text = (REPOSITORY / "pyproject.toml").read_text()
-    (folder / "pyproject.toml").write_text(
-        re.sub(r'^repository = ".*"$', f'repository = "{repository}"', text, flags=re.MULTILINE)
-    )
-    words = [sys.executable, "-m", "hatchling", "metadata"]
-    ended = subprocess.run(words, cwd=folder, check=True, capture_output=True, text=True)
-    result: dict[str, Any] = json.loads(ended.stdout)
-    return result
-
-
-RELATIVE = re.compile(r"\]\((?!https?:|#)[^)]*\)")
-
-
-def test_the_address_of_the_repository_makes_all_links_absolute(tmp_path: Path) -> None:
-    made = metadata(tmp_path, "https://forge.example/someone/pipros/")
-
-    assert made["urls"]["Source"] == "https://forge.example/someone/pipros"
-    assert made["urls"]["Issues"] == "https://forge.example/someone/pipros/issues"
-    text = made["readme"]["text"]
-    assert RELATIVE.findall(text) == []
-    assert f"](https://forge.example/someone/pipros/raw/v{made['version']}/docs/scene.png)" in text
-    assert f"](https://forge.example/someone/pipros/blob/v{made['version']}/docs/choose.md)" in text
-
-
-def test_without_an_address_the_readme_is_unchanged(tmp_path: Path) -> None:
-    made = metadata(tmp_path, "")
-
-    assert "urls" not in made
-    assert made["readme"] == {"content-type": "text/markdown", "text": (REPOSITORY / "README.md").read_text()}
+def test_a_version_is_set_in_all_projects_and_their_pins(tree: Path) -> None:
+    names = ["pyproject.toml", "packages/pipros/src/pipros/__init__.py"]
+    names += [f"plugins/{name}/pyproject.toml" for name in PLUGIN_PROJECTS]
+    for name in names:
+        (tree / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(REPOSITORY / name, tree / name)
+    before = PROJECT["project"]["version"]
+    assert release(tree, "--set", "7.8.9") == (0, "")
+    for name in names:
+        text = (tree / name).read_text()
+        assert text == (REPOSITORY / name).read_text().replace(f'"{before}"', '"7.8.9"').replace(
+            f"=={before}", "==7.8.9"
+        )
+        assert "7.8.9" in text
 
 
 def test_the_bug_form_requires_the_output_of_the_doctor() -> None:
@@ -166,7 +143,7 @@ def test_the_bug_form_requires_the_output_of_the_doctor() -> None:
 
 
 def test_the_watched_versions_of_vendored_libraries_are_those_in_the_tree() -> None:
-    watched = json.loads((TESTS / "page" / "package.json").read_text())["dependencies"]
+    watched = json.loads(file_of_tests("page/package.json").read_text())["dependencies"]
     table = re.findall(
         r"^\| \[[^\]]*\]\([^)]*\) \| ([\d.]+) \| .*npm package `(\w+)`",
         (REPOSITORY / "THIRD_PARTY.md").read_text(),
@@ -174,3 +151,29 @@ def test_the_watched_versions_of_vendored_libraries_are_those_in_the_tree() -> N
     )
 
     assert {name: version for version, name in table} == watched
+
+
+def test_the_changelog_names_the_commit_that_set_the_version_of_each_release() -> None:
+    """The newest release may lack it: the commit's hash is known only afterwards."""
+    changelog = (REPOSITORY / "CHANGELOG.md").read_text()
+    releases = re.findall(
+        r"^## \[(\d[\d.]*)\] - \d{4}-\d\d-\d\d\n\n(?:Commit ([0-9a-f]{8,})\.\n)?", changelog, re.MULTILINE
+    )
+
+    assert len(releases) >= 2
+    assert [version for version, commit in releases[1:] if not commit] == []
+    shallow = subprocess.run(
+        ["git", "rev-parse", "--is-shallow-repository"], cwd=REPOSITORY, capture_output=True, text=True
+    )
+    if shallow.stdout.strip() != "false":
+        pytest.skip("the history is shallow, or not here: git fetch --unshallow")
+    for version, commit in releases:
+        if commit:
+            assert f'\nversion = "{version}"\n' in shown(f"{commit}:pyproject.toml")
+            assert f'\nversion = "{version}"\n' not in shown(f"{commit}~:pyproject.toml")
+
+
+def shown(name: str) -> str:
+    return subprocess.run(
+        ["git", "show", name], cwd=REPOSITORY, capture_output=True, text=True, check=True
+    ).stdout

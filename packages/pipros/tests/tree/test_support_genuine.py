@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.support import bridge_clients, browser, dds_peers, genuine, pyright, ros2_wheels, windows
-from tests.support.environments import REPOSITORY
+from tests.support import genuine, left_out, ros2_wheels, windows
+from tests.support.environments import REPOSITORY, project_files
 
 PLUGIN = """
 from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright, ros2_wheels, windows
@@ -60,55 +61,50 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     )
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
-    *lines, last = ended.stdout.rstrip("\n").splitlines()
-    if lines[-5].startswith("examples/fleet: "):  # if this machine has no systemd
-        del lines[-5:-3]
-    (
-        *_,
-        checker,
-        how,
-        page,
-        get,
-        python,
-        clients,
-        install,
-        dds,
-        peers,
-        ros2,
-        wheels,
-        wine,
-        debian,
-        what,
-        lacking,
-        cure,
-    ) = lines
-    assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
-    assert how == f"to have it where Node.js is: {pyright.INSTALL}"
-    assert page.startswith(
-        "tests/browser: the page is not tried in a browser, for this machine lacks: chromium"
-    )
-    assert get == f"to have it on Debian 12, as root: {browser.INSTALL}"
-    assert python == "tests/pyodide: Python in a browser is not tried, for this machine lacks npm"
-    assert clients.startswith("tests/clients: ")
-    assert clients.endswith("this machine lacks: roslib, ws")
-    assert install == f"to have them where Node.js is: {bridge_clients.INSTALL}"
-    assert dds == "tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: tshark"
-    assert peers == f"to have them on Debian 12, as root: {dds_peers.INSTALL}"
-    assert ros2 == "tests/interop: genuine ROS 2 is not tried; this machine lacks: rclpy of jazzy"
-    assert wheels == f"to have it on Linux with x86_64: {ros2_wheels.INSTALL}"
-    assert wine == "tests/windows: Windows's Python is not tried; this machine lacks: wine"
-    assert debian == f"to have it on Debian 12, as root: {windows.INSTALL}"
-    assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
-    assert lacking == "lacking: python3-rospy"
-    assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")
+    *_, what, how, last = ended.stdout.rstrip("\n").splitlines()
+    assert what.startswith("left out: tests that need genuine ROS 1, Chromium, npm, clients of bridges, ")
+    assert how == "`.venv/bin/python -m tests.support.left_out` prints how to install what is missing"
     assert "collected" in last or "no tests" in last
 
 
+def test_what_is_missing_is_listed_with_commands(run_without_genuine: Path) -> None:
+    program = "import runpy, without_genuine; runpy.run_module('tests.support.left_out', run_name='__main__')"
+    printed = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=REPOSITORY,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": f"{run_without_genuine}:{REPOSITORY}"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    ).stdout
+    assert "genuine ROS 1 lacks python3-rospy\n  apt-get install --no-install-recommends " in printed
+    assert f"Wine lacks wine\n  {windows.INSTALL} (as root on Debian 12)\n" in printed
+    assert f"genuine ROS 2 lacks rclpy of jazzy\n  {ros2_wheels.INSTALL} (Linux, x86_64)\n" in printed
+
+
+def test_files_that_name_absent_libraries_are_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "test_it.py"
+    file.write_text("import numpy\n")
+    monkeypatch.setattr(left_out, "_NEEDS_LIBRARY", re.compile(r"\b(numpy)\b"))
+    assert left_out.needs_library(file)
+    file.write_text("import array\n")
+    assert not left_out.needs_library(file)
+
+
 def test_in_continuous_integration_it_is_an_error(run_without_genuine: Path) -> None:
-    ended = run(run_without_genuine, "packages/pipros/tests/tree/test_support_genuine.py", CI="true")
+    ended = run(run_without_genuine, "packages/pipros/tests/interop", CI="true")
 
     assert ended.returncode == pytest.ExitCode.USAGE_ERROR
     assert "genuine ROS 1 is needed here (CI is set) and lacks: python3-rospy" in ended.stderr
+
+
+def test_in_continuous_integration_other_folders_do_not_need_it(run_without_genuine: Path) -> None:
+    ended = run(run_without_genuine, "packages/pipros/tests/tree/test_support_quick.py", CI="true")
+
+    assert ended.returncode == pytest.ExitCode.OK
 
 
 def test_in_continuous_integration_a_skipped_test_is_a_failure(pytester_folder: Path) -> None:
@@ -126,7 +122,9 @@ def test_in_continuous_integration_a_skipped_test_is_a_failure(pytester_folder: 
 
 @pytest.fixture
 def pytester_folder(tmp_path: Path) -> Path:
-    (tmp_path / "conftest.py").write_text("from packages.conftest import pytest_runtest_makereport\n")
+    (tmp_path / "conftest.py").write_text(
+        "from tests.support.project_conftest import pytest_runtest_makereport\n"
+    )
     return tmp_path
 
 
@@ -140,3 +138,12 @@ def _run_test(folder: Path, **variables: str) -> subprocess.CompletedProcess[str
         timeout=60,
         check=False,
     )
+
+
+def test_an_archive_without_git_has_the_same_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    patterns = ("packages/pipros/src/*", "pyproject.toml")
+    known = {file for file in project_files(*patterns) if file.is_file()}
+    monkeypatch.setenv("PATH", "")
+    found = set(project_files(*patterns))
+
+    assert set() < known <= found

@@ -34,7 +34,7 @@ def test_fails_now_and_then():
 def flaky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """Create tests outside of the tree that have its options; return the start of their node ids."""
     (tmp_path / "conftest.py").write_text(
-        "from packages.conftest import pytest_addoption, pytest_collection_modifyitems\n"
+        "from tests.support.project_conftest import pytest_addoption, pytest_collection_modifyitems\n"
         "from tests.support.outcomes import configure as pytest_configure\n"
     )
     (tmp_path / "test_it.py").write_text(TESTS.replace("{failing}", "(0, 1, 2)"))

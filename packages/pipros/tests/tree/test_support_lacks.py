@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import FACADES, REPOSITORY, SRC
+from tests.support.environments import FACADES, REPOSITORY, source
 from tests.support.lacks import SYSTEMS, environment
 
-FILE = str(SRC / "pipros" / "probe.py")
+FILE = str(source("pipros") / "probe.py")
 
 RUNNER = """
 import sys
@@ -85,7 +85,7 @@ def test_children_lack_the_same_even_isolated_ones(system: str, names: str) -> N
     code = """
 import os, subprocess, sys
 print(sys.platform, os.name, flush=True)
-shown = "import pipros.launch.process as p; print(p.sys.platform, p.os.name)"
+shown = "import pipros_tools.launch.process as p; print(p.sys.platform, p.os.name)"
 for options in ([], ["-I"], ["-I", "-S"]):
     subprocess.Popen([sys.executable, *options, "-c", shown], env={}).wait()
 """
@@ -96,7 +96,9 @@ for options in ([], ["-I"], ["-I", "-S"]):
     "folder",
     [
         *FACADES,
-        *(REPOSITORY / "packages" / name for name in ("pipros/src", "pipros-ros2/src", "pipros/facades")),
+        REPOSITORY / "packages" / "pipros" / "src",
+        REPOSITORY / "packages" / "pipros" / "facades",
+        REPOSITORY / "plugins" / "pipros-ros2" / "src",
     ],
 )
 def test_all_folders_of_sources_lack_the_same(folder: Path) -> None:
@@ -107,7 +109,7 @@ def test_all_folders_of_sources_lack_the_same(folder: Path) -> None:
 
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_modules_as_users_import_them_lack_the_same(system: str) -> None:
-    shown = "import rospy, pipros.launch.process as p; print(p.sys.platform)"
+    shown = "import rospy, pipros_tools.launch.process as p; print(p.sys.platform)"
     ended = subprocess.run(
         [sys.executable, "-c", shown],
         env={**os.environ, **environment(system)},

@@ -35,7 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
     (tmp_path / "conftest.py").write_text(
         "import pytest\n"
-        "from packages.conftest import pytest_addoption, pytest_collection_modifyitems\n"
+        "from tests.support.project_conftest import pytest_addoption, pytest_collection_modifyitems\n"
         "from tests.support.outcomes import configure as pytest_configure\n"
         "@pytest.fixture(autouse=True)\n"
         "def checked():\n"

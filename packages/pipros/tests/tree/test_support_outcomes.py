@@ -57,7 +57,7 @@ def test_pure(): pass
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "conftest.py").write_text(
-        "from packages.conftest import pytest_addoption, pytest_collection_modifyitems\n"
+        "from tests.support.project_conftest import pytest_addoption, pytest_collection_modifyitems\n"
         "from tests.support.outcomes import configure as pytest_configure\n"
     )
     (tmp_path / "test_it.py").write_text(TESTS)
@@ -151,18 +151,18 @@ def test_an_outcome_has_the_processor_time_of_the_test_and_its_processes(folder:
 def test_the_dearest_folders_and_tests_come_first() -> None:
     printed = times(
         [
-            Outcome("packages/pipros/tests/unit/bag/test_a.py::test_x", "passed", 9.0, 2.0),
-            Outcome("packages/pipros/tests/unit/bag/test_b.py::test_y", "passed", 1.0, 3.0),
+            Outcome("packages/pipros-tools/tests/unit/bag/test_a.py::test_x", "passed", 9.0, 2.0),
+            Outcome("packages/pipros-tools/tests/unit/bag/test_b.py::test_y", "passed", 1.0, 3.0),
             Outcome("packages/pipros/tests/e2e/test_c.py::test_z", "passed", 1.0, 4.0),
         ],
         count=2,
     )
     assert [line.split() for line in printed.splitlines()] == [
-        ["5.0", "s", "packages/pipros/tests/unit/bag"],
+        ["5.0", "s", "packages/pipros-tools/tests/unit/bag"],
         ["4.0", "s", "packages/pipros/tests/e2e/test_c.py"],
         [],
         ["4.0", "s", "packages/pipros/tests/e2e/test_c.py::test_z"],
-        ["3.0", "s", "packages/pipros/tests/unit/bag/test_b.py::test_y"],
+        ["3.0", "s", "packages/pipros-tools/tests/unit/bag/test_b.py::test_y"],
         [],
         ["9.0", "s", "3", "tests"],
     ]

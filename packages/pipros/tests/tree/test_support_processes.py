@@ -80,7 +80,7 @@ def test_the_report_of_a_failure_shows_what_each_program_printed(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
-    pytester.makeconftest("from packages.conftest import *")
+    pytester.makeconftest("from tests.support.project_conftest import *")
     pytester.makepyfile(
         """
         import sys

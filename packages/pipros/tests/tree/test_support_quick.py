@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+
 import pytest
 
 from tests.support import quick
@@ -19,19 +21,19 @@ def test_the_listed_files_exist_and_each_is_run_once() -> None:
 @pytest.mark.parametrize(
     ("changed", "tests"),
     [
-        ("packages/pipros/src/pipros/bag/writer.py", "packages/pipros/tests/unit/bag"),
+        ("packages/pipros-tools/src/pipros_tools/bag/writer.py", "packages/pipros-tools/tests/unit/bag"),
         (
-            "packages/pipros/src/pipros/libraries/markers/new/x.py",
-            "packages/pipros/tests/unit/libraries/markers",
+            "packages/pipros-libraries/src/pipros_libraries/markers/new/x.py",
+            "packages/pipros-libraries/tests/unit/markers",
         ),
-        ("packages/pipros-data/src/pipros/data/table.py", "packages/pipros-data/tests/unit/data"),
-        ("packages/pipros-data/facades/x.py", "packages/pipros-data/tests/unit"),
+        ("plugins/pipros-data/src/pipros_data/table.py", "plugins/pipros-data/tests/unit"),
+        ("plugins/pipros-data/facades/x.py", "plugins/pipros-data/tests/unit"),
         ("packages/pipros/facades/rospy/core.py", None),
-        ("packages/pipros/tests/tree/test_rooms.py", "packages/pipros/tests/tree/test_rooms.py"),
-        ("packages/pipros/tests/unit/bag/test_deleted.py", None),
+        ("packages/pipros/tests/tree/test_plugins.py", "packages/pipros/tests/tree/test_plugins.py"),
+        ("packages/pipros-tools/tests/unit/bag/test_deleted.py", None),
         ("packages/pipros/tests/support/quick.py", None),
         ("packages/conftest.py", None),
-        ("docs/ros2.md", None),
+        ("docs/guides/bags.md", None),
     ],
 )
 def test_what_a_changed_file_adds(changed: str, tests: str | None) -> None:
@@ -39,9 +41,9 @@ def test_what_a_changed_file_adds(changed: str, tests: str | None) -> None:
 
 
 def test_a_file_in_a_folder_that_runs_whole_is_not_named_again() -> None:
-    ran = quick.to_run(["packages/pipros/src/pipros/bag/writer.py"])
-    assert "packages/pipros/tests/unit/bag" in ran
-    assert not any(path.startswith("packages/pipros/tests/unit/bag/") for path in ran)
+    ran = quick.to_run(["packages/pipros-tools/src/pipros_tools/bag/writer.py"])
+    assert "packages/pipros-tools/tests/unit/bag" in ran
+    assert not any(path.startswith("packages/pipros-tools/tests/unit/bag/") for path in ran)
 
 
 def test_a_thousand_are_chosen_from_every_folder_and_the_dear_ones_are_not() -> None:
@@ -61,3 +63,10 @@ def test_a_thousand_are_chosen_from_every_folder_and_the_dear_ones_are_not() -> 
         "p/tests/unit/bag/test_slow.py",
         "p/tests/unit/net/test_only.py",
     ]
+
+
+def test_script_test_refuses_a_name_that_is_no_package_or_plugin() -> None:
+    ended = subprocess.run([REPOSITORY / "script/test", "navigator"], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert {"page", "robot", "pipros;"} < set(ended.stderr.partition(" one of: ")[2].split())
+    assert ended.stderr.endswith(" pipros; got navigator\n")

@@ -17,7 +17,7 @@ import pytest
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
-from tests.support.environments import REPOSITORY, TESTS, files_below
+from tests.support.environments import REPOSITORY, TEST_PATH, files_below
 from tests.support.recordings import FOLDER, Recording, file_of, first_difference, message_of
 
 Scan: Any = load_message_class("sensor_msgs/LaserScan")
@@ -205,7 +205,7 @@ def test_a_passed_test_that_leaves_out_an_input_fails(tmp_path: Path) -> None:
     )
     ended = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)],
-        cwd=tmp_path, env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(TESTS.parent)},
+        cwd=tmp_path, env={"PATH": "/usr/bin:/bin", "PYTHONPATH": TEST_PATH},
         capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
 
@@ -216,12 +216,12 @@ def test_a_passed_test_that_leaves_out_an_input_fails(tmp_path: Path) -> None:
 def test_every_recording_belongs_to_a_test_and_every_such_test_has_one() -> None:
     collected = subprocess.run(
         [sys.executable, "-m", "pytest", "--collect-only", "-q", "tests/golden/navigation"],
-        cwd=REPOSITORY / "packages" / "pipros-robot", capture_output=True, text=True, timeout=120, check=True,
+        cwd=REPOSITORY / "plugins" / "pipros-robot", capture_output=True, text=True, timeout=120, check=True,
     )  # fmt: skip
     tests = [
         line
         for line in collected.stdout.splitlines()
-        if line.startswith("packages/pipros-robot/tests/golden/navigation/")
+        if line.startswith("plugins/pipros-robot/tests/golden/navigation/")
     ]
 
     assert {file_of(test) for test in tests} == set(files_below(FOLDER, "*.json.gz"))

@@ -7,22 +7,24 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY, SRC, TESTS, files_below
+from tests.support.environments import PACKAGES, REPOSITORY, SOURCES, files_below, import_path
 
-PACKAGE = SRC / "pipros"
-SYSTEMS = {f"basics/{name}.py" for name in ("interrupts", "posix", "terminals", "windows", "windows_job")}
+SYSTEMS = {
+    f"pipros/basics/{name}.py" for name in ("interrupts", "posix", "terminals", "windows", "windows_job")
+}
 QUESTION = re.compile(r"\bsys\.platform\b|\bos\.name\b")
-MOST_QUESTIONS = 45
+MOST_QUESTIONS = 50
 """Comparisons with the name of a system outside `SYSTEMS`. Lower this if there are fewer."""
 
 RENAMING = re.compile(r"\bos\.(?:replace|rename)\(|\.(?:rename\([^\"']|replace\([\w.]+\))")
 RENAMES = {
-    "basics/cache_files.py": "in a folder's descriptor, which Windows lacks",
-    "basics/log_file.py": "a node does not wait for a reader of its log",
-    "basics/windows.py": "is the function to use",
-    "launch/logs.py": "replaces a link",
-    "navigation/velocities/cmd_vel_mux_node.py": "replaces inputs, not files",
-    "net/local_socket.py": "Linux only",
+    "pipros/basics/cache_files.py": "in a folder's descriptor, which Windows lacks",
+    "pipros/basics/log_file.py": "a node does not wait for a reader of its log",
+    "pipros/basics/windows.py": "is the function to use",
+    "pipros_tools/launch/logs.py": "replaces a link",
+    "pipros_robot/navigation/velocities/cmd_vel_mux_node.py": "replaces inputs, not files",
+    "pipros/net/local_socket.py": "Linux only",
+    "pipros/packages/zipped.py": "a new folder, which nobody has open",
 }
 """Modules that rename files, and why they need not wait for programs that have the file open."""
 
@@ -33,10 +35,10 @@ POSIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "term
 def found(pattern: re.Pattern[str]) -> dict[str, int]:
     """Return how often a pattern occurs in each module."""
     counts = {}
-    for file in files_below(PACKAGE, "*.py"):
+    for file in (each for folder in SOURCES for each in files_below(folder, "*.py")):
         count = len(pattern.findall(file.read_text(encoding="utf-8")))
-        if count and "share" not in file.relative_to(PACKAGE).parts:
-            counts[file.relative_to(PACKAGE).as_posix()] = count
+        if count and "share" not in import_path(file).parts:
+            counts[import_path(file).as_posix()] = count
     return counts
 
 
@@ -60,14 +62,16 @@ def imported_at_start(file: Path) -> Iterator[str]:
 
 
 def test_conftest_imports_nothing_that_windows_lacks() -> None:
-    files = [REPOSITORY / "packages" / "conftest.py", *files_below(TESTS / "unit", "conftest.py")]
+    files = [
+        REPOSITORY / "conftest.py",
+        *(file for package in PACKAGES for file in files_below(package / "tests", "conftest.py")),
+    ]
     lacking = set()
     for file in files:  # grows
         for name in imported_at_start(file):
-            module = TESTS.parent.joinpath(*name.split(".")).with_suffix(".py")
+            path = Path(*name.split(".")).with_suffix(".py")
             if name in POSIX_ONLY:
                 lacking.add(f"{file.relative_to(REPOSITORY)}: {name}")
-            elif module.is_file() and module not in files:
-                files.append(module)
+            files += {package / path for package in PACKAGES if (package / path).is_file()}.difference(files)
     assert len(files) > 15
     assert not lacking

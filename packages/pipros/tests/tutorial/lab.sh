@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# The lab of docs/pip.md, from forty packages to one `pip install` on three machines: `packages/pipros/tests/tutorial/lab.sh`, in an empty folder, with pipros installed.
+# The lab of plugins/pipros-wheels/docs/guides/pip.md, from forty packages to one `pip install` on three machines: `packages/pipros/tests/tutorial/lab.sh`, in an empty folder, with pipros installed.
 # `script/fresh SUITE pip` runs it on a bare Debian. Each step that fails ends it with the line.
 set -euo pipefail
 trap 'echo "lab: line $LINENO failed" >&2' ERR
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../../.." && pwd)
 export PIP_DISABLE_PIP_VERSION_CHECK=1
 pip wheel --quiet --wheel-dir found "$here" # the page says why
-sed -n '/^from pathlib import Path$/,/^```$/p' "$here/docs/pip.md" | sed '$d' >make_lab.py
+sed -n '/^from pathlib import Path$/,/^```$/p' "$here/docs/guides/pip.md" | sed '$d' >make_lab.py
 
 python make_lab.py
 pipros wheel lab_ws -o wheels >wheel.log

@@ -1,4 +1,4 @@
-"""Every example of docs/client.md and docs/api.md runs, and prints the output shown below it."""
+"""Every example of the pages about Python's client runs, and prints the output shown below it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from pipros.master.master import Master
 from tests.support.environments import REPOSITORY, VENV_BIN
 from tests.support.processes import Processes
 
-TEXT = "".join((REPOSITORY / "docs" / name).read_text() for name in ("client.md", "api.md"))
+TEXT = "".join(
+    (REPOSITORY / "docs" / name).read_text() for name in ("internals/client.md", "reference/python.md")
+)
 EXAMPLES = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", TEXT, re.DOTALL)
 
 

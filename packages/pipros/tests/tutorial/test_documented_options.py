@@ -8,10 +8,11 @@ from collections import defaultdict
 from collections.abc import Iterator
 from itertools import takewhile
 
-from pipros.cli.complete.options import words_after
+from pipros_tools.cli.complete.options import words_after
+from tests.support import documents
 from tests.support.environments import REPOSITORY, VENV_BIN
 
-PAGES = ("README.md", *(f"docs/{page.name}" for page in sorted((REPOSITORY / "docs").glob("*.md"))))
+PAGES = {"README.md": REPOSITORY / "README.md", **documents.pages()}
 PROGRAMS = re.compile(r"(?:pipros|catkin|ros(?!2)|rqt|rviz)[\w-]*")
 OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 # Programs that pass their arguments on.
@@ -43,8 +44,8 @@ def commands(text: str) -> Iterator[list[str]]:
 def written() -> dict[tuple[str, ...], dict[str, str]]:
     """Return the pages of each option, by program and subcommands."""
     found: dict[tuple[str, ...], dict[str, str]] = defaultdict(dict)
-    for page in PAGES:
-        for program, *words in commands((REPOSITORY / page).read_text()):
+    for page, file in PAGES.items():
+        for program, *words in commands(file.read_text()):
             if program in PASSING:
                 continue
             depth = DEPTHS.get(words[0], 1) if words and words_after(program) else 0

@@ -15,11 +15,11 @@ from pathlib import Path
 import pytest
 
 from pipros.master.master import Master
-from tests.support.environments import REPOSITORY, SRC, files_below
+from tests.support.environments import REPOSITORY, files_below, source
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 
-SHARE = SRC / "pipros" / "share"
+SHARE = source("pipros/share")
 
 FIND = """
 import os, sys, rospkg
@@ -30,6 +30,15 @@ print("mine" in packs.list(), "rospy" in packs.list())
 MANIFEST = """<package format="2"><name>mine</name><version>0.0.0</version><description>d</description>
 <maintainer email="a@example.com">a</maintainer><license>none</license>
 <exec_depend>rospy</exec_depend></package>"""
+
+USES_MESSAGES = """
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from turtlesim.srv import Spawn
+import std_msgs.tools
+print(getattr(String, "origin", None) or String.__slots__, std_msgs.tools.origin)
+"""
+"""In the order in which isort sorts imports: `rospy` does not come first."""
 
 
 def requirements(name: str) -> Iterator[str]:
@@ -114,7 +123,7 @@ def test_the_wheel_has_every_file_of_the_packages_that_ship(wheel: Path) -> None
 def test_the_python_modules_of_packages_are_there(shell: Processes) -> None:
     ended = shell.run("python3", "-c", "from sensor_msgs import point_cloud2 as p; print(p.__file__)")
     assert ended.returncode == 0, ended.output
-    assert ended.stdout[0].endswith("share/sensor_msgs/src/sensor_msgs/point_cloud2.py")
+    assert ended.stdout[0].endswith("site-packages/sensor_msgs/point_cloud2.py")
 
 
 def test_rospkg_finds_the_packages_that_ship_in_plain_python(shell: Processes) -> None:
@@ -182,3 +191,67 @@ def test_turtles_and_the_tools_of_tf_need_no_numpy(shell: Processes) -> None:
         shell.start("rosrun", "tf", "tf_echo", "world", "turtle1").wait_for(place)
         shell.start("rosrun", "tf2_tools", "echo.py", "world", "carrot1").wait_for("Translation")
         shell.start("rosrun", "tf", "tf_monitor").wait_for("Frame: turtle1 published by")
+
+
+@pytest.fixture(params=["wheel", "editable", "target", "zip"])
+def without_hook(
+    request: pytest.FixtureRequest, installed: Path, wheel: Path, tmp_path: Path
+) -> tuple[list[str], str]:
+    """A command for Python, and its PYTHONPATH, where no `.pth` file is read except in an installation."""
+    if request.param == "wheel":
+        return [str(installed / "python")], ""
+    if request.param == "editable":
+        return [sys.executable], ""
+    modules = tmp_path / "modules"
+    modules.mkdir()
+    for needed in requirements("pipros"):
+        link(needed, modules)
+    if request.param == "target":
+        zipfile.ZipFile(wheel).extractall(modules)
+        return [sys.executable, "-S"], str(modules)
+    return [sys.executable, "-S"], f"{wheel}{os.pathsep}{modules}"
+
+
+def imported_messages(command: list[str], path: str, folder: Path, **variables: str) -> str:
+    """Return what `USES_MESSAGES` prints, or the last line of its error."""
+    environment = {"HOME": str(folder), "PATH": os.environ["PATH"], "PYTHONPATH": path, **variables}
+    ended = subprocess.run(
+        [*command, "-c", USES_MESSAGES], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    return ended.stdout.strip() or ended.stderr.strip().splitlines()[-1]
+
+
+def test_messages_are_imported_wherever_pipros_can_be(
+    without_hook: tuple[list[str], str], tmp_path: Path
+) -> None:
+    command, path = without_hook
+    found = imported_messages(command, path, tmp_path)
+    assert found == "ModuleNotFoundError: No module named 'std_msgs.tools'"
+
+    # A workspace's package of the same name comes first, with its definitions and its modules.
+    package = tmp_path / "src" / "std_msgs"
+    for name, text in {
+        "package.xml": MANIFEST.replace("mine", "std_msgs"),
+        "msg/String.msg": "string data\nint32 more\n",
+        "msg/Header.msg": "uint32 seq\ntime stamp\nstring frame_id\n",
+        "src/std_msgs/__init__.py": "",
+        "src/std_msgs/tools.py": "origin = 'workspace'\n",
+    }.items():
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text(text)
+    found = imported_messages(command, path, tmp_path, ROS_PACKAGE_PATH=str(package.parent))
+    assert found == "['data', 'more'] workspace"
+
+    # So does that of a ROS 2 whose setup file was sourced.
+    ros2 = tmp_path / "ros2"
+    for name, text in {
+        "std_msgs/__init__.py": "",
+        "std_msgs/libstd_msgs__rosidl_typesupport_c.so": "",
+        "std_msgs/tools.py": "origin = 'ROS 2'\n",
+        "std_msgs/msg/__init__.py": "class String:\n    origin = 'rosidl'\n",
+    }.items():
+        (ros2 / name).parent.mkdir(parents=True, exist_ok=True)
+        (ros2 / name).write_text(text)
+    first = f"{ros2}{os.pathsep}{path}"
+    found = imported_messages(command, first, tmp_path, AMENT_PREFIX_PATH=str(ros2))
+    assert found == "rosidl ROS 2"

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from tests.support import documents
 from tests.support.environments import REPOSITORY, VENV_BIN
 from tests.support.ros import RosSystem
 from tests.support.terminal import Terminal
@@ -97,8 +98,17 @@ def test_the_first_screen_has_the_installation_a_node_and_both_pictures() -> Non
     assert blocks("python")[0] in screen
     assert len([line for line in blocks("python")[0].splitlines() if line]) <= 11
     assert "rostopic echo /chatter" in screen
-    assert re.findall(r"\((docs/\S+\.png)\)", screen) == ["docs/scene.png", "docs/page-battery.png"]
+    shown = re.findall(r"\(docs/pictures/(\S+)\)", screen)
+    assert shown == ["demo.svg", "scene.png", "battery.png"]
+    assert all((REPOSITORY / "docs" / "pictures" / name).is_file() for name in shown)
     assert len(README.split()) < 900
+
+
+def test_every_task_is_linked() -> None:
+    linked = {(REPOSITORY / link).resolve() for link in re.findall(r"\]\(([\w./-]+\.md)\)", README)}
+    tasks = {file for name, file in documents.pages().items() if re.fullmatch("how/(?!index).*", name)}
+    assert len(tasks) >= 25
+    assert tasks - linked == set()
 
 
 def test_the_set_up_commands_are_those_of_the_scripts() -> None:

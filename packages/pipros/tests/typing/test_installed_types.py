@@ -23,14 +23,15 @@ TEXTBOOK = Path(__file__).with_name("textbook.txt")
 
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a virtual environment with the wheel and numpy."""
+    """Return a virtual environment with the wheels of pipros and its plugins, and numpy."""
     folder = tmp_path_factory.mktemp("installed")
     built = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder]
-    subprocess.run(built, cwd=REPOSITORY, check=True, capture_output=True)
+    for project in (REPOSITORY, *REPOSITORY.glob("plugins/*/")):
+        subprocess.run(built, cwd=project, check=True, capture_output=True)
     venv.create(folder / "venv", with_pip=False)
     (site,) = folder.glob("venv/lib/python*/site-packages")
-    (wheel,) = folder.glob("*.whl")
-    zipfile.ZipFile(wheel).extractall(site)
+    for wheel in folder.glob("*.whl"):
+        zipfile.ZipFile(wheel).extractall(site)
     (site / "numpy").symlink_to(Path(numpy.__file__).parent)
     return folder / "venv"
 
@@ -118,10 +119,7 @@ def test_type_checkers_find_every_module_of_the_wheel(
 ) -> None:
     program = tmp_path / "program.py"
     site = next(environment.glob("lib/python*/site-packages"))
-    messages = {
-        f"{file.parent.parent.name.removesuffix('-stubs')}.{file.parent.name}"
-        for file in site.glob("*-stubs/*/__init__.pyi")
-    }
+    messages = {f"{file.parent.parent.name}.{file.parent.name}" for file in site.glob("*/*/__init__.pyi")}
     modules = [*shipped_modules(), *sorted(messages)]
     assert {"actionlib", "actionlib.msg", "tf.transformations", "dynamic_reconfigure.server"} < set(modules)
     program.write_text("".join(f"import {module}\n" for module in modules))

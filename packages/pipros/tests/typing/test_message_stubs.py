@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 from mypy import api
 
-from pipros.cli.stubs import main
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.stubs import package_stubs
+from pipros_tools.cli.stubs import main
 from tests.support.environments import EXAMPLES as COMPOSIV
-from tests.support.environments import FACADES, SOURCE_PATH, SRC
+from tests.support.environments import ROOTS, SOURCE_PATH, source
 from tests.support.pyright import INSTALL, find_pyright
 
-SHARE = SRC / "pipros" / "share"
+SHARE = source("pipros/share")
 EXAMPLES = [Path(__file__).with_name(name) for name in ("message_fields.txt", "rospy_calls.txt")]
 
 
@@ -58,7 +58,7 @@ def said_by_pyright(path: Path) -> dict[tuple[str, int], str]:
             {
                 "typeCheckingMode": "strict",
                 "reportMissingModuleSource": False,
-                "extraPaths": [str(folder) for folder in (SRC, *FACADES)],
+                "extraPaths": [str(folder) for folder in ROOTS],
                 "include": [path.name],
             }
         )

@@ -9,8 +9,9 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab, keep_screenshots
-from tests.support import windows
+from tests.support import browser, windows
 from tests.support.environments import EXAMPLES
+from tests.support.genuine import missing_packages
 from tests.support.page import ADDRESS, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -53,6 +54,7 @@ def test_a_killed_roslaunch_leaves_no_node_and_no_master(start: StartOnWindows) 
     wait_until(lambda: not windows.running(), 10, lambda: f"the end of {windows.running()}")
 
 
+@pytest.mark.skipif(bool(missing_packages() or browser.missing()), reason="needs genuine ROS 1 and Chromium")
 def test_windows_linux_and_genuine_ros_are_one_system(
     ros: RosSystem, start: StartOnWindows, open_tab: OpenTab
 ) -> None:

@@ -114,7 +114,7 @@ def test_paths_of_workspaces_caches_and_logs_may_be_long(long_folder: Path, work
 
 
 _NAMES = r"""
-from pipros.cli import rosbag, rosmsg, rosrun
+from pipros_tools.cli import rosbag, rosmsg, rosrun
 for name in ("composiv_tryouts/batterylevel", "STD_MSGS/String", "std_msgs/string", "std_msgs/NUL"):
     print(rosmsg.main(["show", name]))
 rosrun.main(["x", "y"])
@@ -142,7 +142,7 @@ def test_closing_the_console_ends_all_programs(start: StartOnWindows) -> None:
 
 _CLOSE = r"""
 import ctypes, os, sys, threading, time
-from pipros.cli.rosbag import main
+from pipros_tools.cli.rosbag import main
 
 def close():
     active = f"{sys.argv[1]}.bag.active"

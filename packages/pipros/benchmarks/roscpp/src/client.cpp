@@ -1,6 +1,6 @@
 // The workers of packages/pipros/benchmarks/client.py with roscpp: the same topics, messages, windows and output.
 //
-//     client source KIND QUEUE WINDOW SECONDS PEERS
+//     client source KIND QUEUE WINDOW SECONDS PEERS RATE_HZ
 //     client sink KIND WINDOW
 //     client echo KIND QUEUE
 //     client trip KIND QUEUE SECONDS
@@ -27,6 +27,8 @@
 
 namespace {
 
+constexpr int kWarmUp = 5;  // messages before the measured ones
+
 using Clock = std::chrono::steady_clock;
 
 const ros::TransportHints kNoDelay = ros::TransportHints().tcpNoDelay();
@@ -46,46 +48,57 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-void fill(std_msgs::String& message) { message.data.assign(16, 'x'); }
+void fill(std_msgs::String& message, int) { message.data.assign(16, 'x'); }
 
-void fill(sensor_msgs::Imu& message) {
+void fill(sensor_msgs::Imu& message, int) {
   message.header.frame_id = "imu_link";
   message.header.stamp = ros::Time(1, 2);
   message.orientation.w = 1.0;
 }
 
-void fill(sensor_msgs::Image& message) {
-  message.height = message.width = message.step = 1024;
+// An image of 1 MB, or of `size` bytes.
+void fill(sensor_msgs::Image& message, int size) {
+  message.height = size ? 1 : 1024;
+  message.width = message.step = size ? size : 1024;
   message.encoding = "mono8";
-  message.data.resize(1 << 20, 7);
+  message.data.resize(message.height * message.step, 7);
 }
 
-void fill(sensor_msgs::PointCloud2& message) {
+void fill(sensor_msgs::PointCloud2& message, int) {
   message.width = 1 << 18;
   message.point_step = 16;
   message.row_step = 1 << 22;
   message.data.resize(1 << 22, 7);
 }
 
-// Publish for a while, then print the number of calls.
+// Publish for a while, at full speed if the rate is 0, then print the number of calls.
 template <class Message>
-void source(int queue, int window, double seconds, unsigned peers) {
+void source(int size, int queue, int window, double seconds, unsigned peers, double rate_hz) {
   ros::NodeHandle node;
   Message message;
-  fill(message);
+  fill(message, size);
   int acknowledged = 0;
   ros::Publisher publisher = node.advertise<Message>("flow", queue);
   ros::Publisher end = node.advertise<std_msgs::Empty>("end", 1, true);
   ros::Subscriber acknowledgements = node.subscribe<std_msgs::Int32>(
       "ack", 10, [&](const std_msgs::Int32::ConstPtr& each) { acknowledged = each->data; }, {}, kNoDelay);
   while (publisher.getNumSubscribers() < peers || end.getNumSubscribers() < peers) handleCallbacks(0.01);
+  for (int i = 0; i < kWarmUp; ++i) {
+    publisher.publish(message);
+    ros::WallDuration(0.02).sleep();
+  }
   ros::WallDuration(0.3).sleep();
 
-  int sent = 0;
+  int sent = kWarmUp;
   const double processor_before = processorSeconds();
   const Clock::time_point begin = Clock::now();
   while (secondsSince(begin) < seconds) {
-    const int count = window ? std::min(10, window - (sent - acknowledged)) : 10;
+    int count = window ? std::min(10, window - (sent - acknowledged)) : 10;
+    if (rate_hz > 0) {
+      count = 1;
+      const double wait_s = (sent - kWarmUp) / rate_hz - secondsSince(begin);
+      if (wait_s > 0) ros::WallDuration(wait_s).sleep();
+    }
     for (int i = 0; i < count; ++i) publisher.publish(message);
     sent += std::max(count, 0);
     if (window) handleCallbacks(count > 0 ? 0 : 0.2);
@@ -93,7 +106,7 @@ void source(int queue, int window, double seconds, unsigned peers) {
   const double processor = processorSeconds() - processor_before;
   end.publish(std_msgs::Empty());
   ros::WallDuration(1.0).sleep();
-  std::printf("@@{\"sent\": %d, \"cpu\": %f}\n", sent, processor);
+  std::printf("@@{\"sent\": %d, \"cpu\": %f}\n", sent - kWarmUp, processor);
 }
 
 // Count messages until the source announces its end.
@@ -102,6 +115,7 @@ void sink(int window) {
   ros::NodeHandle node;
   int seen = 0;
   bool has_ended = false;
+  double processor_before = 0;
   Clock::time_point first, last;
   const int step = std::max(1, window / 4);
   ros::Publisher acknowledgements = node.advertise<std_msgs::Int32>("ack", 10);
@@ -109,21 +123,23 @@ void sink(int window) {
       "end", 1, [&](const std_msgs::Empty::ConstPtr&) { has_ended = true; });
   ros::Subscriber flow = node.subscribe<Message>("flow", 0, [&](const typename Message::ConstPtr&) {
     last = Clock::now();
-    if (!seen++) first = last;
+    if (++seen == kWarmUp) {
+      first = last;
+      processor_before = processorSeconds();
+    }
     if (window && seen % step == 0) {
       std_msgs::Int32 count;
       count.data = seen;
       acknowledgements.publish(count);
     }
   });
-  const double processor_before = processorSeconds();
-  while (!has_ended) handleCallbacks(0.1);
+  while (!has_ended) handleCallbacks(1);
   for (int count = -1; count != seen;) {
     count = seen;
     handleCallbacks(0.2);
   }
   const double span = std::max(std::chrono::duration<double>(last - first).count(), 1e-9);
-  std::printf("@@{\"seen\": %d, \"rate\": %f, \"cpu\": %f}\n", seen, (seen - 1) / span,
+  std::printf("@@{\"seen\": %d, \"rate\": %f, \"cpu\": %f}\n", seen - kWarmUp, (seen - kWarmUp) / span,
               processorSeconds() - processor_before);
 }
 
@@ -141,7 +157,7 @@ template <class Message>
 void trip(int queue, double seconds) {
   ros::NodeHandle node;
   Message message;
-  fill(message);
+  fill(message, 0);
   bool has_returned = false;
   std::vector<double> times;
   ros::Publisher publisher = node.advertise<Message>("forth", queue);
@@ -191,9 +207,10 @@ void caller(bool is_persistent, double seconds) {
 }
 
 template <class Message>
-void runTopicWorker(const std::string& role, char** words) {
+void runTopicWorker(const std::string& role, int size, char** words) {
   if (role == "source") {
-    source<Message>(std::atoi(words[0]), std::atoi(words[1]), std::atof(words[2]), std::atoi(words[3]));
+    source<Message>(size, std::atoi(words[0]), std::atoi(words[1]), std::atof(words[2]), std::atoi(words[3]),
+                    std::atof(words[4]));
   } else if (role == "sink") {
     sink<Message>(std::atoi(words[0]));
   } else if (role == "echo") {
@@ -214,11 +231,12 @@ int main(int argc, char** argv) {
   } else if (role == "caller") {
     caller(std::string(argv[2]) == "true", std::atof(argv[3]));
   } else {
-    const std::string kind = argv[2];
-    if (kind == "string") runTopicWorker<std_msgs::String>(role, argv + 3);
-    if (kind == "imu") runTopicWorker<sensor_msgs::Imu>(role, argv + 3);
-    if (kind == "image") runTopicWorker<sensor_msgs::Image>(role, argv + 3);
-    if (kind == "cloud") runTopicWorker<sensor_msgs::PointCloud2>(role, argv + 3);
+    const std::string whole = argv[2], kind = whole.substr(0, whole.find(':'));
+    const int size = kind == whole ? 0 : std::atoi(whole.c_str() + kind.size() + 1);
+    if (kind == "string") runTopicWorker<std_msgs::String>(role, size, argv + 3);
+    if (kind == "imu") runTopicWorker<sensor_msgs::Imu>(role, size, argv + 3);
+    if (kind == "image") runTopicWorker<sensor_msgs::Image>(role, size, argv + 3);
+    if (kind == "cloud") runTopicWorker<sensor_msgs::PointCloud2>(role, size, argv + 3);
   }
   return 0;
 }

@@ -1,4 +1,4 @@
-"""The computation graph for rqt_graph. Facade of `pipros.graph.live`."""
+"""The computation graph for rqt_graph. Facade of `pipros_tools.graph.live`."""
 
 from __future__ import annotations
 
@@ -6,15 +6,12 @@ from collections.abc import Iterable
 from threading import Lock
 from typing import Any
 
-from pipros.basics.lazy_names import star_names as _star_names
-from pipros.graph.live import CALLER_ID, GraphLink, LiveGraph, logger
-from pipros.graph.live import vertex_of_topic as topic_node
+from pipros_tools.graph.live import CALLER_ID, GraphLink, LiveGraph, logger
+from pipros_tools.graph.live import vertex_of_topic as topic_node
 from rosgraph.impl.edges import Edge, EdgeList, edge_args
 from rosgraph.masterapi import Master
 
 __all__ = ["BadNode", "Edge", "EdgeList", "Graph", "edge_args", "logger", "node_topic", "topic_node"]
-
-_star_names(__name__, "itertools logging random rosgraph xmlrpc.client:ServerProxy socket sys time traceback")
 
 
 def node_topic(node: str) -> str:
@@ -47,7 +44,8 @@ def _of_live(attribute: str) -> property:
 
 
 class Graph:
-    """The graph of the master at ROS_MASTER_URI, as of the last `update`; see `pipros.graph.live.LiveGraph`.
+    """The graph of the master at ROS_MASTER_URI, as of the last `update`; see
+    `pipros_tools.graph.live.LiveGraph`.
 
     Attributes:
         nn_nodes, nt_nodes, srvs: the node vertices, the topic vertices, and the names of the services.

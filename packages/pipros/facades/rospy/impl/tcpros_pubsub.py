@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.graph.system_state import SystemState
+from pipros_tools.graph.system_state import SystemState
 from rospy.core import logdebug as logdebug
 from rospy.core import logerr as logerr
 from rospy.core import logwarn as logwarn

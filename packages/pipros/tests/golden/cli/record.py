@@ -20,7 +20,7 @@ from xmlrpc.client import ServerProxy
 
 HERE = Path(__file__).resolve().parent
 DEADLINE_S = 8
-sys.path.insert(0, str(HERE.parents[4] / "build"))
+sys.path.insert(0, str(HERE.parents[2]))
 
 from tests.golden.cli.scenes import MASKS, graph_for, needs_sources  # noqa: E402
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split  # noqa: E402

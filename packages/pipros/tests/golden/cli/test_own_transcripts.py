@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 import pipros
+import pipros_workspace
 from pipros.master.master import Master
 from tests.golden.cli.scenes import MASKS, graph_for
 from tests.golden.cli.test_transcripts import difference
@@ -44,7 +45,8 @@ def masks_for(folder: Path) -> dict[str, str]:
         folder: "FOLDER",
         PROGRAMS: "BIN",
         Path(pipros.__file__).parent: "PIPROS",
-        Path(pipros.__file__).resolve().parent: "PIPROS",  # where `build` has links
+        Path(pipros_workspace.__file__).parent: "WORKSPACE",
+        REPOSITORY: "CHECKOUT",
     }
     masks = {re.escape(str(place)): name for place, name in places.items()}
     masks |= {rf"\b{re.escape(version('pipros'))}\b": "VERSION"}

@@ -30,7 +30,7 @@ def run(command: Command, folder: Path) -> Outcome:
     program, *arguments = command.argv
     if program == "cat":
         return Outcome((folder / arguments[0]).read_text())
-    main = importlib.import_module(f"pipros.cli.{program.replace('-', '_')}").main
+    main = importlib.import_module(f"pipros_tools.cli.{program.replace('-', '_')}").main
     stdout, stderr = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(stdout), redirect_stderr(stderr):
         patch.chdir(folder)

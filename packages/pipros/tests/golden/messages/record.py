@@ -19,9 +19,8 @@ from typing import Any
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.importing.hook import installed_library
 from tests.interop.programs.examine_messages import ask_genuine
-from tests.support.environments import SRC
+from tests.support.environments import SHIPPED
 
-SHARE = SRC / "pipros" / "share"
 FILE = Path(__file__).with_name("types.json")
 LONGEST = 120
 _STRING_CONSTANT = re.compile(r"\s*string [^#]*=")
@@ -31,7 +30,7 @@ def jobs() -> list[dict[str, Any]]:
     """Return a job with random values for each message and each half of each service included."""
     files = installed_library().files
     found: list[dict[str, Any]] = []
-    for package in sorted(folder.name for folder in SHARE.iterdir()):
+    for package in sorted(folder.name for share in SHIPPED for folder in share.iterdir()):
         for name in files.names("msg", package):
             cls = load_message_class(f"{package}/{name}")
             found.append({"type": cls._type, "text": cls._full_text})

@@ -6,8 +6,8 @@ import json
 import cv2
 import numpy as np
 
-from pipros.libraries.vision.compressed_images import CompressionSettings, compressed, decompressed
-from pipros.pictures.codecs import OpenCVCodec
+from pipros_libraries.pictures.codecs import OpenCVCodec
+from pipros_libraries.vision.compressed_images import CompressionSettings, compressed, decompressed
 
 codec = OpenCVCodec(cv2)
 rng = np.random.RandomState(1)

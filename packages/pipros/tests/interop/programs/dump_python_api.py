@@ -43,9 +43,8 @@ def is_message(thing):
 
 def is_ours(thing):
     """Return whether a class or function was written by hand in a package of ROS, or in pipros for it."""
-    return not is_message(thing) and str(getattr(thing, "__module__", "")).partition(".")[0] in ROS | {
-        "pipros"
-    }
+    package = str(getattr(thing, "__module__", "")).partition(".")[0]
+    return not is_message(thing) and (package in ROS or package.partition("_")[0] == "pipros")
 
 
 @functools.cache

@@ -14,27 +14,6 @@ PLAIN = (str, int, float, bytes, list, dict, tuple, type(None))
 TYPES = ["int32", "int32[]", "int32[3]", "std_msgs/String", "Header", "String", "", "a b", "x[[", "x[-1]"]
 TYPES += ["std_msgs/String[]", "roslib/Header", "std_msgs/Header", "time"]
 
-DRY = """<package><description brief="b">long <b>text</b></description><author>me</author>
-<license>BSD</license><review status="ok" notes="n"/><url>http://u</url>
-<depend package="a"/><depend package="b"/><rosdep name="py"/>
-<export><cpp cflags="-I" lflags="-L">x</cpp><other k="v"/></export><versioncontrol type="svn" url="s"/>
-<platform os="ub" version="9"/><logo>l</logo></package>"""
-SMALL = "<package><author>a</author><license>l</license>{}</package>"
-FIELDS = [
-    "author",
-    "brief",
-    "depends",
-    "description",
-    "exports",
-    "license",
-    "license_url",
-    "logo",
-    "notes",
-    "platforms",
-    "rosdeps",
-]
-FIELDS += ["status", "url", "version", "versioncontrol"]
-
 
 def call(label, function, *args, **kwds):
     shown = [arg for arg in args if isinstance(arg, PLAIN)]
@@ -92,44 +71,6 @@ def raised(function):
         return type(error).__name__
 
 
-def said(manifest):
-    found = {}
-    for name in FIELDS:
-        value = getattr(manifest, name)
-        found[name] = [one.xml() for one in value] if isinstance(value, list) else value
-    found["versioncontrol"] = manifest.versioncontrol and manifest.versioncontrol.xml()
-    return sorted((name, str(value)) for name, value in found.items())
-
-
-def examine_manifests():
-    import roslib.manifest
-
-    begin("roslib manifests")
-    manifest = roslib.manifest.parse(DRY)
-    examine("manifest", lambda: said(manifest))
-    examine("xml", lambda: manifest.xml())
-    for tag, attribute in (("cpp", "cflags"), ("other", "k"), ("none", "k")):
-        call("get_export", manifest.get_export, tag, attribute)
-    for inside in (
-        "",
-        "<zzz/>",
-        "<author>b</author>",
-        "<description/>",
-        "<description>a &lt; b</description>",
-    ):
-        text = SMALL.format(inside)
-        call("parse", lambda text: said(roslib.manifest.parse(text)), text)
-    for text in ("<a/>", "nonsense", "", SMALL.format("<depend/>"), SMALL.format("<rosdep/>")):
-        examine(f"parse {text!r}", lambda: raised(lambda: said(roslib.manifest.parse(text))))
-    library = roslib.manifest
-    for make in (library.Depend, library.ROSDep):
-        for name in ("a", "", None):
-            call(make.__name__, lambda name: make(name).xml(), name)
-    export = library.Export("t", {"a": "b"}, "s")
-    examine("export", lambda: [export.xml(), export.get("a"), export.get("none")])
-    examine("depend", lambda: [str(library.Depend("a")), library.Depend("a") == library.Depend("a")])
-
-
 def examine_names():
     import roslib.names as names
 
@@ -174,7 +115,6 @@ def examine_environment():
 
 examine_names()
 examine_msgs()
-examine_manifests()
 examine_environment()
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)

@@ -25,16 +25,31 @@ def asked(function, *arguments):
 
 
 found = {}
-for ending in ("jpg", "jpeg", "png", "bmp", "tiff"):
-    for shape in ((6, 8), (6, 8, 3)):
-        image = rng.randint(0, 256, shape).astype("uint8")
-        message = bridge.cv2_to_compressed_imgmsg(image, ending)
-        data = bytes(message.data)
-        found[f"{ending} {shape}"] = [message.format, hashlib.sha1(data).hexdigest()]  # noqa: S324
-        for encoding in ("passthrough", "bgr8", "rgb8", "mono8"):
-            if encoding == "passthrough" or len(shape) == 3:
-                arguments = CompressedImage(format=ending, data=data), encoding
-                found[f"{ending} {shape} {encoding}"] = asked(bridge.compressed_imgmsg_to_cv2, *arguments)
+PICTURES = [
+    *(
+        (ending, (6, 8, *rest), "uint8")
+        for ending in ("jpg", "jpeg", "png", "bmp", "tiff")
+        for rest in ((), (3,))
+    ),
+    *((ending, (6, 8, 4), "uint8") for ending in ("png", "bmp", "tiff")),
+    *((ending, (6, 8, *rest), "uint16") for ending in ("png", "tiff") for rest in ((), (3,), (4,))),
+]
+# The encodings with which genuine cv_bridge is right, by dimensions or channels: it takes all for bgr8.
+RIGHT = {
+    2: ("rgb8", "bgra8", "rgba8"),
+    3: ("bgr8", "rgb8", "bgra8", "rgba8", "mono8", "8UC3", "32FC3"),
+    4: ("rgb8", "bgra8", "rgba8", "mono8"),
+}
+for ending, shape, dtype in PICTURES:
+    image = rng.randint(0, np.iinfo(dtype).max + 1, shape).astype(dtype)
+    name = f"{ending} {shape} {dtype}"
+    message = bridge.cv2_to_compressed_imgmsg(image, ending)
+    data = bytes(message.data)
+    found[name] = [message.format, hashlib.sha1(data).hexdigest()]  # noqa: S324
+    picture = CompressedImage(format=ending, data=data)
+    decoded = bridge.compressed_imgmsg_to_cv2(picture)
+    for encoding in ("passthrough", *RIGHT[(*decoded.shape, 2)[2]]):
+        found[f"{name} {encoding}"] = asked(bridge.compressed_imgmsg_to_cv2, picture, encoding)
 found["broken"] = asked(bridge.compressed_imgmsg_to_cv2, CompressedImage(data=b"broken"))
 raw = rng.randint(0, 256, (60, 80, 3)).astype("uint8")
 for coefficients in ([], [-0.3, 0.1, 0.01, 0.01, 0.0]):

@@ -1,12 +1,12 @@
 """An operator of two robots, on genuine rospy: prints a line for each thing that works."""
 
-from actionlib.msg import TestAction, TestGoal
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
 import actionlib
 import rospy
+from actionlib.msg import TestAction, TestGoal
 
 rospy.init_node("operator")
 for name in ("robot1", "robot2"):

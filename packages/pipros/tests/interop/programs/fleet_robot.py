@@ -2,7 +2,6 @@
 
 import sys
 
-from actionlib.msg import TestAction, TestResult
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool, SetBoolResponse
@@ -10,6 +9,7 @@ from tf2_msgs.msg import TFMessage
 
 import actionlib
 import rospy
+from actionlib.msg import TestAction, TestResult
 
 name = sys.argv[1]
 rospy.init_node("robot")

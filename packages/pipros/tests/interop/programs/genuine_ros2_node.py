@@ -38,6 +38,7 @@ class Kit:
         self.group = ReentrantCallbackGroup()
         self.last = {}
         self.number = 0
+        self.lock = threading.Lock()  # as the timer may send while a burst begins
         self.sending = [
             node.create_publisher(Int32, "/r2_reliable", QoSProfile(depth=1000)),
             node.create_publisher(Int32, "/r2_best_effort", qos_profile_sensor_data),
@@ -74,9 +75,10 @@ class Kit:
         self.goal = None
 
     def send(self):
-        for publisher in self.sending:
-            publisher.publish(Int32(data=self.number))
-        self.number += 1
+        with self.lock:
+            for publisher in self.sending:
+                publisher.publish(Int32(data=self.number))
+            self.number += 1
 
     def on_number(self, topic):
         def receive(message):

@@ -9,7 +9,7 @@ from std_msgs.msg import Int32
 
 import rospy
 from pipros.ros1.std_msgs.msg import Int32 as Ros1Int32
-from pipros.ros2 import to_ros1, to_ros2
+from pipros_ros2 import to_ros1, to_ros2
 
 rospy.init_node("half")
 rclpy.init()

@@ -2,10 +2,9 @@
 
 import time
 
-from actionlib.msg import TestAction, TestGoal
-
 import actionlib
 import rospy
+from actionlib.msg import TestAction, TestGoal
 
 
 def wait_for(condition):

@@ -1,11 +1,11 @@
 """A node that offers a latched topic, an echo, a service, an action and a parameter under its name."""
 
-from actionlib.msg import TestAction, TestResult
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
 
 import actionlib
 import rospy
+from actionlib.msg import TestAction, TestResult
 
 rospy.init_node("offers")
 name = rospy.get_name()

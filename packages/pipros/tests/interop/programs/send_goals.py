@@ -2,11 +2,11 @@
 
 import threading
 
-from actionlib.msg import TestAction, TestGoal
 from actionlib_msgs.msg import GoalStatus
 
 import actionlib
 import rospy
+from actionlib.msg import TestAction, TestGoal
 
 rospy.init_node("client")
 client = actionlib.SimpleActionClient("simple", TestAction)

@@ -3,10 +3,9 @@
 A goal below 100 succeeds with its number, 100 waits for its end, 200 raises, 300 sets no result.
 """
 
-from actionlib.msg import TestAction, TestFeedback, TestResult
-
 import actionlib
 import rospy
+from actionlib.msg import TestAction, TestFeedback, TestResult
 
 
 def execute(goal):

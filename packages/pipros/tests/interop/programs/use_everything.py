@@ -5,13 +5,13 @@ import threading
 import time
 from xmlrpc.client import ServerProxy
 
-from actionlib.msg import TestAction, TestGoal
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 import actionlib
 import rosgraph
 import rospy
+from actionlib.msg import TestAction, TestGoal
 
 SECONDS = 60.0
 

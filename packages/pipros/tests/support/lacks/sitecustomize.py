@@ -25,15 +25,11 @@ from typing import Any
 
 SYSTEM = os.environ.get("PIPROS_TEST_LACKS", "")
 _PACKAGES = os.path.abspath(os.path.join(os.path.realpath(__file__), *[".."] * 5))
-_MERGED = os.path.join(os.path.dirname(_PACKAGES), "build")
-# Modules have the paths of links in `build`; what is beside a program has the path of its package.
-_OURS = (
-    *(os.path.join(_MERGED, part, "") for part in ("src", "facades", "internals")),
-    *(
-        os.path.join(_PACKAGES, name, part, "")
-        for name in os.listdir(_PACKAGES)
-        for part in ("src", "facades")
-    ),
+_OURS = tuple(
+    os.path.join(folder, name, part, "")
+    for folder in (_PACKAGES, os.path.join(os.path.dirname(_PACKAGES), "plugins"))
+    for name in os.listdir(folder)
+    for part in ("src", "facades")
 )
 _LIBRARY = (os.path.join(os.path.dirname(os.__file__), ""), "<frozen ")
 _NOT_LIBRARY = os.path.join(os.path.dirname(os.__file__), "site-packages", "")

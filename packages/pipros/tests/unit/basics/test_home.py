@@ -11,8 +11,8 @@ import pytest
 
 from pipros.basics import home
 from pipros.basics.env import Environment
-from pipros.launch.model import Machine
-from pipros.launch.placement import is_local
+from pipros_tools.launch.model import Machine
+from pipros_tools.launch.placement import is_local
 from tests.support.users import give_away, needs_other_users
 
 pwd = pytest.importorskip("pwd")

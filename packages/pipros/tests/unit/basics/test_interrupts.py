@@ -32,7 +32,7 @@ except KeyboardInterrupt:
     "start",
     [
         "import rospy",
-        "from pipros.cli.entry_point import command; command(lambda: 0)()",
+        "from pipros_tools.cli.entry_point import command; command(lambda: 0)()",
         "from pipros.basics.interrupts import install; install(); install()",
     ],
 )
@@ -46,7 +46,9 @@ def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(start: str) 
     assert (done.stdout, done.stderr) == ("ended\n", "")
 
 
-@pytest.mark.parametrize("module", ["pipros.basics.interrupts", "pipros.cli.runner", "pipros.cli.rostopic"])
+@pytest.mark.parametrize(
+    "module", ["pipros.basics.interrupts", "pipros_tools.cli.runner", "pipros_tools.cli.rostopic"]
+)
 def test_an_import_does_not_change_the_process(module: str) -> None:
     program = f"import sys; hook = sys.unraisablehook; import {module}; print(hook is sys.unraisablehook)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import pytest
 
 from pipros.basics.limits import InvalidLimits, Limits
-from pipros.basics.rooms import Room
+from pipros.basics.plugins import Plugin
 
 
 class BathLimits(NamedTuple):
@@ -18,26 +18,26 @@ class BathLimits(NamedTuple):
     beds_bytes: int = 4096
 
 
-ROOM = Room("bath", "for tests", limits=f"{__name__}:BathLimits")
+PLUGIN = Plugin("bath", "for tests", limits=f"{__name__}:BathLimits")
 
 
 def test_unnamed_limits_keep_their_defaults() -> None:
     assert Limits.parse("") == Limits()
-    assert Limits.parse("handshakes=8") == Limits(handshakes=8)
+    assert Limits.parse("goals=8") == Limits(goals=8)
 
 
 def test_blanks_and_empty_pairs_are_ignored() -> None:
-    assert Limits.parse(" handshakes = 8 ,, stall_s=0.5,") == Limits(handshakes=8, stall_s=0.5)
+    assert Limits.parse(" goals = 8 ,, stall_s=0.5,") == Limits(goals=8, stall_s=0.5)
 
 
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("frames=1", "unknown limit [frames]; the limits are header_bytes, frame_bytes"),
-        ("handshakes", "handshakes must be a whole number greater than zero, got []"),
-        ("handshakes=x", "handshakes must be a whole number greater than zero, got [x]"),
-        ("handshakes=1.5", "handshakes must be a whole number greater than zero, got [1.5]"),
-        ("handshakes=0", "handshakes must be a whole number greater than zero, got [0]"),
+        ("frames=1", "unknown limit [frames]; the limits are frame_bytes, body_bytes"),
+        ("goals", "goals must be a whole number greater than zero, got []"),
+        ("goals=x", "goals must be a whole number greater than zero, got [x]"),
+        ("goals=1.5", "goals must be a whole number greater than zero, got [1.5]"),
+        ("goals=0", "goals must be a whole number greater than zero, got [0]"),
         ("stall_s=-1", "stall_s must be a number greater than zero, got [-1]"),
         ("stall_s=nan", "stall_s must be a number greater than zero, got [nan]"),
     ],
@@ -61,12 +61,12 @@ def test_the_process_reads_its_limits_from_the_environment() -> None:
     assert (done.stdout, done.stderr) == ("1000\n", "")
 
 
-def test_limits_of_rooms_are_read_and_carried(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.basics.rooms.rooms", lambda: iter([ROOM]))
+def test_limits_of_plugins_are_read_and_carried(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.basics.plugins.plugins", lambda: iter([PLUGIN]))
 
-    limits = Limits.parse("baths=7, handshakes=8, beds_bytes=9")
+    limits = Limits.parse("baths=7, goals=8, beds_bytes=9")
 
-    assert limits == Limits(handshakes=8, tables=(BathLimits(baths=7, beds_bytes=9),))
+    assert limits == Limits(goals=8, tables=(BathLimits(baths=7, beds_bytes=9),))
     assert limits.of(BathLimits) == (7, 9)
     assert limits.with_table(BathLimits(baths=3)).of(BathLimits) == (3, 4096)
     assert Limits().of(BathLimits) == (2, 4096)
@@ -76,25 +76,25 @@ def test_limits_of_rooms_are_read_and_carried(monkeypatch: pytest.MonkeyPatch) -
     ("text", "complaint"),
     [
         ("baths=x", "baths must be a whole number greater than zero, got [x]"),
-        ("doors=1", "unknown limit [doors]; the limits are header_bytes, frame_bytes"),
+        ("doors=1", "unknown limit [doors]; the limits are frame_bytes, body_bytes"),
     ],
 )
 def test_a_wrong_limit_of_a_room_is_explained(
     text: str, complaint: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.basics.rooms.rooms", lambda: iter([ROOM]))
+    monkeypatch.setattr("pipros.basics.plugins.plugins", lambda: iter([PLUGIN]))
 
     with pytest.raises(InvalidLimits, match=r"^PIPROS_LIMITS: ") as raised:
         Limits.parse(text)
 
     assert complaint in str(raised.value)
-    assert ("policy_goal_id_characters, baths, beds_bytes" in str(raised.value)) is text.startswith("doors")
+    assert ("bag_cache_bytes, baths, beds_bytes" in str(raised.value)) is text.startswith("doors")
 
 
 def test_rooms_are_only_imported_for_their_limits() -> None:
     script = (
         "import sys; from pipros.basics.limits import process_limits; process_limits(); "
-        "print('pipros.basics.rooms' in sys.modules)"
+        "print('pipros.basics.plugins' in sys.modules)"
     )
     found = [
         subprocess.run(

@@ -12,7 +12,7 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.basics.log_file import LogFile, open_to_write
-from pipros.launch.console import Console
+from pipros_tools.launch.console import Console
 
 needs_dev_full = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full of Linux")
 
@@ -92,6 +92,20 @@ def test_a_full_disk_is_reported_once_and_lines_continue_when_there_is_room(tmp_
         "WARNING: 5 log entries before this line were lost",
         "last",
     ]
+
+
+def test_a_file_that_cannot_be_opened_is_reported_once_and_opened_later(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "log"
+    folder.write_text("a file where a folder is wanted")
+    files = [LogFile(folder / "run" / name) for name in ("x.log", "y.log")]
+    assert [file.write("lost\n") for file in files] == [False, False]
+    assert capsys.readouterr().err.count("WARNING: cannot write to log file") == 1
+    folder.unlink()
+    assert files[0].write("last\n")
+    written = (folder / "run" / "x.log").read_text().splitlines()
+    assert written == ["WARNING: 1 log entries before this line were lost", "last"]
 
 
 @needs_dev_full

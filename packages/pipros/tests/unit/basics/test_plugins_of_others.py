@@ -1,4 +1,4 @@
-"""Rooms of other distributions: one that is broken does not end the others, or any command."""
+"""Plugins of other distributions: one that is broken does not end the others, or any command."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from types import ModuleType
 
 import pytest
 
-from pipros.basics import rooms
-from pipros.basics.rooms import ENTRY_POINTS, Room, all_loaded, all_offered
+from pipros.basics import plugins
+from pipros.basics.plugins import ENTRY_POINTS, Plugin, all_loaded, all_offered
 
 GOOD = ["good_one", "good_two"]
 BROKEN = {
-    "broken_room:missing": "AttributeError",
-    "broken_room:TEXT": "it must name a Room, got str",
-    "no_such_module:ROOM": "ModuleNotFoundError: No module named 'no_such_module'",
+    "broken_plugin:missing": "AttributeError",
+    "broken_plugin:TEXT": "it must name a Plugin, got str",
+    "no_such_module:PLUGIN": "ModuleNotFoundError: No module named 'no_such_module'",
 }
 
 
-def room(name: str, offer: str = "") -> Room:
-    return Room(name, "test", offers={"test": offer} if offer else {}, check=offer)
+def plugin(name: str, offer: str = "") -> Plugin:
+    return Plugin(name, "test", offers={"test": offer} if offer else {}, check=offer)
 
 
 @pytest.fixture(autouse=True)
-def fresh_rooms(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    module = ModuleType("broken_room")
+def fresh_plugins(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    module = ModuleType("broken_plugin")
     module.TEXT, module.CHECK = "a text", "a check"  # type: ignore[attr-defined]
     for name in GOOD:
-        setattr(module, name, room(name, "broken_room:CHECK"))
-    module.offering = room("offering", "broken_room:missing")  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "broken_room", module)
-    rooms._rooms_of_others.cache_clear()
+        setattr(module, name, plugin(name, "broken_plugin:CHECK"))
+    module.offering = plugin("offering", "broken_plugin:missing")  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "broken_plugin", module)
+    plugins._plugins_of_entry_points.cache_clear()
     yield
-    rooms._rooms_of_others.cache_clear()
+    plugins._plugins_of_entry_points.cache_clear()
 
 
 def install(monkeypatch: pytest.MonkeyPatch, targets: list[str]) -> None:
@@ -44,13 +44,13 @@ def install(monkeypatch: pytest.MonkeyPatch, targets: list[str]) -> None:
 
 @pytest.mark.parametrize("place", range(len(GOOD) + 1))
 @pytest.mark.parametrize("broken", BROKEN)
-def test_a_room_that_cannot_be_loaded_is_left_out_by_name(
+def test_a_plugin_that_cannot_be_loaded_is_left_out_by_name(
     broken: str, place: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    targets = [f"broken_room:{name}" for name in GOOD]
+    targets = [f"broken_plugin:{name}" for name in GOOD]
     targets.insert(place, broken)
     install(monkeypatch, targets)
-    assert [each.name for each in rooms.rooms() if each not in rooms.own_rooms()] == GOOD
+    assert [each.name for each in plugins.plugins() if each not in plugins.named_plugins()] == GOOD
     (text,) = caplog.messages
     assert text.startswith(
         f"the entry point point_{place} = {broken} in the group {ENTRY_POINTS} is left out: "
@@ -62,9 +62,9 @@ def test_a_room_that_cannot_be_loaded_is_left_out_by_name(
 def test_an_offer_that_cannot_be_loaded_is_left_out_by_name(
     place: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    targets = [f"broken_room:{name}" for name in GOOD]
-    targets.insert(place, "broken_room:offering")
+    targets = [f"broken_plugin:{name}" for name in GOOD]
+    targets.insert(place, "broken_plugin:offering")
     install(monkeypatch, targets)
     assert all_offered("test") == ["a check"] * len(GOOD)
-    assert "broken_room:missing of the room offering is left out: AttributeError" in caplog.text
+    assert "broken_plugin:missing of the plugin offering is left out: AttributeError" in caplog.text
     assert all_loaded(lambda each: each.check).count("a check") == len(GOOD)

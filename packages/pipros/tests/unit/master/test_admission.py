@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.master.admission import AllowedNetworks
+from pipros.master.master import AllowedNetworks
 from pipros.net.this_machine import ThisMachineCaller
 
 ALLOWED = AllowedNetworks(["10.0.0.0/8", "192.168.1.7"])

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.basics.limits import Limits
 from pipros.master.api import MasterApi
 from pipros.master.param_weight import TooManyElements, weigh
 from pipros.master.params import NotSet, ParamsFull, ParamTree
 from pipros.master.registry import Registry, RegistryFull, Role
+from tests.support.constants import Constants, changed
 
 KEYS = st.lists(st.sampled_from(["a", "b", "é"]), max_size=3).map(lambda parts: "/" + "/".join(parts))
 VALUES = st.recursive(
@@ -104,8 +104,9 @@ TYPES = st.sampled_from(["*", "a/B", "pkg/Type"])
         max_size=30,
     )
 )
+@changed(TOPIC_TYPES=1)
 def test_the_counted_bytes_of_registrations_are_always_their_size(changes: list[tuple[Any, ...]]) -> None:
-    books = Registry(Limits(topic_types=1))
+    books = Registry()
     for method, *arguments in changes:
         for notice in getattr(books, method)(*arguments) if method != "unregister" else ():
             books.notice_done(notice)
@@ -116,8 +117,9 @@ def test_the_counted_bytes_of_registrations_are_always_their_size(changes: list[
         assert len(books.topic_types.keys() - in_use) <= 1
 
 
-def test_a_registration_beyond_the_limit_is_refused_and_changes_nothing() -> None:
-    books = Registry(Limits(registration_bytes=600))
+def test_a_registration_beyond_the_limit_is_refused_and_changes_nothing(constants: Constants) -> None:
+    constants(REGISTRATIONS_BYTES=600)
+    books = Registry()
     books.register_publisher("/n", "/t", "x/Y", "http://a:1/")
     for register in (
         lambda: books.register_publisher("/n", "/t2", "x/Y" * 100, "http://a:1/"),
@@ -137,8 +139,9 @@ def test_a_registration_beyond_the_limit_is_refused_and_changes_nothing() -> Non
     assert books.register_publisher("/n", "/t", "x/Y", "http://a:1/") == []
 
 
-def test_the_types_that_were_unused_longest_are_discarded() -> None:
-    books = Registry(Limits(topic_types=2))
+def test_the_types_that_were_unused_longest_are_discarded(constants: Constants) -> None:
+    constants(TOPIC_TYPES=2)
+    books = Registry()
     for topic in ("/a", "/b", "/c", "/used"):
         books.register_publisher("/n", topic, "x/Y", "http://a:1/")
     for topic in ("/b", "/a", "/c"):
@@ -149,8 +152,9 @@ def test_the_types_that_were_unused_longest_are_discarded() -> None:
     assert books.topic_types == {"/a": "x/Y", "/c": "x/Y", "/used": "x/Y"}
 
 
-def test_long_names_leave_room_for_fewer_types() -> None:
-    books = Registry(Limits(topic_type_bytes=100))
+def test_long_names_leave_room_for_fewer_types(constants: Constants) -> None:
+    constants(TOPIC_TYPE_BYTES=100)
+    books = Registry()
     for name in ("/" + "a" * 60, "/" + "b" * 60, "/c"):
         books.register_publisher("/n", name, "x/Y", "http://a:1/")
         books.unregister(Role.PUBLISHER, "/n", name, "http://a:1/")

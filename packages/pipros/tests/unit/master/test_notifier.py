@@ -13,6 +13,7 @@ from pipros.master import notifier
 from pipros.master.notifier import KEEP_CONNECTION_S, QUEUED_AT_A_TIME, SLOW_S, TURNS_AT_A_TIME, Notifier
 from pipros.master.registry import MASTER_ID, Notice
 from pipros.wire.xmlrpc import decode_call
+from tests.support.constants import Constants
 from tests.support.instant_loop import run_instantly
 
 A, B = "http://a:1/", "http://b:2/"
@@ -82,11 +83,8 @@ class FakeRecipients:
         self.may_end: set[str] = set()
         self.reports: list[tuple[str, Notice]] = []
 
-    def is_current(self, notice: Notice) -> bool:
-        return notice.api not in self.moved
-
-    async def may_shut_down(self, notice: Notice) -> bool:
-        return notice.api in self.may_end
+    async def may_deliver(self, notice: Notice) -> bool:
+        return notice.api in self.may_end if notice.method == "shutdown" else notice.api not in self.moved
 
     def on_delivered(self, notice: Notice) -> None:
         self.reports.append(("delivered", notice))
@@ -188,8 +186,10 @@ def test_a_slow_node_is_reported_and_gets_the_next_notification(case: Case) -> N
 
 def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
     caplog: pytest.LogCaptureFixture,
+    constants: Constants,
 ) -> None:
-    case = Case(Limits(notices=2))
+    constants(NOTICES=2)
+    case = Case(Limits())
 
     async def main() -> None:
         case.network.delays_s[A] = 1.0

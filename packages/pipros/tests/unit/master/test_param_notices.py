@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.master.param_notices import param_notices
+from pipros.master.api import param_notices
 from pipros.master.registry import MASTER_ID, Notice, Registry
 
 A, B = "http://a:1/", "http://b:2/"

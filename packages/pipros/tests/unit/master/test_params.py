@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import random
+import sys
+from collections.abc import Callable
+from copy import deepcopy
 from typing import Any
 
 import pytest
@@ -139,3 +143,73 @@ def test_a_known_size_is_not_computed_again() -> None:
     again = ParamTree()
     again.set("/text", value)
     assert (again.held_bytes - empty) - known == weigh(value) - 7
+
+
+def copies_of_dictionaries(act: Callable[[], object]) -> int:
+    names: list[str] = []
+
+    def note(_frame: object, event: str, argument: Any) -> None:
+        if event == "c_call":
+            names.append(argument.__name__)
+
+    sys.setprofile(note)
+    try:
+        act()
+    finally:
+        sys.setprofile(None)
+    return names.count("copy")
+
+
+def test_setting_and_deleting_many_keys_copies_no_namespace_for_each_of_them() -> None:
+    params = ParamTree({"a": {}, "other": {"deep": {"x": 1}}})
+
+    def set_and_delete() -> None:
+        for number in range(500):
+            params.set(f"/a/k{number}", number)
+            params.get("/other/deep")
+        for number in range(500):
+            params.delete(f"/a/k{number}")
+
+    assert copies_of_dictionaries(set_and_delete) == 2
+    assert params.get("/") == {"a": {}, "other": {"deep": {"x": 1}}}
+    assert copies_of_dictionaries(lambda: params.set("/a/k", 1)) == 2
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_values_that_were_passed_or_received_never_change(seed: int) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    params = ParamTree()
+    seen: list[tuple[Any, Any]] = []
+    model: dict[str, Any] = {}
+    for _ in range(400):
+        parts = [chance.choice("ab") for _ in range(chance.randint(1, 4))]
+        key = "/".join(["", *parts])
+        value = chance.choice([1, {}, {"a": {"b": 2}}, {"b": {"a": {"a": {}}}}])
+        value = deepcopy(value)
+        kind = chance.choice(["set", "set", "get", "former", "delete"])
+        if kind == "set":
+            params.set(key, value)
+            seen.append((value, deepcopy(value)))
+            below = model
+            for part in parts[:-1]:
+                if type(below.get(part)) is not dict:
+                    below[part] = {}
+                below = below[part]
+            below[parts[-1]] = deepcopy(value)
+        elif kind == "former":
+            value = params.former(key)
+            seen.append((value, deepcopy(value)))
+        elif params.has(key):
+            value = params.get(key)
+            seen.append((value, deepcopy(value)))
+            if kind == "delete":
+                params.delete(key)
+                below = model
+                for part in parts[:-1]:
+                    below = below[part]
+                del below[parts[-1]]
+        if chance.random() < 0.1:
+            assert params.get("/") == model
+    assert all(value == before for value, before in seen)
+    assert params.get("/") == model
+    assert params.held_bytes == ParamTree(model).held_bytes

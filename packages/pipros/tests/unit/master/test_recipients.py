@@ -7,8 +7,8 @@ import pytest
 
 from pipros.basics.errors import Unreachable
 from pipros.master.liveness import Liveness
-from pipros.master.recipients import RegisteredNodes
 from pipros.master.registry import MASTER_ID, Notice, Registry
+from pipros.master.server import RegisteredNodes
 
 A, B = "http://a:1/", "http://b:2/"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from pipros.master.params import ParamTree
 from pipros.master.registry import Registry, Role
 from pipros.master.store import Store, restore_params, restore_registrations
 from tests.support.examples import examples
+from tests.support.full_disk import files_limited_to
 from tests.support.waiting import wait_until
 
 A = "http://a:1/"
@@ -147,3 +149,31 @@ def test_an_unusable_store_is_set_aside_unchanged(
     again = Store(file)
     again.close()
     assert again.set_aside == tmp_path / "master.db.unusable-2"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs resource limits")
+def test_a_full_disk_neither_ends_a_master_nor_moves_its_file_aside(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = Store(tmp_path / "folder" / "master.db")
+    store.param_set("/kept", 7)
+    store.close()
+
+    with files_limited_to(0):
+        full = Store(store.file)
+        full.param_set("/lost", 8)
+        full.close()
+
+    assert f"WARNING: cannot store parameters and registrations in [{store.file}]" in capsys.readouterr().err
+    assert (full.restored.parameters, full.set_aside) == ((("/kept", 7),), None)
+    assert reopened(store.file)[0].get("/") == {"kept": 7}
+
+
+def test_a_store_without_a_folder_is_only_warned_about(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    store = Store(tmp_path / "file" / "master.db")
+    store.close()
+    assert (store.restored.parameters, store.restored.registrations) == ((), ())
+    assert "WARNING: cannot store parameters" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""The examples of docs/messages.md run, and its limits are those of the code."""
+"""The examples of docs/guides/package.md run, and its limits are those of the code."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import re
 
 from pipros.msg.compile.emitter import BLOCK_LIMIT
 from pipros.msg.language.digest import DEPTH_LIMIT
-from tests.support.environments import REPOSITORY
+from tests.support import documents
 
-DOCUMENT = (REPOSITORY / "docs" / "messages.md").read_text()
+DOCUMENT = documents.text_of("guides/package.md")
 
 
 def test_the_examples_run() -> None:

@@ -15,9 +15,9 @@ from std_msgs.msg import Header
 
 import genpy.dynamic
 from genmsg import InvalidMsgSpec, MsgGenerationException, MsgNotFound
-from pipros.basics.limits import Limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.digest import SEPARATOR
+from pipros.msg.language.full_text import DEFINITION_BYTES, DEFINITION_TYPES
 from pipros.msg.language.spec import DefinitionError
 
 
@@ -112,9 +112,9 @@ def part(name: str, text: str) -> str:
         (f"int32 x\n{part('no name', 'int32 x')}", "a type name must have the form package/Name, got"),
         ("int32 serialize", "the name serialize is taken"),
         ("int32 from\nint32 from_", "the name from_ is taken"),
-        ("x" * (Limits().definition_bytes + 1), "is longer than"),
+        ("x" * (DEFINITION_BYTES + 1), "is longer than"),
         (
-            "int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(Limits().definition_types)),
+            "int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(DEFINITION_TYPES)),
             "more than 1000 types",
         ),
         ("int32[67108865] x", "array length must be <= 67108864, got 67108865"),

@@ -16,11 +16,10 @@ import genpy.base
 import genpy.message
 import genpy.rostime
 import roslib.message
-from tests.support.environments import SRC
+from tests.support.environments import SHIPPED
 
-SHARE = SRC / "pipros" / "share"
-SEARCH = {folder.name: [str(folder / "msg")] for folder in SHARE.iterdir()}
-SERVICES = {folder.name: [str(folder / "srv")] for folder in SHARE.iterdir()}
+SEARCH = {folder.name: [str(folder / "msg")] for share in SHIPPED for folder in share.iterdir()}
+SERVICES = {folder.name: [str(folder / "srv")] for share in SHIPPED for folder in share.iterdir()}
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Every included type, compared with the recorded one of genuine genpy (tests.golden.messages)."""
 
+# needs the plugins: robot
 from __future__ import annotations
 
 import json
@@ -11,11 +12,12 @@ import pytest
 import genpy
 import genpy.message
 from pipros.msg import load_message_class, load_service_class
-from tests.golden.messages.record import FILE, SHARE, jobs, recorded
+from tests.golden.messages.record import FILE, jobs, recorded
 from tests.interop.programs.examine_messages import examine, random_values
+from tests.support.environments import SHIPPED
 
 GOLDEN = json.loads(FILE.read_text())
-PACKAGES = sorted(folder.name for folder in SHARE.iterdir())
+PACKAGES = sorted(folder.name for share in SHIPPED for folder in share.iterdir())
 
 
 def test_every_type_that_ships_was_recorded() -> None:

@@ -9,10 +9,13 @@ import pytest
 
 from pipros.basics.errors import NotFound
 from pipros.msg.importing.hook import installed_library
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHIPPED_FOLDERS
 
 WITH_DEFINITIONS = sorted(
-    folder for folder in SHARED_PACKAGES.iterdir() if any((folder / kind).is_dir() for kind in ("msg", "srv"))
+    folder
+    for share in SHIPPED_FOLDERS
+    for folder in share.iterdir()
+    if any((folder / kind).is_dir() for kind in ("msg", "srv"))
 )
 
 

@@ -12,11 +12,15 @@ from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.parse import SECTION_MARK
 from pipros.msg.language.spec import MessageSpec
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros.packages import shipped_folder
+from pipros_workspace.index import SHIPPED_FOLDERS
 
-FILES = sorted(SHARED_PACKAGES.glob("*/msg/*.msg"))
-FILES += sorted(SHARED_PACKAGES.glob("*/srv/*.srv"))
-FILES += sorted(SHARED_PACKAGES.glob("*/action/*.action"))
+FILES = [
+    file
+    for kind in ("msg", "srv", "action")
+    for share in SHIPPED_FOLDERS
+    for file in sorted(share.glob(f"*/{kind}/*.{kind}"))
+]
 PACKAGES = sorted({file.parts[-3] for file in FILES})
 LONGEST_LINE = 110
 
@@ -34,7 +38,7 @@ def parts(file: Path, definitions: Definitions) -> list[MessageSpec]:
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_type_field_and_constant_that_ships_has_a_comment(package: str) -> None:
-    definitions = Definitions(DefinitionFiles(lambda name: str(SHARED_PACKAGES / name)))
+    definitions = Definitions(DefinitionFiles(shipped_folder))
     without: list[str] = []
     for file in (file for file in FILES if file.parts[-3] == package):
         specs = parts(file, definitions)

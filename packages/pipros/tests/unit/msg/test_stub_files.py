@@ -10,9 +10,9 @@ from types import ModuleType
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.cli import stubs
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stub_files import StubFiles, has_python_modules
+from pipros_tools.cli import stubs
 
 
 @pytest.fixture

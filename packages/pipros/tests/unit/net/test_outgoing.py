@@ -12,6 +12,7 @@ import pytest
 from pipros.basics.limits import Limits
 from pipros.net import sockets
 from pipros.net.outgoing import CHECK_STALLED_INTERVAL_S, TURN_BYTES, OutgoingLink
+from tests.support.constants import Constants
 
 SIZE = 10
 
@@ -246,8 +247,9 @@ def test_a_subscriber_that_closes_ends_the_link() -> None:
     assert subscriber.link.end_reason == ""
 
 
-def test_a_subscriber_that_sends_too_much_loses_the_link_with_a_reason() -> None:
-    subscriber = Subscriber(10, Limits(subscriber_bytes=10))
+def test_a_subscriber_that_sends_too_much_loses_the_link_with_a_reason(constants: Constants) -> None:
+    constants(SUBSCRIBER_BYTES=10)
+    subscriber = Subscriber(10, Limits())
     for data, is_closed in ((b"x" * 10, False), (b"x", True)):
         subscriber.sock.incoming = [data]
         assert subscriber.loop.reader

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.net.connection_table import ConnectionTable
+from pipros.net.connection_table import WHOLE_REQUEST_S, ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import RpcConnection
@@ -186,7 +186,7 @@ def test_reading_pauses_while_the_peer_does_not_read(peer: Peer) -> None:
 def test_a_peer_that_does_not_read_is_closed_at_the_deadline(peer: Peer) -> None:
     peer.transport.on_write = peer.connection.pause_writing
     peer.send(CALL)
-    limit_s = peer.server.limits.request_s
+    limit_s = WHOLE_REQUEST_S
     peer.server.connections.close_overdue(limit_s - 1, 1e9)
     assert peer.transport.events == []
     peer.server.connections.close_overdue(limit_s + 1, 1e9)
@@ -194,7 +194,7 @@ def test_a_peer_that_does_not_read_is_closed_at_the_deadline(peer: Peer) -> None
 
 
 def test_single_bytes_do_not_extend_the_deadline_of_a_request(peer: Peer) -> None:
-    limit_s = peer.server.limits.request_s
+    limit_s = WHOLE_REQUEST_S
     peer.send(CALL[:10])
     peer.loop.now = limit_s - 1
     peer.send(CALL[10:11])

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from pipros.basics.limits import Limits
 from pipros.net import this_machine
 from pipros.net.address import ANY
 from pipros.net.lookup import Lookups
@@ -25,6 +24,7 @@ from pipros.net.this_machine import (
     knows_users,
     user_listening,
 )
+from tests.support.constants import Constants
 from tests.support.lacks import system
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.users import STRANGER, needs_other_users
@@ -161,7 +161,7 @@ def test_names_are_looked_up_as_configured() -> None:
     assert addresses_of("127.0.1.1") == ("127.0.1.1",)
 
 
-def test_a_hung_lookup_is_neither_awaited_nor_repeated() -> None:
+def test_a_hung_lookup_is_neither_awaited_nor_repeated(constants: Constants) -> None:
     released, threads = threading.Event(), []
 
     def hang(*_: object, **__: object) -> list[object]:
@@ -171,7 +171,8 @@ def test_a_hung_lookup_is_neither_awaited_nor_repeated() -> None:
 
     lookups = Lookups(4, resolve=hang)
     for _ in range(2):
-        assert addresses_of("hangs.example", Limits(lookup_s=0.05), lookups) == ()
+        constants(LOOKUP_S=0.05)
+        assert addresses_of("hangs.example", lookups) == ()
     [thread] = wait_until(lambda: threads)
     assert thread.daemon  # the process does not wait for it at its end
     released.set()

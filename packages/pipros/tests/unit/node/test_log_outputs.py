@@ -76,8 +76,29 @@ def test_an_unwritable_folder_disables_only_the_log_file(
     open_console_and_file(node(tmp_path / "log"), logger, None)
     logger.warning("low battery")
     written = capsys.readouterr().err
-    assert f"WARNING: cannot log to [{tmp_path / 'log' / 'talker.log'}]" in written
-    assert "Please set ROS_LOG_DIR to a writable location." in written
+    assert f"WARNING: cannot write to log file [{tmp_path / 'log' / 'talker.log'}]" in written
+    assert "set ROS_LOG_DIR to a writable location" in written
+    assert "low battery" in written
+
+
+@pytest.mark.parametrize("suffix", ["yaml", "conf"])
+def test_a_configuration_that_names_an_unwritable_file_is_replaced(
+    tmp_path: Path, root: logging.Logger, capsys: pytest.CaptureFixture[str], suffix: str
+) -> None:
+    config, blocked = tmp_path / f"logging.{suffix}", tmp_path / f"a file of {suffix}"
+    blocked.touch()
+    file = f"{blocked.as_posix()}/x.log"
+    config.write_text(
+        f"version: 1\nhandlers: {{all: {{class: logging.FileHandler, filename: '{file}'}}}}\n"
+        if suffix == "yaml"
+        else "[loggers]\nkeys=root\n[handlers]\nkeys=all\n[formatters]\nkeys=\n[logger_root]\nhandlers=all\n"
+        f"[handler_all]\nclass=FileHandler\nargs=('{file}',)\n"
+    )
+    logger = logging.Logger("rosout")
+    open_console_and_file(node(tmp_path, ROS_PYTHON_LOG_CONFIG_FILE=str(config)), logger, None)
+    logger.warning("low battery")
+    written = capsys.readouterr().err
+    assert f"WARNING: cannot write to log file [{blocked / 'x.log'}]" in written
     assert "low battery" in written
 
 

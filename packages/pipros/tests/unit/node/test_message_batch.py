@@ -133,6 +133,27 @@ def test_without_a_queue_each_message_is_sent_at_once(monkeypatch: pytest.Monkey
     assert topic.link.calls == [1] * 20
 
 
+def test_without_a_queue_bursts_are_noticed_only_for_links_that_share_packets(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    topic = Topic(monkeypatch, queue_size=None)
+    topic.begin_burst()
+    assert not topic.publication._burst.in_burst
+    topic.publication._may_share_packets = True
+    topic.begin_burst()
+    assert topic.publication._burst.in_burst
+
+
+def test_messages_of_a_queue_are_sent_before_those_without_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(3)
+    topic.publication.queue_size = None
+    topic.publish()
+    assert topic.link.calls == [3, 1]
+    assert topic.numbers == list(range(topic.count))
+
+
 def test_a_large_message_does_not_overtake_small_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     topic = Topic(monkeypatch)
     topic.begin_burst()

@@ -22,6 +22,7 @@ from pipros.node.publisher_connector import (
     PublisherConnector,
 )
 from pipros.node.timings import NODE_TIMINGS
+from tests.support.constants import Constants
 from tests.support.instant_loop import run_instantly
 from tests.support.nodes import listening_log
 
@@ -61,6 +62,14 @@ class Publishers:
 def following(
     publishers: Publishers, topic: str = "/chatter", **limits: Any
 ) -> tuple[PublisherConnector, list[str]]:
+    (connector,), lines = following_topics(publishers, topic, **limits)
+    return connector, lines
+
+
+def following_topics(
+    publishers: Publishers, *topics: str, **limits: Any
+) -> tuple[list[PublisherConnector], list[str]]:
+    """Return the connectors of one node, and the lines of its log."""
     log, lines = listening_log()
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
     connections: Any = None
@@ -76,8 +85,9 @@ def following(
         PublishCount(),
         Budget(0),
         HeldBytes(limit_bytes=0, refusals=Refusals()),
+        set(),
     )
-    return PublisherConnector(topic, context, publishers.connect), lines
+    return [PublisherConnector(topic, context, publishers.connect) for topic in topics], lines
 
 
 def test_each_listed_publisher_gets_one_link() -> None:
@@ -214,16 +224,18 @@ def test_the_reason_of_a_broken_link_is_logged() -> None:
     run_instantly(run())
 
 
-def test_a_list_beyond_the_limit_keeps_the_existing_links() -> None:
+def test_a_list_beyond_the_limit_keeps_the_existing_links(constants: Constants) -> None:
+    constants(PUBLISHERS_PER_TOPIC=2)
+
     async def run() -> None:
         publishers = Publishers()
-        topic, lines = following(publishers, publishers_per_topic=2)
+        topic, lines = following(publishers)
         topic.update([C])
         await asyncio.sleep(0.01)
         topic.update([A, B, C])
         await asyncio.sleep(0.01)
         assert publishers.attempts() == {C: 1, A: 1}
-        assert lines == ["[/chatter] has 3 publishers; the limit publishers_per_topic is 2"]
+        assert lines == ["[/chatter] has 3 publishers; the limit is 2"]
         topic.stop()
 
     run_instantly(run())
@@ -262,5 +274,43 @@ def test_a_lost_publisher_is_logged_only_if_it_stays_registered(monkeypatch: pyt
         (line,) = lines
         assert line.startswith(f"cannot receive [/chatter] from the publisher at {B}: ")
         topic.stop()
+
+    run_instantly(run())
+
+
+def test_an_unreachable_node_is_reported_once_for_all_its_topics(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def explain(_: str) -> str:
+        return ""
+
+    monkeypatch.setattr(unreachable, "explain", explain)
+
+    async def run() -> None:
+        publishers = Publishers()
+        connectors, lines = following_topics(publishers, "/a", "/b", "/c")
+        publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
+        for connector in connectors:
+            connector.update([A, B])
+        await asyncio.sleep(60)
+        assert sorted(line.partition(" at ")[2][:11] for line in lines) == [A, B]
+
+        publishers.errors[A] = Unreachable(A, "no response in time")  # another reason, but the same node
+        await asyncio.sleep(60)
+        assert len(lines) == 2
+
+        publishers.errors.pop(A)
+        await asyncio.sleep(60)
+        publishers.errors[A] = Unreachable(A, "Connection refused")
+        publishers.ends[A].set_result("")  # the link of the last topic
+        await asyncio.sleep(60)
+        assert len(lines) == 3, "it was back, and is lost again"
+
+        for connector in connectors:
+            connector.update([])
+        await asyncio.sleep(1)
+        connectors[0].update([A])
+        await asyncio.sleep(60)
+        assert len(lines) == 4, "it is registered again"
+        for connector in connectors:
+            connector.stop()
 
     run_instantly(run())

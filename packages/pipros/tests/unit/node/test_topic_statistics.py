@@ -48,3 +48,10 @@ def test_a_window_with_too_many_messages_shrinks() -> None:
     meter = TrafficMeter(WindowLimits(max_elements=100, min_size_s=1.0), window_s=4.0)
     run(meter, 20, 200)
     assert meter.window_s == 1.0
+
+
+def test_a_window_starts_again_if_the_time_moves_back() -> None:
+    meter = TrafficMeter()
+    run(meter, 0.5, 20, 100 * S)
+    (window,) = run(meter, 1.1, 20)
+    assert (window.start_ns, window.delivered) == (S, 21)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.net.loop import BackgroundLoop
-from pipros.node.verify_callers import CallerVerification
+from pipros.node.slave import CallerVerification
 from tests.support.waiting import wait_until
 
 

@@ -6,13 +6,13 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-from pipros.packages.completed_modules import add_distributions, add_folder, spec
+from pipros.packages.completed_modules import add_distributions, add_folders, spec
 
 MODULE = "rospkg.environment"
 
 
-def load(path: list[str], folder: str) -> ModuleType:
-    found = spec(MODULE, path, partial(add_folder, folder=folder))
+def load(path: list[str], *shares: str) -> ModuleType:
+    found = spec(MODULE, path, partial(add_folders, shares=shares))
     assert found is not None
     assert found.loader is not None
     module = ModuleType(MODULE)
@@ -20,14 +20,14 @@ def load(path: list[str], folder: str) -> ModuleType:
     return module
 
 
-def test_the_folder_is_added_once_at_the_end(tmp_path: Path) -> None:
+def test_the_folders_are_added_once_at_the_end(tmp_path: Path) -> None:
     (tmp_path / "environment.py").write_text(
         "def get_ros_paths(env=None):\n    return list((env or {}).get('P', ()))\n"
     )
-    module = load([str(tmp_path)], "/share")
-    assert module.get_ros_paths() == ["/share"]
-    assert module.get_ros_paths({"P": ["/a", "/b"]}) == ["/a", "/b", "/share"]
-    assert module.get_ros_paths(env={"P": ["/share", "/b"]}) == ["/share", "/b"]
+    module = load([str(tmp_path)], "/share", "/more")
+    assert module.get_ros_paths() == ["/share", "/more"]
+    assert module.get_ros_paths({"P": ["/a", "/more", "/share"]}) == ["/a", "/share", "/more"]
+    assert module.get_ros_paths(env={"P": ["/share", "/b"]}) == ["/share", "/b", "/more"]
 
 
 def test_rospkg_itself_has_the_function(tmp_path: Path) -> None:

@@ -13,9 +13,9 @@ from pipros.basics.errors import NotFound
 from pipros.msg.importing.hook import installed_library
 from pipros.packages import SHARE, ImportablePackages, installed_packages
 from pipros.packages.system_packages import child_package_path
-from pipros.workspace.candidates import describe_candidates
-from pipros.workspace.executables import find_executables, list_executables
-from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
+from pipros_workspace.candidates import describe_candidates
+from pipros_workspace.executables import find_executables, list_executables
+from pipros_workspace.index import SHARED_PACKAGES, PackageIndex
 
 MANIFEST = "<package><name>{}</name><version>{}</version></package>"
 COUNT = """
@@ -28,7 +28,7 @@ os.stat = counted
 counted_events = ("open", "os.listdir", "os.scandir")
 sys.addaudithook(lambda event, _: calls.append(event) if event in counted_events else None)
 import rospy
-from pipros.workspace.index import PackageIndex
+from pipros_workspace.index import PackageIndex
 PackageIndex.from_environment().find("p0")
 print(len(calls), "importlib.metadata" in sys.modules)
 """
@@ -188,7 +188,7 @@ def test_programs_are_in_the_lib_folder_beside_share(installation: Installation)
 
 def test_compiled_programs_find_installed_packages(installation: Installation) -> None:
     folder = installation.add("arm")
-    path = child_package_path(f"/ws:{SHARE}", SHARE, list(installed_packages.folders()))
+    path = child_package_path(f"/ws:{SHARE}", [SHARE], list(installed_packages.folders()))
     assert path.split(":")[:2] == ["/ws", str(folder)]
     assert path.split(":")[-1] == SHARE
 
@@ -196,7 +196,7 @@ def test_compiled_programs_find_installed_packages(installation: Installation) -
 OLD = {"share/arm/launch/run.launch": "old", "share/arm/msg/State.msg": "int8 old"}
 NEW = {"launch/run.launch": "new", "msg/State.msg": "int8 new"}
 SHOW = (
-    "import {module}; from arm.msg import State; from pipros.workspace.index import PackageIndex\n"
+    "import {module}; from arm.msg import State; from pipros_workspace.index import PackageIndex\n"
     "folder = PackageIndex.from_environment().find('arm').path\n"
     "print({module}.WHO, State.__slots__, (folder / 'launch' / 'run.launch').read_text())"
 )

@@ -6,20 +6,20 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.cli.complete.candidates import candidates
-from pipros.cli.rosrun import main as rosrun
-from pipros.health.wtf.launch import roslaunch_missing_node_check, roslaunch_missing_pkgs_check
-from pipros.health.wtf.subject import Subject
-from pipros.launch.check import mistakes
-from pipros.launch.command import CannotLaunch, CommandMaker
-from pipros.launch.load_context import LoadContext
-from pipros.launch.model import LaunchNode
-from pipros.launch.xml import load
 from pipros.packages import SHARE, ImportablePackages
 from pipros.packages.system_packages import child_package_path
-from pipros.workspace.executables import find_executables, list_executables, package_of_programs
-from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
-from pipros.workspace.program_start import environment_of
+from pipros_tools.cli.complete.candidates import candidates
+from pipros_tools.cli.rosrun import main as rosrun
+from pipros_tools.health.wtf.launch import roslaunch_missing_node_check, roslaunch_missing_pkgs_check
+from pipros_tools.health.wtf.subject import Subject
+from pipros_tools.launch.check import mistakes
+from pipros_tools.launch.command import CannotLaunch, CommandMaker
+from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.model import LaunchNode
+from pipros_tools.launch.xml import load
+from pipros_workspace.executables import find_executables, list_executables, package_of_programs
+from pipros_workspace.index import SHARED_PACKAGES, PackageIndex
+from pipros_workspace.program_start import environment_of
 from tests.support.debian_system import OTHER_PROGRAM, DebianSystem, make_debian
 
 
@@ -152,6 +152,6 @@ def test_compiled_programs_find_debians_plugins_before_packages_of_pipros(
     debian.add_manifest("image_publisher")
     assert environment_of(program, variables)["ROS_PACKAGE_PATH"] == f"/ws/src:{debian.share}:{SHARE}"
     assert environment_of(script, variables)["ROS_PACKAGE_PATH"] == f"/ws/src:{SHARE}"
-    assert child_package_path("", SHARE) == str(debian.share)
-    assert child_package_path(f"{SHARE}:{debian.share}", SHARE).startswith(f"{debian.share}:{SHARE}")
-    assert child_package_path(f"{debian.share}/:/x", SHARE) == f"{debian.share}/:/x"
+    assert child_package_path("", [SHARE]) == str(debian.share)
+    assert child_package_path(f"{SHARE}:{debian.share}", [SHARE]).startswith(f"{debian.share}:{SHARE}")
+    assert child_package_path(f"{debian.share}/:/x", [SHARE]) == f"{debian.share}/:/x"

@@ -1,20 +1,26 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import re
 from pathlib import Path
 
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.cli.rosmsg import main as rosmsg
-from pipros.cli.rosrun import main
-from pipros.launch.find_launch_files import find_in_package
-from pipros.launch.load_context import find_resource
-from pipros.launch.model import LaunchError
-from pipros.packages.well_known import why_no_command, why_no_nodelet, why_not_here
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.setup_files import SHELL_FOLDER
+from pipros.packages import shipped_folder
+from pipros.packages.well_known import _PROGRAMS, why_no_command, why_no_nodelet, why_not_here
+from pipros_tools.cli.complete import main as complete
+from pipros_tools.cli.rosmsg import main as rosmsg
+from pipros_tools.cli.rospack import main as rospack
+from pipros_tools.cli.rosrun import main
+from pipros_tools.launch.command import CannotLaunch, CommandMaker
+from pipros_tools.launch.find_launch_files import find_in_package
+from pipros_tools.launch.load_context import find_resource
+from pipros_tools.launch.model import LaunchError
+from pipros_tools.launch.xml import load
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.setup_files import SHELL_FOLDER
 from tests.support.debian_system import make_debian
 
 
@@ -132,14 +138,17 @@ def test_roslaunch_omits_advice_that_does_not_help(monkeypatch: pytest.MonkeyPat
 def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
     assert why_not_here("rosserial_python") == (
         "rosserial_python does not come with pipros, but needs no compiler: its sources on "
-        "ROS_PACKAGE_PATH are enough. git clone them into the src folder of a workspace."
+        "ROS_PACKAGE_PATH are enough. git clone https://github.com/ros-drivers/rosserial (a branch for "
+        "ROS 1) into the src folder of a workspace."
     )
     assert why_not_here("smach", ["viewer"]) is None
     assert why_not_here("turtlebot3_slam", []) is None  # the sources are here already
     assert why_not_here("my_package") is None
 
 
-@pytest.mark.parametrize("package", ["gazebo_ros", "rosserial_python", "rqt_shell"])
+@pytest.mark.parametrize(
+    "package", ["gazebo_ros", "rosserial_python", "rqt_shell", "mavros_msgs", "moveit_commander"]
+)
 def test_all_tools_give_the_same_advice(
     package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -156,6 +165,14 @@ def test_all_tools_give_the_same_advice(
         find_resource(PackageIndex.from_environment(), package, "launch/any.launch")
     assert rosmsg(["show", f"{package}/Type"]) == 1
     assert advice in capsys.readouterr().err
+    assert rospack(["find", package]) == 1
+    assert capsys.readouterr().err == (
+        f"[rospack] Error: package '{package}' not found\n[rospack] {advice}\n"
+    )
+    assert complete(["--similar", package]) == 0  # roscd and the other functions of the shell
+    assert capsys.readouterr().out == f"{advice}\n"
+    with pytest.raises(ModuleNotFoundError, match=re.escape(f"No module named '{package}': {advice}")):
+        importlib.import_module(f"{package}.anything")
 
 
 @pytest.mark.parametrize(
@@ -172,3 +189,83 @@ def test_the_import_of_a_package_that_is_not_included_gives_advice(module: str, 
         importlib.import_module(module)
     assert caught.value.name == module
     assert advice in (why_not_here(module) or "")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "mavros_msgs",
+        "gazebo_msgs",
+        "moveit_msgs",
+        "vision_msgs",
+        "octomap_msgs",
+        "nmea_msgs",
+        "velodyne_msgs",
+        "jsk_recognition_msgs",
+        "audio_common_msgs",
+        "people_msgs",
+        "rosserial_msgs",
+        "ros_numpy",
+        "geodesy",
+        "unique_id",
+        "py_trees_ros",
+    ],
+)
+def test_public_packages_that_pipros_lacks_have_advice(name: str) -> None:
+    with pytest.raises(
+        ModuleNotFoundError, match=f"^No module named '{name}': {name} does not come with pipros"
+    ):
+        importlib.import_module(name)
+
+
+def test_an_unknown_package_of_messages_names_the_places_that_were_searched(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+
+    with pytest.raises(ModuleNotFoundError, match=r"my_arm_msgs.*ROS_PACKAGE_PATH is .*sourced") as caught:
+        importlib.import_module("my_arm_msgs.msg")
+
+    assert caught.value.name == "my_arm_msgs"
+
+
+def test_other_modules_keep_the_text_of_python() -> None:
+    with pytest.raises(ModuleNotFoundError) as caught:
+        importlib.import_module("my_arm_tools")
+    assert str(caught.value) == "No module named 'my_arm_tools'"
+
+
+@pytest.mark.parametrize("name", ["mavros_msgs", "my_arm_msgs", "smach", "rqt_gui_py"])
+def test_a_program_that_asks_whether_a_module_is_there_is_told_no(name: str) -> None:
+    assert importlib.util.find_spec(name) is None
+
+
+@pytest.mark.parametrize(
+    ("package", "program", "instead"),
+    [
+        ("image_view", "extract_images", "rosbag export"),
+        ("image_view", "video_recorder", "rosbag export"),
+        ("xacro", "xacro.py", "rosrun xacro xacro"),
+        ("costmap_2d", "costmap_2d_markers", "a display of the type Map"),
+    ],
+)
+def test_a_program_that_a_package_lacks_names_what_to_use(
+    package: str, program: str, instead: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([package, program]) == 3
+    advice = str(why_not_here(package, ["anything"], program))
+    assert instead in advice
+    assert advice in capsys.readouterr().err
+
+    file = tmp_path / "a.launch"
+    file.write_text(f'<launch><node pkg="{package}" type="{program}" name="n"/></launch>')
+    maker = CommandMaker(PackageIndex.from_environment(), {}, tmp_path)
+    with pytest.raises(CannotLaunch, match=re.escape(advice)):
+        maker.make(load([str(file)]).nodes[0], "http://m:1")
+
+
+def test_the_table_of_programs_names_only_programs_that_are_absent_from_packages_that_are_here() -> None:
+    for package, programs in _PROGRAMS.items():
+        files = {path.name for path in Path(shipped_folder(package) or "").rglob("*")}
+        assert "package.xml" in files
+        assert not files & programs.keys()

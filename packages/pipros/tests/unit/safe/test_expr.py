@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.basics.limits import Limits
-from pipros.safe.expr import ExpressionError, arithmetic, evaluate
+from pipros.safe.expr import arithmetic, evaluate
+from pipros.safe.expr_walk import ExpressionError
+from tests.support.constants import Constants
 
 MODULUS = (1 << 61) - 1
 """Python gives all multiples of it the same hash."""
@@ -233,14 +234,18 @@ def test_sets_are_combined() -> None:
     assert evaluate("{1, 2}.issubset(range(5))") is True
 
 
-def test_the_callers_limits_apply() -> None:
-    for text, limits, words in [
-        ("1 + 1", Limits(expression_characters=4), "longer than 4 characters"),
-        ("'abc' + 'de'", Limits(expression_size=4), "more than 4 characters or elements"),
-        ("1 + 1 + 1 + 1", Limits(expression_work=2), "does too much work"),
-    ]:
-        with pytest.raises(ExpressionError, match=words):
-            evaluate(text, limits=limits)
+@pytest.mark.parametrize(
+    ("text", "limit", "words"),
+    [
+        ("1 + 1", {"EXPRESSION_CHARACTERS": 4}, "longer than 4 characters"),
+        ("'abc' + 'de'", {"EXPRESSION_SIZE": 4}, "more than 4 characters or elements"),
+        ("1 + 1 + 1 + 1", {"EXPRESSION_WORK": 2}, "does too much work"),
+    ],
+)
+def test_each_limit_applies(constants: Constants, text: str, limit: dict[str, int], words: str) -> None:
+    constants(**limit)
+    with pytest.raises(ExpressionError, match=words):
+        evaluate(text)
 
 
 def test_an_error_names_the_place() -> None:

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.limits import Limits
 from pipros.safe.guarded import BITS_LIMIT, CONSTANTS, FUNCTIONS, ResultTooLarge, WorkBudget, format_value
+from tests.support.constants import changed
 
 
 def budget(size: int = 100, work: int = 1000) -> WorkBudget:
-    return WorkBudget(Limits(expression_size=size, expression_work=work))
+    with changed(EXPRESSION_SIZE=size, EXPRESSION_WORK=work):
+        return WorkBudget()
 
 
 @pytest.mark.parametrize(

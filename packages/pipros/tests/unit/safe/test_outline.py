@@ -9,15 +9,16 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.basics.limits import Limits
-from pipros.safe.outline import TooMuch, check_outline
+from pipros.safe.yaml import TooMuch, check_outline
+from tests.support.constants import Constants, changed
 
 LOADERS = [yaml.SafeLoader, *([yaml.CSafeLoader] if hasattr(yaml, "CSafeLoader") else [])]
 
 
 def fits(text: str | bytes, values: int, depth: int = 100, loader: Any = yaml.SafeLoader) -> bool:
     try:
-        check_outline(loader, text, Limits(yaml_values=values, yaml_depth=depth))
+        with changed(YAML_VALUES=values, YAML_DEPTH=depth):
+            check_outline(loader, text)
     except TooMuch:
         return False
     return True
@@ -64,16 +65,17 @@ def test_depth_is_counted_through_aliases() -> None:
     assert not fits("a: &a [[1]]\nb: [*a]\n", 100, depth=3)
 
 
-def test_the_error_has_the_place() -> None:
+def test_the_error_has_the_place(constants: Constants) -> None:
+    constants(YAML_DEPTH=3)
     with pytest.raises(TooMuch) as raised:
-        check_outline(yaml.SafeLoader, "a: 1\nb: [[[1]]]\n", Limits(yaml_depth=3))
+        check_outline(yaml.SafeLoader, "a: 1\nb: [[[1]]]\n")
 
     assert (raised.value.line, raised.value.column) == (2, 6)
 
 
 def test_an_alias_inside_its_value_is_refused() -> None:
     with pytest.raises(TooMuch, match=r"\*a is inside the value"):
-        check_outline(yaml.SafeLoader, "&a [*a]", Limits())
+        check_outline(yaml.SafeLoader, "&a [*a]")
 
 
 @pytest.mark.parametrize("encode", [str, str.encode, lambda text: text.encode("utf-16")])
@@ -84,4 +86,4 @@ def test_texts_and_bytes_count_alike(encode: Any) -> None:
 
 def test_directives_are_limited() -> None:
     with pytest.raises(TooMuch, match="%TAG"):
-        check_outline(yaml.SafeLoader, "%TAG !a! b\n" * 101 + "--- 1\n", Limits())
+        check_outline(yaml.SafeLoader, "%TAG !a! b\n" * 101 + "--- 1\n")

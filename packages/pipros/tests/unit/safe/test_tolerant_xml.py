@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from pipros.libraries.robot_model.urdf import UrdfError, read_robot
 from pipros.packages.nodelets import compiled_nodelets
 from pipros.safe.tolerant_xml import parse_tolerantly, strict_text
 from pipros.safe.xml import XmlError
+from pipros_libraries.robot_model.urdf import UrdfError, read_robot
 
 DECLARATION = '<?xml version="1.0"?>'
 ROBOT = '<robot name="r"><link name="l"/></robot>'

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.limits import Limits
 from pipros.safe.yaml import YamlError, load, load_all
+from tests.support.constants import Constants
 
 
 @pytest.mark.parametrize(
@@ -85,20 +85,24 @@ def test_deep_nesting_is_refused() -> None:
         load("[" * 200 + "]" * 200)
 
 
-def test_aliases_are_counted_at_each_use() -> None:
+def test_aliases_are_counted_at_each_use(constants: Constants) -> None:
     text = "a: &a [1, 2]\nb: [*a, *a]\n"
 
-    assert load(text, limits=Limits(yaml_values=13)) == {"a": [1, 2], "b": [[1, 2], [1, 2]]}
+    constants(YAML_VALUES=13)
+    assert load(text) == {"a": [1, 2], "b": [[1, 2], [1, 2]]}
+    constants(YAML_VALUES=12)
     with pytest.raises(YamlError, match=r"^<string>:2:9: the text expands to more than 12 values"):
-        load(text, limits=Limits(yaml_values=12))
+        load(text)
 
 
-def test_an_alias_is_as_deep_as_its_value() -> None:
+def test_an_alias_is_as_deep_as_its_value(constants: Constants) -> None:
     text = "a: &a [[1]]\nb: [[*a]]\n"
 
-    assert load(text, limits=Limits(yaml_depth=5)) == {"a": [[1]], "b": [[[[1]]]]}
+    constants(YAML_DEPTH=5)
+    assert load(text) == {"a": [[1]], "b": [[[[1]]]]}
+    constants(YAML_DEPTH=4)
     with pytest.raises(YamlError, match=r"^<string>:2:6: the text is nested more than 4 deep"):
-        load(text, limits=Limits(yaml_depth=4))
+        load(text)
 
 
 def test_an_anchor_may_be_used_again_in_the_next_document() -> None:

@@ -10,6 +10,7 @@ from pipros.basics.limits import Limits
 from pipros.msg.compile.compiler import message_source, service_source
 from pipros.msg.compile.run import run
 from pipros.msg.language.spec import DefinitionError
+from tests.support.constants import Constants
 from tests.support.definitions import Packages
 
 
@@ -28,13 +29,14 @@ def test_the_fields_of_all_embedded_messages_are_limited(packages: Packages) -> 
         source(packages, text, Limits(definition_fields=5), name="robot/Body")
 
 
-def test_messages_that_no_reader_accepts_are_refused(packages: Packages) -> None:
+def test_messages_that_no_reader_accepts_are_refused(packages: Packages, constants: Constants) -> None:
     packages.write("robot/msg/Nothing.msg", "")
+    constants(EMPTY_ELEMENTS=9)
     with pytest.raises(
         DefinitionError,
         match=r"would exceed the budget of eight values per byte by \d+ values; the limit is 9",
     ):
-        source(packages, "Nothing[1000] nothing\nint8 x", Limits(empty_elements=9))
+        source(packages, "Nothing[1000] nothing\nint8 x", Limits())
 
 
 def test_a_type_with_the_name_of_a_keyword_is_refused(packages: Packages) -> None:

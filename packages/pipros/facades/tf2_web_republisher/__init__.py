@@ -1,1 +1,0 @@
-"""tf2_web_republisher: a node that sends requested transforms to rosbridge clients."""

@@ -1,1 +1,0 @@
-"""Shared by all tests: waiting for conditions, free ports, processes, terminals, genuine ROS."""

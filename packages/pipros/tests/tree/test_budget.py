@@ -1,0 +1,58 @@
+"""Each folder of `packages` and `plugins` has budgets of lines of code, for its sources and its tests."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.environments import REPOSITORY
+
+BUDGETS = {
+    "packages/pipros": (26_510, 57_740),
+    "packages/pipros-bridges": (6_480, 6_650),
+    "packages/pipros-libraries": (14_950, 5_080),
+    "packages/pipros-page": (6_820, 11_900),
+    "packages/pipros-rosbag2": (3_690, 1_680),
+    "packages/pipros-server": (3_300, 1_820),
+    "packages/pipros-simulation": (3_760, 2_190),
+    "packages/pipros-tools": (30_180, 9_970),
+    "packages/pipros-workspace": (6_420, 3_670),
+    "plugins/pipros-assistants": (1_730, 2_080),
+    "plugins/pipros-data": (2_990, 2_770),
+    "plugins/pipros-fleet": (4_220, 3_370),
+    "plugins/pipros-robot": (13_850, 12_270),
+    "plugins/pipros-ros2": (9_740, 7_060),
+    "plugins/pipros-tab": (1_830, 2_460),
+    "plugins/pipros-wheels": (2_410, 2_960),
+}
+"""Lines of `src` and `facades`, and of `tests`: as they were on 2026-11-29, and 2 % more."""
+
+
+def lines_of(tree: ast.Module) -> Iterator[int]:
+    """Yield the lines on which code starts or ends, without comments and docstrings."""
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt | ast.expr)]
+    texts = [node for node in nodes if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)]
+    left_out = {id(each) for node in texts for each in (node, node.value)}
+    for node in nodes:
+        if id(node) not in left_out:
+            yield from (node.lineno, node.end_lineno or node.lineno)
+
+
+def code_lines(folders: list[Path]) -> int:
+    files = [file for folder in folders for file in folder.rglob("*.py")]
+    return sum(len({*lines_of(ast.parse(file.read_text()))}) for file in files)
+
+
+FOLDERS = [folder for top in ("packages", "plugins") for folder in REPOSITORY.glob(f"{top}/pipros*")]
+
+
+@pytest.mark.parametrize("folder", sorted(str(each.relative_to(REPOSITORY)) for each in FOLDERS))
+def test_a_folder_keeps_within_its_budget(folder: str) -> None:
+    here = REPOSITORY / folder
+    source, tests = BUDGETS[folder]
+    advice = "take something out, or raise the number with a line in CHANGELOG.md that says what it bought"
+    assert code_lines([here / "src", here / "facades"]) <= source, advice
+    assert code_lines([here / "tests"]) <= tests, advice
