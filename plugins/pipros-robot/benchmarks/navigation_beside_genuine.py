@@ -24,7 +24,7 @@ from programs import QUIET, Programs
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
-from pipros.simulation.robots.drive import Pose
+from pipros_simulation.robots.drive import Pose
 from tests.golden.navigation.test_navfn_as_genuine import building, pose
 from tests.support.drives import ROUTE, START, drive, map_message, scan_message, stamp, transform_message
 from tests.support.nodes import Inbox

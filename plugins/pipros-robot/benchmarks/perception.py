@@ -23,7 +23,7 @@ from table import options_of
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
-from pipros.perception.clouds.points import cloud_of
+from pipros_robot.perception.clouds.points import cloud_of
 from tests.support.pictures_of_cameras import camera_info, depths, image, picture
 from tests.support.simulated_rplidar import MODES, SimulatedRplidar
 from tests.support.waiting import wait_until

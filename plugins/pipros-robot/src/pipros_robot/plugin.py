@@ -1,8 +1,8 @@
-"""The declaration of the room `perception`; see `pipros.basics.rooms`."""
+"""The declaration of perception and navigation; see `pipros.basics.plugins`."""
 
-from pipros.basics.rooms import Room
+from pipros.basics.plugins import BETA, EXPERIMENTAL, Plugin
 
-_NODELETS = {
+_PERCEPTION = {
     "depth_image_proc/convert_metric": "images.depth_nodelets:ConvertMetric",
     "depth_image_proc/point_cloud_xyz": "images.depth_nodelets:PointCloudXyz",
     "depth_image_proc/point_cloud_xyzrgb": "images.depth_nodelets:PointCloudXyzrgb",
@@ -24,28 +24,29 @@ _NODELETS = {
     "stereo_image_proc/disparity": "images.disparity:Disparity",
     "stereo_image_proc/point_cloud2": "images.stereo_cloud:StereoCloud",
 }
+_NAVIGATION = {
+    "kobuki_safety_controller/SafetyControllerNodelet": "safety_controller_node:SafetyNode",
+    "yocs_cmd_vel_mux/CmdVelMuxNodelet": "cmd_vel_mux_node:CmdVelMuxNode",
+    "yocs_velocity_smoother/VelocitySmootherNodelet": "velocity_smoother_node:SmootherNode",
+}
 
-ROOM = Room(
-    "perception",
-    "images, point clouds, laser scans and their sensors",
+PLUGIN = Plugin(
+    "robot",
+    "images, point clouds, laser scans and their sensors; navigation for mobile robots",
+    limits="pipros_robot.navigation.limits:NavigationLimits",
     offers={
-        "disparity_view": "pipros.perception.images.disparity_view:main",
-        "windows": "pipros.perception.windows.replacement:show_windows_on_page",
+        "disparity_view": "pipros_robot.perception.images.disparity_view:main",
+        "pytest": "pipros_robot.navigation.pytest_world",
+        "windows": "pipros_robot.perception.windows.replacement:show_windows_on_page",
     },
-    share=(
-        "depth_image_proc",
-        "depthimage_to_laserscan",
-        "image_proc",
-        "imu_complementary_filter",
-        "imu_filter_madgwick",
-        "laser_assembler",
-        "laser_filters",
-        "pcl_ros",
-        "pointcloud_to_laserscan",
-        "rplidar_ros",
-        "stereo_image_proc",
-        "urg_node",
-    ),
-    nodelets={plugin: f"pipros.perception.{target}" for plugin, target in _NODELETS.items()},
-    extras={"perception": ("pipros[vision]", "scipy>=1.11"), "drivers": ("pyserial>=3.5",)},
+    nodelets={
+        **{plugin: f"pipros_robot.perception.{target}" for plugin, target in _PERCEPTION.items()},
+        **{plugin: f"pipros_robot.navigation.velocities.{target}" for plugin, target in _NAVIGATION.items()},
+    },
+    features={
+        "images, clouds and laser scans": BETA,
+        "localization and mapping": BETA,
+        "move_base and planners": BETA,
+        "lidar drivers": EXPERIMENTAL,
+    },
 )

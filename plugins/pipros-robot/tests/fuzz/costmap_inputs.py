@@ -16,18 +16,18 @@ from typing import Any
 
 from pipros.msg import load_message_class
 from pipros.msg.errors import DeserializationError
-from pipros.navigation.costmap.footprint import circle
-from pipros.navigation.costmap.inflation_layer import InflationLayer
-from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D
-from pipros.navigation.costmap.observations import (
+from pipros_robot.navigation.costmap.footprint import circle
+from pipros_robot.navigation.costmap.inflation_layer import InflationLayer
+from pipros_robot.navigation.costmap.layered import LayeredCostmap, Pose2D
+from pipros_robot.navigation.costmap.observations import (
     ObservationSource,
     SourceSettings,
     cloud_points,
     old_cloud_points,
     scan_points,
 )
-from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
-from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
+from pipros_robot.navigation.costmap.obstacle_layer import ObstacleLayer
+from pipros_robot.navigation.costmap.static_layer import StaticLayer, StaticSettings
 from tests.fuzz import mutation
 
 MARKER = b"\xa5\x5a\xa5\x5a"

@@ -10,13 +10,20 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 
-from pipros.libraries.nodes.retrying import DeviceError
-from pipros.perception.drivers.rplidar.lidar import Lidar
-from pipros.perception.drivers.rplidar.samples import decoder_of
-from pipros.perception.drivers.rplidar.turns import MAX_POINTS, TurnCollector, sweep_of
-from pipros.perception.drivers.streams import Stream
-from pipros.perception.drivers.urg.scip import MAX_REPLY_BYTES, Replies, clock_ms, echoes_of, scan_of, texts
-from pipros.perception.drivers.urg.sensor import UrgSensor
+from pipros_libraries.nodes.retrying import DeviceError
+from pipros_robot.perception.drivers.rplidar.lidar import Lidar
+from pipros_robot.perception.drivers.rplidar.samples import decoder_of
+from pipros_robot.perception.drivers.rplidar.turns import MAX_POINTS, TurnCollector, sweep_of
+from pipros_robot.perception.drivers.streams import Stream
+from pipros_robot.perception.drivers.urg.scip import (
+    MAX_REPLY_BYTES,
+    Replies,
+    clock_ms,
+    echoes_of,
+    scan_of,
+    texts,
+)
+from pipros_robot.perception.drivers.urg.sensor import UrgSensor
 from tests.fuzz import mutation
 
 FORMATS = (0x81, 0x82, 0x84, 0x85, 0x86)

@@ -11,15 +11,15 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.perception.clouds.pcd import formatted, parse
-from pipros.perception.clouds.points import cloud_of, positions, rows_of
+from pipros_robot.perception.clouds.pcd import formatted, parse
+from pipros_robot.perception.clouds.points import cloud_of, positions, rows_of
 from tests.support.bags import Row, bag_bytes
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-PACKAGE = TESTS / "packages" / "cloud_launches"
+PACKAGE = file_of_tests("packages/cloud_launches")
 SCAN, CLOUD = "sensor_msgs/LaserScan", "sensor_msgs/PointCloud2"
 OUTPUTS = {
     "/velodyne_scan": SCAN, "/downsampled": CLOUD, "/region/box/output": CLOUD,

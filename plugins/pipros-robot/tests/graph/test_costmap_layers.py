@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter, read_parameters
 from pipros.master.master import Master
-from pipros.navigation.costmap.layer_settings import INFLATION, STATIC
-from pipros.navigation.costmap.layers import _listed_layers
+from pipros_libraries.nodes.params import InvalidParameter, read_parameters
+from pipros_robot.navigation.costmap.layers import INFLATION, STATIC, _listed_layers
 from tests.support.nodes import MakeNode, listening_log
 
 GOOD = [{"name": "walls", "type": STATIC}, {"name": "inflation", "type": INFLATION}]
@@ -22,13 +21,16 @@ BAD: dict[str, Any] = {
 }
 
 
-def layers_of(make_node: MakeNode, plugins: Any, **parameters: Any) -> tuple[Any, list[str]]:
+def layers_of(
+    make_node: MakeNode, plugins: Any, **parameters: Any
+) -> tuple[list[tuple[str, str]], list[str], list[str]]:
+    """Return the layers to use, the names of those that are left out, and the lines in the log."""
     node = make_node("costmap")
     for name, value in {"costmap/plugins": plugins, **parameters}.items():
         node.params.set(f"~{name}", value)
     log, lines = listening_log()
     costmap: Any = SimpleNamespace(node=node, namespace="~costmap", log=log, warn=log.warning)
-    return _listed_layers(costmap, read_parameters(node, "~costmap")), lines
+    return *_listed_layers(costmap, read_parameters(node, "~costmap")), lines
 
 
 @pytest.mark.parametrize("place", range(3))
@@ -38,8 +40,9 @@ def test_an_entry_that_pipros_cannot_use_is_left_out(
 ) -> None:
     plugins = [*GOOD]
     plugins.insert(place, BAD[bad])
-    layers, lines = layers_of(make_node, plugins)
+    layers, left_out, lines = layers_of(make_node, plugins)
     assert layers == [(each["name"], each["type"]) for each in GOOD]
+    assert left_out == [str(BAD[bad]["name"] if isinstance(BAD[bad], dict) else BAD[bad])]
     (line,) = lines
     assert line.startswith("~costmap/plugins: ")
     assert line.endswith("the layer is left out, and the robot does not see it")
@@ -55,4 +58,4 @@ def test_with_strict_such_an_entry_ends_the_node(master: Master, make_node: Make
 def test_a_costmap_without_a_usable_layer_ends_the_node(master: Master, make_node: MakeNode) -> None:
     with pytest.raises(InvalidParameter, match="has no layer that pipros can use"):
         layers_of(make_node, [BAD["its own layer"]])
-    assert layers_of(make_node, [])[0] == []
+    assert layers_of(make_node, [])[:2] == ([], [])

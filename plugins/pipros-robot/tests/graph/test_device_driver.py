@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import pytest
 
-from pipros.libraries.nodes.retrying import DeviceError, Driver, Port
-from pipros.perception.drivers.streams import Stream, StreamLost
+from pipros_libraries.nodes.retrying import DeviceError, DevicePort, Driver
+from pipros_robot.perception.drivers.streams import Stream, StreamLost
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
 
@@ -45,7 +45,7 @@ def test_an_outage_is_reported_once_and_so_is_its_end(make_node: MakeNode) -> No
             driver.report_data()
         raise StreamLost("lost /dev/x: gone")
 
-    driver = Driver(node, log, Port("/dev/x", lambda: stream), session, QUICK_S)
+    driver = Driver(node, log, DevicePort("/dev/x", lambda: stream), session, QUICK_S)
     thread, codes = run(driver)
     wait_until(lambda: len(sessions) >= 25)
     node.shutdown()
@@ -65,7 +65,7 @@ def test_another_kind_of_failure_is_reported_too(make_node: MakeNode) -> None:
         failures.append(len(failures))
         raise DeviceError("too hot") if len(failures) > 5 else StreamLost("not there")
 
-    thread, _ = run(Driver(node, log, Port("x", fail), lambda _: None, QUICK_S))
+    thread, _ = run(Driver(node, log, DevicePort("x", fail), lambda _: None, QUICK_S))
     wait_until(lambda: len(failures) >= 12)
     node.shutdown()
     thread.join()
@@ -82,7 +82,7 @@ def test_the_node_ends_while_the_device_blocks(make_node: MakeNode, place: str) 
         return NoStream()
 
     opened: Callable[[], Stream] = block if place == "open" else NoStream
-    driver = Driver(node, logging.getLogger("test"), Port("x", opened), block)
+    driver = Driver(node, logging.getLogger("test"), DevicePort("x", opened), block)
     thread, codes = run(driver)
     assert blocked.wait(60)
     node.shutdown()
@@ -101,7 +101,7 @@ def test_the_node_waits_until_the_session_has_stopped_the_motor(make_node: MakeN
             threading.Event().wait(0.01)
         stopped.set()
 
-    driver = Driver(node, logging.getLogger("test"), Port("x", NoStream), session)
+    driver = Driver(node, logging.getLogger("test"), DevicePort("x", NoStream), session)
     thread, _ = run(driver)
     wait_until(begun.is_set)
     node.shutdown()
@@ -116,6 +116,6 @@ def test_a_mistake_in_the_driver_ends_the_node_with_an_error(make_node: MakeNode
     def session(_: Stream) -> None:
         raise ZeroDivisionError
 
-    driver = Driver(node, log, Port("x", NoStream), session)
+    driver = Driver(node, log, DevicePort("x", NoStream), session)
     assert driver.run() == 1
     assert lines == ["the driver of x failed"]

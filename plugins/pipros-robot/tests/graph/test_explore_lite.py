@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
-from pipros.navigation import plane
-from pipros.navigation.costmap.grid import FREE, UNKNOWN, CostGrid
-from pipros.navigation.exploration.explore_node import ExploreNode
-from pipros.navigation.exploration.frontiers import frontiers
-from pipros.navigation.mapping.settings import MappingSettings
-from pipros.navigation.mapping.survey import Survey, TrajectoryStep
 from pipros.node import Node
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.settings import Laser, RobotSettings
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
+from pipros_libraries.actions.status import Status
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.costmap.grid import FREE, UNKNOWN, CostGrid
+from pipros_robot.navigation.exploration.explore_node import ExploreNode
+from pipros_robot.navigation.exploration.frontiers import frontiers
+from pipros_robot.navigation.mapping.settings import MappingSettings
+from pipros_robot.navigation.mapping.survey import Survey, TrajectoryStep
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.settings import Laser, RobotSettings
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.nodes.params import InvalidParameter
 from pipros.msg import load_message_class, load_service_class
-from pipros.navigation import plane
-from pipros.navigation.hector.hector_node import HectorNode
-from pipros.navigation.laser_matcher.icp import between, composed
 from pipros.node import Node
-from pipros.simulation.robots.drive import Pose
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.hector.hector_node import HectorNode
+from pipros_robot.navigation.laser_matcher.icp import between, composed
+from pipros_simulation.robots.drive import Pose
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
@@ -62,6 +62,7 @@ def sent_transforms(node: UnlinkedNode) -> dict[str, Any]:
     return {frame.child_frame_id: frame for sent in node.sent["/tf"] for frame in sent.transforms}
 
 
+@pytest.mark.timeout(400)  # fifteen seconds of processor time, on a machine that runs many tests
 def test_a_drive_without_odometry_yields_the_map_of_the_rooms(make: Any) -> None:
     """In 25 m through five rooms, the error is less than 0.15 m, and the map agrees with the rooms."""
     node, cycles = make(map_size=800)

@@ -12,7 +12,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.imu.nodes import ComplementaryNode, MadgwickNode
+from pipros_robot.perception.imu.nodes import ComplementaryNode, MadgwickNode
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import UnlinkedNode, message

@@ -14,11 +14,11 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
-from pipros.navigation import plane
-from pipros.navigation.laser_matcher.icp import IcpSettings, aligned, between
-from pipros.navigation.laser_matcher.laser_matcher_node import LaserMatcherNode
 from pipros.node import Node
-from pipros.simulation.robots.settings import Laser
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.laser_matcher.icp import IcpSettings, aligned, between
+from pipros_robot.navigation.laser_matcher.laser_matcher_node import LaserMatcherNode
+from pipros_simulation.robots.settings import Laser
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem

@@ -11,7 +11,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.perception.clouds.points import cloud_of
+from pipros_robot.perception.clouds.points import cloud_of
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from types import SimpleNamespace
 from typing import Any
@@ -10,11 +11,12 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.nodes.wiring import subscribe
-from pipros.navigation import world as navigation_world
-from pipros.navigation.move_base import plugins
-from pipros.navigation.world import NavigationWorld
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_libraries.nodes.wiring import subscribe
+from pipros_robot.navigation import world as navigation_world
+from pipros_robot.navigation.move_base import plugins
+from pipros_robot.navigation.world import NavigationWorld
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import UnlinkedNode
 
@@ -84,6 +86,7 @@ def test_a_robot_arrives_and_never_exceeds_the_limits_in_its_file(
     [
         ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_vel_theta"),
         ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_rotational_vel"),
+        ("dwa_local_planner/DWAPlannerROS", "DWAPlannerROS", "max_rot_vel"),
         ("teb_local_planner/TebLocalPlannerROS", "TebLocalPlannerROS", "max_vel_theta"),
     ],
 )
@@ -104,3 +107,66 @@ def test_limits_that_became_lower_hold_at_the_next_start(
         forwards, _, turning = made.greatest()
         node.shutdown()
         assert (forwards, turning) == (speed, rate)
+
+
+@pytest.mark.parametrize(
+    ("planner", "given"),
+    [
+        ("teb_local_planner/TebLocalPlannerROS", {"max_vel_x": 0.2, "max_vel_theta": 0.3}),
+        ("dwa_local_planner/DWAPlannerROS", {"max_vel_x": 0.2, "max_trans_vel": 0.2, "max_rot_vel": 0.3}),
+    ],
+)
+def test_limits_hold_that_another_planner_or_another_name_had_before(
+    ros: RosSystem, planner: str, given: dict[str, float]
+) -> None:
+    ros.serve_master()
+    costmap: Any = SimpleNamespace(global_frame="odom")
+    ours = "dwa_local_planner/DWAPlannerROS"
+    limits = {
+        "max_vel_x": 0.2,
+        "max_vel_trans": 0.2,
+        "max_vel_y": 0.0,
+        "max_vel_theta": 0.3,
+        "min_vel_y": 0.0,
+    }
+    for each, values in ((planner, given), (ours, limits)):
+        node = UnlinkedNode("move_base", environment=Environment(master_uri=ros.master_uri))
+        node.start()
+        for old in given:
+            with contextlib.suppress(LookupError):
+                node.params.delete(f"~DWAPlannerROS/{old}")
+        for name, value in values.items():
+            node.params.set(f"~{plugins.namespace_of(each)}/{name}", value)
+        made = plugins.local_planner(node, logging.getLogger("quiet"), costmap, each, ours)
+        node.shutdown()
+        assert made.greatest() == (0.2, 0.0, 0.3)
+    assert made.limited((1.0, 1.0, 1.0)) == (0.2, 0.0, 0.3)
+
+
+@pytest.mark.parametrize("name", ["DWAPlannerROS", "TrajectoryPlannerROS"])
+@pytest.mark.parametrize(
+    ("limits", "named"),
+    [
+        ({"max_vel_x": float("nan")}, "max_vel_x must be a finite number, got nan"),
+        ({"max_vel_x": float("inf")}, "max_vel_x must be a finite number, got inf"),
+        ({"min_vel_x": 0.3, "max_vel_x": 0.2}, "max_vel_x must be >= min_vel_x (0.3), got 0.2"),
+        ({"acc_lim_x": 0.0}, "acc_lim_x must be > 0, got 0"),
+        ({"acc_lim_theta": -1.0}, "acc_lim_theta must be"),
+    ],
+)
+def test_limits_that_cannot_hold_end_the_start_instead_of_leaving_the_defaults(
+    ros: RosSystem, name: str, limits: dict[str, float], named: str
+) -> None:
+    ros.serve_master()
+    costmap: Any = SimpleNamespace(global_frame="odom")
+    planner = next(each for each in plugins.LOCAL_PLANNERS if each.endswith(name))
+    node = UnlinkedNode("move_base", environment=Environment(master_uri=ros.master_uri))
+    node.start()
+    for limit, value in limits.items():
+        node.params.set(f"~{name}/{limit}", value)
+
+    with pytest.raises(InvalidParameter) as raised:
+        plugins.local_planner(node, logging.getLogger("quiet"), costmap, planner, planner)
+
+    node.shutdown()
+    assert f"{name}/{named}" in str(raised.value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,13 +12,13 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.nodes.schedule import Schedule
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.simulation.robots import robots_node
-from pipros.simulation.robots.settings import RobotSettings
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_simulation.robots import lockstep, robots_node
+from pipros_simulation.robots.settings import RobotSettings
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -153,6 +154,29 @@ def test_the_time_stands_still_while_a_member_holds_it_and_goes_on_without_a_dea
         listener.subscribe("/clock", clock, lambda message: clocks.append(message.clock.to_nsec()))
         sim.wait_for(r"the lockstep continues without \[/driver\]")
         wait_until(lambda: clocks and clocks[-1] > 6_100_000_000, what="time without members")
+
+
+def test_a_node_that_cannot_be_a_member_is_left_out(
+    ros: RosSystem, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    ros.serve_master()
+    monkeypatch.setattr(lockstep, "FOREIGN_S", 0.0)
+    environment = Environment(master_uri=ros.master_uri)
+    with (
+        Node("sim", environment=environment) as sim,
+        Node("twist_mux", environment=environment) as mux,
+        Node("starting", environment=environment) as starting,
+    ):
+        sim.params.set("/lockstep", ["twist_mux", "starting", "absent"])
+        for node in (mux, starting):
+            node.advertise("/cmd_vel", load_message_class("geometry_msgs/Twist"))
+        Schedule(starting)
+        text = "[/twist_mux] runs, but cannot be in lockstep"
+        checked = lockstep.Lockstep(sim, lockstep.members(sim), logging.getLogger("lockstep"))
+        wait_until(lambda: text in (checked.missing() and caplog.text))
+        assert checked.missing() == ["/starting", "/absent"]
+        checked.close()
+    assert "/starting" not in caplog.text
 
 
 def test_a_wrong_list_of_members_ends_the_simulator(ros: RosSystem) -> None:

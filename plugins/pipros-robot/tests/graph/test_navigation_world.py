@@ -6,14 +6,14 @@ import logging
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import Any
 
 import numpy as np
 import pytest
 
-from pipros.navigation.world import NavigationWorld, WorldFailure
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_robot.navigation.world import NavigationWorld, WorldFailure
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
 
@@ -24,12 +24,13 @@ KITCHEN, BEDROOM, STUDY = (7.8, 1.5, 0.0), (2.5, 5.8, 1.5), (7.4, 5.9, -0.8)
 
 @contextmanager
 def world(ros: RosSystem, **options: Any) -> Iterator[NavigationWorld]:
-    logging.getLogger("navigation_world").setLevel(logging.ERROR)
-    made = NavigationWorld(ros.master_uri, APARTMENT, start=START, **options)
+    log = logging.getLogger("navigation_world")
+    log.setLevel(logging.ERROR)
     try:
-        yield made
+        with closing(NavigationWorld(ros.master_uri, APARTMENT, start=START, **options)) as made:
+            yield made
     finally:
-        made.close()
+        log.setLevel(logging.NOTSET)  # of other tests of this process, too
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -13,9 +13,9 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
-from pipros.navigation import plane
-from pipros.navigation.pose_ekf.pose_ekf_node import PoseEkfNode
 from pipros.node import Node
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.pose_ekf.pose_ekf_node import PoseEkfNode
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import Cycles, UnlinkedNode, endures, finite, message, now, variances

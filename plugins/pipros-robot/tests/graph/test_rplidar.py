@@ -140,8 +140,8 @@ def test_services_stop_and_start_the_motor(
 
 
 def test_a_lidar_without_motor_control_of_its_own_has_a_line_for_it(tmp_path: Path) -> None:
-    from pipros.perception.drivers.rplidar.lidar import Lidar
-    from pipros.perception.drivers.streams import serial_port
+    from pipros_robot.perception.drivers.rplidar.lidar import Lidar
+    from pipros_robot.perception.drivers.streams import serial_port
 
     device = SimulatedRplidar(tmp_path / "tty", room)
     stream = serial_port(str(device.path), 115200).open()

@@ -9,14 +9,14 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.navigation import plane
 from pipros.node import Node
-from tests.support.environments import TESTS
+from pipros_robot.navigation import plane
+from tests.support.environments import file_of_tests
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-LAUNCH_FILES = TESTS / "support" / "launch_sets"
+LAUNCH_FILES = file_of_tests("support/launch_sets")
 GOALS = {
     "burger": ((3.2, 2.0, 1.5), "[amcl, move_base]"),
     "clearpath": ((4.0, 4.0, 3.0), "[]"),
@@ -90,3 +90,11 @@ def test_a_launch_file_that_cannot_be_read_is_named(ros: RosSystem) -> None:
     assert "bad.launch" in ended.output
     assert "Traceback" not in ended.output
     assert ros.pipros.run("pipros", "sim-for", "a", "b", "c").returncode == 2
+
+
+def test_no_command_but_xacro_and_cat_is_run(ros: RosSystem) -> None:
+    file = ros.home / "x.launch"
+    file.write_text(f"<launch><param name='robot_description' command='touch {ros.home}/ran'/></launch>")
+    written = ros.pipros.run("pipros", "sim-for", file)
+    assert "/robot_description: its command is not run, because only xacro and cat are" in written.output
+    assert not (ros.home / "ran").exists()

@@ -10,8 +10,8 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.navigation import plane
 from pipros.node import Node
+from pipros_robot.navigation import plane
 from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

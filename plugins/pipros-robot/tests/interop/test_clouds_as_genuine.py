@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.perception.clouds import filter_nodes, segmentation_nodes
-from pipros.perception.clouds.pcd import formatted, parse
-from pipros.perception.clouds.pcd_nodes import CloudWriter
-from pipros.perception.clouds.points import cloud_of, column, positions, rows_of
+from pipros_robot.perception.clouds import filter_nodes, segmentation_nodes
+from pipros_robot.perception.clouds.pcd import formatted, parse
+from pipros_robot.perception.clouds.pcd_nodes import CloudWriter
+from pipros_robot.perception.clouds.points import cloud_of, column, positions, rows_of
 from tests.support.ros import RosSystem, Side
 from tests.support.twin_nodes import Twins, differences, twins
 from tests.support.waiting import wait_until

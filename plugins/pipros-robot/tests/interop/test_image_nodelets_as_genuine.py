@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.nodelets.hosting import Hosting
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.images.arrays import array_of
+from pipros_libraries.nodelets.hosting import Hosting
+from pipros_robot.perception.images.arrays import array_of
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.pictures_of_cameras import (
     camera_info,

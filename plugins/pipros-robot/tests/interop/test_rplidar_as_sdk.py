@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from pipros.perception.drivers.rplidar.lidar import Lidar
-from pipros.perception.drivers.rplidar.samples import Point
-from pipros.perception.drivers.rplidar.turns import TurnCollector
-from pipros.perception.drivers.streams import serial_port
-from tests.support.environments import TESTS
+from pipros_robot.perception.drivers.rplidar.lidar import Lidar
+from pipros_robot.perception.drivers.rplidar.samples import Point
+from pipros_robot.perception.drivers.rplidar.turns import TurnCollector
+from pipros_robot.perception.drivers.streams import serial_port
+from tests.support.environments import file_of_tests
 from tests.support.genuine import is_required
 from tests.support.processes import Processes
 from tests.support.simulated_rplidar import MODES, SimulatedRplidar
 
-PROGRAM = TESTS / "interop" / "programs" / "sdk_turns.py"
+PROGRAM = file_of_tests("interop/programs/sdk_turns.py")
 TURNS = 4
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipros.libraries.transforms.pose import IDENTITY
-from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
-from pipros.navigation.velocities.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
+from pipros_libraries.transforms.pose import IDENTITY
+from pipros_robot.navigation.costmap.observations import ObservationSource, SourceSettings
+from pipros_robot.navigation.velocities.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
 
 S = 1_000_000_000
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.transforms.pose import IDENTITY
-from pipros.navigation.navsat.alignment import Alignment
+from pipros_libraries.transforms.pose import IDENTITY
+from pipros_robot.navigation.navsat.alignment import Alignment
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,12 @@ import pytest
 
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
-from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
-from pipros.navigation.move_base.move_base_node import MoveBase
-from pipros.navigation.move_base.recovery import Rotate
-from pipros.navigation.navfn.navfn_node import NavfnPlanner
-from pipros.navigation.world import NavigationWorld
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_robot.navigation.dwa.dwa_node import DwaLocalPlanner
+from pipros_robot.navigation.move_base.move_base_node import MoveBase
+from pipros_robot.navigation.move_base.recovery import Rotate
+from pipros_robot.navigation.navfn.navfn_node import NavfnPlanner
+from pipros_robot.navigation.world import NavigationWorld
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.edge_values import edge_messages
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import message, posed, scan, transforms

@@ -17,26 +17,30 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import Unreachable
-from pipros.libraries.nodes.frames import Frames
-from pipros.navigation.amcl import amcl_node
-from pipros.navigation.amcl.amcl_node import AmclNode
-from pipros.navigation.costmap.costmap import Costmap
-from pipros.navigation.costmap.grid import LETHAL
-from pipros.navigation.filter.filter_node import FilterNode
-from pipros.navigation.mapping import gmapping_node
-from pipros.navigation.mapping.gmapping_node import GmappingNode
-from pipros.navigation.move_base.move_base_node import MoveBase
-from pipros.navigation.navsat.navsat_node import NavsatNode
-from pipros.navigation.world_parameters import PARAMETERS
+from pipros_libraries.nodes.frames import Frames
+from pipros_robot.navigation.amcl import amcl_node
+from pipros_robot.navigation.amcl.amcl_node import AmclNode
+from pipros_robot.navigation.costmap.costmap import Costmap
+from pipros_robot.navigation.costmap.grid import LETHAL
+from pipros_robot.navigation.filter.filter_node import FilterNode
+from pipros_robot.navigation.mapping import gmapping_node
+from pipros_robot.navigation.mapping.gmapping_node import GmappingNode
+from pipros_robot.navigation.move_base.move_base_node import MoveBase
+from pipros_robot.navigation.navsat.navsat_node import NavsatNode
+from pipros_robot.navigation.world_parameters import PARAMETERS
 from tests.support.edge_values import edge_messages
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import (
     BASE,
     UnlinkedNode,
+    Work,
     endures,
     finite,
+    imu,
     message,
     now,
+    occupancy,
+    odometry,
     posed,
     scan,
     transforms,
@@ -45,24 +49,6 @@ from tests.support.unlinked_node import (
 
 LOG = logging.getLogger("edge_values")
 LOG.setLevel(logging.CRITICAL + 1)
-
-
-class Work:
-    """A schedule whose functions are called by `cycle`."""
-
-    in_lockstep = False
-
-    def __init__(self) -> None:
-        self._functions: list[Callable[[], object]] = []
-
-    def every(self, period_s: float, do: Callable[[], object], failed: Any = None) -> Callable[[float], None]:
-        del period_s, failed
-        self._functions.append(do)
-        return lambda changed_s: None
-
-    def cycle(self) -> None:
-        for do in self._functions:
-            do()
 
 
 @pytest.fixture
@@ -84,33 +70,6 @@ def make(ros: RosSystem, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[.
     yield made
     for node in nodes:
         node.shutdown()
-
-
-def odometry(x: float = 1.0) -> Any:
-    made = message("nav_msgs/Odometry", "odom", child_frame_id="base_link")
-    made.pose.pose.position.x, made.pose.pose.orientation.w = x, 1.0
-    made.pose.covariance, made.twist.covariance = variances(0.01), variances(0.01)
-    return made
-
-
-def imu() -> Any:
-    made = message("sensor_msgs/Imu", "base_link")
-    made.orientation.w, made.linear_acceleration.z = 1.0, 9.8
-    for name in ("orientation", "angular_velocity", "linear_acceleration"):
-        setattr(made, f"{name}_covariance", [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01])
-    return made
-
-
-def occupancy() -> Any:
-    """Return a map of the round room, with the origin at its centre."""
-    cells = np.arange(80) * 0.05 - 2.0 + 0.025
-    distance = np.hypot(*np.meshgrid(cells, cells))
-    made = message("nav_msgs/OccupancyGrid", "map", data=np.where(distance > 1.0, 100, 0).ravel().tolist())
-    made.info.width = made.info.height = 80
-    made.info.resolution = 0.05
-    made.info.origin.position.x = made.info.origin.position.y = -2.0
-    made.info.origin.orientation.w = 1.0
-    return made
 
 
 FILTER = {

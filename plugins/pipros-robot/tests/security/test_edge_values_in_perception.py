@@ -18,16 +18,16 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.packages.nodelets import python_nodelet, shipped_nodelets
-from pipros.perception.clouds.points import cloud_of
-from pipros.perception.imu.nodes import ComplementaryNode
-from pipros.perception.laser.assembler_node import LaserScanAssembler
-from pipros.simulation.fake_localization import FakeLocalization
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.robots_node import RobotsNode
-from pipros.simulation.robots.settings import RobotSettings
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
-from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
+from pipros_robot.perception.clouds.points import cloud_of
+from pipros_robot.perception.imu.nodes import ComplementaryNode
+from pipros_robot.perception.laser.assembler_node import LaserScanAssembler
+from pipros_simulation.fake_localization import FakeLocalization
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.robots_node import RobotsNode
+from pipros_simulation.robots.settings import RobotSettings
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
+from pipros_simulation.turtlesim.turtlesim_node import Turtlesim
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import UnlinkedNode, endures, finite, message, now, posed, scan, transforms
 

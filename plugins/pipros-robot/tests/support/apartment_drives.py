@@ -21,17 +21,17 @@ from typing import Any
 import numpy as np
 
 from pipros.basics.env import Environment
-from pipros.launch.roscore import Core
-from pipros.libraries.maps.map_file import read_map
-from pipros.navigation.mapping.settings import MappingSettings
-from pipros.navigation.mapping.slam import GridSlam
-from pipros.navigation.mapping.survey import Survey
-from pipros.navigation.plane import Triple
-from pipros.navigation.world import NavigationWorld, WorldFailure
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.obstacle import Obstacle
-from pipros.simulation.robots.world import World
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_libraries.maps.map_file import read_map
+from pipros_robot.navigation.mapping.settings import MappingSettings
+from pipros_robot.navigation.mapping.slam import GridSlam
+from pipros_robot.navigation.mapping.survey import Survey
+from pipros_robot.navigation.plane import Triple
+from pipros_robot.navigation.world import NavigationWorld, WorldFailure
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.obstacle import Obstacle
+from pipros_simulation.robots.world import World
+from pipros_tools.launch.roscore import Core
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support import drives
 
 APARTMENT = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "apartment.yaml")

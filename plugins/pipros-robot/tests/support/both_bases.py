@@ -17,8 +17,8 @@ import numpy as np
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.navigation import plane
 from pipros.node import Node
+from pipros_robot.navigation import plane
 from tests.support.both_navigation import BothNodes, end_node
 from tests.support.nodes import Inbox
 from tests.support.processes import Process

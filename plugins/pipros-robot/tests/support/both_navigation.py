@@ -9,10 +9,10 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.graph.services import type_of
-from pipros.graph.system_state import of_node, read_state
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros_tools.graph.services import type_of
+from pipros_tools.graph.system_state import of_node, read_state
 from tests.support.nodes import Inbox
 from tests.support.processes import Process
 from tests.support.recordings import Recording

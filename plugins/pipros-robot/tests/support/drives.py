@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.settings import Laser, RobotSettings
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.settings import Laser, RobotSettings
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
 
 RESOLUTION = 0.05
 WIDTH, HEIGHT = 10.0, 8.0

@@ -18,8 +18,8 @@ import numpy as np
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.packages.nodelets import shipped_nodelets
-from pipros.perception.clouds.pcd import formatted
-from pipros.perception.clouds.points import cloud_of
+from pipros_robot.perception.clouds.pcd import formatted
+from pipros_robot.perception.clouds.points import cloud_of
 from tests.support.bags import Row
 from tests.support.pictures_of_cameras import camera_info, depths, picture
 

@@ -1,4 +1,4 @@
-"""Twenty launch sets in the shapes of public robots' navigation packages, with the limits that they set.
+"""Launch sets in the shapes of public robots' navigation packages, with the limits that they set.
 
 The files that give the shapes are those of small robots (turtlebot3, linorobot), of robots with controllers
 and multiplexers (husky, jackal), of platforms (freight, mir), of TurtleBot 2, and of worlds for Stage.
@@ -7,13 +7,14 @@ and multiplexers (husky, jackal), of platforms (freight, mir), of TurtleBot 2, a
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 from xml.sax.saxutils import escape, quoteattr
 
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_workspace.index import SHARED_PACKAGES
 
 MAP: Final = SHARED_PACKAGES / "pipros_sim" / "maps" / "apartment.yaml"
 START: Final = (2.9, 1.0, 1.2)
@@ -38,6 +39,7 @@ class RobotSet:
         laser: scan, filtered, cloud, or heights (a VoxelLayer that keeps a band of heights).
         commands: from move_base to the robot: direct, twist_mux, smoother, or controllers (behind twist_mux).
         more: further parameters of move_base.
+        robot: further settings of the robot in pipros_sim.
     """
 
     name: str
@@ -52,6 +54,7 @@ class RobotSet:
     simulator: str = "pipros_sim"
     global_planner: str = "navfn/NavfnROS"
     more: Mapping[str, Any] = field(default_factory=dict)
+    robot: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def has_map(self) -> bool:
@@ -81,7 +84,11 @@ def _trajectory(speed: float, turn: float, **more: Any) -> dict[str, Any]:
 def _set(name: str, planner: str, speed: float, turn: float, **more: Any) -> RobotSet:
     """Return a set whose planner has these limits, and the parameters `own` in addition."""
     given: dict[str, Any] = {**_TOLERANCES, **more.pop("own", {})}
-    if planner in (DWA, TRAJECTORY):
+    if given.pop("with_old_names", False):
+        given |= {**_dwa(speed, turn), "min_trans_vel": speed / 5}
+        for new in ("max_vel_trans", "max_vel_theta", "min_vel_trans"):
+            del given[new]
+    elif planner in (DWA, TRAJECTORY):
         given = (_dwa if planner == DWA else _trajectory)(speed, turn, **given)
     return RobotSet(name, planner, speed, turn, given, **more)
 
@@ -124,6 +131,20 @@ SETS: Final = (
         "holonomic_robot": True, "simple_attractor": False, "y_vels": "-0.1,0.1"}),
     _set("filtered", TRAJECTORY, 0.3, 0.9, laser="filtered", costmaps="rolling", commands="smoother", own={
         "sim_time": 1.0, "vx_samples": 12}),
+    _set("adapter", "nav_core_adapter::LocalPlannerAdapter", 0.25, 0.8, own={
+        "planner_name": "dwb_local_planner::DWBLocalPlanner"}, more={"DWBLocalPlanner": {
+        **_TOLERANCES, "max_vel_x": 0.25, "max_speed_xy": 0.25, "max_vel_theta": 0.8, "acc_lim_x": 2.5,
+        "acc_lim_theta": 3.2}}),
+    _set("maker", "neo_local_planner/NeoLocalPlanner", 0.3, 0.8, own={
+        "max_trans_vel": 0.3, "max_rot_vel": 0.8, "acc_lim_x": 1.0, "acc_lim_theta": 2.0}),
+    _set("old names", DWA, 0.3, 0.8, own={"max_trans_vel": 0.3, "max_rot_vel": 0.8, "with_old_names": True}),
+    _set("car", TEB, 0.3, 0.9, robot={"drive": "ackermann", "min_turning_radius": 0.4}, own={
+        "max_vel_x": 0.3, "max_vel_theta": 0.9, "acc_lim_x": 0.8, "acc_lim_theta": 1.2,
+        "min_turning_radius": 0.4}),
+    _set("omnidirectional", TRAJECTORY, 0.4, 1.0, robot={"drive": "omni"}, own={
+        "holonomic_robot": True, "y_vels": "-0.1,0.1"}),
+    _set("foreign layer that sees", DWA, 0.4, 1.0, costmaps="layers",
+         more={"type_of_layer": "FetchDepthLayer"}),
     _set("multiplexer in Stage", TEB, 0.4, 1.0, **_STAGE, commands="twist_mux", laser="heights", own={
         "max_vel_x": 0.4, "max_vel_theta": 1.0, "weight_kinematics_nh": 1000.0}),
 )  # fmt: skip
@@ -212,8 +233,8 @@ def _robot(each: RobotSet, folder: Path, seed: int, *, has_filter: bool, cmd_vel
     x, y, yaw = START
     values = {
         "map": str(MAP), "seed": seed, "headless": True, "robots": [{"x": x, "y": y, "yaw": yaw}],
-        "laser": {"z": 0.3}, "robot": {"odometry_noise": 0.02, "max_linear": 2.0, "max_angular": 5.0},
-        "base_frame": "base_link", "publish_tf": not has_filter,
+        "laser": {"z": 0.3}, "base_frame": "base_link", "publish_tf": not has_filter,
+        "robot": {"odometry_noise": 0.02, "max_linear": 2.0, "max_angular": 5.0, **each.robot},
         "controllers": "/" if each.commands == "controllers" else "",
     }  # fmt: skip
     return _node("pipros_sim", "sim", "sim", values, **remapped)
@@ -258,7 +279,7 @@ def _move_base(each: RobotSet, scan: str) -> dict[str, Any]:
     sources = {"observation_sources": "laser", "laser": source}
     inflation = {"inflation_radius": 0.4, "cost_scaling_factor": 5.0}
     is_global_static = each.costmaps != "rolling"
-    kind = "VoxelLayer" if each.laser == "heights" else "ObstacleLayer"
+    kind = more.pop("type_of_layer", "VoxelLayer" if each.laser == "heights" else "ObstacleLayer")
     layers = [
         {"name": "obstacles", "type": f"costmap_2d::{kind}"},
         {"name": "inflation", "type": "costmap_2d::InflationLayer"},
@@ -287,14 +308,14 @@ def _move_base(each: RobotSet, scan: str) -> dict[str, Any]:
         "height": 16.0,
         "resolution": 0.05,
     }
-    if each.costmaps == "layers" or kind == "VoxelLayer":
+    if each.costmaps == "layers" or each.laser == "heights":
         for costmap in (local, whole):
             costmap |= {"plugins": layers, "obstacles": sources, "inflation": inflation}
         whole["plugins"] = [{"name": "static", "type": "costmap_2d::StaticLayer"}, *layers]
     else:
         local |= {"static_map": False, **sources, **inflation}
         whole |= {"static_map": is_global_static, **sources, **inflation}
-    namespace = each.planner.rpartition("/")[2]
+    namespace = re.split("[/:]", each.planner)[-1]
     return {
         "base_local_planner": each.planner, "base_global_planner": each.global_planner,
         "controller_frequency": 10.0, "planner_frequency": 1.0,

@@ -1,4 +1,4 @@
-"""Drives of twenty launch sets to five goals each: `python -m tests.support.robot_trials [--only NAME,…]`.
+"""Drives of launch sets to five goals each: `python -m tests.support.robot_trials [--only NAME,…]`.
 
 Each set is started with `roslaunch`. The table contains the greatest error of the true pose at the goals, and
 what the simulator measured: the greatest speeds beside the limits in the set's parameters, and the bumps.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 import sys
 import tempfile
 import time
@@ -17,13 +18,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.basics.env import Environment
-from pipros.launch.roscore import Core
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.navigation import plane
-from pipros.navigation.plane import Triple
 from pipros.node import Node
-from pipros.simulation.robots.drive import Pose, relative
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.plane import Triple
+from pipros_simulation.robots.drive import Pose, relative
+from pipros_tools.launch.roscore import Core
 from tests.support.environments import make_tool_folder, pipros_environment
 from tests.support.processes import Process, Processes
 from tests.support.robot_sets import GOALS, SETS, START, RobotSet, launch_file
@@ -62,7 +63,8 @@ class Trial:
         self._pose = plane.flat_message(message.pose.pose)
         self.time_s = message.header.stamp.to_sec()
         self._seen_s = time.monotonic()
-        self.speed = max(self.speed, abs(message.twist.twist.linear.x))
+        linear = message.twist.twist.linear
+        self.speed = max(self.speed, math.hypot(linear.x, linear.y))
         self.turn = max(self.turn, abs(message.twist.twist.angular.z))
 
     def _on_bumper(self, message: Any) -> None:
@@ -113,7 +115,7 @@ class Trial:
         shape = (each.simulator, each.global_planner.rpartition("/")[2], each.localisation)
         cells = (
             each.name,
-            each.planner.rpartition("/")[2],
+            re.split("[/:]", each.planner)[-1],
             ", ".join((*shape, each.costmaps, each.laser, each.commands)),
             f"{len(self.errors)} of {len(GOALS)}",
             f"{away:.2f} m, {turned:.2f} rad",

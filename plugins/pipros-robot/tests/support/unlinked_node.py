@@ -9,10 +9,12 @@ from copy import deepcopy
 from types import SimpleNamespace
 from typing import Any, Final
 
+import numpy as np
+
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.navigation import plane
 from pipros.node import Node
+from pipros_robot.navigation import plane
 from tests.support.edge_values import edge_messages
 
 BASE: Final = "base_footprint"
@@ -23,9 +25,29 @@ class Cycles:
 
     in_lockstep = False
 
-    def every(self, period_s: float, do: Callable[[], object], failed: Any = None) -> None:
-        del period_s, failed
+    def every(self, period_s: float, do: Callable[[], object], failed: Any = None, name: str = "") -> None:
+        del period_s, failed, name
         self.cycle = do
+
+
+class Work:
+    """A schedule whose functions are called by `cycle`."""
+
+    in_lockstep = False
+
+    def __init__(self) -> None:
+        self._functions: list[Callable[[], object]] = []
+
+    def every(
+        self, period_s: float, do: Callable[[], object], failed: Any = None, name: str = ""
+    ) -> Callable[[float], None]:
+        del period_s, failed, name
+        self._functions.append(do)
+        return lambda changed_s: None
+
+    def cycle(self) -> None:
+        for do in self._functions:
+            do()
 
 
 class UnlinkedNode(Node):
@@ -58,8 +80,9 @@ class UnlinkedNode(Node):
             for callback in self.inputs.get(name, []) if self.loops_back else []:
                 callback(deepcopy(message))
 
+        publication = SimpleNamespace(listeners=[], message_class=message_class)
         return SimpleNamespace(publish=publish, connection_count=1, unregister=lambda: None, topic=name,
-                               publication=SimpleNamespace(listeners=[]))  # fmt: skip
+                               publication=publication)  # fmt: skip
 
     def serve(self, name: str, service_class: Any, handler: Callable[[Any], Any], **_: Any) -> Any:  # type: ignore[override]
         self.services[name] = handler
@@ -102,6 +125,33 @@ def scan() -> Any:
         "sensor_msgs/LaserScan", BASE, angle_min=-3.0, angle_max=3.0, angle_increment=0.1, range_min=0.1,
         range_max=5.0, ranges=[1.0] * 61,
     )  # fmt: skip
+
+
+def odometry(x: float = 1.0) -> Any:
+    made = message("nav_msgs/Odometry", "odom", child_frame_id="base_link")
+    made.pose.pose.position.x, made.pose.pose.orientation.w = x, 1.0
+    made.pose.covariance, made.twist.covariance = variances(0.01), variances(0.01)
+    return made
+
+
+def imu() -> Any:
+    made = message("sensor_msgs/Imu", "base_link")
+    made.orientation.w, made.linear_acceleration.z = 1.0, 9.8
+    for name in ("orientation", "angular_velocity", "linear_acceleration"):
+        setattr(made, f"{name}_covariance", [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01])
+    return made
+
+
+def occupancy() -> Any:
+    """Return a map of the round room, with the origin at its centre."""
+    cells = np.arange(80) * 0.05 - 2.0 + 0.025
+    distance = np.hypot(*np.meshgrid(cells, cells))
+    made = message("nav_msgs/OccupancyGrid", "map", data=np.where(distance > 1.0, 100, 0).ravel().tolist())
+    made.info.width = made.info.height = 80
+    made.info.resolution = 0.05
+    made.info.origin.position.x = made.info.origin.position.y = -2.0
+    made.info.origin.orientation.w = 1.0
+    return made
 
 
 def endures(

@@ -8,11 +8,6 @@ class NavigationLimits(NamedTuple):
 
     Attributes:
         costmap_cells: maximum number of cells in a costmap, and in the map of each layer.
-        costmap_points: maximum number of points that a costmap stores for each observation source. The same
-            number of points may wait for their transforms.
-        mapped_cells: maximum number of cells in the map of slam_gmapping or hector_mapping.
     """
 
     costmap_cells: int = 100_000_000
-    costmap_points: int = 2_000_000
-    mapped_cells: int = 100_000_000

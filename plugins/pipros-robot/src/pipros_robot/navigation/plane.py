@@ -9,12 +9,18 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.libraries.nodes.wiring import stamped
-from pipros.libraries.transforms.messages import pose_of
-from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.perception.clouds.points import cloud_of
+from pipros_libraries.nodes.wiring import stamped
+from pipros_libraries.transforms.messages import pose_of
+from pipros_libraries.transforms.pose import Pose, roll_pitch_yaw
+from pipros_robot.perception.clouds.points import cloud_of
+
+MAPPED_CELLS = 100_000_000
+"""Maximum number of cells in the map of slam_gmapping or hector_mapping. Beyond it, the map of
+`slam_gmapping` does not grow further, and scans are cut off at its border; `hector_mapping` refuses a larger
+`~map_size`.
+"""
 
 Triple = tuple[float, float, float]
 Poses = NDArray[np.float64]

@@ -10,18 +10,18 @@ from pipros.basics.extras import missing
 
 
 def run_program(module: str, *arguments: str) -> int:
-    """Run `main` in a module of `pipros.navigation`, and return the exit code.
+    """Run `main` in a module of `pipros_robot.navigation`, and return the exit code.
 
     If a required library is missing or cannot be imported, print an error and return 1.
     """
     # For matrices of 15 rows, OpenBLAS's threads bring no benefit, but burn CPU time in busy waits.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        program = import_module(f"pipros.navigation.{module}")
+        program = import_module(f"pipros_robot.navigation.{module}")
     except ImportError as error:
         if error.name not in ("numpy", "cv2", None):
             raise
         what = f"this node needs {error.name or 'a library'}"
-        print(f"ERROR: {missing(what, 'navigation', error)}", file=sys.stderr)
+        print(f"ERROR: {missing(what, 'pipros-robot', error)}", file=sys.stderr)
         return 1
     return int(program.main(*arguments))

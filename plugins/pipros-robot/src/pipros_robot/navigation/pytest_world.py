@@ -1,4 +1,4 @@
-"""The pytest fixture `navigation_world`, which pipros's pytest plugin finds through `pipros.basics.rooms`."""
+"""The fixture `navigation_world`, which pipros's plugin of pytest finds through `pipros.basics.plugins`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import pytest
 
 if TYPE_CHECKING:
-    from pipros.launch.roscore import Core
-    from pipros.navigation.plane import Triple
-    from pipros.navigation.world import NavigationWorld
+    from pipros_robot.navigation.plane import Triple
+    from pipros_robot.navigation.world import NavigationWorld
+    from pipros_tools.launch.roscore import Core
 
 
 class MakeWorld(Protocol):
@@ -28,8 +28,8 @@ def navigation_world(ros_master: Core, request: pytest.FixtureRequest) -> Iterat
     pipros_sim. `start` is the robot's initial (x, y, yaw). `NavigationWorld` describes the options. The nodes
     run in this process, in lockstep. After the test, the ratio of simulated to real time is printed.
     """
-    from pipros.navigation.world import NavigationWorld
-    from pipros.workspace.index import SHARED_PACKAGES
+    from pipros_robot.navigation.world import NavigationWorld
+    from pipros_workspace.index import SHARED_PACKAGES
 
     worlds: list[NavigationWorld] = []
 

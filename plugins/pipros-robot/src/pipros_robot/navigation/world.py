@@ -21,24 +21,24 @@ import numpy as np
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted
-from pipros.libraries.maps.map_file import Grid, read_map
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, serve, subscribe
-from pipros.libraries.transforms.errors import TransformException
 from pipros.msg import load_message_class, load_service_class
-from pipros.navigation import plane
-from pipros.navigation.amcl.amcl_node import AmclNode
-from pipros.navigation.move_base.move_base_node import MoveBase
-from pipros.navigation.plane import Triple
-from pipros.navigation.world_parameters import PARAMETERS, merged
 from pipros.node import Node
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.obstacle import Obstacle
-from pipros.simulation.robots.robots_node import RobotsNode
-from pipros.simulation.robots.settings import RobotSettings
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
+from pipros_libraries.maps.map_file import Grid, read_map
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, serve, subscribe
+from pipros_libraries.transforms.errors import TransformException
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.amcl.amcl_node import AmclNode
+from pipros_robot.navigation.move_base.move_base_node import MoveBase
+from pipros_robot.navigation.plane import Triple
+from pipros_robot.navigation.world_parameters import PARAMETERS, merged
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.obstacle import Obstacle
+from pipros_simulation.robots.robots_node import RobotsNode
+from pipros_simulation.robots.settings import RobotSettings
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
 
 START_S: Final = 60.0
 WANDER_S: Final = 0.2

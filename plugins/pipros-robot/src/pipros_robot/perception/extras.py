@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.basics.extras import missing
+from pipros.basics.extras import missing, required
 
 try:
     import numpy as numpy
 except ImportError as error:
-    raise missing("point clouds and laser scans need numpy", "perception", error) from error
+    raise missing("point clouds and laser scans need numpy", "pipros-robot", error) from error
 
 
 def tree_of(points: Any, purpose: str) -> Any:
@@ -18,8 +18,9 @@ def tree_of(points: Any, purpose: str) -> Any:
     Raises:
         MissingExtra: scipy is not installed. The message names `purpose`.
     """
-    try:
-        from scipy.spatial import cKDTree
-    except ImportError as error:
-        raise missing(f"{purpose} needs scipy", "perception", error) from error
-    return cKDTree(points)
+    return scipy_part("spatial", purpose).cKDTree(points)
+
+
+def scipy_part(name: str, purpose: str) -> Any:
+    """Return a module of scipy, such as `spatial`. Without scipy, raise MissingExtra that names `purpose`."""
+    return required(f"scipy.{name}", f"{purpose} needs scipy", "pipros-robot")

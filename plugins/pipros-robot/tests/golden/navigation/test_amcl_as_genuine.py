@@ -18,7 +18,7 @@ import pytest
 
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.simulation.robots.drive import Pose
+from pipros_simulation.robots.drive import Pose
 from tests.support.both_navigation import SIDES, BothNodes, both_nodes
 from tests.support.drives import (
     ROUTE,

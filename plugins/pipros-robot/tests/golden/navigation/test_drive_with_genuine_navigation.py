@@ -11,13 +11,13 @@ from xmlrpc.client import ServerProxy
 
 import numpy as np
 
-from pipros.libraries.maps.map_file import read_map
-from pipros.navigation.world_parameters import PARAMETERS, merged
-from pipros.simulation.robots.drive import Pose
-from pipros.simulation.robots.settings import RobotSettings
-from pipros.simulation.robots.simulation import Simulation
-from pipros.simulation.robots.world import World
-from pipros.workspace.index import SHARED_PACKAGES
+from pipros_libraries.maps.map_file import read_map
+from pipros_robot.navigation.world_parameters import PARAMETERS, merged
+from pipros_simulation.robots.drive import Pose
+from pipros_simulation.robots.settings import RobotSettings
+from pipros_simulation.robots.simulation import Simulation
+from pipros_simulation.robots.world import World
+from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
 

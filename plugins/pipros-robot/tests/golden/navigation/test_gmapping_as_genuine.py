@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.simulation.robots.drive import Pose
+from pipros_simulation.robots.drive import Pose
 from tests.support.both_navigation import SIDES, BothNodes, both_nodes
 from tests.support.drives import (
     ROUTE,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.perception.laser.cloud_to_scan_node import CloudToScanNode
-from pipros.perception.laser.depth_to_scan_node import DepthToScanNode
+from pipros_robot.perception.laser.cloud_to_scan_node import CloudToScanNode
+from pipros_robot.perception.laser.depth_to_scan_node import DepthToScanNode
 from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
 from tests.support.twin_nodes import Twins, differences, twins

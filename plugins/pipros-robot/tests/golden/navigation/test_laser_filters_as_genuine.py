@@ -6,9 +6,9 @@ import math
 from typing import Any
 
 from pipros.msg.time import Time
-from pipros.perception.laser.assembler_node import LaserScanAssembler
-from pipros.perception.laser.chain_node import ScanToCloudFilterChain, ScanToScanFilterChain
-from pipros.perception.laser.filters.chain import TYPES
+from pipros_robot.perception.laser.assembler_node import LaserScanAssembler
+from pipros_robot.perception.laser.chain_node import ScanToCloudFilterChain, ScanToScanFilterChain
+from pipros_robot.perception.laser.filters.chain import TYPES
 from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
 from tests.support.twin_nodes import Twins, differences, twins

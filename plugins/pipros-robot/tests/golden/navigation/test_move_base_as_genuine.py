@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.transforms.pose import IDENTITY
-from pipros.msg import load_message_class
-from pipros.navigation.costmap.grid import CostGrid
-from pipros.navigation.dwa.planner import DwaPlanner
-from pipros.navigation.dwa.settings import SETTINGS, DwaSettings
+from pipros.msg import load_message_class, load_service_class
+from pipros_libraries.transforms.pose import IDENTITY
+from pipros_robot.navigation.costmap.grid import CostGrid
+from pipros_robot.navigation.dwa.planner import DwaPlanner
+from pipros_robot.navigation.dwa.settings import SETTINGS, DwaSettings
 from tests.support.both_bases import PARAMETERS, BothBases, both_bases
 from tests.support.recordings import Recording, message_of
 from tests.support.ros import RosSystem
@@ -31,12 +31,24 @@ def both(ros: RosSystem, recording: Recording) -> Iterator[BothBases]:
         yield both
 
 
-def reconfigure(both: BothBases, name: str, **values: float) -> None:
-    """Change numbers, in the namespace `move_base` or one below."""
+def numbers(**values: float) -> Any:
+    """Return the settings of a request to dynamic_reconfigure."""
     config: Any = load_message_class("dynamic_reconfigure/Config")()
     number: Any = load_message_class("dynamic_reconfigure/DoubleParameter")
     config.doubles = [number(key, value) for key, value in values.items()]
-    both.call(f"{name}set_parameters", "dynamic_reconfigure/Reconfigure", config=config)
+    return config
+
+
+def reconfigure(both: BothBases, name: str, **values: float) -> None:
+    """Change numbers, in the namespace `move_base` or one below."""
+    both.call(f"{name}set_parameters", "dynamic_reconfigure/Reconfigure", config=numbers(**values))
+
+
+def raise_maxima(both: BothBases) -> None:
+    """Raise the maxima of pipros, which refuses minima above them; the genuine node takes these."""
+    service: Any = load_service_class("dynamic_reconfigure/Reconfigure")
+    client = both.node.client("/pipros/move_base/DWAPlannerROS/set_parameters", service)
+    client.call(service._request_class(config=numbers(max_vel_trans=9.0, max_vel_theta=9.0)), timeout_s=60.0)
 
 
 def test_goals_end_with_the_same_statuses_and_texts(both: BothBases) -> None:
@@ -61,6 +73,7 @@ def test_goals_end_with_the_same_statuses_and_texts(both: BothBases) -> None:
     both.send(2.0, 0.0)
     ends((4, "Robot is oscillating. Even after executing recovery behaviors."))
     reconfigure(both, "", oscillation_timeout=0.0, controller_patience=0.5)
+    raise_maxima(both)
     reconfigure(both, "DWAPlannerROS/", min_vel_trans=5.0, min_vel_theta=9.0)
     both.send(2.0, 0.0)
     ends((4, "Failed to find a valid control. Even after executing recovery behaviors."))

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.transforms.pose import Pose, from_roll_pitch_yaw
 from pipros.msg import load_message_class
+from pipros_libraries.transforms.pose import Pose, from_roll_pitch_yaw
 from tests.support.both_navigation import SIDES, BothNodes, both_nodes
 from tests.support.drives import stamp
 from tests.support.recordings import Recording

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.nodelets.hosting import Hosting
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
+from pipros_libraries.nodelets.hosting import Hosting
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.recordings import Recording
 from tests.support.ros import RosSystem

@@ -12,7 +12,7 @@ import pytest
 def test_a_program_without_numpy_says_so_in_one_line(program: str) -> None:
     code = (
         "import sys; sys.modules['numpy'] = sys.modules['cv2'] = None; "
-        f"from pipros.navigation.programs import run_program; sys.exit(run_program({program!r}))"
+        f"from pipros_robot.navigation.programs import run_program; sys.exit(run_program({program!r}))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 

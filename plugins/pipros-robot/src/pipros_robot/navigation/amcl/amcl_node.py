@@ -14,22 +14,25 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.errors import Interrupted, Unreachable
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import serve, subscribe
-from pipros.libraries.reconfiguring.declared import settings_of
-from pipros.libraries.reconfiguring.server import Reconfigurable
-from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, from_roll_pitch_yaw, roll_pitch_yaw
+from pipros.basics.intervals import elapsed
 from pipros.msg import load_service_class
 from pipros.msg.time import NS_PER_S
-from pipros.navigation.amcl.grid import GridMap
-from pipros.navigation.amcl.localizer import Localizer
-from pipros.navigation.amcl.publications import Publications
-from pipros.navigation.amcl.sensors import Beams, read_beams
-from pipros.navigation.amcl.settings import (
+from pipros.node import Node
+from pipros.node.service_link import ServiceFailed
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import serve, subscribe
+from pipros_libraries.reconfiguring.declared import settings_of
+from pipros_libraries.reconfiguring.server import Reconfigurable
+from pipros_libraries.transforms.messages import in_ns, pose_of
+from pipros_libraries.transforms.pose import IDENTITY, Pose, composed, from_roll_pitch_yaw, roll_pitch_yaw
+from pipros_robot.navigation.amcl.grid import GridMap
+from pipros_robot.navigation.amcl.localizer import Localizer
+from pipros_robot.navigation.amcl.publications import Publications
+from pipros_robot.navigation.amcl.sensors import Beams, read_beams
+from pipros_robot.navigation.amcl.settings import (
     LASER_MODELS,
     ODOMETRY_MODELS,
     AmclSettings,
@@ -38,9 +41,7 @@ from pipros.navigation.amcl.settings import (
     read_belief,
     read_settings,
 )
-from pipros.navigation.plane import MOST, flat, is_measured
-from pipros.node import Node
-from pipros.node.service_link import ServiceFailed
+from pipros_robot.navigation.plane import MOST, flat, is_measured
 
 NO_SCAN_S: Final = 15.0
 MAP_REQUEST_S: Final = 0.5
@@ -263,7 +264,7 @@ class AmclNode:
 
     def _save_if_due(self) -> None:
         now_ns, rate = self._node.clock.now_ns(), self._settings.save_pose_rate
-        if rate > 0.0 and now_ns - self._saved_ns >= NS_PER_S / rate:
+        if rate > 0.0 and elapsed(now_ns, self._saved_ns) >= NS_PER_S / rate:
             self._saved_ns = now_ns
             self._save()
 

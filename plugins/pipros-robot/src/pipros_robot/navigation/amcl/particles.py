@@ -15,9 +15,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.amcl.grid import Array
-from pipros.navigation.amcl.settings import AmclSettings
-from pipros.navigation.plane import Triple
+from pipros_robot.navigation.amcl.grid import Array
+from pipros_robot.navigation.amcl.settings import AmclSettings
+from pipros_robot.navigation.plane import Triple
 
 Labels = NDArray[np.int64]
 

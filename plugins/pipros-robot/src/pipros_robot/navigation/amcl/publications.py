@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.nodes.wiring import advertise, stamped
-from pipros.libraries.transforms.pose import Pose, composed, inverted
 from pipros.msg.time import NS_PER_S
-from pipros.navigation import plane
-from pipros.navigation.amcl.localizer import Estimate
-from pipros.navigation.amcl.settings import AmclSettings, Belief
-from pipros.navigation.plane import Poses
 from pipros.node import Node
+from pipros_libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros_libraries.nodes.wiring import advertise, stamped
+from pipros_libraries.transforms.pose import Pose, composed, inverted
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.amcl.localizer import Estimate
+from pipros_robot.navigation.amcl.settings import AmclSettings, Belief
+from pipros_robot.navigation.plane import Poses
 
 _DIAGNOSTICS_S = 1.0
 _ESTIMATE = "geometry_msgs/PoseWithCovarianceStamped"

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.amcl.grid import Array, GridMap
-from pipros.navigation.amcl.settings import AmclSettings
+from pipros_robot.navigation.amcl.grid import Array, GridMap
+from pipros_robot.navigation.amcl.settings import AmclSettings
 
 _SMALLEST_SIGMA: Final = 1e-9
 """Replaces smaller standard deviations to avoid division by 0. Only exact readings are then hits."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields, replace
 from math import isfinite, pi
 from typing import Final
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
-from pipros.libraries.reconfiguring.declared import tunable
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_libraries.reconfiguring.declared import tunable
 
 LASER_MODELS: Final = ("beam", "likelihood_field", "likelihood_field_prob")
 ODOMETRY_MODELS: Final = ("diff", "omni", "diff-corrected", "omni-corrected")

@@ -10,11 +10,11 @@ from typing import Any, Final
 
 from pipros.basics.errors import Interrupted
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, read_parameters
-from pipros.navigation.costmap.grid import CostGrid, Points
-from pipros.navigation.costmap.layered import LayeredCostmap
 from pipros.node import Node
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import InvalidParameter, read_parameters
+from pipros_robot.navigation.costmap.grid import CostGrid, Points
+from pipros_robot.navigation.costmap.layered import LayeredCostmap
 
 _WAIT_S: Final = 0.1
 _WARNING_S: Final = 5.0
@@ -28,6 +28,8 @@ class CostmapCore:
         given: the parameters at startup.
         global_frame, base_frame: the frames of the map and of the robot.
         layered: the costs and the layers. Hold `lock` while you read or change them.
+        blind_without: the layers whose absence leaves the costmap without any sensor, so that the robot must
+            not drive; empty if it sees.
         is_initialized: whether there has been an update since the costmap was created or last stopped.
     """
 
@@ -42,6 +44,7 @@ class CostmapCore:
         if not self.global_frame or not self.base_frame:
             raise InvalidParameter(f"{self.namespace}: global_frame and robot_base_frame must not be empty")
         self.is_initialized = False
+        self.blind_without: list[str] = []
         self._throttle = Throttle(log, 1.0)
         self.wait_until(
             lambda: frames.buffer.can_transform(self.global_frame, self.base_frame, 0) is None,
@@ -65,7 +68,7 @@ class CostmapCore:
     @property
     def is_current(self) -> bool:
         """Whether the data of all enabled layers is recent enough for driving."""
-        return self.layered.is_current
+        return self.layered.is_current and not self.blind_without
 
     def wait_until(self, condition: Callable[[], bool], what: str) -> None:
         """Wait for a condition, and log a warning every 5 seconds.

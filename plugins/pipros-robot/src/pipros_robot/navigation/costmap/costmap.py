@@ -6,22 +6,25 @@ import logging
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, search_upwards
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import subscribe
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.transforms.errors import TransformException
-from pipros.navigation.costmap import footprint
-from pipros.navigation.costmap.core import CostmapCore
-from pipros.navigation.costmap.grid import Points
-from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.costmap.layers import add_layers
-from pipros.navigation.costmap.output import CostmapOutput
-from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.plane import flat
+from pipros.basics.intervals import elapsed
+from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.clock import stamp
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.inputs import inside
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters, search_upwards
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, stamped, subscribe
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.transforms.errors import TransformException
+from pipros_robot.navigation.costmap import footprint
+from pipros_robot.navigation.costmap.core import CostmapCore
+from pipros_robot.navigation.costmap.grid import Points
+from pipros_robot.navigation.costmap.layered import CellRectangle, Pose2D
+from pipros_robot.navigation.costmap.layers import add_layers
+from pipros_robot.navigation.limits import NavigationLimits
+from pipros_robot.navigation.plane import flat
 
 _MOST_AGE_S: Final = 2.0
 """Maximum age of costs by which the robot drives, unless two update periods are longer."""
@@ -80,8 +83,8 @@ class Costmap(CostmapCore):
                 value = PrivateParameters({"robot_radius": radius}).number("robot_radius", 1.234)
                 self.node.params.set(f"{self.namespace}/robot_radius", value)
         topic = search_upwards(self.node, self.namespace, "footprint_topic")
-        name = f"{self.namespace}/{topic if isinstance(topic, str) else 'footprint'}"
-        if self.node.resolve(name) != self._output.footprint_topic:
+        name = inside(self.node, self.namespace, topic if isinstance(topic, str) else "footprint")
+        if name != self._output.footprint_topic:
             subscribe(self.node, name, "geometry_msgs/Polygon", self._on_footprint)
 
     def _on_footprint(self, message: Any) -> None:
@@ -139,7 +142,7 @@ class Costmap(CostmapCore):
             return
         self._most_age_ns = max(_MOST_AGE_S, 2 / frequency) * 1e9
         if self._change_period is None:
-            self._change_period = self._schedule.every(1 / frequency, self._on_time)
+            self._change_period = self._schedule.every(1 / frequency, self._on_time, name="Map update loop")
         else:
             self._change_period(1 / frequency)
 
@@ -166,6 +169,11 @@ class Costmap(CostmapCore):
         """Whether the sensor data is recent enough for driving, and the costs contain it."""
         age_ns = self.node.clock.now_ns() - self._updated_ns
         return super().is_current and not self._is_off and 0 <= age_ns <= self._most_age_ns
+
+    @property
+    def silent_topics(self) -> list[str]:
+        """The topics of sensors from which nothing has arrived so far."""
+        return [each.topic for each in self._inputs if not each.has_data]
 
     def _on_time(self) -> None:
         if not (self._is_stopped or self._is_off):
@@ -215,3 +223,88 @@ def main() -> int:
         "costmap_2d",
         lambda node, log, schedule: Costmap(node, log, Frames(node, log), schedule, "costmap"),
     )
+
+
+_NOTHING = CellRectangle(0, 0, 0, 0)
+
+
+class CostmapOutput:
+    """Publishes a costmap: `costmap`, `costmap_updates` and `footprint`.
+
+    Every new subscriber receives the whole map. Afterwards, only the area that was recomputed since the last
+    publication is sent, unless `always_full` is true, or the map's size or position changes.
+    """
+
+    def __init__(self, costmap: CostmapCore, *, always_full: bool) -> None:
+        self._costmap, self._always_full = costmap, always_full
+        self._period_ns = self._last_ns = 0
+        self._sent: tuple[float, ...] = ()
+        self._window = _NOTHING
+        node, namespace = costmap.node, costmap.namespace
+        keys = "published_footprint_topic", "published_footprint"
+        topics = [name for key in keys if isinstance(name := search_upwards(node, namespace, key), str)]
+        footprint = inside(node, namespace, [*topics, "footprint"][0])
+        self._footprints = advertise(node, footprint, "geometry_msgs/PolygonStamped")
+        self.footprint_topic: str = self._footprints.topic
+        self._maps = advertise(node, f"{namespace}/costmap", "nav_msgs/OccupancyGrid")
+        self._updates = advertise(node, f"{namespace}/costmap_updates", "map_msgs/OccupancyGridUpdate")
+        self._maps.publication.listeners.append(self)
+
+    def peer_subscribe(self, topic_name: str, topic_publish: Any, peer_publish: Any) -> None:  # noqa: ARG002
+        """Send the map to a new subscriber."""
+        peer_publish(self._whole())
+
+    def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
+        """Do nothing when a subscriber leaves."""
+
+    def set_frequency(self, frequency: float) -> None:
+        """Set the publishing rate in Hz; 0 disables publishing."""
+        self._period_ns = round(1e9 / frequency) if frequency > 0 else 0
+
+    def note(self, window: CellRectangle) -> None:
+        """Record cells that were recomputed. The caller holds the costmap's lock."""
+        self._window = self._window.united(window)
+
+    def publish_if_due(self, now_ns: int) -> None:
+        """Publish the map or its changes if a publication is due and there are subscribers."""
+        is_due = elapsed(now_ns, self._last_ns) >= self._period_ns
+        if not (self._period_ns and is_due and self._costmap.is_initialized):
+            return
+        self._last_ns = now_ns
+        if not self._maps.connection_count:
+            return
+        with self._costmap.lock:
+            window, self._window = self._window, _NOTHING
+            is_whole = self._always_full or self._sent != self._costmap.grid.geometry
+            message = self._whole() if is_whole else self._part(window)
+        if is_whole or window != _NOTHING:
+            (self._maps if is_whole else self._updates).publish(message)
+
+    def _whole(self) -> Any:
+        with self._costmap.lock:
+            grid, message = self._costmap.grid, self._stamped("nav_msgs/OccupancyGrid")
+            message.info.resolution = grid.resolution
+            message.info.width, message.info.height = grid.width, grid.height
+            x, y = grid.cell_to_world(0, 0)
+            position = message.info.origin.position
+            position.x, position.y = x - grid.resolution / 2, y - grid.resolution / 2
+            message.info.origin.orientation.w = 1.0
+            message.data = memoryview(grid.published()).cast("b")
+            self._sent = grid.geometry
+        return message
+
+    def _part(self, window: CellRectangle) -> Any:
+        message = self._stamped("map_msgs/OccupancyGridUpdate", x=window.x0, y=window.y0)
+        message.width, message.height = window.xn - window.x0, window.yn - window.y0
+        message.data = memoryview(self._costmap.grid.published(window.slices)).cast("b")
+        return message
+
+    def publish_footprint(self, corners: Points) -> None:
+        """Publish the robot's outline in the global frame."""
+        point: Any = load_message_class("geometry_msgs/Point32")
+        message = self._stamped("geometry_msgs/PolygonStamped")
+        message.polygon.points = [point(x, y, 0.0) for x, y in corners]
+        self._footprints.publish(message)
+
+    def _stamped(self, kind: str, **fields: Any) -> Any:
+        return stamped(kind, self._costmap.global_frame, stamp(self._costmap.node.clock), **fields)

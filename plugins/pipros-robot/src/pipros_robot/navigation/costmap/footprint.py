@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from pipros.basics.syntax_trees import SYNTAX_TREES
-from pipros.libraries.nodes.params import InvalidParameter, is_number
-from pipros.navigation.costmap.grid import Points
+from pipros_libraries.nodes.params import InvalidParameter, is_number
+from pipros_robot.navigation.costmap.grid import Points
 
 _CORNERS_OF_CIRCLE = 16
 _MOST_CORNERS = 1000

@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from pipros.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costs, Numbers
-from pipros.navigation.costmap.layered import Bounds, CellRectangle, Layer, LayeredCostmap, Pose2D
+from pipros_robot.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costs, Numbers
+from pipros_robot.navigation.costmap.layered import Bounds, CellRectangle, Layer, LayeredCostmap, Pose2D
 
 _ROUNDING = 1e-4
 """Tolerance for distances computed as 32-bit floats, in cells."""

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pipros.navigation.costmap.footprint import inscribed_radius
-from pipros.navigation.costmap.grid import FREE, UNKNOWN, CostGrid, Costs, Numbers, Points
+from pipros_robot.navigation.costmap.footprint import inscribed_radius
+from pipros_robot.navigation.costmap.grid import FREE, UNKNOWN, CostGrid, Costs, Numbers, Points
 
 __all__ = ["CellRectangle", "Layer"]  # for layers of other distributions
 

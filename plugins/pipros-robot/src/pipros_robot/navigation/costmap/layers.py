@@ -7,24 +7,61 @@ from functools import partial
 from importlib.metadata import entry_points
 from typing import Any, Final
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters, search_upwards
-from pipros.libraries.nodes.wiring import advertise, stamped, subscribe
-from pipros.libraries.reconfiguring.server import Reconfigurable
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.pose import Pose
-from pipros.navigation.costmap.core import CostmapCore
-from pipros.navigation.costmap.inflation_layer import InflationLayer
-from pipros.navigation.costmap.layer_settings import INFLATION, OBSTACLE, SETTINGS, STATIC, VOXEL
-from pipros.navigation.costmap.layered import Layer
-from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
-from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
-from pipros.navigation.costmap.sensor_input import DATA_TYPES, SensorInput
-from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
-from pipros.navigation.costmap.voxel_layer import VoxelLayer
-from pipros.navigation.limits import NavigationLimits
 from pipros.node.clock import stamp
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters, search_upwards
+from pipros_libraries.nodes.wiring import advertise, stamped, subscribe
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.pose import Pose
+from pipros_robot.navigation.costmap.core import CostmapCore
+from pipros_robot.navigation.costmap.inflation_layer import InflationLayer
+from pipros_robot.navigation.costmap.layered import Layer
+from pipros_robot.navigation.costmap.observations import ObservationSource, SourceSettings
+from pipros_robot.navigation.costmap.obstacle_layer import ObstacleLayer
+from pipros_robot.navigation.costmap.sensor_input import DATA_TYPES, SensorInput
+from pipros_robot.navigation.costmap.static_layer import StaticLayer, StaticSettings
+from pipros_robot.navigation.costmap.voxel_layer import VoxelLayer
+from pipros_robot.navigation.limits import NavigationLimits
+
+STATIC, OBSTACLE = "costmap_2d::StaticLayer", "costmap_2d::ObstacleLayer"
+VOXEL, INFLATION = "costmap_2d::VoxelLayer", "costmap_2d::InflationLayer"
+_ENABLED: Final = Setting("enabled", True, description="Whether the layer is used")
+_METHODS: Final = (
+    "{'enum_description': 'How costs are combined with those of earlier layers', 'enum': ["
+    "{'name': 'Overwrite', 'type': 'int', 'value': 0, 'description': 'Replace them'}, "
+    "{'name': 'Maximum', 'type': 'int', 'value': 1, 'description': 'Take the greater one'}, "
+    "{'name': 'Nothing', 'type': 'int', 'value': 99, 'description': 'Keep them'}]}"
+)
+_COMBINATION: Final = "combination_method", 1
+_OBSTACLES: Final = (
+    _ENABLED,
+    Setting("footprint_clearing_enabled", True, description="Whether to free the cells under the robot"),
+    Setting("max_obstacle_height", 2.0, 0, 50, "Height above which points do not mark, in metres"),
+)
+SETTINGS: Final[dict[str, tuple[Setting, ...]]] = {
+    STATIC: (_ENABLED,),
+    OBSTACLE: (*_OBSTACLES, Setting(*_COMBINATION, None, None, "How costs are combined", 0, _METHODS)),
+    VOXEL: (
+        *_OBSTACLES,
+        Setting("origin_z", 0.0, 0, None, "Height of the lowest voxel, in metres"),
+        Setting("z_resolution", 0.2, 0, 50, "Height of a voxel, in metres"),
+        Setting("z_voxels", 10, 0, 16, "Number of voxels in a column"),
+        Setting("unknown_threshold", 15, 0, 16, "Maximum number of unknown voxels in a known column"),
+        Setting("mark_threshold", 0, 0, 16, "Maximum number of marked voxels in a free column"),
+        Setting(*_COMBINATION, 0, 2, "How costs are combined", 0, _METHODS),
+    ),
+    INFLATION: (
+        _ENABLED,
+        Setting("cost_scaling_factor", 10.0, 0, 100, "How fast costs decrease with the distance, in 1/m"),
+        Setting("inflation_radius", 0.55, 0, 50, "Distance from obstacles up to which costs are raised, m"),
+        Setting("inflate_unknown", False, description="Whether to raise the costs of unknown cells"),
+    ),
+}
+"""The settings of each type of layer that clients can change."""
+
 
 ENTRY_POINTS: Final = "pipros.costmap_layers"
+_LONGEST_S: Final = 1e9
 
 
 _TRACK: Final = "track_unknown_space"
@@ -52,38 +89,79 @@ def add_layers(costmap: CostmapCore) -> list[SensorInput]:
     """
     given = costmap.given
     if given.has("plugins"):
-        layers = _listed_layers(costmap, given)
+        layers, left_out = _listed_layers(costmap, given)
     else:
         costmap.warn("plugins is not set: the layers are determined by deprecated parameters")
-        layers = _old_layers(costmap, given)
+        layers, left_out = _old_layers(costmap, given), []
     inputs: list[SensorInput] = []
+    sees = False
     for name, kind in layers:
+        count = len(costmap.layered.layers)
         inputs += LAYERS[kind](costmap, name, kind) if kind in LAYERS else _add_own(costmap, name, kind)
+        if len(costmap.layered.layers) == count:
+            left_out.append(name)
+        sees |= bool(inputs) or (kind not in LAYERS and name not in left_out)
+    costmap.blind_without = [] if sees else left_out
     return inputs
 
 
-def _listed_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple[str, str]]:
+def _listed_layers(costmap: CostmapCore, given: PrivateParameters) -> tuple[list[tuple[str, str]], list[str]]:
+    """Return names and types of the layers to use, and the names of those that are left out."""
     for name in ("static_map", "map_type"):
         if given.has(name):
             costmap.warn("%s has no effect, because plugins is set", name)
     layers, listed, plugins = [], given.values["plugins"], f"{costmap.namespace}/plugins"
+    left_out = []
     entries = listed if isinstance(listed, list) else [listed]
     is_strict = read_parameters(costmap.node, "~").boolean("strict", False)
     for each in entries:
         problem = _problem_of(each)
-        if not problem:
-            layers.append((each["name"], each["type"]))
-            shared = _SHARED.get(each["type"], ())
+        kind = each["type"] if not problem else "" if is_strict else _seeing_kind(costmap, each)
+        if kind:
+            if problem:
+                costmap.log.warning(
+                    "%s: %s; %s runs instead, as it has observation_sources", plugins, problem, kind
+                )
+            layers.append((each["name"], kind))
+            shared = _SHARED.get(kind, ())
             _hand_down(costmap, given, each["name"], shared, kept=shared)
         elif is_strict:
             raise InvalidParameter(f"{plugins}: {problem}, and strict is set")
         else:
+            left_out.append(str(each.get("name", each) if isinstance(each, dict) else each)[:200])
             costmap.log.error(
                 "%s: %s: the layer is left out, and the robot does not see it", plugins, problem
             )
     if entries and not layers:
         raise InvalidParameter(f"{plugins} has no layer that pipros can use, got {str(listed)[:200]}")
-    return layers
+    return layers, left_out
+
+
+def _seeing_kind(costmap: CostmapCore, entry: Any) -> str:
+    """Return the type of layer to use for an unknown one that has observation sources; empty if it has none.
+
+    Such layers are derived from ObstacleLayer or VoxelLayer.
+    """
+    if not (isinstance(entry, dict) and all(isinstance(entry.get(key), str) for key in ("name", "type"))):
+        return ""
+    given = read_parameters(costmap.node, f"{costmap.namespace}/{entry['name']}")
+    if not _source_names(given, entry["name"]):
+        return ""
+    is_voxel = "Voxel" in entry["type"] or any(map(given.has, ("origin_z", "z_resolution", "z_voxels")))
+    return VOXEL if is_voxel else OBSTACLE
+
+
+def _source_names(given: PrivateParameters, place: str) -> list[str]:
+    """Return the names of a layer's observation sources.
+
+    Raises:
+        InvalidParameter: they are not a text, so that genuine costmap_2d does not see anything.
+    """
+    found = given.values.get("observation_sources", "")
+    if not isinstance(found, str):
+        text = "must be a text with names, separated by spaces"
+        raise InvalidParameter(f"{place}/observation_sources {text}, got {str(found)[:200]}")
+    return found.split()
 
 
 def _problem_of(entry: Any) -> str:
@@ -119,7 +197,7 @@ def _add_own(costmap: CostmapCore, name: str, kind: str) -> list[SensorInput]:
         layer = make(name, costmap) if make else None
         if not isinstance(layer, Layer):
             raise TypeError(
-                f"it must be a pipros.navigation.costmap.layered.Layer, got {type(layer).__name__}"
+                f"it must be a pipros_robot.navigation.costmap.layered.Layer, got {type(layer).__name__}"
             )
     except Exception as error:
         text = "%s/%s: the layer [%s] is left out, and the robot does not see it: %s: %s"
@@ -152,7 +230,7 @@ def _old_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple[st
         _hand_down(costmap, given, "static_layer", _SHARED[STATIC], kept=(_TRACK,))
     is_voxel = given.text("map_type", "costmap") == "voxel"
     layers += [("obstacle_layer", VOXEL if is_voxel else OBSTACLE), ("inflation_layer", INFLATION)]
-    sources = dict.fromkeys(given.text("observation_sources", "").split())
+    sources = dict.fromkeys(_source_names(given, costmap.namespace))
     names = (*_SHARED[OBSTACLE], "observation_sources", *sources, *(_SHARED[VOXEL] if is_voxel else ()))
     _hand_down(costmap, given, "obstacle_layer", names)
     _hand_down(costmap, given, "inflation_layer", _SHARED[INFLATION])
@@ -236,7 +314,7 @@ def _add_obstacles(costmap: CostmapCore, name: str, kind: str) -> list[SensorInp
         publisher = advertise(node, f"{namespace}/voxel_grid", "costmap_2d/VoxelGrid")
         layer.after_update = lambda: publisher.publish(_voxel_grid(costmap, layer))
     costmap.layered.layers.append(layer)
-    names = given.text("observation_sources", "").split()
+    names = _source_names(given, namespace)
     layer.sources += [
         ObservationSource(_source_settings(costmap, f"{namespace}/{each}", each)) for each in names
     ]
@@ -290,6 +368,9 @@ def _source_settings(costmap: CostmapCore, namespace: str, name: str) -> SourceS
     values = PrivateParameters({**given.values, **found})
     frame = given.text("sensor_frame", "").lstrip("/")
     settings = values.read(SourceSettings, topic=given.text("topic", name), sensor_frame=frame)
+    for name in ("observation_persistence", "expected_update_rate"):
+        if not 0 <= (value := getattr(settings, name)) < _LONGEST_S:
+            raise InvalidParameter(f"{namespace}/{name} must be from 0 to {_LONGEST_S:g} s, got {value:g}")
     if settings.data_type not in DATA_TYPES:
         expected = f"one of {', '.join(DATA_TYPES)}"
         raise InvalidParameter(f"{namespace}/data_type must be {expected}, got {settings.data_type}")

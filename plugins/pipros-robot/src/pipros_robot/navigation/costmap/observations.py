@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipros.libraries.transforms.pose import Pose
-from pipros.navigation.costmap.grid import Numbers
-from pipros.perception.clouds.points import exact_matrix_of, moved, positions, rows_of
-from pipros.perception.laser.projection import projected, valid_beams
-from pipros.perception.laser.scan import Scan
+from pipros.basics.intervals import elapsed
+from pipros_libraries.transforms.pose import Pose
+from pipros_robot.navigation.costmap.grid import Numbers
+from pipros_robot.perception.clouds.points import exact_matrix_of, moved, positions, rows_of
+from pipros_robot.perception.laser.projection import projected, valid_beams
+from pipros_robot.perception.laser.scan import Scan
 
 Points3D = npt.NDArray[np.float32]
 
@@ -96,7 +97,7 @@ class ObservationSource:
     def is_current(self, now_ns: int) -> bool:
         """Return False if nothing came for `expected_update_rate` seconds, unless it is 0; see `touch`."""
         limit_ns = round(self.settings.expected_update_rate * 1e9)
-        return not limit_ns or self._updated_ns is None or now_ns - self._updated_ns <= limit_ns
+        return not limit_ns or self._updated_ns is None or elapsed(now_ns, self._updated_ns) <= limit_ns
 
 
 def scan_points(message: Any, *, is_infinity_valid: bool = False) -> Points3D:

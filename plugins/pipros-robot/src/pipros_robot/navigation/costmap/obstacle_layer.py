@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pipros.navigation.costmap.footprint import placed
-from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Numbers, Points, line_cells, shortened
-from pipros.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, LayeredCostmap, Pose2D
-from pipros.navigation.costmap.observations import Observation, ObservationSource, squared_distances
+from pipros_robot.navigation.costmap.footprint import placed
+from pipros_robot.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Numbers, Points, line_cells, shortened
+from pipros_robot.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, LayeredCostmap, Pose2D
+from pipros_robot.navigation.costmap.observations import Observation, ObservationSource, squared_distances
 
 OVERWRITE, MAXIMUM = 0, 1
 RAYS_AT_ONCE = 4096

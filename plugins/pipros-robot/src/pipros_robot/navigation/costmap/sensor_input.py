@@ -7,18 +7,23 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final, NamedTuple
 
-from pipros.libraries.nodes.wiring import subscribe
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.messages import in_ns
-from pipros.navigation.costmap.core import CostmapCore
-from pipros.navigation.costmap.observations import (
+from pipros_libraries.nodes.wiring import subscribe
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.messages import in_ns
+from pipros_robot.navigation.costmap.core import CostmapCore
+from pipros_robot.navigation.costmap.observations import (
     ObservationSource,
     Points3D,
     cloud_points,
     old_cloud_points,
     scan_points,
 )
-from pipros.navigation.limits import NavigationLimits
+
+COSTMAP_POINTS = 2_000_000
+"""Maximum number of points that a costmap stores for each observation source. The same number of points may
+wait for their transforms. Beyond it, the remaining points of a cloud, the oldest waiting messages or the
+oldest observations are dropped.
+"""
 
 _WAITING: Final = 50
 _SCAN_TOLERANCE_NS: Final = 50_000_000
@@ -37,19 +42,25 @@ class _Arrived(NamedTuple):
 class SensorInput:
     """Subscribes to a sensor's topic, and adds its points to a source.
 
-    At most 50 messages wait for their transforms. `NavigationLimits.costmap_points` limits the total number
+    At most 50 messages wait for their transforms. `COSTMAP_POINTS` limits the total number
     of their points.
+
+    Attributes:
+        is_active: whether messages are used.
+        has_data: whether a message has arrived.
+        topic: the name of the topic.
     """
 
     def __init__(self, costmap: CostmapCore, source: ObservationSource) -> None:
         self._costmap, self._source = costmap, source
-        self._limit = costmap.node.limits.of(NavigationLimits).costmap_points
+        self._limit = COSTMAP_POINTS
         self._waiting: deque[_Arrived] = deque(maxlen=_WAITING)
-        self.is_active = True
+        self.is_active, self.has_data = True, False
         settings = source.settings
         self._read = DATA_TYPES[settings.data_type]
         if settings.data_type == "LaserScan":
             self._read = partial(scan_points, is_infinity_valid=settings.inf_is_valid)
+        self.topic = costmap.node.resolve(settings.topic)
         source.touch(costmap.node.clock.now_ns())
         subscribe(costmap.node, settings.topic, f"sensor_msgs/{settings.data_type}", self._on_message, 50)
 
@@ -63,9 +74,10 @@ class SensorInput:
             log.error("%s: %s", topic, error)
             return
         if len(points) > self._limit:
-            text = "%s: only %d of %d points are used (PIPROS_LIMITS, costmap_points)"
+            text = "%s: only %d of %d points are used"
             log.warning(text, topic, self._limit, len(points))
             points = points[: self._limit]
+        self.has_data = True
         arrived = _Arrived(in_ns(message.header.stamp), message.header.frame_id.lstrip("/"), points)
         with self._costmap.lock:
             self._waiting.append(arrived)

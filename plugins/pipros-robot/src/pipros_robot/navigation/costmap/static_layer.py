@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from pipros.libraries.transforms.pose import Pose, rotation_matrix
-from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Costs
-from pipros.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, LayeredCostmap, Pose2D
+from pipros_libraries.transforms.pose import Pose, rotation_matrix
+from pipros_robot.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Costs
+from pipros_robot.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, LayeredCostmap, Pose2D
 
 
 @dataclass(frozen=True, slots=True)

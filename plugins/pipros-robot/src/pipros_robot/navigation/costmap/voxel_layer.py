@@ -7,10 +7,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, CostGrid, Numbers, cells_on_lines, shortened
-from pipros.navigation.costmap.layered import Bounds, Pose2D
-from pipros.navigation.costmap.observations import Observation
-from pipros.navigation.costmap.obstacle_layer import RAYS_AT_ONCE, ObstacleLayer, touch_rays
+from pipros_robot.navigation.costmap.grid import (
+    FREE,
+    LETHAL,
+    UNKNOWN,
+    CostGrid,
+    Numbers,
+    cells_on_lines,
+    shortened,
+)
+from pipros_robot.navigation.costmap.layered import Bounds, Pose2D
+from pipros_robot.navigation.costmap.observations import Observation
+from pipros_robot.navigation.costmap.obstacle_layer import RAYS_AT_ONCE, ObstacleLayer, touch_rays
 
 _VOXELS: Final = 16
 _NOTHING_KNOWN: Final = 0xFFFF

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 import numpy as np
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters, search_upwards
-from pipros.libraries.nodes.wiring import advertise, subscribe
-from pipros.libraries.reconfiguring.server import Reconfigurable
-from pipros.libraries.transforms.errors import TransformException
-from pipros.navigation import plane
-from pipros.navigation.costmap.costmap import Costmap
-from pipros.navigation.costmap.grid import INSCRIBED
-from pipros.navigation.dwa.goal_rotation import STILL, GoalRotation
-from pipros.navigation.dwa.planner import Choice, DwaPlanner
-from pipros.navigation.dwa.settings import SETTINGS, DwaSettings
-from pipros.navigation.plane import Poses, Triple
 from pipros.node import Node
 from pipros.node.clock import stamp
+from pipros_libraries.nodes.params import (
+    InvalidParameter,
+    PrivateParameters,
+    is_number,
+    read_parameters,
+    search_upwards,
+)
+from pipros_libraries.nodes.velocities import check_settings
+from pipros_libraries.nodes.wiring import advertise, subscribe
+from pipros_libraries.reconfiguring.server import Reconfigurable
+from pipros_libraries.transforms.errors import TransformException
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.costmap.costmap import Costmap
+from pipros_robot.navigation.costmap.grid import INSCRIBED
+from pipros_robot.navigation.dwa.goal_rotation import STILL, GoalRotation
+from pipros_robot.navigation.dwa.planner import Choice, DwaPlanner
+from pipros_robot.navigation.dwa.settings import SETTINGS, DwaSettings
+from pipros_robot.navigation.plane import Poses, Triple
 
 _NEAR_M: Final = 1.0
 """With `prune_plan`, poses before the first pose closer to the robot than this are dropped."""
@@ -39,15 +47,14 @@ class DwaLocalPlanner:
     namespace = "~DWAPlannerROS"
     settings = SETTINGS
     renamed: Mapping[str, str] = _RENAMED
+    magnitudes: Mapping[str, str] = {"min_vel_trans": "max_vel_trans", "min_vel_theta": "max_vel_theta"}
     has_samples = True
 
     def __init__(self, node: Node, log: logging.Logger, costmap: Costmap) -> None:
         """Register the topics and the settings in the namespace `~DWAPlannerROS`."""
         self._node, self._log, self._costmap, namespace = node, log, costmap, self.namespace
+        self._use_old_names()
         given = read_parameters(node, namespace)
-        for old, new in self.renamed.items():
-            if given.has(old):
-                log.warning("%s/%s has no effect: the name is %s", namespace, old, new)
         frequency = search_upwards(node, namespace, "controller_frequency")
         period_s = 1.0 / frequency if isinstance(frequency, int | float) and frequency > 0 else 0.05
         is_latching = read_parameters(node, "~").boolean("latch_xy_goal_tolerance", False)
@@ -63,8 +70,31 @@ class DwaLocalPlanner:
         self._shows_tried = given.boolean("publish_traj_pc", False)
         self._shows_costs = given.boolean("publish_cost_grid_pc", False)
         self._cloud_frame = given.text("global_frame_id", "odom")
+        self._has_started = False
+        check_settings(node, namespace, self.settings)
         Reconfigurable(node, namespace, self.settings, self._apply)
+        self._has_started = True
         subscribe(node, given.text("odom_topic", "odom"), "nav_msgs/Odometry", self._on_odometry)
+
+    def _use_old_names(self) -> None:
+        """Store values under their present names, so that no limit is lost, unless these are set, too.
+
+        Defaults of the least magnitudes do not exceed the greatest ones that are set.
+        """
+        values = dict(read_parameters(self._node, self.namespace).values)
+        for old, new in self.renamed.items():
+            if old in values:
+                is_used = not (new in values or new.startswith("~"))
+                effect = "is used" if is_used else "has no effect"
+                self._log.warning("%s/%s %s: the name is %s", self.namespace, old, effect, new)
+                if is_used:
+                    values[new] = values[old]
+                    self._node.params.set(f"{self.namespace}/{new}", values[old])
+        usual = {each.name: each.default for each in self.settings}
+        for least, most in self.magnitudes.items():
+            greatest = values.get(most)
+            if least not in values and is_number(greatest) and 0 <= greatest < float(usual[least]):
+                self._node.params.set(f"{self.namespace}/{least}", float(greatest))
 
     def _prepare(self, given: PrivateParameters, period_s: float, is_latching: bool) -> None:
         """Create the planner and the rotation, with the parameters that are fixed at startup."""
@@ -72,15 +102,30 @@ class DwaLocalPlanner:
             "sim_period": period_s,
             "sum_scores": given.boolean("sum_scores", False),
             "cheat_factor": given.number("cheat_factor", 1.0),
+            "min_turning_radius": self._radius(given),
         }
         self._settings = DwaSettings(**self._fixed)
         self._planner = DwaPlanner(self._settings)
         self._rotation = GoalRotation(self._settings, is_latching=is_latching)
 
+    def _radius(self, given: PrivateParameters) -> float:
+        radius = given.number("min_turning_radius", 0.0)
+        if not 0 <= radius < math.inf:
+            place = f"{self.namespace}/min_turning_radius"
+            raise InvalidParameter(f"{place} must be >= 0 and finite, got {radius}")
+        return radius
+
+    @property
+    def turning_radius(self) -> float:
+        """Least radius of turns in metres; 0 if the robot can turn in place."""
+        return self._settings.min_turning_radius
+
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
         try:
             return self._make_settings(values)
         except InvalidParameter as error:
+            if not self._has_started:  # there are no settings to keep, and the defaults may be too fast
+                raise InvalidParameter(f"{self.namespace}/{error}") from None
             self._log.error("the settings of the local planner are not changed: %s", error)
             return self._values(values)
 
@@ -97,6 +142,32 @@ class DwaLocalPlanner:
         settings = self._settings
         backwards = min(settings.max_vel_trans, max(0.0, -settings.min_vel_x))
         return min(settings.max_vel_trans, settings.max_vel_x), backwards, settings.max_vel_theta
+
+    def limited(self, velocity: Triple) -> Triple:
+        """Return a velocity within the limits, which a measured velocity may exceed."""
+        (forwards, backwards, turn), side = self.greatest(), self._settings
+        x, y, rate = velocity
+        return (
+            min(max(x, -backwards), forwards),
+            min(max(y, side.min_vel_y), side.max_vel_y) if y else y,
+            min(max(rate, -turn), turn),
+        )
+
+    def too_coarse(self) -> Iterator[str]:
+        """Yield the tolerances at the goal that the least velocities step over in one period."""
+        shared = self._settings
+        for name, least, tolerance in (
+            ("yaw_goal_tolerance", shared.min_vel_theta, shared.yaw_goal_tolerance),
+            ("xy_goal_tolerance", shared.min_vel_trans, shared.xy_goal_tolerance),
+        ):
+            if least * shared.sim_period > 2 * tolerance:
+                reason = f"in one period of {shared.sim_period:g} s, the least velocity, {least:g}, passes it"
+                yield f"{name} is {tolerance:g}, and the robot may not come to rest within it: {reason}"
+
+    @property
+    def fastest_turn(self) -> float:
+        """Greatest rate of turning in place in rad/s; 0 for a car."""
+        return 0.0 if self.turning_radius else self.greatest()[2]
 
     def _on_odometry(self, message: Any) -> None:
         rates = message.twist.twist

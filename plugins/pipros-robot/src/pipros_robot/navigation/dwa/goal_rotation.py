@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from pipros.navigation.dwa.settings import DwaSettings
-from pipros.navigation.plane import Triple
+from pipros_robot.navigation.dwa.settings import DwaSettings
+from pipros_robot.navigation.plane import Triple
 
 STILL: Triple = (0.0, 0.0, 0.0)
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.costmap.grid import INSCRIBED, LETHAL, UNKNOWN, CostGrid, Costs
+from pipros_robot.navigation.costmap.grid import INSCRIBED, LETHAL, UNKNOWN, CostGrid, Costs
 
 Cells = NDArray[np.int64]
 Array = NDArray[np.float64]

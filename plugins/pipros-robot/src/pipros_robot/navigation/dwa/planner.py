@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.costmap.grid import CostGrid
-from pipros.navigation.dwa.grid_costs import Points, outline_costs, plan_cells, waves
-from pipros.navigation.dwa.settings import DwaSettings
-from pipros.navigation.dwa.trajectories import Array, Trajectories, simulated, window
-from pipros.navigation.plane import Triple
+from pipros_robot.navigation.costmap.grid import CostGrid
+from pipros_robot.navigation.dwa.grid_costs import Points, outline_costs, plan_cells, waves
+from pipros_robot.navigation.dwa.settings import DwaSettings
+from pipros_robot.navigation.dwa.trajectories import Array, Trajectories, simulated, window
+from pipros_robot.navigation.plane import Triple
 
 FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
 """Scores of trajectories that oscillate, collide, leave the grid, or enter blocked or unreached cells."""
@@ -117,6 +117,14 @@ class DwaPlanner:
         self._oscillation.note((x, y, turn), pose, self.settings)
         return Choice((x, y, turn), tried.way(best), tried, scores)
 
+    def _is_forbidden(self, moves: Array) -> NDArray[np.bool_]:
+        """Return which velocities are banned, or impossible for a car with the least radius of turns."""
+        radius = self.settings.min_turning_radius
+        forwards, sideways, turn = np.abs(moves).T
+        is_impossible = (turn * radius > forwards + 1e-9) | ((sideways > 0) & (radius > 0))
+        found: NDArray[np.bool_] = self._oscillation.forbids(moves) | is_impossible
+        return found
+
     def is_legal(self, pose: Triple, velocity: Triple, command: Triple) -> bool:
         """End all oscillation bans, and return whether the trajectory with velocity `command` is legal.
 
@@ -129,7 +137,7 @@ class DwaPlanner:
     def scores(self, tried: Trajectories) -> Array:
         """Return the scores of trajectories. The lowest is best; a negative score means discarded."""
         settings, (scale, _) = self.settings, self.scales()
-        scores = np.where(self._oscillation.forbids(tried.commands), FORBIDDEN, 0.0)
+        scores = np.where(self._is_forbidden(tried.commands), FORBIDDEN, 0.0)
         path, goal, nose = self.distances
         for bias, distance, ahead in (
             (settings.path_distance_bias, path, 0.0),

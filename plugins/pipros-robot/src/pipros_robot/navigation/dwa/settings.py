@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from pipros.libraries.nodes.params import InvalidParameter
-from pipros.libraries.reconfiguring.declared import settings_of, tunable
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_libraries.nodes.velocities import check_axis
+from pipros_libraries.reconfiguring.declared import settings_of, tunable
 
 MAX_POSES: Final = 2_000_000
 """Maximum number of poses of all trajectories in a cycle: about 200 MB."""
@@ -21,6 +22,8 @@ class DwaSettings:
     Attributes:
         sim_period: period of the controller in seconds, for the window of velocities.
         sum_scores: whether the costs along a trajectory are added; otherwise, only the greatest cost counts.
+        min_turning_radius: radius in metres below which the robot cannot turn, as a car; 0 for robots that
+            turn in place. A car has reached the goal in any direction.
         cheat_factor: alignment is switched off if the squared distance to the goal is at most this factor
             times the squared `forward_point_distance`.
     """
@@ -63,6 +66,7 @@ class DwaSettings:
     sim_period: float = 0.05
     sum_scores: bool = False
     cheat_factor: float = 1.0
+    min_turning_radius: float = 0.0
 
     @property
     def accelerations(self) -> tuple[float, float, float]:
@@ -77,9 +81,21 @@ class DwaSettings:
         """Return the settings with these values.
 
         Raises:
-            InvalidParameter: a divisor is not positive and finite, or a cycle would need too much memory.
+            InvalidParameter: a divisor is not positive and finite, limits contradict each other (see
+                `check_axis`), or a cycle would need too much memory.
         """
         settings = cls(**values, **fixed)
+        for axis in ("x", "y", "theta", "trans"):
+            least, most, gain = (
+                (name, getattr(settings, name))
+                for name in (f"min_vel_{axis}", f"max_vel_{axis}", f"acc_lim_{axis}")
+            )
+            is_magnitude = axis in ("theta", "trans")
+            if is_magnitude and not most[1]:
+                least = least[0], min(least[1], 0.0)  # 0 switches it off
+            check_axis(least, most, None if axis == "trans" else gain)
+        if settings.min_turning_radius:
+            settings = replace(settings, yaw_goal_tolerance=math.pi)
         for name in ("sim_time", "sim_granularity", "angular_sim_granularity"):
             if not 0 < getattr(settings, name) < math.inf:
                 raise InvalidParameter(f"{name} must be > 0 and finite, got {getattr(settings, name)}")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.dwa.settings import DwaSettings
-from pipros.navigation.plane import Triple
+from pipros_robot.navigation.dwa.settings import DwaSettings
+from pipros_robot.navigation.plane import Triple
 
 Array = NDArray[np.float64]
 

@@ -9,21 +9,22 @@ from typing import Any, Final
 
 import numpy as np
 
+from pipros.basics.intervals import elapsed
 from pipros.basics.throttle import Throttle
-from pipros.libraries.actions.status import TERMINAL, Status
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, stamped, subscribe
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
-from pipros.navigation import plane
-from pipros.navigation.costmap.grid import UNKNOWN, CostGrid
-from pipros.navigation.exploration.frontiers import Frontier, Place, frontiers, is_near
 from pipros.node import Node
 from pipros.node.clock import stamp
+from pipros_libraries.actions.status import TERMINAL, Status
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import InvalidParameter, read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, stamped, subscribe
+from pipros_libraries.transforms.messages import in_ns
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.costmap.grid import UNKNOWN, CostGrid
+from pipros_robot.navigation.exploration.frontiers import Frontier, Place, frontiers, is_near
 
 _REFUSED_CELLS: Final = 5
 """A goal closer than this number of cells to a goal that failed is not sent."""
@@ -144,7 +145,8 @@ class ExploreNode:
             is_same = self._target is not None and is_near(self._target, best.centroid, 0.01)
             if not is_same or best.distance < self._nearest_m:
                 self._nearest_m, self._nearer_ns = best.distance, now_ns
-            if now_ns - self._nearer_ns > self._timeout_s * NS_PER_S:
+            self._nearer_ns = min(self._nearer_ns, now_ns)  # the clock may have moved back
+            if elapsed(now_ns, self._nearer_ns) > self._timeout_s * NS_PER_S:
                 self._log.warning("no progress towards (%.2f, %.2f): the goal is given up", *best.centroid)
                 self._refused.append(best.centroid)
                 self._plan()

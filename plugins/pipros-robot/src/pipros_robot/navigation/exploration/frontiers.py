@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.costmap.grid import FREE, UNKNOWN, CostGrid
+from pipros_robot.navigation.costmap.grid import FREE, UNKNOWN, CostGrid
 
 Mask = NDArray[np.bool_]
 Place = tuple[float, float]

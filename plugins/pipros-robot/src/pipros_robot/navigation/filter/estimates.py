@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.wiring import advertise, stamped
-from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted
 from pipros.msg.time import Time
-from pipros.navigation import plane
-from pipros.navigation.filter.kalman import ExtendedKalmanFilter
-from pipros.navigation.filter.settings import FilterSettings
-from pipros.navigation.filter.state import ACCELERATION, POSE, RATES, TWIST, Array
 from pipros.node import Node
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.wiring import advertise, stamped
+from pipros_libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.filter.kalman import ExtendedKalmanFilter
+from pipros_robot.navigation.filter.settings import FilterSettings
+from pipros_robot.navigation.filter.state import ACCELERATION, POSE, RATES, TWIST, Array
 
 
 class Estimates:

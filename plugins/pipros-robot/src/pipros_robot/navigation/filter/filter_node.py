@@ -12,22 +12,23 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import serve, subscribe
-from pipros.libraries.transforms.listener import AHEAD_NS
-from pipros.libraries.transforms.messages import in_ns, vector_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose
 from pipros.msg import load_message_class
-from pipros.navigation.filter.estimates import Estimates
-from pipros.navigation.filter.health import Health
-from pipros.navigation.filter.kalman import Control
-from pipros.navigation.filter.measurements import InputSettings, Readings, seconds
-from pipros.navigation.filter.message_values import is_missing, rotational, six, square
-from pipros.navigation.filter.settings import KINDS, InputTopic, make_timeline, read_settings
-from pipros.navigation.filter.state import (
+from pipros.node import Node
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import serve, subscribe
+from pipros_libraries.transforms.listener import AHEAD_NS
+from pipros_libraries.transforms.messages import in_ns, vector_of
+from pipros_libraries.transforms.pose import IDENTITY, Pose
+from pipros_robot.navigation.filter.estimates import Estimates
+from pipros_robot.navigation.filter.health import Health
+from pipros_robot.navigation.filter.kalman import Control
+from pipros_robot.navigation.filter.measurements import InputSettings, Readings, seconds
+from pipros_robot.navigation.filter.message_values import is_missing, rotational, six, square
+from pipros_robot.navigation.filter.settings import KINDS, InputTopic, make_timeline, read_settings
+from pipros_robot.navigation.filter.state import (
     POSE,
     RATES,
     SIZE,
@@ -36,8 +37,7 @@ from pipros.navigation.filter.state import (
     UnusableMeasurement,
     VelocityCommand,
 )
-from pipros.navigation.plane import MOST
-from pipros.node import Node
+from pipros_robot.navigation.plane import MOST
 
 _TYPES: Final = (
     "nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped",
@@ -150,16 +150,16 @@ class FilterNode:
         return seconds(self._node.clock.now_ns())
 
     def _receive(self, read: Callable[[InputTopic, Any, int], None], topic: InputTopic, message: Any) -> None:
-        stamp_ns = in_ns(message.header.stamp)
+        stamp_ns, now_ns = in_ns(message.header.stamp), self._node.clock.now_ns()
         with self._lock:
             if not self._is_on:
                 return
-            if stamp_ns <= self._pose_set_ns:
+            if stamp_ns <= self._pose_set_ns <= now_ns + AHEAD_NS:  # otherwise, the time has moved back
                 self._health.warn(
                     f"{topic.name} stamp", "a message is not newer than the pose set by set_pose"
                 )
                 return
-            if stamp_ns > (now_ns := self._node.clock.now_ns()) + AHEAD_NS and now_ns:
+            if stamp_ns > now_ns + AHEAD_NS and now_ns:
                 self._drop(topic.name, "its timestamp is in the future, and would outdate the next ones")
                 return
             try:
@@ -242,6 +242,9 @@ class FilterNode:
                 self._reset()
             else:
                 self._health.warn(sensor.source, "a message is older than the previous one: it is ignored")
+                clock = self._node.clock
+                if clock.is_simulated and self._last_stamps[sensor.source] > clock.now_ns():
+                    self._drop(sensor.source, "the time moved back, and ~reset_on_time_jump is not set")
             return False
         self._last_stamps[sensor.source] = stamp_ns
         return True

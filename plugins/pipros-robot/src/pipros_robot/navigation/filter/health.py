@@ -8,11 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from pipros.libraries.diagnostics.frequency import EventWindow, judged
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.navigation.filter.settings import FilterSettings
-from pipros.navigation.filter.state import Measurement
 from pipros.node import Node
+from pipros_libraries.diagnostics.frequency import EventWindow, judged
+from pipros_libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros_robot.navigation.filter.settings import FilterSettings
+from pipros_robot.navigation.filter.state import Measurement
 
 OK, WARN, ERROR = LinkLevel
 _NAMES: Final = ("X", "Y", "Z", "ROLL", "PITCH", "YAW")

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from pipros.navigation.filter.state import (
+from pipros_robot.navigation.filter.state import (
     ACCELERATION,
     ANGLES,
     POSE,

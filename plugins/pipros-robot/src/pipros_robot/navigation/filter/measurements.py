@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.libraries.transforms.pose import (
+from pipros_libraries.transforms.pose import (
     IDENTITY,
     Pose,
     composed,
@@ -23,7 +23,7 @@ from pipros.libraries.transforms.pose import (
     roll_pitch_yaw,
     rotation_matrix,
 )
-from pipros.navigation.filter.state import (
+from pipros_robot.navigation.filter.state import (
     ACCELERATION,
     ANGLES,
     OUT_OF_PLANE,
@@ -39,7 +39,7 @@ from pipros.navigation.filter.state import (
     UnusableMeasurement,
     rotation,
 )
-from pipros.navigation.plane import MOST
+from pipros_robot.navigation.plane import MOST
 
 _TOUCHED: Final = 1e-6
 """A rotated flag is set if the corresponding row of the rotated flag matrix has at least this norm."""

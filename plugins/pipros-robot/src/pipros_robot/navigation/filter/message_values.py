@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from pipros.libraries.transforms.messages import vector_of
-from pipros.navigation.filter.state import Array
+from pipros_libraries.transforms.messages import vector_of
+from pipros_robot.navigation.filter.state import Array
 
 
 def six(twist: Any) -> Array:

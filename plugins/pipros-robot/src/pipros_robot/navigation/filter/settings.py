@@ -10,17 +10,17 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
-from pipros.navigation.filter.kalman import (
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_robot.navigation.filter.kalman import (
     DEFAULT_COVARIANCE,
     DEFAULT_PROCESS_NOISE,
     Control,
     ExtendedKalmanFilter,
 )
-from pipros.navigation.filter.measurements import InputSettings
-from pipros.navigation.filter.state import ACCELERATION, ANGLES, POSE, RATES, SIZE, TWIST, Array
-from pipros.navigation.filter.timeline import Timeline
-from pipros.navigation.filter.unscented import UnscentedKalmanFilter
+from pipros_robot.navigation.filter.measurements import InputSettings
+from pipros_robot.navigation.filter.state import ACCELERATION, ANGLES, POSE, RATES, SIZE, TWIST, Array
+from pipros_robot.navigation.filter.timeline import Timeline
+from pipros_robot.navigation.filter.unscented import UnscentedKalmanFilter
 
 KINDS: Final = ("odom", "pose", "twist", "imu")
 INPUTS: Final = 100

@@ -14,8 +14,8 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.transforms.pose import from_roll_pitch_yaw, rotation_matrix
-from pipros.navigation.plane import MOST
+from pipros_libraries.transforms.pose import from_roll_pitch_yaw, rotation_matrix
+from pipros_robot.navigation.plane import MOST
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]

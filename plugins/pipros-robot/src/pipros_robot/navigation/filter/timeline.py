@@ -16,8 +16,8 @@ from typing import Final
 
 import numpy as np
 
-from pipros.navigation.filter.kalman import ExtendedKalmanFilter
-from pipros.navigation.filter.state import Array, Measurement, VelocityCommand
+from pipros_robot.navigation.filter.kalman import ExtendedKalmanFilter
+from pipros_robot.navigation.filter.state import Array, Measurement, VelocityCommand
 
 GAP_S: Final = 100_000.0
 """A longer time between two measurements is treated as a clock change, and replaced by 0.01 s."""
@@ -95,6 +95,8 @@ class Timeline:
     def reset(self) -> None:
         """Return to the initial estimate."""
         self.clear(None)
+        if self.kalman.control is not None:
+            self.kalman.control.command = None
         self.kalman.state, self.kalman.covariance = (part.copy() for part in self._first)
 
     def advance(self, now_s: float) -> None:

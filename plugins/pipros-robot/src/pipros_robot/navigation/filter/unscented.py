@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from pipros.navigation.filter.kalman import ExtendedKalmanFilter
-from pipros.navigation.filter.state import ANGLES, SIZE, Array, Measurement, transition, wrapped
+from pipros_robot.navigation.filter.kalman import ExtendedKalmanFilter
+from pipros_robot.navigation.filter.state import ANGLES, SIZE, Array, Measurement, transition, wrapped
 
 
 class UnscentedKalmanFilter(ExtendedKalmanFilter):

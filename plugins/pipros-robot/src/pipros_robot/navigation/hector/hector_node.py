@@ -11,21 +11,20 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, serve, stamped, subscribe
-from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, inverted, rotation_matrix
-from pipros.navigation import plane
-from pipros.navigation.hector.occupancy import OccupancyPyramid, Places
-from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.plane import MOST, Triple
 from pipros.node import Node
 from pipros.node.clock import stamp
-from pipros.perception.laser.projection import projected, valid_beams
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import InvalidParameter, read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, serve, stamped, subscribe
+from pipros_libraries.transforms.messages import in_ns, pose_of
+from pipros_libraries.transforms.pose import IDENTITY, Pose, composed, inverted, rotation_matrix
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.hector.occupancy import OccupancyPyramid, Places
+from pipros_robot.navigation.plane import MAPPED_CELLS, MOST, Triple
+from pipros_robot.perception.laser.projection import projected, valid_beams
+from pipros_robot.perception.laser.scan import Scan
 
 TRANSFORM_S: Final = 0.5
 """Longest wait for a transform, on the node's clock."""
@@ -74,9 +73,7 @@ class HectorNode:
         Raises:
             InvalidParameter: a parameter has an invalid value.
         """
-        self._settings = settings = _checked(
-            read_parameters(node).read(HectorSettings), node.limits.of(NavigationLimits).mapped_cells
-        )
+        self._settings = settings = _checked(read_parameters(node).read(HectorSettings), MAPPED_CELLS)
         self._base, self._map, self._odom = (
             each.lstrip("/") for each in (settings.base_frame, settings.map_frame, settings.odom_frame)
         )

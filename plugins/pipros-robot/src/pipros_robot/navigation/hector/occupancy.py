@@ -14,9 +14,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.costmap.grid import line_cells
-from pipros.navigation.costmap.obstacle_layer import RAYS_AT_ONCE
-from pipros.navigation.plane import Triple
+from pipros_robot.navigation.costmap.grid import line_cells
+from pipros_robot.navigation.costmap.obstacle_layer import RAYS_AT_ONCE
+from pipros_robot.navigation.plane import Triple
 
 Array = NDArray[np.float64]
 Places = NDArray[np.complex128]

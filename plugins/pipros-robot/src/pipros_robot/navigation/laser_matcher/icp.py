@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.mapping.matching import Places, wall_normals
-from pipros.navigation.plane import Triple
+from pipros_robot.navigation.mapping.matching import Places, wall_normals
+from pipros_robot.navigation.plane import Triple
 
 Array = NDArray[np.float64]
 

@@ -10,23 +10,23 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, stamped, subscribe
-from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose, rotation_matrix
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
-from pipros.navigation import plane
-from pipros.navigation.laser_matcher.icp import IcpSettings, ScanTracker, between
-from pipros.navigation.mapping.matching import Places
-from pipros.navigation.plane import MOST, Triple
 from pipros.node import Node
-from pipros.perception.clouds.points import InvalidCloud, positions, rows_of
-from pipros.perception.laser.projection import projected, valid_beams
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import InvalidParameter, read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, stamped, subscribe
+from pipros_libraries.transforms.messages import in_ns, pose_of
+from pipros_libraries.transforms.pose import IDENTITY, Pose, rotation_matrix
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.laser_matcher.icp import IcpSettings, ScanTracker, between
+from pipros_robot.navigation.mapping.matching import Places
+from pipros_robot.navigation.plane import MOST, Triple
+from pipros_robot.perception.clouds.points import InvalidCloud, positions, rows_of
+from pipros_robot.perception.laser.projection import projected, valid_beams
+from pipros_robot.perception.laser.scan import Scan
 
 _LEAST_POINTS: Final = 10
 _MOST_POINTS: Final = 2048

@@ -10,24 +10,25 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, serve, stamped, subscribe
-from pipros.libraries.transforms.messages import in_ns
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, from_roll_pitch_yaw, inverted, rotate
+from pipros.basics.intervals import elapsed
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
-from pipros.navigation import plane
-from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.mapping.hit_maps import Array
-from pipros.navigation.mapping.settings import read_settings
-from pipros.navigation.mapping.slam import GridSlam
-from pipros.navigation.mapping.survey import Survey
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, serve, stamped, subscribe
+from pipros_libraries.transforms.messages import in_ns
+from pipros_libraries.transforms.pose import IDENTITY, Pose, composed, from_roll_pitch_yaw, inverted, rotate
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.mapping.hit_maps import Array
+from pipros_robot.navigation.mapping.settings import read_settings
+from pipros_robot.navigation.mapping.slam import GridSlam
+from pipros_robot.navigation.mapping.survey import Survey
+from pipros_robot.navigation.plane import MAPPED_CELLS
 
 TRANSFORM_S: Final = 2.0
 """Longest wait for the transform of a scan, on the node's clock."""
@@ -105,7 +106,8 @@ class GmappingNode:
         self._slam = slam
         with self._lock:
             self._correction = composed(plane.raised((x, y, yaw)), inverted(plane.raised(odometry)))
-        if self._map is None or stamp_ns - self._mapped_ns > settings.map_update_interval * NS_PER_S:
+        age_s = elapsed(stamp_ns, self._mapped_ns) / NS_PER_S
+        if self._map is None or age_s > settings.map_update_interval:
             self._mapped_ns = stamp_ns
             self._publish_map(slam)
         if not self._has_measured:
@@ -139,7 +141,7 @@ class GmappingNode:
         span, step = abs(message.angle_max - message.angle_min), abs(message.angle_increment)
         angles = -span / 2.0 + step * np.arange(beams)
         settings = self._settings = self._settings.with_ranges(message.range_max)
-        self._survey = Survey(settings, angles, self._node.limits.of(NavigationLimits).mapped_cells)
+        self._survey = Survey(settings, angles, MAPPED_CELLS)
         return GridSlam(settings, angles, odometry, self._rng)
 
     def _judge_speed(self, slam: GridSlam, ranges: Array, message: Any) -> None:

@@ -22,8 +22,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.mapping.hit_maps import Array, Cells, DenseWindow, HitMaps, cells_of
-from pipros.navigation.mapping.settings import MappingSettings
+from pipros_robot.navigation.mapping.hit_maps import Array, Cells, DenseWindow, HitMaps, cells_of
+from pipros_robot.navigation.mapping.settings import MappingSettings
 
 Places = NDArray[np.complex128]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Final
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
 
 LONGEST_M: Final = 1000.0
 """Longer ranges are ignored, whatever maximum range the laser reports."""

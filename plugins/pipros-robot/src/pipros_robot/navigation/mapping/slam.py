@@ -10,11 +10,12 @@ import math
 
 import numpy as np
 
-from pipros.navigation.mapping.hit_maps import Array, HitMaps
-from pipros.navigation.mapping.matching import ScanMatcher
-from pipros.navigation.mapping.settings import MappingSettings
-from pipros.navigation.mapping.survey import TrajectoryStep
-from pipros.navigation.plane import Triple
+from pipros.basics.intervals import elapsed
+from pipros_robot.navigation.mapping.hit_maps import Array, HitMaps
+from pipros_robot.navigation.mapping.matching import ScanMatcher
+from pipros_robot.navigation.mapping.settings import MappingSettings
+from pipros_robot.navigation.mapping.survey import TrajectoryStep
+from pipros_robot.navigation.plane import Triple
 
 
 class GridSlam:
@@ -66,7 +67,7 @@ class GridSlam:
         self._move(odometry)
         if self._processed_s is not None:
             is_due = self._distance >= settings.linearUpdate or self._turn >= settings.angularUpdate
-            if not is_due and not 0.0 <= settings.temporalUpdate < time_s - self._processed_s:
+            if not is_due and not 0.0 <= settings.temporalUpdate < elapsed(time_s, self._processed_s):
                 return False
             self.poses, logs = self._matcher.match(self._maps, self.poses, ranges)
             self._logs += logs

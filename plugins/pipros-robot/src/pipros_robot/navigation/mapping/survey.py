@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.costmap.grid import line_cells
-from pipros.navigation.mapping.hit_maps import Array, Cells, cells_of
-from pipros.navigation.mapping.settings import MappingSettings
+from pipros_robot.navigation.costmap.grid import line_cells
+from pipros_robot.navigation.mapping.hit_maps import Array, Cells, cells_of
+from pipros_robot.navigation.mapping.settings import MappingSettings
 
 GROWTH_M: Final = 10.0
 """How far the map grows beyond a scan that leaves it."""

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from pipros.libraries.actions.server_goal import GoalEvent
-from pipros.navigation.move_base.settings import MoveBaseSettings
-from pipros.navigation.plane import Poses, Triple
+from pipros_libraries.actions.server_goal import GoalEvent
+from pipros_robot.navigation.move_base.settings import MoveBaseSettings
+from pipros_robot.navigation.plane import Poses, Triple
 
 STILL: Triple = (0.0, 0.0, 0.0)
 
@@ -91,7 +91,7 @@ class GoalMachine:
         self._reset()
 
     def _reset(self) -> None:
-        self._is_unplanned = False  # the robot still moves towards a goal that was replaced
+        self._is_unplanned = False  # the robot follows the plan of a goal that was replaced
         self.state = DrivingState.PLANNING
         self.wants_plan = False
         self.is_recovering = False
@@ -101,17 +101,17 @@ class GoalMachine:
         self._moved_s = self._plan_s = self._control_s = 0.0
 
     def begin(self, now_s: float, *, replaces: bool) -> None:
-        """Start a goal. If it replaces another goal, the robot keeps its velocity until the next cycle.
+        """Start a goal. If it replaces another goal, the robot follows the last plan until a new one.
 
-        A plan within this time continues the drive without a halt. Later, the velocity is a risk, because
-        nothing compares it with obstacles until there is a plan.
+        Without a plan to follow, it is stopped: nothing compares a velocity with obstacles.
         """
-        self.state, self._index = DrivingState.PLANNING, 0
-        self.wants_plan = True
-        if not replaces:
+        self._is_unplanned = replaces and self.state is DrivingState.CONTROLLING
+        self._index, self.wants_plan = 0, True
+        if not self._is_unplanned:
+            self.state = DrivingState.PLANNING
             self._base.drive(STILL)
+        if not replaces:
             self._moved_from = (math.inf, math.inf)
-        self._is_unplanned = replaces
         self._control_s = self._plan_s = self._moved_s = now_s
         self._retries = 0
 
@@ -120,16 +120,26 @@ class GoalMachine:
         self._reset()
         self._base.drive(STILL)
 
-    def planned(self, plan: Poses | None, now_s: float) -> None:
-        """Record the planner's result (None if it found no plan). Do nothing if `wants_plan` is false."""
+    def planned(self, plan: Poses | None, now_s: float, *, is_current: bool = True) -> None:
+        """Record the planner's result (None if it found no plan). Do nothing if `wants_plan` is false.
+
+        A plan to a goal that was replaced meanwhile (`is_current` is false) is followed until there is a new
+        one, if the robot already moves. Goals that arrive faster than plans would stop it otherwise.
+        """
         if not self.wants_plan:
             return
+        self._follow_clock(now_s)
+        if not is_current:
+            self._plan = plan if plan is not None and self._is_unplanned else self._plan
+            return
+        if plan is None and self._is_unplanned:
+            self._halt_without_plan()
         if plan is not None:
+            self._is_unplanned = False
             self._plan, self._plan_s, self._retries = plan, now_s, 0
             self.state = DrivingState.CONTROLLING
             self.wants_plan = self.settings.planner_frequency > 0
         elif self.state is DrivingState.PLANNING:
-            self._halt_without_plan()
             self._retries += 1
             is_over = 0 <= self.settings.max_planning_retries < self._retries
             if is_over or now_s > self._plan_s + self.settings.planner_patience:
@@ -141,12 +151,13 @@ class GoalMachine:
         self._base.drive(STILL)
 
     def _halt_without_plan(self) -> None:
-        if self._is_unplanned:
-            self._is_unplanned = False
-            self._base.drive(STILL)
+        self._is_unplanned, self._plan = False, None
+        self.state = DrivingState.PLANNING
+        self._base.drive(STILL)
 
     def cycle(self, now_s: float) -> End | None:
         """Perform the next step. Return an `End` if this step ended the goal, otherwise None."""
+        self._follow_clock(now_s)
         if self.is_recovering:
             self._continue_recovery(now_s)
             return None
@@ -162,11 +173,12 @@ class GoalMachine:
             if self._trigger is Trigger.PLANNING:
                 self._index = 0
         if self.state is DrivingState.PLANNING:
-            if now_s > self._control_s:  # not in the cycle in which the goal was accepted
-                self._halt_without_plan()
             self.wants_plan = True
         elif self.state is DrivingState.CONTROLLING:
             if self._base.has_arrived():
+                if self._is_unplanned:  # at the previous goal
+                    self._halt_without_plan()
+                    return None
                 self.stop()
                 return End(GoalEvent.SUCCEED, "Goal reached.")
             self._control(now_s)
@@ -180,6 +192,11 @@ class GoalMachine:
             self.stop()
             return end
         return None
+
+    def _follow_clock(self, now_s: float) -> None:
+        """Restart all waits that began later than now, before the clock moved back."""
+        self._control_s, self._plan_s = min(self._control_s, now_s), min(self._plan_s, now_s)
+        self._moved_s = min(self._moved_s, now_s)
 
     def _note_motion(self, now_s: float) -> None:
         pose = self._base.pose()
@@ -203,8 +220,8 @@ class GoalMachine:
         elif now_s > self._control_s + self.settings.controller_patience:
             self._clear(Trigger.CONTROLLING)
         else:
-            self._base.drive(STILL)
-            self.state, self._plan_s, self._retries = DrivingState.PLANNING, now_s, 0
+            self._halt_without_plan()
+            self._plan_s, self._retries = now_s, 0
             self.wants_plan = True
 
     def _continue_recovery(self, now_s: float) -> None:

@@ -5,35 +5,37 @@ from __future__ import annotations
 import logging
 import math
 import threading
+import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, TypeVar
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.actions.goal_server import GoalServer
-from pipros.libraries.actions.server_goal import GoalEvent
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, subscribe
-from pipros.libraries.reconfiguring.server import Reconfigurable
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import composed
 from pipros.msg import load_message_class
-from pipros.navigation import plane
-from pipros.navigation.costmap.costmap import Costmap
-from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.move_base import plugins
-from pipros.navigation.move_base.machine import STILL, DrivingState, End, GoalMachine, Trigger
-from pipros.navigation.move_base.recovery import Tools
-from pipros.navigation.move_base.services import PlanService
-from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS, MoveBaseSettings
-from pipros.navigation.navfn.navfn_node import NavfnPlanner
-from pipros.navigation.plane import Poses, Triple
 from pipros.node import Node
 from pipros.node.clock import stamp
+from pipros_libraries.actions.goal_server import GoalServer
+from pipros_libraries.actions.server_goal import GoalEvent
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import InvalidParameter, read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import MISSED_S, Schedule
+from pipros_libraries.nodes.velocities import VelocityOutput, checked_rate
+from pipros_libraries.nodes.wiring import advertise, subscribe
+from pipros_libraries.reconfiguring.server import Reconfigurable
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.messages import in_ns, pose_of
+from pipros_libraries.transforms.pose import composed
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.costmap.costmap import Costmap
+from pipros_robot.navigation.costmap.layered import Pose2D
+from pipros_robot.navigation.move_base import plugins
+from pipros_robot.navigation.move_base.machine import STILL, DrivingState, End, GoalMachine, Trigger
+from pipros_robot.navigation.move_base.recovery import Tools
+from pipros_robot.navigation.move_base.services import PlanService
+from pipros_robot.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS, MoveBaseSettings
+from pipros_robot.navigation.navfn.navfn_node import NavfnPlanner
+from pipros_robot.navigation.plane import Poses, Triple
 
 BAD_QUATERNION = End(GoalEvent.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
 T = TypeVar("T")
@@ -53,14 +55,16 @@ class MoveBase:
         """
         self._node, self._log, self._schedule = node, log, schedule
         given = read_parameters(node, "~")
+        checked_rate("~controller_frequency", given.number("controller_frequency", 20.0))
         self._is_strict = given.boolean("strict", False)
         self._lock = threading.RLock()
         self._failures, self._has_failed = Throttle(log, 5.0), False
+        self._slow = Throttle(log, MISSED_S)
         plugins.warn_of_names(node, log)
         local_planner = given.text("base_local_planner", MoveBaseSettings().base_local_planner)
         ours = self._check_planners(given.text("base_global_planner", plugins.GLOBAL_PLANNER), local_planner)
         stamped = "geometry_msgs/PoseStamped"
-        self._velocities = advertise(node, "cmd_vel", "geometry_msgs/Twist")
+        self._velocities = VelocityOutput(node, "cmd_vel")
         self._current_goal = advertise(node, "~current_goal", stamped, None)
         self._recoveries = advertise(node, "move_base/recovery_status", "move_base_msgs/RecoveryStatus")
         self._forwarded = advertise(node, "move_base/goal", "move_base_msgs/MoveBaseActionGoal")
@@ -83,7 +87,7 @@ class MoveBase:
         )  # fmt: skip
         listed = given.values.get("recovery_behaviors")
         values = {**asdict(self._machine.settings), "circumscribed_radius": radius}
-        tools = Tools(node, log, *self._maps, self.drive, lambda: self._controller.greatest()[2])
+        tools = Tools(node, log, *self._maps, self.drive, lambda: self._controller.fastest_turn)
         self._behaviours = plugins.behaviours(listed, values, tools, is_strict=self._is_strict)
         self._rest(is_resting=True)
         self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)
@@ -93,7 +97,7 @@ class MoveBase:
         subscribe(node, "move_base_simple/goal", stamped, self._forward)
         period_s = self._period_s()
         self._change_planning = schedule.every(period_s, self._plan_if_due, self._halt)
-        self._change_cycle = schedule.every(period_s, self._cycle, self._halt)
+        self._change_cycle = schedule.every(period_s, self._cycle, self._halt, name="Control loop")
         node.on_shutdown(self._on_shutdown)
 
     # -- parameters --------------------------------------------------------------
@@ -106,31 +110,42 @@ class MoveBase:
         known = plugins.LOCAL_PLANNERS
         return plugins.check_planner(local_planner, known, "base_local_planner", self._log, is_strict=strict)
 
-    def _use_planner(self, name: str, ours: str) -> None:
-        before = self._controller
+    def _make_planner(self, values: Mapping[str, Any]) -> str:
+        """Return the local planner for new settings. Commands go on while it asks the master."""
+        name = values["base_local_planner"]
+        ours = self._check_planners(values["base_global_planner"], name)
         if ours not in self._controllers:
             made = plugins.local_planner(self._node, self._log, self._local_map, name, ours)
             self._controllers[ours] = made
-        self._controller = self._controllers[ours]
+        return ours
+
+    def _use_planner(self, ours: str) -> None:
+        before, self._controller = self._controller, self._controllers[ours]
         if self._controller is not before:
             self._controller.take_plan(before)
 
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
+        before, settings = self._machine.settings, MoveBaseSettings(**values)
+        if not self._has_settings:
+            self._has_settings = True
+            patience = read_parameters(self._node, "~").number("controller_patience", INITIAL_PATIENCE)
+            self._machine.settings = replace(settings, controller_patience=patience)
+            return values
+        planners, changed = ("base_global_planner", "base_local_planner"), None
+        if any(values[name] != getattr(before, name) for name in planners):
+            try:
+                changed = self._make_planner(values)
+            except InvalidParameter as error:
+                self._log.error("%s", error)
+                settings = replace(settings, **{name: getattr(before, name) for name in planners})
+        try:
+            checked_rate("controller_frequency", settings.controller_frequency)
+        except InvalidParameter as error:
+            self._log.error("%s", error)
+            settings = replace(settings, controller_frequency=before.controller_frequency)
         with self._lock:
-            before, settings = self._machine.settings, MoveBaseSettings(**values)
-            if not self._has_settings:
-                self._has_settings = True
-                patience = read_parameters(self._node, "~").number("controller_patience", INITIAL_PATIENCE)
-                self._machine.settings = replace(settings, controller_patience=patience)
-                return values
-            planners = settings.base_global_planner, settings.base_local_planner
-            if planners != (before.base_global_planner, before.base_local_planner):
-                try:
-                    self._use_planner(settings.base_local_planner, self._check_planners(*planners))
-                except InvalidParameter as error:
-                    self._log.error("%s", error)
-                    names = "base_global_planner", "base_local_planner"
-                    settings = replace(settings, **{name: getattr(before, name) for name in names})
+            if changed is not None:
+                self._use_planner(changed)
             self._machine.settings = settings
             if settings.controller_frequency != before.controller_frequency:
                 self._change_planning(self._period_s())
@@ -138,7 +153,7 @@ class MoveBase:
         return asdict(settings)
 
     def _period_s(self) -> float:
-        return 1.0 / max(self._machine.settings.controller_frequency, 0.1)
+        return 1.0 / self._machine.settings.controller_frequency
 
     # -- goals -------------------------------------------------------------------
 
@@ -182,6 +197,9 @@ class MoveBase:
         self._planned_s = -math.inf
         if not is_replacement:
             self._rest(is_resting=False)
+            if silent := self._local_map.silent_topics:
+                text = "the robot does not see with these sensors, as nothing has arrived on %s so far"
+                self._slow.warning(text, ", ".join(silent))
         self._machine.begin(now_s, replaces=is_replacement)
         shown = self._goal
         if self._target is not None:
@@ -230,16 +248,18 @@ class MoveBase:
         with self._lock:
             machine, now_s, target = self._machine, self._node.clock.now_ns() / 1e9, self._target
             frequency = machine.settings.planner_frequency
-            is_due = machine.state is DrivingState.PLANNING or now_s >= self._planned_s + 1 / max(
-                frequency, 1e-6
-            )
+            rests = self._planned_s <= now_s < self._planned_s + 1 / max(frequency, 1e-6)
+            is_due = machine.state is DrivingState.PLANNING or not rests
             if not (self._goals.is_active and machine.wants_plan and is_due):
                 return
             self._planned_s = now_s
+        begun_s = time.monotonic()
         plan = self._make_plan(target)
+        if (taken_s := time.monotonic() - begun_s) * frequency > 1:
+            text = "~planner_frequency is %g Hz, but a plan took %.2f s: lower it, or shrink the costmap"
+            self._slow.warning(text, frequency, taken_s)
         with self._lock:
-            if target == self._target:
-                machine.planned(plan, self._node.clock.now_ns() / 1e9)
+            machine.planned(plan, self._node.clock.now_ns() / 1e9, is_current=target == self._target)
 
     def _make_plan(self, target: Triple | None) -> Poses | None:
         start = None if target is None else self._global_map.robot_pose()
@@ -270,6 +290,8 @@ class MoveBase:
     def can_see(self) -> bool:
         if not self._local_map.is_current:
             text = "sensor data is too old, or the costmap is not updated: the robot does not drive"
+            if blind := self._local_map.blind_without:
+                text = f"the costmap has no sensor without {', '.join(blind)}: the robot does not drive"
             self._local_map.warn(text)
         return self._local_map.is_current
 
@@ -287,7 +309,7 @@ class MoveBase:
         return found if found is None or all(map(math.isfinite, found)) else None
 
     def drive(self, velocity: Triple) -> None:
-        self._velocities.publish(plane.twist(velocity))
+        self._velocities.publish(plane.twist(self._controller.limited(velocity)))
 
     def begin_recovery(self, index: int, trigger: Trigger) -> bool:
         if index not in self._behaviours:

@@ -13,12 +13,15 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from pipros.libraries.nodes.params import PrivateParameters, read_parameters
-from pipros.navigation.costmap.costmap import Costmap
-from pipros.navigation.dwa.grid_costs import outline_costs
-from pipros.navigation.plane import Triple
 from pipros.node import Node
+from pipros_libraries.nodes.params import PrivateParameters, read_parameters
+from pipros_libraries.nodes.velocities import Limit, check_axis
+from pipros_robot.navigation.costmap.costmap import Costmap
+from pipros_robot.navigation.dwa.grid_costs import outline_costs
+from pipros_robot.navigation.plane import Triple
 
+_LIMITS: Final = "~TrajectoryPlannerROS"
+"""The namespace of the limits of turns, whichever local planner runs."""
 _MOST_STEPS: Final = 10_000
 """Maximum number of poses that are checked before each command of a turn."""
 
@@ -28,7 +31,8 @@ class Tools:
     """Resources for behaviours: the node, its log, both costmaps, and a function that sends velocities.
 
     Attributes:
-        fastest_turn: returns the greatest rate of turning of the local planner in rad/s.
+        fastest_turn: returns the greatest rate of turning in place of the local planner in rad/s, which is
+            0 for a car.
     """
 
     node: Node
@@ -94,13 +98,15 @@ class Rotate:
 
     def __init__(self, tools: Tools, name: str) -> None:
         given = read_parameters(tools.node, f"~{name}")
-        limits = read_parameters(tools.node, "~TrajectoryPlannerROS")
+        limits = read_parameters(tools.node, _LIMITS)
         self._tools = tools
         self._step = max(given.number("sim_granularity", 0.017), 2 * math.pi / _MOST_STEPS)
-        self._gain = limits.number("acc_lim_theta", limits.number("acc_lim_th", 3.2))
-        self._fastest = limits.number("max_vel_theta", limits.number("max_rotational_vel", 1.0))
-        slowest = limits.number("min_in_place_rotational_vel", 0.4)
-        self._slowest = limits.number("min_in_place_vel_theta", slowest)
+        gain = _limit(limits, 3.2, "acc_lim_theta", "acc_lim_th")
+        fastest = _limit(limits, 1.0, "max_vel_theta", "max_rotational_vel")
+        usual = min(0.4, max(fastest[1], 0.0))
+        slowest = _limit(limits, usual, "min_in_place_vel_theta", "min_in_place_rotational_vel")
+        check_axis(slowest if fastest[1] else fastest, fastest, gain)
+        self._gain, self._fastest, self._slowest = gain[1], fastest[1], slowest[1]
         self._tolerance = limits.number("yaw_goal_tolerance", 0.10)
         self._start: float | None = None
         self._is_half = False
@@ -113,6 +119,10 @@ class Rotate:
         tools, pose = self._tools, self._tools.local_map.robot_pose()
         if self._start is None or pose is None:
             return True
+        fastest = min(self._fastest, tools.fastest_turn())
+        if fastest <= 0:
+            tools.log.warning("the robot cannot turn in place: the rotation is left out")
+            return True
         left = abs(math.remainder(pose[2] - self._start, math.tau))
         if self._is_half and left <= self._tolerance:
             return True
@@ -123,7 +133,6 @@ class Rotate:
         if not self._is_free(pose, left):
             tools.log.error("the robot cannot turn in place: there may be a collision")
             return True
-        fastest = min(self._fastest, tools.fastest_turn())
         speed = min(max(math.sqrt(2 * self._gain * left), self._slowest), fastest)
         tools.drive((0.0, 0.0, speed))
         return False
@@ -135,6 +144,12 @@ class Rotate:
         with costmap.lock:
             places = np.full(yaw.shape, pose[0]), np.full(yaw.shape, pose[1])
             return bool((outline_costs(costmap.grid, costmap.footprint, *places, yaw) >= 0).all())
+
+
+def _limit(limits: PrivateParameters, usual: float, *names: str) -> Limit:
+    """Return the name and value of the first of these limits that is set, or the usual value."""
+    name = next(filter(limits.has, names), names[0])
+    return f"{_LIMITS}/{name}", limits.number(name, usual)
 
 
 def _texts(given: PrivateParameters, name: str, default: Sequence[str]) -> Sequence[str]:

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from pipros.libraries.nodes.wiring import serve
 from pipros.msg import load_message_class
-from pipros.navigation import plane
-from pipros.navigation.costmap.costmap import Costmap
-from pipros.navigation.costmap.grid import FREE
-from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.move_base.settings import MoveBaseSettings
-from pipros.navigation.navfn.navfn_node import NavfnPlanner
-from pipros.navigation.plane import Triple
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed
+from pipros_libraries.nodes.wiring import serve
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.costmap.costmap import Costmap
+from pipros_robot.navigation.costmap.grid import FREE
+from pipros_robot.navigation.costmap.layered import Pose2D
+from pipros_robot.navigation.move_base.settings import MoveBaseSettings
+from pipros_robot.navigation.navfn.navfn_node import NavfnPlanner
+from pipros_robot.navigation.plane import Triple
 
 
 class PlanService:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.libraries.reconfiguring.declared import settings_of, tunable
+from pipros_libraries.reconfiguring.declared import settings_of, tunable
 
 
 @dataclass(frozen=True, slots=True)

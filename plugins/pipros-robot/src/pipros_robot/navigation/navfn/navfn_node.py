@@ -8,20 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, serve, subscribe
-from pipros.navigation import plane
-from pipros.navigation.costmap.costmap import Costmap
-from pipros.navigation.costmap.grid import FREE, CostGrid
-from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.navfn.plan import PotentialField, find_field
-from pipros.navigation.navfn.potential import UNREACHED, Cell
-from pipros.navigation.plane import Poses
 from pipros.node import Node
 from pipros.node.clock import stamp
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, serve, subscribe
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.costmap.costmap import Costmap
+from pipros_robot.navigation.costmap.grid import FREE, CostGrid
+from pipros_robot.navigation.costmap.layered import Pose2D
+from pipros_robot.navigation.navfn.plan import PotentialField, find_field
+from pipros_robot.navigation.navfn.potential import UNREACHED, Cell
+from pipros_robot.navigation.plane import Poses
 
 _POTENTIAL_HEIGHT_M = 20.0
 

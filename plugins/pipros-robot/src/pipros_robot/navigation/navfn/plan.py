@@ -5,9 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pipros.navigation.costmap.grid import Costs
-from pipros.navigation.costmap.layered import CellRectangle
-from pipros.navigation.navfn.potential import NEUTRAL, UNREACHED, Cell, Potential, crossing_costs, spread
+from pipros_robot.navigation.costmap.grid import Costs
+from pipros_robot.navigation.costmap.layered import CellRectangle
+from pipros_robot.navigation.navfn.potential import (
+    NEUTRAL,
+    UNREACHED,
+    Cell,
+    Potential,
+    crossing_costs,
+    spread,
+)
 
 Point = tuple[float, float]
 
@@ -141,7 +148,7 @@ def plan(
     """Return the cheapest path as columns and rows (floats), or an empty list if there is none.
 
     Args:
-        costs: costs by row and column, from 0 to 255, as in `pipros.navigation.costmap`.
+        costs: costs by row and column, from 0 to 255, as in `pipros_robot.navigation.costmap`.
         start, goal: column and row of cells in the map.
         allow_unknown: whether unknown cells can be crossed.
         use_astar: see `spread`.

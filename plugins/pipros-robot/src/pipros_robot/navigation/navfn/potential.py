@@ -21,7 +21,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from pipros.navigation.costmap.grid import INSCRIBED, UNKNOWN, Costs
+from pipros_robot.navigation.costmap.grid import INSCRIBED, UNKNOWN, Costs
 
 Potential = npt.NDArray[np.float32]
 Cell = tuple[int, int]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from pipros.libraries.transforms.pose import (
+from pipros_libraries.transforms.pose import (
     IDENTITY,
     Pose,
     Vector,
@@ -20,7 +20,7 @@ from pipros.libraries.transforms.pose import (
     roll_pitch_yaw,
     rotate,
 )
-from pipros.navigation.navsat.geodesy import LocalPlane, from_grid, to_grid
+from pipros_robot.navigation.navsat.geodesy import LocalPlane, from_grid, to_grid
 
 
 @dataclass(slots=True)

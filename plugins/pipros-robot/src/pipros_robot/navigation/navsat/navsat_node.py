@@ -6,6 +6,7 @@ import logging
 import math
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from types import SimpleNamespace
@@ -14,21 +15,21 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, serve, subscribe
-from pipros.libraries.transforms.messages import in_ns, pose_of, vector_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector, inverted, rotate
 from pipros.msg import load_message_class
-from pipros.navigation import plane
-from pipros.navigation.navsat.alignment import Alignment
-from pipros.navigation.navsat.geodesy import OutOfRange, zone_of_name
-from pipros.navigation.navsat.messages import filtered_fix, position, turned
 from pipros.node import Node
-from pipros.node.clock import stamp
+from pipros.node.clock import TimeMovedBackwards, stamp
 from pipros.node.service_server import CallFailed
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, serve, stamped, subscribe
+from pipros_libraries.transforms.messages import in_ns, pose_of, vector_of
+from pipros_libraries.transforms.pose import IDENTITY, Pose, Vector, inverted, rotate, rotation_matrix
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.navsat.alignment import Alignment
+from pipros_robot.navigation.navsat.geodesy import OutOfRange, zone_of_name
+from pipros_robot.navigation.plane import Poses
 
 _NO_FIX: Final = -1
 _ORIGIN: Final = SimpleNamespace(x=0.0, y=0.0, z=0.0)
@@ -94,7 +95,8 @@ class NavsatNode:
         if settings.publish_filtered_gps:
             self._filtered = advertise(node, "gps/filtered", "sensor_msgs/NavSatFix", 10)
         if settings.delay > 0.0:
-            node.clock.sleep(settings.delay)
+            with suppress(TimeMovedBackwards):
+                node.clock.sleep(settings.delay)
         schedule.every(1.0 / settings.frequency, self._cycle)
 
     def _renamed(self, given: PrivateParameters) -> PrivateParameters:
@@ -290,3 +292,28 @@ class NavsatNode:
 def main() -> int:
     """Run the node until it is shut down. Return 1 if a parameter is invalid."""
     return run_node("navsat_transform_node", "robot_localization", NavsatNode)
+
+
+def position(frame: str, stamp_ns: int, place: Vector, covariance: Poses) -> Any:
+    """Return a position and its covariance, of shape (3, 3), as nav_msgs/Odometry."""
+    message = stamped("nav_msgs/Odometry", frame, stamp_ns)
+    plane.fill(message.pose.pose.position, message.pose.pose.orientation, (*place, *IDENTITY[3:]))
+    message.pose.covariance = np.pad(covariance, (0, 3)).ravel().tolist()
+    return message
+
+
+def filtered_fix(frame: str, stamp_ns: int, place: Vector, covariance: Poses) -> Any:
+    """Return latitude, longitude and altitude as sensor_msgs/NavSatFix."""
+    message = stamped("sensor_msgs/NavSatFix", frame, stamp_ns)
+    message.latitude, message.longitude, message.altitude = place
+    message.position_covariance = covariance.ravel().tolist()
+    message.position_covariance_type = message.COVARIANCE_TYPE_KNOWN
+    message.status.status = message.status.STATUS_GBAS_FIX
+    return message
+
+
+def turned(pose: Pose, covariance: Poses) -> Poses:
+    """Rotate a covariance of shape (3, 3) from a frame with the given pose to its parent frame."""
+    matrix = np.array(rotation_matrix(pose)).reshape(3, 3)
+    found: Poses = matrix @ covariance @ matrix.T
+    return found

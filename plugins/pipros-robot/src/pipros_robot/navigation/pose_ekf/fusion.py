@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from pipros.libraries.transforms.pose import (
+from pipros_libraries.transforms.pose import (
     Pose,
     composed,
     from_roll_pitch_yaw,
@@ -22,8 +22,8 @@ from pipros.libraries.transforms.pose import (
     inverted,
     roll_pitch_yaw,
 )
-from pipros.navigation.filter.kalman import ExtendedKalmanFilter
-from pipros.navigation.filter.state import POSE, SIZE, Array, Flags, Measurement
+from pipros_robot.navigation.filter.kalman import ExtendedKalmanFilter
+from pipros_robot.navigation.filter.state import POSE, SIZE, Array, Flags, Measurement
 
 KEPT: Final = 1000
 """Maximum number of poses of a sensor that wait for those of others; the oldest are dropped."""
@@ -33,22 +33,22 @@ _UNKNOWN: Final = 1e6
 _X, _Y, _Z, _ROLL, _PITCH, _YAW = range(6)
 
 
-class Kind(NamedTuple):
+class MeasuredVariables(NamedTuple):
     """The variables of the pose that a sensor measures: their changes, and their values."""
 
     changes: tuple[int, ...] = ()
     values: tuple[int, ...] = ()
 
 
-KINDS: Final[Mapping[str, Kind]] = {
-    "odom": Kind(changes=(_X, _Y, _YAW)),
-    "imu": Kind(changes=(_YAW,), values=(_ROLL, _PITCH)),
-    "vo": Kind(changes=(_X, _Y, _Z, _ROLL, _PITCH, _YAW)),
-    "gps": Kind(values=(_X, _Y, _Z)),
+KINDS: Final[Mapping[str, MeasuredVariables]] = {
+    "odom": MeasuredVariables(changes=(_X, _Y, _YAW)),
+    "imu": MeasuredVariables(changes=(_YAW,), values=(_ROLL, _PITCH)),
+    "vo": MeasuredVariables(changes=(_X, _Y, _Z, _ROLL, _PITCH, _YAW)),
+    "gps": MeasuredVariables(values=(_X, _Y, _Z)),
 }
 
 
-class Sensor:
+class PoseSensor:
     """The newest poses of a sensor, in the order of their times.
 
     Attributes:
@@ -56,7 +56,7 @@ class Sensor:
         received: number of poses that were added.
     """
 
-    def __init__(self, kind: Kind) -> None:
+    def __init__(self, kind: MeasuredVariables) -> None:
         self.kind = kind
         self.last: Pose | None = None
         self.received = 0
@@ -96,7 +96,7 @@ class Fusion:
 
     def __init__(self, names: list[str], timeout_s: float) -> None:
         """Create the sensors with these names of `KINDS`. They are left out after `timeout_s` of silence."""
-        self.sensors = {name: Sensor(KINDS[name]) for name in names}
+        self.sensors = {name: PoseSensor(KINDS[name]) for name in names}
         self.kalman = ExtendedKalmanFilter()
         self.time_s: float | None = None
         self._timeout_s = timeout_s

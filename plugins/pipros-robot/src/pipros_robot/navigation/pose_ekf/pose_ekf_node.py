@@ -11,22 +11,22 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.frames import Frames
-from pipros.libraries.nodes.params import InvalidParameter, read_parameters
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.nodes.schedule import Schedule
-from pipros.libraries.nodes.wiring import advertise, serve, stamped, subscribe
-from pipros.libraries.transforms.listener import AHEAD_NS
-from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, inverted
-from pipros.navigation import plane
-from pipros.navigation.filter.estimates import in_time
-from pipros.navigation.filter.measurements import seconds
-from pipros.navigation.filter.message_values import rotational, square
-from pipros.navigation.filter.state import POSE, Array
-from pipros.navigation.plane import MOST
-from pipros.navigation.pose_ekf.fusion import Fusion
 from pipros.node import Node
+from pipros_libraries.nodes.frames import Frames
+from pipros_libraries.nodes.params import InvalidParameter, read_parameters
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.nodes.schedule import Schedule
+from pipros_libraries.nodes.wiring import advertise, serve, stamped, subscribe
+from pipros_libraries.transforms.listener import AHEAD_NS
+from pipros_libraries.transforms.messages import in_ns, pose_of
+from pipros_libraries.transforms.pose import IDENTITY, Pose, composed, inverted
+from pipros_robot.navigation import plane
+from pipros_robot.navigation.filter.estimates import in_time
+from pipros_robot.navigation.filter.measurements import seconds
+from pipros_robot.navigation.filter.message_values import rotational, square
+from pipros_robot.navigation.filter.state import POSE, Array
+from pipros_robot.navigation.plane import MOST
+from pipros_robot.navigation.pose_ekf.fusion import Fusion
 
 TOPICS: Final = {"odom": "odom", "imu": "imu_data", "vo": "vo", "gps": "gps"}
 QUEUE_SIZE: Final = 10

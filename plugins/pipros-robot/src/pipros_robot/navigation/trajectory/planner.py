@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.dwa.grid_costs import outline_costs
-from pipros.navigation.dwa.planner import FORBIDDEN, HITS, Choice, DwaPlanner, add_scores
-from pipros.navigation.dwa.trajectories import Array, Trajectories, sampled, simulated, within_reach
-from pipros.navigation.plane import Triple
-from pipros.navigation.trajectory.settings import TrajectorySettings
+from pipros_robot.navigation.dwa.grid_costs import outline_costs
+from pipros_robot.navigation.dwa.planner import FORBIDDEN, HITS, Choice, DwaPlanner, add_scores
+from pipros_robot.navigation.dwa.trajectories import Array, Trajectories, sampled, simulated, within_reach
+from pipros_robot.navigation.plane import Triple
+from pipros_robot.navigation.trajectory.settings import TrajectorySettings
 
 _STRAFE = 0.1
 """Speed in m/s forwards and sideways of the two oblique trajectories of holonomic robots."""
@@ -105,7 +105,7 @@ class TrajectoryPlanner(DwaPlanner):
     def scores(self, tried: Trajectories) -> Array:
         """Return the scores of trajectories. The lowest is best; a negative score means discarded."""
         own = self.own
-        scores = np.where(self._oscillation.forbids(tried.goals), FORBIDDEN, 0.0)
+        scores = np.where(self._is_forbidden(tried.goals), FORBIDDEN, 0.0)
         scale, _ = self.scales()
         last = np.arange(len(tried)), tried.counts - 1
         path, goal = (self._distance_scores(tried, each, 0.0) for each in self.distances[:2])

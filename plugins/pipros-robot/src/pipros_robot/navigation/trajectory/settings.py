@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.libraries.nodes.params import InvalidParameter
-from pipros.libraries.reconfiguring.declared import settings_of, tunable
-from pipros.navigation.dwa.settings import DwaSettings
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_libraries.nodes.velocities import check_axis
+from pipros_libraries.reconfiguring.declared import settings_of, tunable
+from pipros_robot.navigation.dwa.settings import DwaSettings
 
 STOPPED: Final = 0.01
 """Speed in m/s and rad/s up to which the robot counts as stopped."""
@@ -60,6 +61,7 @@ class TrajectorySettings:
     yaw_goal_tolerance: float = 0.05
     prune_plan: bool = True
     meter_scoring: bool = False
+    min_turning_radius: float = 0.0
 
     @property
     def strafes(self) -> list[float]:
@@ -86,19 +88,24 @@ class TrajectorySettings:
         sideways = max(map(abs, self.strafes), default=0.0) if self.holonomic_robot else 0.0
         fastest = max(self.max_vel_x, sideways, abs(self.escape_vel)) + 0.1
         values = {name: getattr(self, name) for name in _SAME}
+        turn = min(self.max_vel_theta, -self.min_vel_theta)
         return DwaSettings.of(
             values,
             max_vel_trans=math.hypot(fastest, sideways), min_vel_trans=0.0, max_vel_y=sideways,
-            min_vel_y=-sideways, max_vel_theta=min(self.max_vel_theta, -self.min_vel_theta),
-            min_vel_theta=self.min_in_place_vel_theta, vth_samples=self.vtheta_samples, vy_samples=1,
-            trans_stopped_vel=STOPPED, theta_stopped_vel=STOPPED, oscillation_reset_angle=math.inf,
-            use_dwa=False, max_scaling_factor=0.0, forward_point_distance=0.0,
+            min_vel_y=-sideways, max_vel_theta=turn,
+            min_vel_theta=min(self.min_in_place_vel_theta, turn), vth_samples=self.vtheta_samples,
+            vy_samples=1, trans_stopped_vel=STOPPED, theta_stopped_vel=STOPPED,
+            oscillation_reset_angle=math.inf, use_dwa=False, max_scaling_factor=0.0,
+            forward_point_distance=0.0,
         )  # fmt: skip
 
     @classmethod
     def of(cls, values: Mapping[str, Any], **fixed: Any) -> TrajectorySettings:
         """Return the settings with these values. Raises the errors of `shared`."""
         settings = cls(**values, **fixed)
+        fastest = max(settings.max_vel_theta, -settings.min_vel_theta)
+        slowest = settings.min_in_place_vel_theta if fastest else 0.0
+        check_axis(("min_in_place_vel_theta", slowest), ("max_vel_theta", fastest))
         _ = settings.shared
         return settings
 
@@ -107,6 +114,7 @@ _SAME: Final = (
     "acc_lim_x", "acc_lim_y", "acc_lim_theta", "max_vel_x", "min_vel_x", "prune_plan", "xy_goal_tolerance",
     "yaw_goal_tolerance", "sim_time", "sim_granularity", "angular_sim_granularity", "path_distance_bias",
     "goal_distance_bias", "occdist_scale", "oscillation_reset_dist", "vx_samples", "sim_period",
+    "min_turning_radius",
 )  # fmt: skip
 SETTINGS: Final = settings_of(TrajectorySettings)
 """The reconfigurable parameters, in the order of the genuine description."""

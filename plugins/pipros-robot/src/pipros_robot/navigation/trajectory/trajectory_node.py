@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from pipros.libraries.nodes.params import PrivateParameters, is_number
-from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
-from pipros.navigation.dwa.goal_rotation import GoalRotation
-from pipros.navigation.trajectory.planner import TrajectoryPlanner
-from pipros.navigation.trajectory.settings import SETTINGS, TrajectorySettings
+from pipros_libraries.nodes.params import PrivateParameters, is_number
+from pipros_robot.navigation.dwa.dwa_node import DwaLocalPlanner
+from pipros_robot.navigation.dwa.goal_rotation import GoalRotation
+from pipros_robot.navigation.trajectory.planner import TrajectoryPlanner
+from pipros_robot.navigation.trajectory.settings import SETTINGS, TrajectorySettings
 
 _OLD_NAMES: Final = {
     "max_rotational_vel": "max_vel_theta", "min_in_place_rotational_vel": "min_in_place_vel_theta",
     "pdist_scale": "path_distance_bias", "gdist_scale": "goal_distance_bias", "backup_vel": "escape_vel",
     "acc_lim_th": "acc_lim_theta", "vth_samples": "vtheta_samples",
 }  # fmt: skip
-"""Old and wrong names that are used if the right one is not set, so that no limit is lost."""
+"""Old and wrong names of parameters."""
 
 
 class TrajectoryLocalPlanner(DwaLocalPlanner):
@@ -24,18 +24,22 @@ class TrajectoryLocalPlanner(DwaLocalPlanner):
 
     namespace = "~TrajectoryPlannerROS"
     settings = SETTINGS
-    renamed: Mapping[str, str] = {}
+    renamed: Mapping[str, str] = _OLD_NAMES
+    magnitudes: Mapping[str, str] = {"min_in_place_vel_theta": "max_vel_theta"}
     has_samples = False
     _planner: TrajectoryPlanner
 
     def _prepare(self, given: PrivateParameters, period_s: float, is_latching: bool) -> None:
-        self._use_old_names(given)
+        left = given.values.get("max_vel_theta")
+        if not given.has("min_vel_theta") and is_number(left):  # bound right turns like left turns
+            self._node.params.set(f"{self.namespace}/min_vel_theta", -abs(left))
         self._fixed = {
             "sim_period": period_s,
             "xy_goal_tolerance": given.number("xy_goal_tolerance", 0.10),
             "yaw_goal_tolerance": given.number("yaw_goal_tolerance", 0.05),
             "prune_plan": given.boolean("prune_plan", True),
             "meter_scoring": given.boolean("meter_scoring", False),
+            "min_turning_radius": self._radius(given),
         }
         if not given.has("meter_scoring"):
             self._log.warning("%s/meter_scoring is not set: distances are scored in cells", self.namespace)
@@ -44,21 +48,6 @@ class TrajectoryLocalPlanner(DwaLocalPlanner):
         self._planner = TrajectoryPlanner(self._own)
         is_latching = given.boolean("latch_xy_goal_tolerance", False)
         self._rotation = GoalRotation(self._settings, is_latching=is_latching, must_stand=False)
-
-    def _use_old_names(self, given: PrivateParameters) -> None:
-        """Store values under their present names, and bound right turns like left turns if not given."""
-        params, values = self._node.params, dict(given.values)
-        for old, new in _OLD_NAMES.items():
-            if old in values:
-                place = f"{self.namespace}/{new}"
-                effect = "has no effect" if new in values else "is used"
-                self._log.warning("%s/%s %s: the name is %s", self.namespace, old, effect, place)
-                if new not in values:
-                    values[new] = values[old]
-                    params.set(place, values[new])
-        left = values.get("max_vel_theta")
-        if "min_vel_theta" not in values and is_number(left):
-            params.set(f"{self.namespace}/min_vel_theta", -abs(left))
 
     def _make_settings(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
         self._own = TrajectorySettings.of(values, **self._fixed)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from pipros.basics import names
-from pipros.libraries.teleoperation.velocity_mux import InvalidSource, VelocitySource, sources
 from pipros.safe import yaml
+from pipros_libraries.teleoperation.velocity_mux import InvalidSource, VelocitySource, sources
 
 OUTPUT = "output"
 """The default output topic."""
@@ -67,7 +67,7 @@ class CmdVelMux:
         return self.active is one
 
     def expire(self, now_s: float) -> bool:
-        """Take control from an expired source. Return whether all sources are expired."""
+        """Take control from an expired source. Return whether no source is about to take it."""
         if self.active and self.active.is_expired(now_s):
             self.active = None
-        return all(each.is_expired(now_s) for each in self._inputs)
+        return self.active is None and not any(each.speaks(now_s) for each in self._inputs)

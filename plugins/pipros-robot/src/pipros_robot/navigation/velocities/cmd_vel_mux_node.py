@@ -10,13 +10,14 @@ from typing import Any, Final
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.teleoperation.velocity_mux import VelocitySource
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
-from pipros.navigation.velocities.cmd_vel_mux import CmdVelMux, read_sources
 from pipros.node import Node
 from pipros.node.rate import Timer
+from pipros_libraries.nodes.velocities import VelocityOutput
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.teleoperation.velocity_mux import VelocitySource
+from pipros_robot.navigation.velocities.cmd_vel_mux import CmdVelMux, read_sources
 
 CHECK_NS: Final = NS_PER_S // 20
 """Interval at which the node checks whether the active source has expired."""
@@ -38,7 +39,7 @@ class CmdVelMuxNode:
         self._text: Any = load_message_class("std_msgs/String")
         self._inputs: list[Any] = []
         self._output: Any = None
-        self._is_moving, self._reported = False, ""
+        self._reported = ""
         self._names = node.advertise("~active", self._text, queue_size=1, latch=True)
         self._settings = Reconfigurable(node, "~", SETTINGS, self._reload)
         self._timer = Timer(node.clock, CHECK_NS, lambda _: self._check(), reset=True)
@@ -54,7 +55,7 @@ class CmdVelMuxNode:
             return
         with self._lock:
             before, self._inputs = [*self._inputs, self._output], []
-            self._output = self._node.advertise(names.join("~", output), self._twist, queue_size=1)
+            self._output = VelocityOutput(self._node, names.join("~", output))
             self._mux.replace(inputs)
             for each in inputs:
                 take = partial(self._on_velocity, each)
@@ -69,17 +70,15 @@ class CmdVelMuxNode:
             if self._mux.passes(one, self._now_s()):
                 self._report()
                 self._output.publish(message)
-                self._is_moving = message != self._twist()
 
     def _check(self) -> None:
-        """Report that no source is active. If all are silent, publish a zero velocity, once.
+        """Report that no source is active. If all are silent, stop the base.
 
         Without it, a base that holds its last command would drive on.
         """
         with self._lock:
-            if self._mux.expire(self._now_s()) and self._is_moving:
-                self._is_moving = False
-                self._output.publish(self._twist())
+            if self._mux.expire(self._now_s()) and self._output is not None:
+                self._output.stop()
             self._report()
 
     def _report(self) -> None:
@@ -92,5 +91,7 @@ class CmdVelMuxNode:
         return self._node.clock.now_ns() / NS_PER_S
 
     def close(self) -> None:
-        """Stop publishing."""
+        """Stop the robot, and stop publishing."""
         self._timer.shutdown()
+        if self._output is not None:
+            self._output.unregister()

@@ -8,12 +8,14 @@ from collections.abc import Collection
 from functools import partial
 from typing import Any, Final
 
-from pipros.libraries.nodes.params import number
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
-from pipros.navigation.velocities.velocity_smoother import STOPPED, Velocity
 from pipros.node import Node
 from pipros.node.rate import Timer
+from pipros.node.subscriber import Subscriber
+from pipros_libraries.nodes.params import number
+from pipros_libraries.nodes.velocities import VelocityOutput
+from pipros_robot.navigation.velocities.velocity_smoother import STOPPED, Velocity
 
 PERIOD_NS: Final = NS_PER_S // 10
 QUEUE_SIZE: Final = 10
@@ -55,7 +57,8 @@ class SafetyNode:
         self._extension_s = number(node, "time_to_extend_bump_cliff_events", 0.0)
         self._active: set[tuple[str, int]] = set()
         self._is_enabled, self._last, self._event_s = True, STOPPED, -math.inf
-        self._output = node.advertise("~cmd_vel", self._twist, queue_size=QUEUE_SIZE)
+        self._output = VelocityOutput(node, "~cmd_vel", queue_size=QUEUE_SIZE)
+        self._events: dict[str, Subscriber[Any]] = {}
         empty: Any = load_message_class("std_msgs/Empty")
         for name, take in (
             ("enable", partial(self._enable, True)),
@@ -66,7 +69,8 @@ class SafetyNode:
         for kind, (type_name, _, _) in _EVENTS.items():
             message_class: Any = load_message_class(type_name)
             take_event = partial(self._on_event, kind)
-            node.subscribe(f"~events/{kind}", message_class, take_event, queue_size=QUEUE_SIZE)
+            topic = f"~events/{kind}"
+            self._events[kind] = node.subscribe(topic, message_class, take_event, queue_size=QUEUE_SIZE)
         self._timer = Timer(node.clock, PERIOD_NS, lambda _: self._step(), reset=True)
 
     def _on_event(self, kind: str, message: Any) -> None:
@@ -95,19 +99,26 @@ class SafetyNode:
 
     def _step(self) -> None:
         with self._lock:
+            for kind in {kind for kind, _ in self._active}:
+                if not self._events[kind].connection_count:  # the base's driver has ended
+                    self._active = {each for each in self._active if each[0] != kind}
             velocity = escape(self._active)
             if velocity is not None:
                 self._last = velocity
             elif not 0 <= self._now_s() - self._event_s < self._extension_s:
+                self._output.stop()
                 return
             if self._is_enabled:
                 twist = self._twist()
                 twist.linear.x, twist.angular.z = self._last
                 self._output.publish(twist)
+            else:
+                self._output.stop()
 
     def _now_s(self) -> float:
         return self._clock.now_ns() / NS_PER_S
 
     def close(self) -> None:
-        """Stop publishing."""
+        """Stop the robot, and stop publishing."""
         self._timer.shutdown()
+        self._output.unregister()

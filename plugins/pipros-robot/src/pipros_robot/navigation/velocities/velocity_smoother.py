@@ -76,11 +76,7 @@ class VelocitySmoother:
         if self._arrived_s:
             self._intervals.append(now_s - self._arrived_s)
         self._arrived_s, self._is_active = now_s, True
-        v, w = (
-            max(-limit, min(value, limit)) if value == value else 0.0  # NaN stops the robot
-            for value, limit in zip(velocity, self.limits.speed, strict=True)
-        )
-        self._target = v, w
+        self._target = self._limited(velocity)
 
     def measured(self, velocity: Velocity) -> None:
         """Record the measured velocity of the robot. Values that are not finite are ignored."""
@@ -109,11 +105,19 @@ class VelocitySmoother:
                     logging.WARNING,
                     f"the measured velocity {self._measured} replaces the last command {self._last}",
                 )
-                self._last = self._measured
+                self._last = self._limited(self._measured)
+        self._target = self._limited(self._target)  # the limits may be lower now
         if self._target == self._last:
             return self._last if self._is_active else None
         self._last = self._next()
         return self._last
+
+    def _limited(self, velocity: Velocity) -> Velocity:
+        v, w = (
+            max(-limit, min(value, limit)) if math.isfinite(value) else 0.0
+            for value, limit in zip(velocity, self.limits.speed, strict=True)
+        )
+        return v, w
 
     def _next(self) -> Velocity:
         change = [to - at for to, at in zip(self._target, self._last, strict=True)]

@@ -7,16 +7,16 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyNode
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformListener
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.clouds import filters
-from pipros.perception.clouds.inputs import CloudInputs
-from pipros.perception.clouds.points import (
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.topic_tools.lazy import LazyNode
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformListener
+from pipros_libraries.transforms.messages import in_ns
+from pipros_robot.perception.clouds import filters
+from pipros_robot.perception.clouds.inputs import CloudInputs
+from pipros_robot.perception.clouds.points import (
     POSITION,
     InvalidCloud,
     column,
@@ -26,13 +26,13 @@ from pipros.perception.clouds.points import (
     reorganized,
     rows_of,
 )
-from pipros.perception.extras import numpy as np
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2
     from std_msgs.msg import Header
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 _WAIT_S: Final = 1.0
 _FRAMES: Final = (Setting("input_frame", ""), Setting("output_frame", ""))

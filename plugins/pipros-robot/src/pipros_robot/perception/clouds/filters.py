@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.perception.clouds.points import (
+from pipros_robot.perception.clouds.points import (
     POSITION,
     TYPES,
     InvalidCloud,
@@ -22,13 +22,13 @@ from pipros.perception.clouds.points import (
     rows_of,
     with_rows,
 )
-from pipros.perception.extras import numpy as np
-from pipros.perception.extras import tree_of
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.extras import tree_of
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 Values = Mapping[str, Any]
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.libraries.nodes.inputs import SyncInput, synchronized
-from pipros.libraries.nodes.params import private
-from pipros.libraries.topic_tools.lazy import LazyInputs
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_libraries.nodes.inputs import SyncInput, synchronized
+from pipros_libraries.nodes.params import private
+from pipros_libraries.topic_tools.lazy import LazyInputs
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2
 
-    from pipros.libraries.vision.extras import Array
     from pipros.node.subscriber import Subscriber
+    from pipros_libraries.vision.extras import Array
 
 _CLOUD: Final = "sensor_msgs/PointCloud2"
 

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.transforms.pose import IDENTITY, Pose
 from pipros.msg import load_message_class
-from pipros.perception.clouds.points import CODES, FLOAT32, TYPES, rows_of
-from pipros.perception.extras import numpy as np
+from pipros_libraries.transforms.pose import IDENTITY, Pose
+from pipros_robot.perception.clouds.points import CODES, FLOAT32, TYPES, rows_of
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2, PointField
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 MODES: Final = ("ascii", "binary", "binary_compressed")
 

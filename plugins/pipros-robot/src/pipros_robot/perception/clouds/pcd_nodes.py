@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.input_file import read_file
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.nodes.params import private
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformListener
-from pipros.libraries.transforms.messages import in_ns
-from pipros.libraries.transforms.pose import IDENTITY
+from pipros.basics.replaced_file import write_whole
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.roscpp_program import roscpp_program
-from pipros.perception.clouds.pcd import InvalidPcd, formatted, parse
-from pipros.perception.clouds.points import InvalidCloud
+from pipros_libraries.nodes.params import private
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformListener
+from pipros_libraries.transforms.messages import in_ns
+from pipros_libraries.transforms.pose import IDENTITY
+from pipros_robot.perception.clouds.pcd import InvalidPcd, formatted, parse
+from pipros_robot.perception.clouds.points import InvalidCloud
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2
@@ -98,7 +99,7 @@ class CloudWriter:
             if self._listener is not None:
                 source = cloud.header.frame_id.removeprefix("/")
                 viewpoint = self._listener.at(self._frame.removeprefix("/"), source, stamp_ns, _WAIT_S)
-            Path(name).write_bytes(formatted(cloud, self._mode, viewpoint))
+            write_whole(Path(name), formatted(cloud, self._mode, viewpoint))
         except (InvalidCloud, TransformException, OSError) as error:
             self._log.error("cannot write %s: %s", name, getattr(error, "strerror", None) or error)
             return

@@ -10,15 +10,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.transforms.pose import Pose, rotation_matrix
 from pipros.msg import load_message_class
-from pipros.perception.extras import numpy as np
+from pipros_libraries.transforms.pose import Pose, rotation_matrix
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2, PointField
     from std_msgs.msg import Header
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 FLOAT32: Final = 7
 TYPES: Final = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}

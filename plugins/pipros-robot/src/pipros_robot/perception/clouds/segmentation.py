@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.perception.extras import numpy as np
-from pipros.perception.extras import tree_of
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.extras import scipy_part, tree_of
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 PAIRS: Final = 10_000_000
 """Default maximum number of neighbour pairs in memory."""
@@ -123,9 +123,8 @@ def _places(points: Array) -> tuple[Array, Array]:
 
 def _labels(points: Array, tolerance: float, pairs: int) -> Array:
     tree = tree_of(points, "pcl/EuclideanClusterExtraction")
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
+    coo_matrix = scipy_part("sparse", "pcl/EuclideanClusterExtraction").coo_matrix
+    connected_components = scipy_part("sparse.csgraph", "pcl/EuclideanClusterExtraction").connected_components
     count = len(points)
     total = np.cumsum(tree.query_ball_point(points, tolerance, return_length=True))
     labels, start = np.arange(count), 0

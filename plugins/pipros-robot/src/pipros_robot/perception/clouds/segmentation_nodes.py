@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.params import private, raw
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyNode
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
-from pipros.perception.clouds.inputs import CloudInputs
-from pipros.perception.clouds.points import InvalidCloud, cloud_of, indices_of, positions, rows_of
-from pipros.perception.clouds.segmentation import clusters, plane
-from pipros.perception.extras import numpy as np
+from pipros_libraries.nodes.params import private, raw
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.topic_tools.lazy import LazyNode
+from pipros_libraries.transforms.messages import in_ns
+from pipros_robot.perception.clouds.inputs import CloudInputs
+from pipros_robot.perception.clouds.points import InvalidCloud, cloud_of, indices_of, positions, rows_of
+from pipros_robot.perception.clouds.segmentation import clusters, plane
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
     from pcl_msgs.msg import ModelCoefficients, PointIndices
     from sensor_msgs.msg import PointCloud2
     from std_msgs.msg import Header
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 _PLANE: Final = 0
 _MOST: Final = 2**31 - 1

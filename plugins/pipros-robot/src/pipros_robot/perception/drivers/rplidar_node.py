@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.nodes.params import private
-from pipros.libraries.nodes.retrying import DeviceError, Driver, Port
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
-from pipros.perception.drivers.rplidar.lidar import Lidar, Mode
-from pipros.perception.drivers.rplidar.samples import Point
-from pipros.perception.drivers.rplidar.turns import TurnCollector, cells_per_degree, sweep_of
-from pipros.perception.drivers.streams import Stream, network_port, serial_port
+from pipros_libraries.nodes.params import private
+from pipros_libraries.nodes.retrying import DeviceError, DevicePort, Driver
+from pipros_robot.perception.drivers.rplidar.lidar import Lidar, Mode
+from pipros_robot.perception.drivers.rplidar.samples import Point
+from pipros_robot.perception.drivers.rplidar.turns import TurnCollector, cells_per_degree, sweep_of
+from pipros_robot.perception.drivers.streams import Stream, network_port, serial_port
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import LaserScan
@@ -143,7 +143,7 @@ class RplidarNode:
         self._publisher.publish(scan)
 
 
-def _port(node: Node, log: logging.Logger) -> Port[Stream]:
+def _port(node: Node, log: logging.Logger) -> DevicePort[Stream]:
     """Return the port specified by the parameters."""
     kind = private(node, "channel_type", "serial")
     if kind == "tcp":

@@ -13,9 +13,8 @@ import time
 from contextlib import suppress
 from typing import Any, Final
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
-from pipros.libraries.nodes.retrying import DeviceError, Port
+from pipros.basics.extras import missing
+from pipros_libraries.nodes.retrying import DeviceError, DevicePort
 
 POLL_S: Final = 0.1
 CONNECT_S: Final = 3.0
@@ -79,7 +78,7 @@ class Stream:
             self._handle.close()
 
 
-def serial_port(path: str, baud: int) -> Port[Stream]:
+def serial_port(path: str, baud: int) -> DevicePort[Stream]:
     """Return a serial port.
 
     Raises:
@@ -88,10 +87,7 @@ def serial_port(path: str, baud: int) -> Port[Stream]:
     try:
         import serial
     except ImportError as error:
-        raise MissingExtra(
-            f"serial ports need pyserial, which is not installed. Try: {install_command('drivers')}",
-            name=error.name,
-        ) from error
+        raise missing("serial ports need pyserial", "pipros-robot[drivers]", error) from error
 
     def opened() -> Stream:
         try:
@@ -101,10 +97,10 @@ def serial_port(path: str, baud: int) -> Port[Stream]:
             reason = os.strerror(number) if number else str(error)  # pyserial's text repeats the path
             raise StreamLost(f"cannot open {path}: {reason}") from None
 
-    return Port(path, opened)
+    return DevicePort(path, opened)
 
 
-def network_port(host: str, number: int, kind: socket.SocketKind = socket.SOCK_STREAM) -> Port[Stream]:
+def network_port(host: str, number: int, kind: socket.SocketKind = socket.SOCK_STREAM) -> DevicePort[Stream]:
     """Return a TCP port or, if `kind` is SOCK_DGRAM, a UDP port."""
     name = f"{host}:{number}"
 
@@ -122,4 +118,4 @@ def network_port(host: str, number: int, kind: socket.SocketKind = socket.SOCK_S
             raise StreamLost(f"cannot connect to {name}: {reason}") from None
         return Stream(name, connection, is_serial=False)
 
-    return Port(name, opened)
+    return DevicePort(name, opened)

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.nodes.params import private
-from pipros.libraries.nodes.retrying import DeviceError, Driver, Port
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
-from pipros.perception.drivers.streams import Stream, network_port, serial_port
-from pipros.perception.drivers.urg.clock import DeviceClock
-from pipros.perception.drivers.urg.health import LidarHealth
-from pipros.perception.drivers.urg.scip import ScipReply, clock_ms, echoes_of, scan_of
-from pipros.perception.drivers.urg.sensor import ScanRequest, UrgSensor
+from pipros_libraries.nodes.params import private
+from pipros_libraries.nodes.retrying import DeviceError, DevicePort, Driver
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_robot.perception.drivers.streams import Stream, network_port, serial_port
+from pipros_robot.perception.drivers.urg.clock import DeviceClock
+from pipros_robot.perception.drivers.urg.health import LidarHealth
+from pipros_robot.perception.drivers.urg.scip import ScipReply, clock_ms, echoes_of, scan_of
+from pipros_robot.perception.drivers.urg.sensor import ScanRequest, UrgSensor
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import LaserEcho, LaserScan, MultiEchoLaserScan
@@ -205,7 +205,7 @@ _CHOICES: Final[dict[str, Callable[[Sequence[tuple[int, int]]], tuple[float, int
 """Functions that select the echo of a step, by output. The output `echoes` has all echoes."""
 
 
-def _port(node: Node) -> tuple[dict[str, str], Port[Stream]]:
+def _port(node: Node) -> tuple[dict[str, str], DevicePort[Stream]]:
     """Return the diagnostic values for the port specified by the parameters, and the port."""
     host, number = private(node, "ip_address", ""), private(node, "ip_port", 10940)
     if host:

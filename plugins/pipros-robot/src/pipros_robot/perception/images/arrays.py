@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.libraries.vision.extras import numpy as np
 from pipros.msg import load_message_class
-from pipros.pictures.encodings import UnknownEncoding, encoding
+from pipros_libraries.pictures.encodings import UnknownEncoding, encoding
+from pipros_libraries.vision.extras import numpy as np
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import Image
     from std_msgs.msg import Header
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 
 class BadImage(PiprosError, ValueError):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from pipros.libraries.vision.conversions import ImageConversionError, convert
-from pipros.libraries.vision.opencv import opencv
-from pipros.perception.images.arrays import BadImage
-from pipros.pictures.encodings import Color, encoding
+from pipros_libraries.pictures.encodings import Color, encoding
+from pipros_libraries.vision.conversions import ImageConversionError, convert
+from pipros_libraries.vision.opencv import opencv
+from pipros_robot.perception.images.arrays import BadImage
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 BILINEAR: Final = 0
 EDGE_AWARE: Final = 1

@@ -5,16 +5,16 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Final
 
-from pipros.libraries.vision.conversions import ImageConversionError, convert
-from pipros.libraries.vision.extras import numpy as np
 from pipros.msg import load_message_class
-from pipros.perception.images.arrays import BadImage
+from pipros_libraries.vision.conversions import ImageConversionError, convert
+from pipros_libraries.vision.extras import numpy as np
+from pipros_robot.perception.images.arrays import BadImage
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2, PointField
     from std_msgs.msg import Header
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 FLOAT32: Final = 7
 """PointField.FLOAT32."""

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
-from pipros.libraries.reconfiguring.declared import enum
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.node import Node
-from pipros.perception.images.arrays import array_of, image_message
-from pipros.perception.images.bayer import BILINEAR, EDGE_AWARE, EDGE_AWARE_WEIGHTED, VNG, colors, gray
-from pipros.perception.images.ports import ERRORS_S, ImageOutput, subscribe_image
+from pipros_libraries.reconfiguring.declared import enum
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.topic_tools.lazy import LazyInputs, LazyNode
+from pipros_robot.perception.images.arrays import array_of, image_message
+from pipros_robot.perception.images.bayer import BILINEAR, EDGE_AWARE, EDGE_AWARE_WEIGHTED, VNG, colors, gray
+from pipros_robot.perception.images.ports import ERRORS_S, ImageOutput, subscribe_image
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import Image

@@ -8,26 +8,26 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.inputs import SyncInput, inside, synchronized
-from pipros.libraries.nodes.params import private
-from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
-from pipros.libraries.transforms.listener import TransformListener
-from pipros.libraries.transforms.matrices.quaternions import quaternion_matrix
-from pipros.libraries.vision.conversions import ImageConversionError, convert
-from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.images.arrays import BadImage, array_of, image_message
-from pipros.perception.images.clouds import cloud_message, empty_points, set_colors
-from pipros.perception.images.depths import converted_metric, registered, set_points
-from pipros.perception.images.disparity import CAMERA_INFO
-from pipros.perception.images.pinhole import Pinhole, binning, check_size
-from pipros.perception.images.ports import ERRORS_S, ImageOutput, camera, image_input, subscribe_image
+from pipros_libraries.nodes.inputs import SyncInput, inside, synchronized
+from pipros_libraries.nodes.params import private
+from pipros_libraries.topic_tools.lazy import LazyInputs, LazyNode
+from pipros_libraries.transforms.listener import TransformListener
+from pipros_libraries.transforms.matrices.quaternions import quaternion_matrix
+from pipros_libraries.vision.conversions import ImageConversionError, convert
+from pipros_libraries.vision.opencv import opencv
+from pipros_robot.perception.images.arrays import BadImage, array_of, image_message
+from pipros_robot.perception.images.clouds import cloud_message, empty_points, set_colors
+from pipros_robot.perception.images.depths import converted_metric, registered, set_points
+from pipros_robot.perception.images.disparity import CAMERA_INFO
+from pipros_robot.perception.images.pinhole import Pinhole, binning, check_size
+from pipros_robot.perception.images.ports import ERRORS_S, ImageOutput, camera, image_input, subscribe_image
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CameraInfo, Image
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 
 class ConvertMetric(LazyNode):

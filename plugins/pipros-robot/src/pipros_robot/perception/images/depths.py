@@ -10,12 +10,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from pipros.basics.printable import printable
-from pipros.libraries.vision.extras import numpy as np
-from pipros.perception.images.arrays import BadImage
-from pipros.perception.images.pinhole import Pinhole
+from pipros_libraries.vision.extras import numpy as np
+from pipros_robot.perception.images.arrays import BadImage
+from pipros_robot.perception.images.pinhole import Pinhole
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 METRES: Final = "32FC1"
 MILLIMETRES: Final = "16UC1"

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.inputs import SyncInput, inside, synchronized
-from pipros.libraries.nodes.params import private
-from pipros.libraries.reconfiguring.declared import enum
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
-from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.images.arrays import array_of, image_message
-from pipros.perception.images.bayer import gray
-from pipros.perception.images.matching import (
+from pipros_libraries.nodes.inputs import SyncInput, inside, synchronized
+from pipros_libraries.nodes.params import private
+from pipros_libraries.reconfiguring.declared import enum
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.topic_tools.lazy import LazyInputs, LazyNode
+from pipros_libraries.vision.opencv import opencv
+from pipros_robot.perception.images.arrays import array_of, image_message
+from pipros_robot.perception.images.bayer import gray
+from pipros_robot.perception.images.matching import (
     SCALE,
     SETTINGS,
     STEREO_BM,
@@ -26,8 +26,8 @@ from pipros.perception.images.matching import (
     BlockMatcher,
     corrected,
 )
-from pipros.perception.images.pinhole import Pinhole
-from pipros.perception.images.ports import ERRORS_S, image_input
+from pipros_robot.perception.images.pinhole import Pinhole
+from pipros_robot.perception.images.ports import ERRORS_S, image_input
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CameraInfo, Image

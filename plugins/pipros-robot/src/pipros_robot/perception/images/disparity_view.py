@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.params import private
-from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node.roscpp_program import roscpp_program
-from pipros.perception.images.arrays import BadImage, array_of
-from pipros.perception.windows.replacement import show_windows_on_page
+from pipros_libraries.nodes.params import private
+from pipros_libraries.vision.extras import numpy as np
+from pipros_libraries.vision.opencv import opencv
+from pipros_robot.perception.images.arrays import BadImage, array_of
+from pipros_robot.perception.windows.replacement import show_windows_on_page
 
 if TYPE_CHECKING:
     from stereo_msgs.msg import DisparityImage
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 _KEY_MS = 30
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.libraries.reconfiguring.server import Setting, Value
-from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.opencv import opencv
+from pipros_libraries.reconfiguring.server import Setting, Value
+from pipros_libraries.vision.extras import numpy as np
+from pipros_libraries.vision.opencv import opencv
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 SCALE: Final = 16
 """Steps per pixel of OpenCV's disparities."""

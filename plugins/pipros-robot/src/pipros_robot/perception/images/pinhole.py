@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
-from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.opencv import opencv
+from pipros_libraries.vision.extras import numpy as np
+from pipros_libraries.vision.opencv import opencv
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CameraInfo
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 MOST_PIXELS: Final = 2**26
 """Maximum number of pixels in an image. Without this limit, an invalid calibration could exhaust memory."""

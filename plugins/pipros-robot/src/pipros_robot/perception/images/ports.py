@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any, Final
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.inputs import SyncInput
-from pipros.libraries.nodes.params import private
-from pipros.libraries.vision.compressed_images import (
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros_libraries.nodes.inputs import SyncInput
+from pipros_libraries.nodes.params import private
+from pipros_libraries.pictures.codecs import codec
+from pipros_libraries.vision.compressed_images import (
     CompressionError,
     compressed_by,
     decompressed,
     read_settings,
 )
-from pipros.msg import load_message_class
-from pipros.node import Node
-from pipros.perception.images.arrays import BadImage, array_of, image_message
-from pipros.pictures.codecs import codec
+from pipros_robot.perception.images.arrays import BadImage, array_of, image_message
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CompressedImage, Image

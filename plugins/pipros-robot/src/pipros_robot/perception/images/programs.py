@@ -9,9 +9,9 @@ from typing import Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.nodelets.hosting import CannotLoad, Hosting
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
+from pipros_libraries.nodelets.hosting import CannotLoad, Hosting
 
 FAILED: Final = 255
 CHECK_S: Final = 60.0

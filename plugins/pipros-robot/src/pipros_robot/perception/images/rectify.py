@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.inputs import synchronized
-from pipros.libraries.nodes.params import private
-from pipros.libraries.reconfiguring.declared import enum
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
-from pipros.libraries.vision.opencv import opencv
 from pipros.node import Node
-from pipros.perception.images.arrays import array_of, image_message
-from pipros.perception.images.pinhole import Rectifier, key_of
-from pipros.perception.images.ports import ImageOutput, camera
+from pipros_libraries.nodes.inputs import synchronized
+from pipros_libraries.nodes.params import private
+from pipros_libraries.reconfiguring.declared import enum
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.topic_tools.lazy import LazyInputs, LazyNode
+from pipros_libraries.vision.opencv import opencv
+from pipros_robot.perception.images.arrays import array_of, image_message
+from pipros_robot.perception.images.pinhole import Rectifier, key_of
+from pipros_robot.perception.images.ports import ImageOutput, camera
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CameraInfo, Image

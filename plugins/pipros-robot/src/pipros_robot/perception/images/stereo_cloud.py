@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.inputs import SyncInput, inside, synchronized
-from pipros.libraries.nodes.params import private
-from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
-from pipros.libraries.vision.extras import numpy as np
-from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.images.arrays import BadImage, array_of
-from pipros.perception.images.clouds import cloud_message, empty_points, set_colors
-from pipros.perception.images.disparity import CAMERA_INFO
-from pipros.perception.images.pinhole import Pinhole
-from pipros.perception.images.ports import ERRORS_S, image_input
+from pipros_libraries.nodes.inputs import SyncInput, inside, synchronized
+from pipros_libraries.nodes.params import private
+from pipros_libraries.topic_tools.lazy import LazyInputs, LazyNode
+from pipros_libraries.vision.extras import numpy as np
+from pipros_libraries.vision.opencv import opencv
+from pipros_robot.perception.images.arrays import BadImage, array_of
+from pipros_robot.perception.images.clouds import cloud_message, empty_points, set_colors
+from pipros_robot.perception.images.disparity import CAMERA_INFO
+from pipros_robot.perception.images.pinhole import Pinhole
+from pipros_robot.perception.images.ports import ERRORS_S, image_input
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CameraInfo, Image
     from stereo_msgs.msg import DisparityImage
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 _COLORS = ("mono8", "rgb8", "rgba8", "bgr8", "bgra8")
 _MISSING_Z = 10000.0

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.libraries.transforms.pose import Vector, composed, from_roll_pitch_yaw, rotate
+from pipros_libraries.transforms.pose import Vector, composed, from_roll_pitch_yaw, rotate
 
 Quaternion = tuple[float, float, float, float]
 
@@ -18,7 +18,7 @@ _LEAST_HORIZONTAL: Final = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class WorldAxes:
     """The axes of a world frame.
 
     Attributes:
@@ -30,7 +30,7 @@ class World:
     north: float
 
 
-WORLDS: Final = {"enu": World(1.0, math.pi / 2), "nwu": World(1.0, 0.0), "ned": World(-1.0, 0.0)}
+WORLDS: Final = {"enu": WorldAxes(1.0, math.pi / 2), "nwu": WorldAxes(1.0, 0.0), "ned": WorldAxes(-1.0, 0.0)}
 
 
 def product(first: Quaternion, second: Quaternion) -> Quaternion:
@@ -59,7 +59,9 @@ def unit_quaternion(values: Sequence[float]) -> Quaternion | None:
     return None if found is None else (found[0], found[1], found[2], found[3])
 
 
-def orientation_at_rest(world: World, acceleration: Vector, field: Vector | None = None) -> Quaternion | None:
+def orientation_at_rest(
+    world: WorldAxes, acceleration: Vector, field: Vector | None = None
+) -> Quaternion | None:
     """Return the orientation of an IMU at rest. Without a magnetic field, its yaw is 0.
 
     Return None if the IMU is in free fall, or the field is vertical.

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.libraries.transforms.pose import Vector
-from pipros.perception.imu.attitude import IDENTITY, Quaternion, product, turned, unit, unit_quaternion
+from pipros_libraries.transforms.pose import Vector
+from pipros_robot.perception.imu.attitude import IDENTITY, Quaternion, product, turned, unit, unit_quaternion
 
 GRAVITY: Final = 9.81
 _STEADY_ACCELERATION: Final = 0.1

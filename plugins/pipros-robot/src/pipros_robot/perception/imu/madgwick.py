@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pipros.libraries.transforms.pose import Vector
-from pipros.perception.imu.attitude import (
+from pipros_libraries.transforms.pose import Vector
+from pipros_robot.perception.imu.attitude import (
     Quaternion,
-    World,
+    WorldAxes,
     inverse,
     orientation_at_rest,
     product,
@@ -31,7 +31,7 @@ class Madgwick:
         orientation: from the IMU to the world; None before the first measurement.
     """
 
-    def __init__(self, world: World, gain: float = 0.1, zeta: float = 0.0) -> None:
+    def __init__(self, world: WorldAxes, gain: float = 0.1, zeta: float = 0.0) -> None:
         self.gain, self.zeta = gain, zeta
         self.orientation: Quaternion | None = None
         self._world = world

@@ -11,20 +11,27 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.inputs import SyncInput, synchronized
-from pipros.libraries.nodes.params import number, private
-from pipros.libraries.nodes.wiring import advertise, stamped, subscribe
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.transforms.messages import in_ns, vector_of
-from pipros.libraries.transforms.pose import Vector, from_roll_pitch_yaw, roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.rate import Timer
 from pipros.node.roscpp_program import roscpp_program
-from pipros.perception.imu.attitude import WORLDS, Quaternion, inverse, orientation_at_rest, product, turned
-from pipros.perception.imu.complementary import Complementary, Gains
-from pipros.perception.imu.madgwick import Madgwick
+from pipros_libraries.nodes.inputs import SyncInput, synchronized
+from pipros_libraries.nodes.params import number, private
+from pipros_libraries.nodes.wiring import advertise, stamped, subscribe
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.transforms.messages import in_ns, vector_of
+from pipros_libraries.transforms.pose import Vector, from_roll_pitch_yaw, roll_pitch_yaw
+from pipros_robot.perception.imu.attitude import (
+    WORLDS,
+    Quaternion,
+    inverse,
+    orientation_at_rest,
+    product,
+    turned,
+)
+from pipros_robot.perception.imu.complementary import Complementary, Gains
+from pipros_robot.perception.imu.madgwick import Madgwick
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import Quaternion as QuaternionMessage

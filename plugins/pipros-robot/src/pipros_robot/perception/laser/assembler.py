@@ -6,10 +6,10 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pipros.perception.extras import numpy as np
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 
 @dataclass(frozen=True, slots=True)

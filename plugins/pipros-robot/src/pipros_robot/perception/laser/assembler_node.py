@@ -7,28 +7,28 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.params import private
-from pipros.libraries.nodes.program import run_node
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformGate, TransformListener
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
-from pipros.perception.clouds.points import cloud_of
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.assembler import Assembler, StoredScan
-from pipros.perception.laser.chain_node import ScanChain
-from pipros.perception.laser.filters.base import FilterFailed
-from pipros.perception.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.nodes.params import private
+from pipros_libraries.nodes.program import run_node
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformGate, TransformListener
+from pipros_libraries.transforms.messages import in_ns
+from pipros_robot.perception.clouds.points import cloud_of
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.assembler import Assembler, StoredScan
+from pipros_robot.perception.laser.chain_node import ScanChain
+from pipros_robot.perception.laser.filters.base import FilterFailed
+from pipros_robot.perception.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
+from pipros_robot.perception.laser.scan import Scan
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import Point32
     from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2
     from std_msgs.msg import Header
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
     Convert = Callable[[Header, StoredScan | None], PointCloud | PointCloud2]
 

@@ -7,21 +7,21 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.params import private, raw
-from pipros.libraries.reconfiguring.server import Reconfigurable
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformGate, TransformListener
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.clock import stamp
-from pipros.perception.clouds.points import cloud_of
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.filters.base import FilterFailed, FilterHost, InvalidFilter, ScanFilter
-from pipros.perception.laser.filters.chain import FilterChain, chain_of
-from pipros.perception.laser.filters.shapes import PolygonFilter
-from pipros.perception.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.nodes.params import private, raw
+from pipros_libraries.reconfiguring.server import Reconfigurable
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformGate, TransformListener
+from pipros_robot.perception.clouds.points import cloud_of
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.filters.base import FilterFailed, FilterHost, InvalidFilter, ScanFilter
+from pipros_robot.perception.laser.filters.chain import FilterChain, chain_of
+from pipros_robot.perception.laser.filters.shapes import PolygonFilter
+from pipros_robot.perception.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
+from pipros_robot.perception.laser.scan import Scan
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import Point32, PolygonStamped

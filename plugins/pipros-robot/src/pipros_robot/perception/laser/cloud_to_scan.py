@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.perception.extras import numpy as np
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 BEAMS_LIMIT = 1_000_000
 """Maximum number of beams in a scan."""

@@ -8,15 +8,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.params import private
-from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.listener import TransformGate, TransformListener
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.clouds.points import InvalidCloud, matrix_of, moved, positions, rows_of
-from pipros.perception.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
+from pipros_libraries.nodes.params import private
+from pipros_libraries.topic_tools.lazy import LazyInputs, LazyNode
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.listener import TransformGate, TransformListener
+from pipros_libraries.transforms.messages import in_ns
+from pipros_robot.perception.clouds.points import InvalidCloud, matrix_of, moved, positions, rows_of
+from pipros_robot.perception.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import LaserScan, PointCloud2

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.vision.distortion import undistorted
-from pipros.perception.extras import numpy as np
+from pipros_libraries.vision.distortion import undistorted
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CameraInfo, Image
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 _METRES: Final = {"16UC1": np.float32(0.001), "32FC1": np.float32(1.0)}
 

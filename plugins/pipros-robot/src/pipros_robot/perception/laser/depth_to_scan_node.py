@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.nodes.inputs import synchronized
-from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.perception.images.ports import camera
-from pipros.perception.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
+from pipros_libraries.nodes.inputs import synchronized
+from pipros_libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros_libraries.topic_tools.lazy import LazyInputs, LazyNode
+from pipros_robot.perception.images.ports import camera
+from pipros_robot.perception.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import CameraInfo, Image, LaserScan

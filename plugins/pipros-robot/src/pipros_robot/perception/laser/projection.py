@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pipros.libraries.transforms.listener import TransformListener
-from pipros.libraries.transforms.pose import Pose
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.transforms.listener import TransformListener
+from pipros_libraries.transforms.pose import Pose
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.scan import Scan
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 
 def valid_beams(scan: Scan, cutoff: float = -1.0) -> Array:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
-from pipros.perception.extras import numpy as np
+from pipros_libraries.transforms.messages import in_ns
+from pipros_robot.perception.extras import numpy as np
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import LaserScan
 
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 _LONGEST_SCAN_S: Final = 3600.0
 

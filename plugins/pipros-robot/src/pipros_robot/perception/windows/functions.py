@@ -11,10 +11,11 @@ import time
 from collections.abc import Callable
 from typing import Any, Final
 
+from pipros.basics.extras import required
 from pipros.basics.interruptible_wait import SLICE_S, get_within_slice
 from pipros.node import Node
-from pipros.perception.windows.window_page import Trackbar, Window, Windows
-from pipros.server.node_page import served_page
+from pipros_robot.perception.windows.window_page import Trackbar, Window, Windows
+from pipros_server.node_page import served_page
 
 JPEG_QUALITY: Final = 95
 _SIGNED_MIDDLE: Final = 128
@@ -203,8 +204,7 @@ class WindowFunctions:
         Raises:
             cv2.error: the array is empty, or not an image.
         """
-        import numpy as np
-
+        np = required("numpy", "windows of OpenCV need numpy", "vision")
         image = np.asarray(mat)
         if not image.size:
             raise self._cv2.error(f"the image is empty: its shape is {image.shape}. Was its file found?")
@@ -224,5 +224,7 @@ class WindowFunctions:
         return np.clip(np.rint(scaled), 0, 255).astype("uint8")
 
     def _encode(self, image: Any) -> bytes:
-        _, data = self._cv2.imencode(".jpg", image, [self._cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        is_encoded, data = self._cv2.imencode(".jpg", image, [self._cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        if not is_encoded:
+            raise self._cv2.error(f"cannot show an image with the shape {image.shape}")
         return bytes(data)

@@ -22,7 +22,7 @@ def show_windows_on_page(cv2: Any, node: Node) -> None:
         return
     if not hasattr(cv2, "getBuildInformation") or not re.search(_NO_GUI, cv2.getBuildInformation()):
         return
-    from pipros.perception.windows.functions import WindowFunctions
+    from pipros_robot.perception.windows.functions import WindowFunctions
 
     for name, function in WindowFunctions(cv2, node).by_name().items():
         setattr(cv2, name, function)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from queue import SimpleQueue
 from typing import Any, Final
 
-from pipros.server.view_server import RequestRefused, ServedViews
+from pipros_server.view_server import RequestRefused, ServedViews
 
 PERIOD_S: Final = 0.03
 """Interval (s) at which the server checks for new images."""
@@ -68,7 +68,7 @@ class Windows:
         return ServedViews(
             views={"windows": self._show, "image": self._show_image},
             actions={"key": self._key, "mouse": self._mouse, "move": self._move, "close": self._close},
-            pages=("pipros.perception.windows", "pipros.server.sliders", "pipros.server"),
+            pages=("pipros_robot.perception.windows", "pipros_server.sliders", "pipros_server"),
         )
 
     def _state(self) -> dict[str, Any]:

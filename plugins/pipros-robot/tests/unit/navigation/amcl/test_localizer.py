@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
-from pipros.navigation.amcl.grid import GridMap
-from pipros.navigation.amcl.localizer import Localizer
-from pipros.navigation.amcl.particles import ParticleFilter, kld_limits
-from pipros.navigation.amcl.sensors import Beams, read_beams
-from pipros.navigation.amcl.settings import AmclSettings, Belief, checked, read_settings
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_robot.navigation.amcl.grid import GridMap
+from pipros_robot.navigation.amcl.localizer import Localizer
+from pipros_robot.navigation.amcl.particles import ParticleFilter, kld_limits
+from pipros_robot.navigation.amcl.sensors import Beams, read_beams
+from pipros_robot.navigation.amcl.settings import AmclSettings, Belief, checked, read_settings
 from tests.support.drives import ROUTE, START, Moment, apartment, drive
 
 ROBOT = Belief(START.x, START.y, START.yaw, 0.04, 0.04, 0.02)

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipros.navigation.amcl.grid import GridMap
-from pipros.navigation.amcl.motion import moved
-from pipros.navigation.amcl.sensors import BeamModel, LikelihoodField, LikelihoodProduct, read_beams
-from pipros.navigation.amcl.settings import AmclSettings
+from pipros_robot.navigation.amcl.grid import GridMap
+from pipros_robot.navigation.amcl.localizer import moved
+from pipros_robot.navigation.amcl.sensors import BeamModel, LikelihoodField, LikelihoodProduct, read_beams
+from pipros_robot.navigation.amcl.settings import AmclSettings
 
 ALPHAS = (0.1, 0.2, 0.3, 0.15, 0.25)
 BEFORE, AFTER = (1.0, 2.0, 0.4), (1.5, 2.3, 1.0)

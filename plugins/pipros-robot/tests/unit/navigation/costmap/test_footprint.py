@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter
-from pipros.navigation.costmap.footprint import (
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_robot.navigation.costmap.footprint import (
     as_text,
     circle,
     from_parameter,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.navigation.costmap.grid import CostGrid, line_cells
+from pipros_robot.navigation.costmap.grid import CostGrid, line_cells
 
 
 def grid(width: int = 12, height: int = 8, resolution: float = 0.25) -> CostGrid:

@@ -10,18 +10,17 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from pipros.libraries.transforms.pose import IDENTITY
 from pipros.msg import load_message_class
-from pipros.navigation.costmap.footprint import circle
-from pipros.navigation.costmap.grid import LETHAL, UNKNOWN
-from pipros.navigation.costmap.inflation_layer import InflationLayer
-from pipros.navigation.costmap.layer_settings import SETTINGS
-from pipros.navigation.costmap.layered import Bounds, CellRectangle, LayeredCostmap, Pose2D
-from pipros.navigation.costmap.layers import LAYERS
-from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
-from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
-from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
-from pipros.navigation.costmap.voxel_layer import VoxelLayer
+from pipros_libraries.transforms.pose import IDENTITY
+from pipros_robot.navigation.costmap.footprint import circle
+from pipros_robot.navigation.costmap.grid import LETHAL, UNKNOWN
+from pipros_robot.navigation.costmap.inflation_layer import InflationLayer
+from pipros_robot.navigation.costmap.layered import Bounds, CellRectangle, LayeredCostmap, Pose2D
+from pipros_robot.navigation.costmap.layers import LAYERS, SETTINGS
+from pipros_robot.navigation.costmap.observations import ObservationSource, SourceSettings
+from pipros_robot.navigation.costmap.obstacle_layer import ObstacleLayer
+from pipros_robot.navigation.costmap.static_layer import StaticLayer, StaticSettings
+from pipros_robot.navigation.costmap.voxel_layer import VoxelLayer
 
 ROBOT = Pose2D(0.0, 0.0, 0.0)
 OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")

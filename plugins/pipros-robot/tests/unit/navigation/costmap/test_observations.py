@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.navigation.costmap.observations import cloud_points, old_cloud_points, scan_points
+from pipros_robot.navigation.costmap.observations import cloud_points, old_cloud_points, scan_points
 from tests.support.both_costmaps import cloud_message, scan_message
 
 

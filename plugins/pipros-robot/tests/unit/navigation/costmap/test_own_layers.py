@@ -1,4 +1,4 @@
-"""A layer of an installed package: the example in docs/navigation.md, loaded by its entry point."""
+"""A layer of an installed package: the example in docs/guides/navigation.md, loaded by its entry point."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.libraries.nodes.params import PrivateParameters
-from pipros.navigation.costmap import layers
-from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D
+from pipros_libraries.nodes.params import PrivateParameters
+from pipros_robot.navigation.costmap import layers
+from pipros_robot.navigation.costmap.layered import LayeredCostmap, Pose2D
 from tests.support.environments import REPOSITORY
 
 KIND = "my_robot::KeepOut"
@@ -43,7 +43,9 @@ def costmap_with(entries: list[dict[str, str]]) -> Any:
 
 @pytest.fixture
 def point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (REPOSITORY / "docs" / "navigation.md").read_text(encoding="utf-8")
+    text = (REPOSITORY / "plugins" / "pipros-robot" / "docs" / "guides" / "navigation.md").read_text(
+        encoding="utf-8"
+    )
     section = text.partition("## Your own costmap layer")[2]
     code = re.search(r"```python\n(.*?)```", section, re.DOTALL)
     declared = re.search(r'```toml\n.*entry-points."(.+)"]\n"(.+)" = "[\w.]+:(\w+)"\n```', section)
@@ -78,3 +80,50 @@ def test_a_layer_that_cannot_be_imported_is_left_out(caplog: pytest.LogCaptureFi
     layers.add_layers(costmap)
     assert [each.name for each in costmap.layered.layers] == ["stairs"]
     assert "a: bad::Layer cannot be imported: ModuleNotFoundError" in caplog.text
+
+
+def test_an_unknown_layer_with_sources_runs_as_a_voxel_or_obstacle_layer(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    made = []
+    monkeypatch.setattr(
+        layers,
+        "LAYERS",
+        {
+            kind: lambda costmap, name, kind: (
+                made.append((name, kind)) or costmap.layered.layers.append(name) or [name]
+            )
+            for kind in layers.LAYERS
+        },
+    )
+    values = {
+        "~costmap/cliff": {"observation_sources": "scan"},
+        "~costmap/depth": {"observation_sources": "scan", "z_voxels": 4},
+    }
+    entries = [{"name": name, "type": f"fetch::{name}"} for name in ("cliff", "depth")]
+    costmap = costmap_with(entries)
+    costmap.node.params = SimpleNamespace(get=lambda name: values.get(name, {}))
+
+    layers.add_layers(costmap)
+
+    assert made == [("cliff", layers.OBSTACLE), ("depth", layers.VOXEL)]
+    assert "fetch::cliff" in caplog.text
+    assert costmap.blind_without == []
+
+
+@pytest.mark.usefixtures("point")
+@pytest.mark.parametrize(("others", "blind"), [([], ["a"]), ([{"name": "stairs", "type": KIND}], [])])
+def test_a_costmap_without_any_sensor_names_the_layers_that_are_missing(
+    others: list[dict[str, str]], blind: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def inflate(costmap: Any, name: str, _: str) -> list[Any]:
+        costmap.layered.layers.append(SimpleNamespace(name=name))
+        return []
+
+    monkeypatch.setattr(layers, "LAYERS", {layers.INFLATION: inflate})
+    inflation = {"name": "inflation", "type": layers.INFLATION}
+    costmap = costmap_with([{"name": "a", "type": "bad::Layer"}, inflation, *others])
+
+    layers.add_layers(costmap)
+
+    assert costmap.blind_without == blind

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from pipros.navigation.dwa.goal_rotation import STILL, GoalRotation
-from pipros.navigation.dwa.settings import DwaSettings
+from pipros_robot.navigation.dwa.goal_rotation import STILL, GoalRotation
+from pipros_robot.navigation.dwa.settings import DwaSettings
 
 SETTINGS = DwaSettings(sim_period=0.1)
 GOAL = (1.0, 1.0, 0.0)

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter
-from pipros.navigation.costmap.grid import CostGrid
-from pipros.navigation.dwa.planner import DwaPlanner
-from pipros.navigation.dwa.settings import DwaSettings
-from pipros.navigation.dwa.trajectories import sampled, simulated, window
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_robot.navigation.costmap.grid import CostGrid
+from pipros_robot.navigation.dwa.planner import DwaPlanner
+from pipros_robot.navigation.dwa.settings import DwaSettings
+from pipros_robot.navigation.dwa.trajectories import sampled, simulated, window
 
 FOOTPRINT = [(-0.2, -0.15), (-0.2, 0.15), (0.08, 0.15), (0.08, -0.15)]
 SETTINGS = DwaSettings(
@@ -238,3 +238,27 @@ def test_a_robot_without_footprint_is_a_point_and_a_closed_cell_stops_it() -> No
 def test_settings_that_would_need_too_much_are_refused(given: dict[str, Any], why: str) -> None:
     with pytest.raises(InvalidParameter, match=why):
         DwaSettings.of(given)
+
+
+@pytest.mark.parametrize("use_dwa", [True, False])
+def test_a_car_never_turns_more_sharply_than_its_radius(use_dwa: bool) -> None:
+    free = CostGrid()
+    free.resize(SIZE, SIZE, RESOLUTION, CORNER, CORNER)
+    plan = [(0.0, 0.05 * step) for step in range(20)]  # to the left of the robot
+    radii = {}
+    for radius in (0.0, 1.0):
+        settings = replace(SETTINGS, min_turning_radius=radius, use_dwa=use_dwa, max_vel_theta=2.0)
+        planner = DwaPlanner(settings)
+        planner.look_at(free, FOOTPRINT, (0.0, 0.0, 0.0), plan)
+        choice = planner.choose((0.0, 0.0, 0.0), (0.3, 0.0, 0.2))
+        legal = choice.tried.commands[choice.scores >= 0]
+        radii[radius] = (np.abs(legal[:, 0]) / np.maximum(np.abs(legal[:, 2]), 1e-9)).min()
+        for move in ((0.0, 0.0, 0.5), (0.0, 0.1, 0.0)):
+            assert planner.is_legal((0, 0, 0), (0, 0, 0), move) == (not radius)
+    assert radii[0.0] < 0.99 <= radii[1.0]
+
+
+def test_a_car_is_at_its_goal_in_any_direction() -> None:
+    values = {"yaw_goal_tolerance": 0.1}
+    assert DwaSettings.of(values, min_turning_radius=1.0).yaw_goal_tolerance == math.pi
+    assert DwaSettings.of(values).yaw_goal_tolerance == 0.1

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipros.navigation.filter.kalman import Control, ExtendedKalmanFilter
-from pipros.navigation.filter.state import (
+from pipros_robot.navigation.filter.kalman import Control, ExtendedKalmanFilter
+from pipros_robot.navigation.filter.state import (
     SIZE,
     Array,
     Measurement,
@@ -15,7 +15,7 @@ from pipros.navigation.filter.state import (
     transition,
     wrapped,
 )
-from pipros.navigation.filter.unscented import UnscentedKalmanFilter
+from pipros_robot.navigation.filter.unscented import UnscentedKalmanFilter
 
 FILTERS = [ExtendedKalmanFilter, lambda **options: UnscentedKalmanFilter(alpha=1.0, **options)]
 NO_NOISE = np.zeros((SIZE, SIZE))
@@ -64,7 +64,7 @@ def test_repeated_measurements_give_their_weighted_mean(make: type[ExtendedKalma
         assert kalman.correct(measured(6, value, variance))
         if (
             make is not ExtendedKalmanFilter
-        ):  # its covariance is that of the genuine one, see docs/navigation.md
+        ):  # its covariance is that of the genuine one, see docs/guides/navigation.md
             assert kalman.state[6] == pytest.approx(4.0 / 5.0)
             return
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipros.libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
-from pipros.navigation.filter.measurements import InputSettings, Readings
-from pipros.navigation.filter.state import OUT_OF_PLANE, SIZE, Flags
+from pipros_libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
+from pipros_robot.navigation.filter.measurements import InputSettings, Readings
+from pipros_robot.navigation.filter.state import OUT_OF_PLANE, SIZE, Flags
 
 FRAMES: dict[tuple[str, str], Pose] = {
     ("odom", "start"): (1.0, 2.0, 0.0, *from_roll_pitch_yaw(0, 0, np.pi / 2)),

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
-from pipros.navigation.filter.health import problems
-from pipros.navigation.filter.settings import make_timeline, read_settings
-from pipros.navigation.filter.unscented import UnscentedKalmanFilter
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_robot.navigation.filter.health import problems
+from pipros_robot.navigation.filter.settings import make_timeline, read_settings
+from pipros_robot.navigation.filter.unscented import UnscentedKalmanFilter
 
 ALL = [True] * 15
 NONE = [False] * 15

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipros.navigation.filter.kalman import Control, ExtendedKalmanFilter
-from pipros.navigation.filter.state import SIZE, Measurement, VelocityCommand
-from pipros.navigation.filter.timeline import GAP_S, Timeline
+from pipros_robot.navigation.filter.kalman import Control, ExtendedKalmanFilter
+from pipros_robot.navigation.filter.state import SIZE, Measurement, VelocityCommand
+from pipros_robot.navigation.filter.timeline import GAP_S, Timeline
 
 
 def at(time_s: float, value: float, index: int = 6) -> Measurement:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
-from pipros.navigation.mapping.hit_maps import HitMaps
-from pipros.navigation.mapping.matching import ScanMatcher
-from pipros.navigation.mapping.settings import MappingSettings, read_settings
-from pipros.navigation.mapping.slam import GridSlam
-from pipros.navigation.mapping.survey import Survey, TrajectoryStep
-from pipros.simulation.robots.drive import Pose
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros_robot.navigation.mapping.hit_maps import HitMaps
+from pipros_robot.navigation.mapping.matching import ScanMatcher
+from pipros_robot.navigation.mapping.settings import MappingSettings, read_settings
+from pipros_robot.navigation.mapping.slam import GridSlam
+from pipros_robot.navigation.mapping.survey import Survey, TrajectoryStep
+from pipros_simulation.robots.drive import Pose
 from tests.support.drives import agreement, drive
 
 BEGIN = Pose(2.9, 1.0, 0.0)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.actions.server_goal import GoalEvent
-from pipros.navigation.move_base.machine import STILL, DrivingState, End, GoalMachine, Trigger
-from pipros.navigation.move_base.settings import MoveBaseSettings
-from pipros.navigation.plane import Poses, Triple
+from pipros_libraries.actions.server_goal import GoalEvent
+from pipros_robot.navigation.move_base.machine import STILL, DrivingState, End, GoalMachine, Trigger
+from pipros_robot.navigation.move_base.settings import MoveBaseSettings
+from pipros_robot.navigation.plane import Poses, Triple
 
 PLAN: Any = np.zeros((3, 3))
 DRIVE: Triple = (0.5, 0.0, 0.0)
@@ -195,8 +195,41 @@ def test_a_replaced_goal_does_not_stop_the_robot_and_a_stopped_one_does() -> Non
     made = machine(robot)
     run(made, [0, 1], PLAN)
     made.begin(102.0, replaces=True)
-    assert (robot.driven[-1], made.state, made.wants_plan) == (DRIVE, DrivingState.PLANNING, True)
+    assert (robot.driven[-1], made.state, made.wants_plan) == (DRIVE, DrivingState.CONTROLLING, True)
     made.stop()
     assert (robot.driven[-1], made.wants_plan) == (STILL, False)
     made.planned(PLAN, 103.0)
     assert made.state is DrivingState.PLANNING, "a plan that comes too late changes nothing"
+
+
+def test_patience_begins_again_if_the_time_moves_back() -> None:
+    robot = Robot()
+    made = machine(robot)
+    assert run(made, [1]) is None
+    assert run(made, [-90, -86]) is None
+    assert made.state is DrivingState.PLANNING
+    assert run(made, [-84, -83]) is None
+    assert robot.recoveries == [(0, Trigger.PLANNING)]
+
+
+def test_goals_that_arrive_in_each_cycle_neither_silence_nor_blind_the_robot() -> None:
+    robot = Robot()
+    made = machine(robot)
+    run(made, [0], PLAN)
+    for second in range(101, 120):
+        made.begin(float(second), replaces=True)
+        before = len(robot.driven)
+        made.cycle(float(second))
+        assert robot.driven[before:] == [DRIVE], "a command of the local planner, along the last plan"
+    robot.arrived = True
+    assert made.cycle(120.0) is None, "the robot is at a goal that was replaced"
+    assert (robot.driven[-1], made.state) == (STILL, DrivingState.PLANNING)
+
+
+def test_a_robot_stops_if_the_goal_that_replaces_another_has_no_plan() -> None:
+    robot = Robot()
+    made = machine(robot)
+    run(made, [0], PLAN)
+    made.begin(101.0, replaces=True)
+    made.planned(None, 101.0)
+    assert (robot.driven[-1], made.state) == (STILL, DrivingState.PLANNING)

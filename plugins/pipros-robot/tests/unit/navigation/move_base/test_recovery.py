@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.nodes.params import InvalidParameter
-from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, CostGrid
-from pipros.navigation.costmap.layered import CellLayer, LayeredCostmap, Pose2D
-from pipros.navigation.move_base import plugins
-from pipros.navigation.move_base.recovery import ClearCostmap, Rotate, Tools
-from pipros.navigation.move_base.settings import SETTINGS
-from pipros.navigation.plane import Triple
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_robot.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, CostGrid
+from pipros_robot.navigation.costmap.layered import CellLayer, LayeredCostmap, Pose2D
+from pipros_robot.navigation.move_base import plugins
+from pipros_robot.navigation.move_base.recovery import ClearCostmap, Rotate, Tools
+from pipros_robot.navigation.move_base.settings import SETTINGS
+from pipros_robot.navigation.plane import Triple
 
 LOG = logging.getLogger("test")
 VALUES = {each.name: each.default for each in SETTINGS} | {"circumscribed_radius": 0.46}
@@ -185,11 +185,14 @@ def test_behaviours_in_c_plus_plus_are_left_out_or_refused(caplog: pytest.LogCap
 
 def test_other_planners_are_named_or_refused(caplog: pytest.LogCaptureFixture) -> None:
     teb = "teb_local_planner/TebLocalPlannerROS"
-    for name in (*plugins.LOCAL_PLANNERS, "DWAPlannerROS", teb):
+    for name in (*plugins.LOCAL_PLANNERS, "DWAPlannerROS", "dwa_local_planner::DWAPlannerROS", teb):
         plugins.check_planner(name, plugins.LOCAL_PLANNERS, "base_local_planner", LOG, is_strict=False)
     assert [record.getMessage() for record in caplog.records] == [
-        "base_local_planner: the name of [DWAPlannerROS] lacks its package: write "
-        "[dwa_local_planner/DWAPlannerROS]",
+        *(
+            f"base_local_planner: [{name}] is not the name of the plugin: write "
+            "[dwa_local_planner/DWAPlannerROS]"
+            for name in ("DWAPlannerROS", "dwa_local_planner::DWAPlannerROS")
+        ),
         f"base_local_planner: [{teb}] is a C++ plugin, which pipros cannot load; "
         "[dwa_local_planner/DWAPlannerROS] runs instead, with the parameters ~DWAPlannerROS/…",
     ]
@@ -197,3 +200,42 @@ def test_other_planners_are_named_or_refused(caplog: pytest.LogCaptureFixture) -
         InvalidParameter, match=r"and strict is set\. Set it to \[dwa_local_planner/DWAPlannerROS\]"
     ):
         plugins.check_planner(teb, plugins.LOCAL_PLANNERS, "base_local_planner", LOG, is_strict=True)
+
+
+def test_a_car_is_never_rotated_in_place(caplog: pytest.LogCaptureFixture) -> None:
+    driven: list[Triple] = []
+    given, *_ = tools(driven)
+    rotate = Rotate(replace(given, fastest_turn=lambda: 0.0), "rotate")
+    rotate.begin()
+    assert rotate.recover()
+    assert driven == []
+    assert "cannot turn in place" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"max_vel_theta": math.nan}, "max_vel_theta must be a finite number, got nan"),
+        (
+            {"max_rotational_vel": -1},
+            r"max_rotational_vel must be >= \S+/min_in_place_vel_theta \(0\), got -1",
+        ),
+        (
+            {"min_in_place_rotational_vel": 2},
+            r"max_vel_theta must be >= \S+/min_in_place_rotational_vel \(2\)",
+        ),
+        ({"acc_lim_th": 0}, "acc_lim_th must be > 0, got 0: the robot could not brake"),
+    ],
+)
+def test_limits_of_a_rotation_that_cannot_hold_are_refused(given: dict[str, float], text: str) -> None:
+    with pytest.raises(InvalidParameter, match=f"~TrajectoryPlannerROS/{text}"):
+        Rotate(tools(TrajectoryPlannerROS=given)[0], "rotate")
+
+
+@pytest.mark.parametrize("fastest", [0.2, 0])
+def test_a_rotation_turns_within_its_limit_and_not_at_all_at_0(fastest: float) -> None:
+    driven: list[Triple] = []
+    rotate = Rotate(tools(driven, TrajectoryPlannerROS={"max_rotational_vel": fastest})[0], "rotate")
+    rotate.begin()
+    assert rotate.recover() == (not fastest)
+    assert driven == ([(0.0, 0.0, fastest)] if fastest else [])

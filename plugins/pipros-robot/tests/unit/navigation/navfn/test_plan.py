@@ -12,8 +12,8 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from pipros.navigation.navfn.plan import Descent, find_field, plan
-from pipros.navigation.navfn.potential import UNREACHED, crossing_costs
+from pipros_robot.navigation.navfn.plan import Descent, find_field, plan
+from pipros_robot.navigation.navfn.potential import UNREACHED, crossing_costs
 
 BLOCKED = 254
 

@@ -7,9 +7,9 @@ import random
 
 import pytest
 
-from pipros.libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
-from pipros.navigation.navsat.alignment import Alignment
-from pipros.navigation.navsat.geodesy import (
+from pipros_libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
+from pipros_robot.navigation.navsat.alignment import Alignment
+from pipros_robot.navigation.navsat.geodesy import (
     A,
     F,
     LocalPlane,

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipros.navigation.costmap.grid import CostGrid
-from pipros.navigation.trajectory.planner import TrajectoryPlanner
-from pipros.navigation.trajectory.settings import TrajectorySettings
+from pipros_robot.navigation.costmap.grid import CostGrid
+from pipros_robot.navigation.trajectory.planner import TrajectoryPlanner
+from pipros_robot.navigation.trajectory.settings import TrajectorySettings
 
 FOOTPRINT = [(-0.1, -0.1), (-0.1, 0.1), (0.1, 0.1), (0.1, -0.1)]
 SETTINGS = TrajectorySettings(holonomic_robot=False, path_distance_bias=0.7, goal_distance_bias=0.0)
@@ -49,3 +49,13 @@ def test_scoring_in_metres_keeps_the_relation_of_distances_to_costs() -> None:
 
     assert metres.scores == pytest.approx(cells.scores * np.where(cells.scores < 0, 1.0, 0.05))
     assert metres.command == cells.command
+
+
+def test_a_car_neither_turns_in_place_nor_drives_sideways() -> None:
+    settings = replace(SETTINGS, holonomic_robot=True, min_turning_radius=1.0)
+    choice = planner(settings).choose(START, STILL)
+    legal = choice.tried.goals[choice.scores >= 0]
+    assert len(legal)
+    assert not legal[:, 1].any()
+    assert (np.abs(legal[:, 2]) <= np.abs(legal[:, 0]) + 1e-9).all()
+    assert planner(settings).settings.yaw_goal_tolerance == np.pi

@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.teleoperation.velocity_mux import SOURCES, VelocitySource
-from pipros.navigation.velocities.cmd_vel_mux import CmdVelMux, read_sources
-from pipros.navigation.velocities.safety_controller_node import CENTER, LEFT, RIGHT, escape
+from pipros_libraries.teleoperation.velocity_mux import SOURCES, VelocitySource
+from pipros_robot.navigation.velocities.cmd_vel_mux import CmdVelMux, read_sources
+from pipros_robot.navigation.velocities.safety_controller_node import CENTER, LEFT, RIGHT, escape
 
 CONFIGURATION = """
 subscribers:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.navigation.velocities.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
+from pipros_robot.navigation.velocities.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
 
 LIMITS = VelocityLimits(speed=(1.0, 2.0), acceleration=(1.0, 2.0), deceleration=3.0)
 

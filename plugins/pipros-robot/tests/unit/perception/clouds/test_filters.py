@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.perception.clouds import filters
-from pipros.perception.clouds.filter_nodes import transformed
-from pipros.perception.clouds.points import (
+from pipros_robot.perception.clouds import filters
+from pipros_robot.perception.clouds.filter_nodes import transformed
+from pipros_robot.perception.clouds.points import (
     InvalidCloud,
     cloud_of,
     column,
@@ -20,7 +20,7 @@ from pipros.perception.clouds.points import (
     positions,
     rows_of,
 )
-from pipros.perception.clouds.segmentation import clusters, plane
+from pipros_robot.perception.clouds.segmentation import clusters, plane
 
 Header: Any = load_message_class("std_msgs/Header")
 LIMITS = {

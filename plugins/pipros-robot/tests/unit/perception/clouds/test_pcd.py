@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.perception.clouds.pcd import MODES, InvalidPcd, formatted, parse
-from pipros.perception.clouds.points import cloud_of, column, rows_of
+from pipros_robot.perception.clouds.pcd import MODES, InvalidPcd, formatted, parse
+from pipros_robot.perception.clouds.points import cloud_of, column, rows_of
 
 TEXT = b"""# .PCD v0.7
 VERSION 0.7

@@ -11,8 +11,8 @@ from typing import Any
 import pyrplidar_protocol as independent
 import pytest
 
-from pipros.perception.drivers.rplidar.samples import Point, decoder_of
-from pipros.perception.drivers.rplidar.turns import TurnCollector
+from pipros_robot.perception.drivers.rplidar.samples import Point, decoder_of
+from pipros_robot.perception.drivers.rplidar.turns import TurnCollector
 from tests.support import simulated_rplidar as device
 
 SAMPLE_US = 250.0

@@ -6,8 +6,8 @@ from math import inf, pi, radians
 
 import pytest
 
-from pipros.perception.drivers.rplidar.samples import Point
-from pipros.perception.drivers.rplidar.turns import cells_per_degree, sweep_of
+from pipros_robot.perception.drivers.rplidar.samples import Point
+from pipros_robot.perception.drivers.rplidar.turns import cells_per_degree, sweep_of
 
 TURN = [Point(90.0, 1000, 10), Point(0.0, 0, 0), Point(270.0, 3000, 30), Point(0.0, 0, 0)]
 """Valid points at 90 and 270 degrees; the others would be at 180 and 360."""

@@ -7,8 +7,8 @@ import random
 import pytest
 from hokuyolx.hokuyo import HokuyoLX
 
-from pipros.perception.drivers.urg import scip
-from pipros.perception.drivers.urg.clock import USED_AFTER, DeviceClock
+from pipros_robot.perception.drivers.urg import scip
+from pipros_robot.perception.drivers.urg.clock import USED_AFTER, DeviceClock
 from tests.support import simulated_urg as device
 
 

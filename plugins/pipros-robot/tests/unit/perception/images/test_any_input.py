@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
-from pipros.perception.images.arrays import array_of
-from pipros.perception.images.bayer import colors, gray
-from pipros.perception.images.clouds import cloud_message, empty_points, set_colors
-from pipros.perception.images.depths import set_points
-from pipros.perception.images.pinhole import Pinhole, Rectifier
-from pipros.pictures.encodings import COLORS, DTYPES
+from pipros_libraries.pictures.encodings import COLORS, DTYPES
+from pipros_robot.perception.images.arrays import array_of
+from pipros_robot.perception.images.bayer import colors, gray
+from pipros_robot.perception.images.clouds import cloud_message, empty_points, set_colors
+from pipros_robot.perception.images.depths import set_points
+from pipros_robot.perception.images.pinhole import Pinhole, Rectifier
 from tests.support.pictures_of_cameras import camera_info
 
 Image: Any = load_message_class("sensor_msgs/Image")

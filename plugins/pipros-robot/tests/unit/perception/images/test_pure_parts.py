@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.perception.images.arrays import BadImage, array_of, image_message
-from pipros.perception.images.bayer import VNG, colors, gray
-from pipros.perception.images.clouds import empty_points, set_colors
-from pipros.perception.images.depths import checked, converted_metric, registered, set_points
-from pipros.perception.images.disparity_view import shown
-from pipros.perception.images.matching import SETTINGS, BlockMatcher, corrected
-from pipros.perception.images.pinhole import Pinhole, Rectifier, Uncalibrated
-from pipros.perception.images.stereo_cloud import positions
+from pipros_robot.perception.images.arrays import BadImage, array_of, image_message
+from pipros_robot.perception.images.bayer import VNG, colors, gray
+from pipros_robot.perception.images.clouds import empty_points, set_colors
+from pipros_robot.perception.images.depths import checked, converted_metric, registered, set_points
+from pipros_robot.perception.images.disparity_view import shown
+from pipros_robot.perception.images.matching import SETTINGS, BlockMatcher, corrected
+from pipros_robot.perception.images.pinhole import Pinhole, Rectifier, Uncalibrated
+from pipros_robot.perception.images.stereo_cloud import positions
 from tests.support.pictures_of_cameras import camera_info, image, right_info
 
 CAMERA = Pinhole(fx=100, fy=100, cx=1, cy=1)

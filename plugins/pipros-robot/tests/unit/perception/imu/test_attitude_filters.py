@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from pipros.libraries.transforms.pose import Vector, from_roll_pitch_yaw
-from pipros.perception.imu.attitude import (
+from pipros_libraries.transforms.pose import Vector, from_roll_pitch_yaw
+from pipros_robot.perception.imu.attitude import (
     IDENTITY,
     WORLDS,
     Quaternion,
@@ -18,8 +18,8 @@ from pipros.perception.imu.attitude import (
     product,
     turned,
 )
-from pipros.perception.imu.complementary import GRAVITY, Complementary, Gains
-from pipros.perception.imu.madgwick import Madgwick, gradient
+from pipros_robot.perception.imu.complementary import GRAVITY, Complementary, Gains
+from pipros_robot.perception.imu.madgwick import Madgwick, gradient
 
 DT_S = 0.01
 REST: Vector = (0.0, 0.0, 0.0)

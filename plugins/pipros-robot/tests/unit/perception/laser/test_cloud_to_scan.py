@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pipros.perception.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
+from pipros_robot.perception.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
 
 FOUR = CloudToScan(min_height=-1.0, max_height=1.0, angle_min=-2.0, angle_max=2.0, angle_increment=1.0)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.perception.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
+from pipros_robot.perception.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
 
 
 def camera(focal: float = 2.0) -> Any:

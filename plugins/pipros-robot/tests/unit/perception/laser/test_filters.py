@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.perception.laser.filters.base import FilterFailed, FilterHost, InvalidFilter
-from pipros.perception.laser.filters.chain import TYPES, chain_of
-from pipros.perception.laser.filters.shapes import in_polygon
-from pipros.perception.laser.scan import Scan
+from pipros_robot.perception.laser.filters.base import FilterFailed, FilterHost, InvalidFilter
+from pipros_robot.perception.laser.filters.chain import TYPES, chain_of
+from pipros_robot.perception.laser.filters.shapes import in_polygon
+from pipros_robot.perception.laser.scan import Scan
 
 NAN = math.nan
 MEDIAN = {

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.transforms.errors import TransformException
-from pipros.perception.laser.assembler import Assembler, StoredScan
-from pipros.perception.laser.filters.base import FilterFailed, FilterHost
-from pipros.perception.laser.filters.chain import chain_of
-from pipros.perception.laser.projection import channels, moving, projected, valid_beams
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.transforms.errors import TransformException
+from pipros_robot.perception.laser.assembler import Assembler, StoredScan
+from pipros_robot.perception.laser.filters.base import FilterFailed, FilterHost
+from pipros_robot.perception.laser.filters.chain import chain_of
+from pipros_robot.perception.laser.projection import channels, moving, projected, valid_beams
+from pipros_robot.perception.laser.scan import Scan
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 LEFT = (2.0, 0.0, 0.0, 0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))

@@ -13,9 +13,9 @@ from functools import reduce
 from operator import xor
 from typing import Any, Final, NamedTuple
 
-from pipros.libraries.nodes.retrying import DeviceError
-from pipros.perception.drivers.rplidar.samples import Decoder, decoder_of
-from pipros.perception.drivers.streams import Stream
+from pipros_libraries.nodes.retrying import DeviceError
+from pipros_robot.perception.drivers.rplidar.samples import Decoder, decoder_of
+from pipros_robot.perception.drivers.streams import Stream
 
 ANSWER_S: Final = 1.0
 STOP_S: Final = 0.1

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.perception.drivers.rplidar.samples import Point, Segment
+from pipros_robot.perception.drivers.rplidar.samples import Point, Segment
 
 MAX_POINTS: Final = 8192
 """Maximum number of points in a turn. A longer turn is dropped: the head has probably stopped turning."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from pipros.perception.drivers.urg.scip import CLOCK_MS
+from pipros_robot.perception.drivers.urg.scip import CLOCK_MS
 
 USED_AFTER: Final = 100
 """Number of timestamps to average before the result is used."""

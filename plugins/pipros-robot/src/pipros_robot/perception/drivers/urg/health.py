@@ -6,11 +6,11 @@ import time
 from collections.abc import Mapping
 from typing import Final
 
-from pipros.libraries.diagnostics.frequency import EventWindow, judged
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.nodes.params import private
 from pipros.node import Node
-from pipros.perception.drivers.urg.sensor import ScanRequest, UrgSensor
+from pipros_libraries.diagnostics.frequency import EventWindow, judged
+from pipros_libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros_libraries.nodes.params import private
+from pipros_robot.perception.drivers.urg.sensor import ScanRequest, UrgSensor
 
 PERIOD_S: Final = 1.0
 _GOOD_STATES: Final = ("Sensor works well.", "Stable 000 no error.", "sensor is working normally")

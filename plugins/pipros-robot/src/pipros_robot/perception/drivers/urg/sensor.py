@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Final
 
-from pipros.libraries.nodes.retrying import DeviceError
-from pipros.perception.drivers.streams import Stream
-from pipros.perception.drivers.urg.scip import CLOCK_MS, Replies, ScipReply, clock_ms, texts
+from pipros_libraries.nodes.retrying import DeviceError
+from pipros_robot.perception.drivers.streams import Stream
+from pipros_robot.perception.drivers.urg.scip import CLOCK_MS, Replies, ScipReply, clock_ms, texts
 
 ANSWER_S: Final = 1.0
 CALIBRATION_SCANS: Final = 10

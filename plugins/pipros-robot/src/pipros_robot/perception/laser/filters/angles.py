@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from pipros.libraries.reconfiguring.server import Setting
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.filters.base import ScanFilter
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.reconfiguring.server import Setting
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.filters.base import ScanFilter
+from pipros_robot.perception.laser.scan import Scan
 
 _BOUNDS = (Setting("lower_angle", 0.0), Setting("upper_angle", 0.0))
 

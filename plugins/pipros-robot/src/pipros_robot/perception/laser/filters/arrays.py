@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.filters.base import InvalidFilter, ScanFilter
-from pipros.perception.laser.scan import Scan
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.filters.base import InvalidFilter, ScanFilter
+from pipros_robot.perception.laser.scan import Scan
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 OBSERVATIONS_LIMIT: Final = 10_000
 """Maximum number of scans that an array filter stores."""

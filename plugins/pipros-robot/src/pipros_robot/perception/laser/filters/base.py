@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.nodes.params import converted, read
-from pipros.libraries.reconfiguring.server import Setting
-from pipros.libraries.transforms.listener import TransformListener
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.nodes.params import converted, read
+from pipros_libraries.reconfiguring.server import Setting
+from pipros_libraries.transforms.listener import TransformListener
+from pipros_robot.perception.laser.scan import Scan
 
 
 class InvalidFilter(PiprosError, ValueError):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from pipros.perception.laser.filters import angles, arrays, neighbors, shapes, thresholds
-from pipros.perception.laser.filters.base import FilterHost, InvalidFilter, ScanFilter
-from pipros.perception.laser.scan import Scan
+from pipros_robot.perception.laser.filters import angles, arrays, neighbors, shapes, thresholds
+from pipros_robot.perception.laser.filters.base import FilterHost, InvalidFilter, ScanFilter
+from pipros_robot.perception.laser.scan import Scan
 
 TYPES: Final[Mapping[str, type[ScanFilter]]] = {
     "InterpolationFilter": thresholds.InterpolationFilter,

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from pipros.libraries.reconfiguring.server import Setting
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.filters.base import FilterFailed, ScanFilter
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.reconfiguring.server import Setting
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.filters.base import FilterFailed, ScanFilter
+from pipros_robot.perception.laser.scan import Scan
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 
 def _shifted(values: Array, by: int) -> Array:

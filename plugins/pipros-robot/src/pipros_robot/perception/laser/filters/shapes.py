@@ -6,16 +6,16 @@ from ast import literal_eval
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from pipros.libraries.reconfiguring.server import Setting
-from pipros.libraries.transforms.errors import TransformException
-from pipros.perception.clouds.points import matrix_of, moved
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.filters.base import FilterFailed, InvalidFilter, ScanFilter
-from pipros.perception.laser.projection import moving, poses_of_scan, projected, valid_beams
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.reconfiguring.server import Setting
+from pipros_libraries.transforms.errors import TransformException
+from pipros_robot.perception.clouds.points import matrix_of, moved
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.filters.base import FilterFailed, InvalidFilter, ScanFilter
+from pipros_robot.perception.laser.projection import moving, poses_of_scan, projected, valid_beams
+from pipros_robot.perception.laser.scan import Scan
 
 if TYPE_CHECKING:
-    from pipros.libraries.vision.extras import Array
+    from pipros_libraries.vision.extras import Array
 
 WAIT_S: Final = 1.0
 VERTICES_LIMIT: Final = 10_000

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
 
-from pipros.libraries.reconfiguring.server import Setting
-from pipros.perception.extras import numpy as np
-from pipros.perception.laser.filters.base import InvalidFilter, ScanFilter
-from pipros.perception.laser.scan import Scan
+from pipros_libraries.reconfiguring.server import Setting
+from pipros_robot.perception.extras import numpy as np
+from pipros_robot.perception.laser.filters.base import InvalidFilter, ScanFilter
+from pipros_robot.perception.laser.scan import Scan
 
 _FAR: Final = 100_000.0
 

@@ -1,0 +1,1 @@
+"""Perception and navigation: the programs of many ROS packages, in Python."""

@@ -1,0 +1,77 @@
+"""What the limits in files of other local planners are called in DWA.
+
+The names follow a pattern, such as `max_vel_x`, `v_max`, `max_linear_speed`, `acc_limit_theta` or `MAX_W`:
+one bound, one quantity, and at most one axis. Names with any other word are not understood.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final
+
+_OTHERS: Final[Mapping[str, str]] = {
+    **{name: name for name in (
+        "xy_goal_tolerance", "yaw_goal_tolerance", "trans_stopped_vel", "theta_stopped_vel", "odom_topic",
+        "sim_time", "min_vel_x", "vx_samples", "vy_samples", "min_turning_radius",
+    )},
+    "max_vel_x_backwards": "min_vel_x",
+    "vtheta_samples": "vth_samples",
+    "trans_stopped_velocity": "trans_stopped_vel",
+    **dict.fromkeys(("rot_stopped_velocity", "rot_stopped_vel"), "theta_stopped_vel"),
+}  # fmt: skip
+_BOUNDS: Final = {
+    **dict.fromkeys(("max", "maximum", "lim", "limit", "desired"), "max"),
+    **dict.fromkeys(("min", "minimum"), "min"),
+}
+_AXES: Final = {
+    **dict.fromkeys(("x", "lin", "linear", "v"), "x"),
+    "y": "y",
+    **dict.fromkeys(("xy", "trans", "translation", "translational"), "trans"),
+    **dict.fromkeys(("theta", "th", "rot", "rotation", "rotational", "ang", "angular", "w", "yaw"), "theta"),
+}
+_SPEEDS: Final = {"vel", "velocity", "speed", "v", "w"}
+_ACCELERATIONS: Final = {"acc", "accel", "acceleration"}
+_KNOWN: Final = {*_BOUNDS, *_AXES, *_SPEEDS, *_ACCELERATIONS, "cmd"}
+
+
+def _words(name: str) -> set[str]:
+    return {each.lower() for each in re.findall("[A-Z]?[a-z]+|[A-Z]+|[0-9]+", name)}
+
+
+def meaning(name: str) -> str | None:
+    """Return DWA's name for a parameter of another planner, or None if it has another meaning."""
+    if name in _OTHERS:
+        return _OTHERS[name]
+    words = _words(name)
+    bounds = {_BOUNDS[each] for each in words & _BOUNDS.keys()}
+    axes = {_AXES[each] for each in words & _AXES.keys()}
+    if words - _KNOWN or len(bounds) != 1 or len(axes) > 1:
+        return None
+    bound, axis = bounds.pop(), axes.pop() if axes else "trans"
+    if words & _ACCELERATIONS:
+        return None if bound == "min" else f"acc_lim_{'x' if axis == 'trans' else axis}"
+    if not words & _SPEEDS:
+        return None
+    return "min_vel_trans" if (bound, axis) == ("min", "x") else f"{bound}_vel_{axis}"
+
+
+def misunderstood(names: Iterable[str]) -> list[str]:
+    """Return the names that sound like limits of velocities, in alphabetical order."""
+    bounds = [each for each in names if re.search("max|lim", each.lower()) and "weight" not in each.lower()]
+    return sorted(each for each in bounds if _words(each) & _SPEEDS or re.search("vel|speed", each.lower()))
+
+
+def flat(given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the paths and values of nested parameters.
+
+    If `type` names one of the sections beside it, as in `robot: {type: unicycle, unicycle: {…}, car: {…}}`,
+    the other sections are left out.
+    """
+    chosen = given.get("type")
+    has_choice = isinstance(chosen, str) and isinstance(given.get(chosen), Mapping)
+    for name, value in given.items():
+        if not isinstance(value, Mapping):
+            yield name, value
+        elif not has_choice or name == chosen:
+            yield from ((f"{name}/{path}", each) for path, each in flat(value))
