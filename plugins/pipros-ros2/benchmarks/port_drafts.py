@@ -26,7 +26,7 @@ from table import heed_interrupts, options_of
 
 ROOT = Path(__file__).resolve().parents[3]
 PATCH = Path(__file__).with_name("finished_drafts.patch")
-NODES = ROOT / "build" / "tests" / "unit" / "ros2" / "port_nodes.txt"
+NODES = ROOT / "plugins" / "pipros-ros2" / "tests" / "unit" / "ros2" / "port_nodes.txt"
 WHEELS = ("example_interfaces", "nav_msgs", "rospy_tutorials", "tf2_msgs", "visualization_msgs")
 ERROR = re.compile(r"^Traceback|^[\w.]*Error:.*|.*\[(?:ERROR|FATAL)\].*", re.MULTILINE)
 AT_ONCE = 4
@@ -74,7 +74,9 @@ def environment_with_messages(distro):
     from tests.support.ros2_wheels import environment
 
     genuine = environment(distro)
-    folder = machine_folder(f"port_drafts_{distro}", [Path(__file__), ROOT / "build/src/pipros/wheels"])
+    folder = machine_folder(
+        f"port_drafts_{distro}", [Path(__file__), ROOT / "plugins/pipros-wheels/src/pipros_wheels"]
+    )
 
     def make():
         subprocess.run(["cp", "-a", f"{genuine}/.", folder], check=True)
@@ -94,7 +96,7 @@ def environment_with_messages(distro):
 
 def write_drafts(folder):
     """Write all drafts to subfolders, as `pipros port --write` does."""
-    from pipros.ros2.commands.port import main
+    from pipros_ros2.commands.port import main
 
     source = folder / "source"
     source.mkdir()

@@ -12,6 +12,7 @@ tests.support.dds_peers lists their packages. Nothing else should be running.
 
 import contextlib
 import functools
+import glob
 import json
 import os
 import queue
@@ -29,7 +30,10 @@ from table import options_of
 from tests.support.waiting import wait_until
 
 ROOT = os.path.abspath(os.path.join(os.path.realpath(__file__), "..", "..", "..", ".."))
-PEERS = os.path.join(ROOT, "build", "tests", "support", "dds")
+PEERS = {
+    os.path.basename(file): file
+    for file in glob.glob(os.path.join(ROOT, "p*", "*", "tests", "support", "dds", "*"))
+}
 ROUTER = "tcp/127.0.0.1:7447"
 TOPIC, MESSAGE = "rt/benchmark", "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
@@ -49,9 +53,9 @@ class Program:
         dds_type = SERVICE if mode in ("server", "client") else MESSAGE
         rest = [mode, name, dds_type, *words]
         if kind == OURS:
-            argv = [sys.executable, f"{PEERS}/rtps_peer.py", "1", f"SUBNET,loss={loss}", *rest]
+            argv = [sys.executable, PEERS["rtps_peer.py"], "1", f"SUBNET,loss={loss}", *rest]
         elif kind == ZENOH:
-            argv = [sys.executable, f"{PEERS}/bare_zenoh_peer.py", ROUTER, *rest]
+            argv = [sys.executable, PEERS["bare_zenoh_peer.py"], ROUTER, *rest]
         elif kind == FAST:
             argv = [fast_peer(), "1", "udp", *rest]
         else:
@@ -184,9 +188,9 @@ def through_gateway(size, count, ahead):
 def trips(count):
     """Yield rows with the median times through the gateway, and by DDS alone, within this process."""
     from pipros.msg import load_message_class
-    from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
-    from pipros.ros2.rtps.participant import Participant
-    from pipros.ros2.rtps.qos import Qos
+    from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
+    from pipros_ros2.rtps.participant import Participant
+    from pipros_ros2.rtps.qos import Qos
 
     discovery, qos = Discovery(1, DiscoveryRange.SUBNET), Qos(depth=1000)
 

@@ -105,10 +105,10 @@ class Visitors:
 
 def soak(minutes):
     from pipros.net.workers import KEPT_IDLE
-    from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
-    from pipros.ros2.rtps.participant import Participant
-    from pipros.ros2.rtps.qos import DurabilityKind, Qos
-    from pipros.ros2.rtps.services import RtpsServer
+    from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
+    from pipros_ros2.rtps.participant import Participant
+    from pipros_ros2.rtps.qos import DurabilityKind, Qos
+    from pipros_ros2.rtps.services import RtpsServer
 
     def add(request):
         a, b = unpack_from("<qq", request, 4)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
-from pipros.libraries.actions.status import Status
-from pipros.ros2.conversion.errors import ConversionError
+from pipros_libraries.actions.status import Status
+from pipros_rosbag2.conversion.errors import ConversionError
 
 ID_BYTES: Final = 16
 NO_ID: Final = bytes(ID_BYTES)

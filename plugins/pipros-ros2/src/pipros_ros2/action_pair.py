@@ -6,11 +6,11 @@ from typing import Any, Final
 
 from pipros.msg import load_message_class
 from pipros.node.codec import decoder, encoder
-from pipros.ros2.action_messages import Ros2Status
-from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.conversion.plans import ActionPlan, ConversionPlan
-from pipros.ros2.interfaces.action_types import CANCEL_GOAL, STATUS_ARRAY
-from pipros.ros2.interfaces.type_hash import ActionHashes
+from pipros_ros2.action_messages import Ros2Status
+from pipros_rosbag2.conversion.errors import ConversionError
+from pipros_rosbag2.conversion.plans import ActionPlan, ConversionPlan
+from pipros_rosbag2.interfaces.action_types import CANCEL_GOAL, STATUS_ARRAY
+from pipros_rosbag2.interfaces.type_hash import ActionHashes
 
 
 class ActionPair:

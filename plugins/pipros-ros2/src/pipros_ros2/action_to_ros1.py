@@ -11,12 +11,13 @@ from functools import partial
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.actions.goal_table import GoalTable
-from pipros.libraries.actions.status import Status
+from pipros.basics.names import NAME_CHARACTERS
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.ros2.action_messages import (
+from pipros_libraries.actions.goal_table import GoalTable
+from pipros_libraries.actions.status import Status
+from pipros_ros2.action_messages import (
     NO_ID,
     TO_ROS2,
     CancelCode,
@@ -31,13 +32,12 @@ from pipros.ros2.action_messages import (
     status_array,
     with_id,
 )
-from pipros.ros2.action_pair import ActionPair
-from pipros.ros2.bridged_services import CALL_S
-from pipros.ros2.bridged_topics import MARK
-from pipros.ros2.counts import Counts
-from pipros.ros2.interface import Durability, PartHashes, Ros2Engine, TopicQos
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.names import action_names
+from pipros_ros2.action_pair import ActionPair
+from pipros_ros2.bridged_services import CALL_S
+from pipros_ros2.bridged_topics import MARK
+from pipros_ros2.counts import Counts
+from pipros_ros2.interface import ROS2_HISTORY_BYTES, Durability, PartHashes, Ros2Engine, TopicQos
+from pipros_rosbag2.names import action_names
 
 KEPT_S: Final = 60.0
 """How long a goal's result can be requested after the goal has ended."""
@@ -107,7 +107,7 @@ class ActionToRos1:
         self._changed = threading.Condition()
         self._is_closed = False
         self._goals: GoalTable[_Ros1Goal] = GoalTable(
-            node.limits.goals, node.limits.name_characters, lambda goal: goal.has_ended
+            node.limits.goals, NAME_CHARACTERS, lambda goal: goal.has_ended
         )
         self._goal_id = load_message_class("actionlib_msgs/GoalID")
         with ExitStack() as stack:
@@ -284,10 +284,7 @@ class ActionToRos1:
 
     def _limit_results(self) -> None:
         """Remove the oldest goals with results until the remaining results are within the limit."""
-        excess = (
-            sum(goal.result_bytes for goal in self._goals)
-            - self._node.limits.of(Ros2Limits).ros2_history_bytes
-        )
+        excess = sum(goal.result_bytes for goal in self._goals) - ROS2_HISTORY_BYTES
         for goal in self._goals:
             if excess <= 0:
                 return

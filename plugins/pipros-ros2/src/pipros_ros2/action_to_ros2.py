@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.actions.goal_table import GoalTable
-from pipros.libraries.actions.status import TERMINAL, Status
+from pipros.basics.names import NAME_CHARACTERS
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.net.workers import Workers
 from pipros.node import Node
-from pipros.ros2.action_messages import (
+from pipros_libraries.actions.goal_table import GoalTable
+from pipros_libraries.actions.status import TERMINAL, Status
+from pipros_ros2.action_messages import (
     NO_ID,
     TO_ROS1,
     GoalInfo,
@@ -30,13 +31,12 @@ from pipros.ros2.action_messages import (
     split_id,
     with_id,
 )
-from pipros.ros2.action_pair import ActionPair
-from pipros.ros2.bridged_services import CALL_S
-from pipros.ros2.bridged_topics import MARK
-from pipros.ros2.counts import Counts
-from pipros.ros2.interface import Durability, PartHashes, Ros2Engine, Sample, TopicQos
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.names import action_names
+from pipros_ros2.action_pair import ActionPair
+from pipros_ros2.bridged_services import CALL_S
+from pipros_ros2.bridged_topics import MARK
+from pipros_ros2.counts import Counts
+from pipros_ros2.interface import ROS2_CALLS, Durability, PartHashes, Ros2Engine, Sample, TopicQos
+from pipros_rosbag2.names import action_names
 
 STATUS_S: Final = 0.2
 """Interval between ROS 1 status messages, as in actionlib."""
@@ -47,7 +47,7 @@ RESULT_S: Final = 60.0
 RETRY_S: Final = 1.0
 _CANCELLING: Final = 4
 _QUEUE: Final = 100
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 
 
 @dataclass(slots=True)
@@ -73,7 +73,7 @@ class _Ros2Goal:
 class ActionToRos2:
     """A ROS 2 action offered in ROS 1, so that ROS 1 nodes can send goals to it. Thread-safe.
 
-    A thread waits for the result of each goal. Goals beyond `Ros2Limits.ros2_calls` are queued. Cancellations
+    A thread waits for the result of each goal. Goals beyond `ROS2_CALLS` are queued. Cancellations
     are queued, too; those beyond `Limits.goals` are dropped.
 
     Attributes:
@@ -95,14 +95,14 @@ class ActionToRos2:
         self._name = name
         self._lock = threading.Lock()
         self._goals: GoalTable[_Ros2Goal] = GoalTable(
-            node.limits.goals, node.limits.name_characters, lambda goal: goal.status in TERMINAL
+            node.limits.goals, NAME_CHARACTERS, lambda goal: goal.status in TERMINAL
         )
         self._others: list[tuple[GoalInfo, Ros2Status]] = []
         self._publish_at_s = 0.0
         self._is_closed = threading.Event()
-        self._executing = Workers("ROS 2 goals", node.limits.of(Ros2Limits).ros2_calls)
+        self._executing = Workers("ROS 2 goals", ROS2_CALLS)
         self._cancelled_early: GoalTable[float] = GoalTable(
-            node.limits.goals, node.limits.name_characters, lambda _: True
+            node.limits.goals, NAME_CHARACTERS, lambda _: True
         )
         self._cancellations: set[GoalInfo] = set()
         self._cancelling = Workers("cancelled ROS 2 goals", _CANCELLING)

@@ -6,14 +6,13 @@ import threading
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.topic_tools.raw import raw_service_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.service_server import HandlerError
-from pipros.ros2.counts import Counts
-from pipros.ros2.interface import Ros2Engine
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.type_pairs import ServicePair
+from pipros_libraries.topic_tools.raw import raw_service_class
+from pipros_ros2.counts import Counts
+from pipros_ros2.interface import ROS2_CALLS, Ros2Engine
+from pipros_ros2.type_pairs import ServicePair
 
 CALL_S: Final = 5.0
 """Timeout of calls to ROS 2, as in ros1_bridge. Rules set other timeouts."""
@@ -83,7 +82,7 @@ class ServiceToRos2(_BridgedService):
             PiprosError: the engine is closed, or the node already provides a service with this name.
         """
         super().__init__(node, name, pair, CALL_S if timeout_s is None else timeout_s)
-        self._slots = threading.BoundedSemaphore(node.limits.of(Ros2Limits).ros2_calls)
+        self._slots = threading.BoundedSemaphore(ROS2_CALLS)
         self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash, pair.parts)
         try:
             self._server = node.serve(name, self._class, self._call)

@@ -14,12 +14,11 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
-from pipros.node import Node
 from pipros.node.codec import decoder, encoder
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.qos_choice import QosOverride
-from pipros.ros2.rules import StaticRule
-from pipros.ros2.type_pairs import TypePair
+from pipros_ros2.interface import ZENOH_MESSAGE_BYTES
+from pipros_ros2.qos_choice import QosOverride
+from pipros_ros2.rules import StaticRule
+from pipros_ros2.type_pairs import TypePair
 
 MARK: Final = "pipros_ros2"
 """Field in the connection header of each topic that a gateway publishes in ROS 1."""
@@ -107,9 +106,9 @@ def route_of(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> R
     return Route(ros1, ros2, pair, rule.rate, rule.qos)
 
 
-def static_transforms_of(node: Node, route: Route) -> StaticTransforms | None:
+def static_transforms_of(route: Route) -> StaticTransforms | None:
     """Return what merges the messages of a route for `/tf_static`, and None for other routes."""
     is_static = STATIC_TRANSFORMS in (route.ros1, route.ros2)
     if not is_static or route.pair.plan.ros1_type != "tf2_msgs/TFMessage":
         return None
-    return StaticTransforms(node.limits.of(Ros2Limits).zenoh_message_bytes)
+    return StaticTransforms(ZENOH_MESSAGE_BYTES)

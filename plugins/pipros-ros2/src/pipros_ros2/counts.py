@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Hashable
 
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 
 
 class Counts:

@@ -19,24 +19,24 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics
 from pipros.msg import load_service_class
 from pipros.node import Node
-from pipros.ros2.action_to_ros1 import ActionToRos1
-from pipros.ros2.action_to_ros2 import ActionToRos2
-from pipros.ros2.bridged_services import ServiceToRos1, ServiceToRos2
-from pipros.ros2.bridged_topics import route_of
-from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
-from pipros.ros2.interface import Endpoint, EndpointKind, Ros2Engine
-from pipros.ros2.interfaces.action_types import action_of_service
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.names import action_names, checked_name
-from pipros.ros2.ros1_graph import Ros1Graph, Ros1Poller, Ros1Topic, is_part_of_action
-from pipros.ros2.ros2_graph import Ros2Graph, callable_server
-from pipros.ros2.rules import Direction, GatewayRules, RuleKind, StaticRule
-from pipros.ros2.topic_to_ros1 import TopicToRos1
-from pipros.ros2.topic_to_ros2 import TopicToRos2
-from pipros.ros2.type_pairs import TypePair, TypePairs
+from pipros_libraries.diagnostics.link_status import LinkDiagnostics
+from pipros_ros2.action_to_ros1 import ActionToRos1
+from pipros_ros2.action_to_ros2 import ActionToRos2
+from pipros_ros2.bridged_services import ServiceToRos1, ServiceToRos2
+from pipros_ros2.bridged_topics import route_of
+from pipros_ros2.gateway_status import GatewayStatus, NotBridged, Row, problem_key
+from pipros_ros2.interface import Endpoint, EndpointKind, Ros2Engine
+from pipros_ros2.limits import Ros2Limits
+from pipros_ros2.ros1_graph import Ros1Graph, Ros1Poller, Ros1Topic, is_part_of_action
+from pipros_ros2.ros2_graph import Ros2Graph, callable_server
+from pipros_ros2.rules import Direction, GatewayRules, RuleKind, StaticRule
+from pipros_ros2.topic_to_ros1 import TopicToRos1
+from pipros_ros2.topic_to_ros2 import TopicToRos2
+from pipros_ros2.type_pairs import TypePair, TypePairs
+from pipros_rosbag2.interfaces.action_types import action_of_service
+from pipros_rosbag2.names import action_names, checked_name
 
 POLL_S: Final = 0.5
 """Interval between queries of the master."""
@@ -101,7 +101,7 @@ class Gateway:
         self._known: Mapping[bytes, Endpoint] = {}
         self._unknown: set[bytes] = set()
         self._open: dict[Key, tuple[object, Open]] = {}
-        self._skipped: dict[str, LeftOut] = {}
+        self._skipped: dict[str, NotBridged] = {}
         self._reported: set[str] = set()
         self._before: dict[Key, int] = {}
         self._rates: dict[Key, float] = {}
@@ -173,7 +173,7 @@ class Gateway:
         now_s = time.monotonic()
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
             self._seen, self._compare_at_s = (graph, endpoints), now_s + COMPARE_S
-            skipped: dict[str, LeftOut] = {}
+            skipped: dict[str, NotBridged] = {}
             self._open_wanted(self._wanted(graph, found, skipped), skipped)
             self._skipped = skipped
             self._report(skipped)
@@ -183,7 +183,9 @@ class Gateway:
             except PiprosError as error:  # the others must still be updated
                 each.counts.fail(f"{name}: {error}")
 
-    def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
+    def _wanted(
+        self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, NotBridged]
+    ) -> dict[Key, _Wanted]:
         """Return the topics, services and actions to pass, and add the others to `skipped`."""
         wanted: dict[Key, _Wanted] = {}
         # The direction is that of messages, calls and goals: calls to a ROS 1 service go to ROS 1.
@@ -305,7 +307,11 @@ class Gateway:
 
     def _action_to_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)
-        pairs = self._pairs.all_of_action(graph.actions[name])
+        every = self._pairs.all_of_action(graph.actions[name])
+        lacks = [self._engine.lacks(each.send_goal) for each in every]
+        pairs = tuple(each for each, reason in zip(every, lacks, strict=True) if not reason)
+        if not pairs:
+            raise PiprosError(lacks[0])
         return pairs, lambda: ActionToRos1(self._node, self._engine, name, pairs, self.identity)
 
     def _action_to_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
@@ -323,7 +329,7 @@ class Gateway:
             if (each.kind, each.name) == (kind, name) and self._is_own(each) and each.gateway < self.identity:
                 raise PiprosError("another gateway of this master already passes it")
 
-    def _open_wanted(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, LeftOut]) -> None:
+    def _open_wanted(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, NotBridged]) -> None:
         for key, (version, each) in list(self._open.items()):
             if key not in wanted or wanted[key][0] != version:
                 del self._open[key]
@@ -351,7 +357,7 @@ class Gateway:
             found = self._known.get(key)
         return found
 
-    def _report(self, skipped: Mapping[str, LeftOut]) -> None:
+    def _report(self, skipped: Mapping[str, NotBridged]) -> None:
         """Log each reason once. Log nothing for names that the rules or their defaults exclude."""
         for name, each in skipped.items():
             text = f"{name}: {each.reason}"
@@ -381,7 +387,7 @@ class Gateway:
                 self._open.copy().items(), key=lambda item: [str(part) for part in item[0]]
             )
         ]
-        problems = {problem_key(each): LeftOut(each.reason) for each in self._engine.problems()}
+        problems = {problem_key(each): NotBridged(each.reason) for each in self._engine.problems()}
         return GatewayStatus(self.identity, rows, self._skipped | problems)
 
 
@@ -410,12 +416,12 @@ class _ByRule(PiprosError):
 
 
 @contextlib.contextmanager
-def _skipping(skipped: dict[str, LeftOut], key: Key) -> Iterator[None]:
+def _skipping(skipped: dict[str, NotBridged], key: Key) -> Iterator[None]:
     """Suppress a PiprosError or ValueError in the block, and add the name and the reason to `skipped`."""
     try:
         yield
     except (PiprosError, ValueError) as error:
         kind, direction, name = key
         if len(skipped) < _SKIPPED:
-            reason = LeftOut(str(error), by_rule=isinstance(error, _ByRule))
+            reason = NotBridged(str(error), by_rule=isinstance(error, _ByRule))
             skipped[f"{kind.value}: {direction.value}: {name}"] = reason

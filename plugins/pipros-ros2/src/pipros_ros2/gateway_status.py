@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from pipros.libraries.diagnostics.link_status import LinkLevel, LinkStatus
-from pipros.ros2.interface import EndpointKind, EngineProblem
-from pipros.ros2.rules import Direction, RuleKind
+from pipros_libraries.diagnostics.link_status import LinkLevel, LinkStatus
+from pipros_ros2.interface import EndpointKind, EngineProblem
+from pipros_ros2.rules import Direction, RuleKind
 
 _SHOWN: Final = 200
 """Maximum number of topics, services and actions that a diagnostic status lists."""
@@ -43,7 +43,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class NotBridged:
     """The reason why a name is left out. `by_rule` is true if the rules or their defaults exclude it."""
 
     reason: str
@@ -60,7 +60,7 @@ class GatewayStatus:
 
     identity: str
     passed: Sequence[Row] = ()
-    left_out: Mapping[str, LeftOut] = field(default_factory=dict)
+    left_out: Mapping[str, NotBridged] = field(default_factory=dict)
 
     def values(self) -> dict[str, Any]:
         """Return the report as JSON-serializable values, as printed by `pipros ros2 status --json`."""

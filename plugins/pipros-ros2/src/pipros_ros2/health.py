@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pipros.basics.printable import listed
-from pipros.health.finding import Findings, error, warning
-from pipros.health.room_check import RoomCheck, RoomReply
-from pipros.ros2.names import GATEWAY_PREFIX
+from pipros_rosbag2.names import GATEWAY_PREFIX
+from pipros_tools.health.finding import Findings, error, warning
+from pipros_tools.health.plugin_check import PluginCheck, PluginReply
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ def gateway_report(text: str) -> GatewayReport:
     return GatewayReport("", dropped, left_out)
 
 
-def report(node: str, reply: RoomReply) -> Findings:
+def report(node: str, reply: PluginReply) -> Findings:
     """Yield findings if a gateway has no status, drops messages, or omits names that no rule excludes."""
     name = f"[{listed(node)}]"
     found = GatewayReport(reply.failure) if reply.failure else gateway_report(reply.message)
@@ -72,4 +72,4 @@ def report(node: str, reply: RoomReply) -> Findings:
         )
 
 
-CHECK = RoomCheck(GATEWAY_PREFIX, "status", report)
+CHECK = PluginCheck(GATEWAY_PREFIX, "status", report)

@@ -14,6 +14,21 @@ from typing import Protocol
 
 from pipros.basics.errors import PiprosError
 
+ROS2_CALLS = 64
+"""Limit: calls or goals that a gateway forwards at a time to one ROS 2 service or action. Beyond it, further
+calls fail at once, and further goals are queued.
+"""
+ZENOH_MESSAGE_BYTES = 64 * 1024 * 1024
+"""Limit: a message from ROS 2 through Zenoh; also a message that contains all static transforms. Beyond it,
+the message is dropped.
+"""
+ROS2_HISTORY_BYTES = 256 * 1024 * 1024
+"""Limit: the messages that one writer keeps for ROS 2 readers; also the latched messages of a ROS 2 topic,
+and the results of a ROS 1 action. Beyond it, the oldest message is dropped, and counted for each reader that
+has not received it; a message larger than the limit is refused; the oldest finished goals of an action are
+forgotten with their results.
+"""
+
 
 class Reliability(Enum):
     """Reliability policy: whether lost messages are sent again. The values are ROS 2 names."""
@@ -219,6 +234,9 @@ class Ros2Engine(Protocol):
         self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES
     ) -> Ros2Caller:
         """Create a service client."""
+
+    def lacks(self, type_name: str) -> str:
+        """Return why services of a type cannot be offered or called; empty if they can."""
 
     def endpoints(self) -> Sequence[Endpoint]:
         """Return the known endpoints of other processes."""

@@ -12,15 +12,15 @@ from typing import Any, Final
 
 from pipros.basics.errors import InvalidName, NotFound, PiprosError
 from pipros.basics.printable import listed
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interface import Endpoint, EndpointKind, PartHashes, Reliability, Ros2Engine, TopicQos
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.cdr import decode, encode
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.interfaces.spec import Form, Ros2Message, Ros2Service
-from pipros.ros2.interfaces.type_hash import message_hash
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.engine import RtpsEngine
+from pipros_ros2.interface import Endpoint, EndpointKind, PartHashes, Reliability, Ros2Engine, TopicQos
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.engine import RtpsEngine
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.cdr import decode, encode
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.spec import Form, Ros2Message, Ros2Service
+from pipros_rosbag2.interfaces.type_hash import message_hash
 
 _POLL_S: Final = 0.05
 _QUIET_S: Final = 0.5
@@ -113,11 +113,11 @@ class DomainView:
         return message_hash(message, self._catalog.message) if self._has_hashes else ""
 
     def decode(self, payload: bytes | memoryview, message: Ros2Message) -> dict[str, Any]:
-        """Return the fields of a message; see `pipros.ros2.interfaces.cdr.decode`."""
+        """Return the fields of a message; see `pipros_rosbag2.interfaces.cdr.decode`."""
         return decode(payload, message, self._catalog.message)
 
     def encode(self, values: object, message: Ros2Message) -> bytes:
-        """Return CDR; see `pipros.ros2.interfaces.cdr.encode`."""
+        """Return CDR; see `pipros_rosbag2.interfaces.cdr.encode`."""
         return encode(values, message, self._catalog.message)
 
     def shown(

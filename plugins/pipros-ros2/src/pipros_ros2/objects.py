@@ -1,7 +1,7 @@
 """Conversion between the message objects of rospy and rclpy, in an environment that contains both.
 
     from pipros.ros1.std_msgs.msg import String
-    from pipros.ros2 import to_ros1, to_ros2
+    from pipros_ros2 import to_ros1, to_ros2
 
     rclpy_publisher.publish(to_ros2(String("hello")))
 
@@ -20,12 +20,12 @@ from typing import Any, NamedTuple
 from pipros.basics.extras import missing
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.base import Message
-from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.conversion.mapping import BUILTIN_RULES
-from pipros.ros2.conversion.plans import ConversionPlan, Plans
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.installed import folders_of_environment, installed_definitions
+from pipros_rosbag2.conversion.errors import ConversionError
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES
+from pipros_rosbag2.conversion.plans import ConversionPlan, Plans
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.installed import folders_of_environment, installed_definitions
 
 _PARTS = ("Request", "Response")
 _lock = threading.Lock()
@@ -70,7 +70,7 @@ def _serialization() -> Any:
     try:
         return import_module("rclpy.serialization")
     except ModuleNotFoundError as error:
-        raise missing("conversion to messages of ROS 2 needs rclpy", "jazzy", error) from None
+        raise missing("conversion to messages of ROS 2 needs rclpy", "pipros-ros2[jazzy]", error) from None
 
 
 @cache

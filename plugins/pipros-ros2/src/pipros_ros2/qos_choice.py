@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pipros.ros2.interface import Durability, Endpoint, Reliability, TopicQos
+from pipros_ros2.interface import Durability, Endpoint, Reliability, TopicQos
 
 LEAST_DEPTH = 10
 """Minimum depth of publishers, except on `/clock` and latched topics, and default depth of best_effort and of
@@ -13,7 +13,7 @@ transient_local subscribers. This is the default depth in ROS 2.
 """
 RELIABLE_DEPTH = 1000
 """Default depth of reliable volatile subscribers, so that bursts arrive: DDS does not announce the depth of a
-publisher. `Ros2Limits.ros2_inbox_bytes` limits the memory.
+publisher. `ROS2_INBOX_BYTES` limits the memory.
 """
 
 _STATIC_TRANSFORMS = "/tf_static"

@@ -9,14 +9,14 @@ from functools import partial
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.definitions import Definition, TopicDefinitions
-from pipros.graph.node_queries import NodeQueries
-from pipros.graph.services import header_at, uri_of
-from pipros.graph.system_state import Registrations, read_state
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
-from pipros.ros2.names import GATEWAY_PREFIX
+from pipros_rosbag2.names import GATEWAY_PREFIX
+from pipros_tools.graph.definitions import Definition, TopicDefinitions
+from pipros_tools.graph.node_queries import NodeQueries
+from pipros_tools.graph.services import header_at, uri_of
+from pipros_tools.graph.system_state import Registrations, read_state
 
 _ANSWERS_S = 0.3
 """Maximum time that `poll` waits for nodes to respond."""

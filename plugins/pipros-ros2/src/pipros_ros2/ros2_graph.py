@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.ros2.interface import Endpoint, EndpointKind
+from pipros_ros2.interface import Endpoint, EndpointKind
 
 
 class Ros2Graph:

@@ -23,11 +23,11 @@ from fnmatch import fnmatchcase
 from typing import Any, TypeVar
 
 from pipros.basics.names import is_legal_topic
-from pipros.ros2.conversion.errors import InvalidRules
-from pipros.ros2.interface import Durability, Reliability
-from pipros.ros2.names import checked_name
-from pipros.ros2.qos_choice import QosOverride
 from pipros.safe.yaml import YamlError, load
+from pipros_ros2.interface import Durability, Reliability
+from pipros_ros2.qos_choice import QosOverride
+from pipros_rosbag2.conversion.errors import InvalidRules
+from pipros_rosbag2.names import checked_name
 
 _DAY_S = 86_400
 _Choice = TypeVar("_Choice", bound=Enum)

@@ -10,11 +10,18 @@ from pipros.basics.errors import PiprosError
 from pipros.node import Node
 from pipros.node.codec import decoder
 from pipros.node.publisher import Publisher
-from pipros.ros2.bridged_topics import KEPT, MARK, QUEUE, RateLimit, Route, static_transforms_of
-from pipros.ros2.counts import Counts
-from pipros.ros2.interface import Durability, Endpoint, Ros2Engine, Ros2Subscription, Sample, TopicQos
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.qos_choice import requested_qos
+from pipros_ros2.bridged_topics import KEPT, MARK, QUEUE, RateLimit, Route, static_transforms_of
+from pipros_ros2.counts import Counts
+from pipros_ros2.interface import (
+    ROS2_HISTORY_BYTES,
+    Durability,
+    Endpoint,
+    Ros2Engine,
+    Ros2Subscription,
+    Sample,
+    TopicQos,
+)
+from pipros_ros2.qos_choice import requested_qos
 
 
 class Known(Protocol):
@@ -56,7 +63,7 @@ class TopicToRos1:
         self._known = known
         self._on_change = on_change
         self._pace = RateLimit(route.rate)
-        self._merge = static_transforms_of(node, route)
+        self._merge = static_transforms_of(route)
         self._readers: dict[Durability, tuple[TopicQos, Ros2Subscription]] = {}
         self._lock = threading.Lock()
         self._latched: dict[bytes, tuple[Any, int]] = {}
@@ -149,7 +156,7 @@ class TopicToRos1:
     def _keep(self, publisher: bytes, message: Any, size: int) -> None:
         with self._lock:
             self._forget(publisher)
-            has_space = self._latched_bytes + size <= self._node.limits.of(Ros2Limits).ros2_history_bytes
+            has_space = self._latched_bytes + size <= ROS2_HISTORY_BYTES
             if has_space and len(self._latched) < KEPT:
                 self._latched_bytes += size
                 self._latched[publisher] = message, size

@@ -9,10 +9,10 @@ from pipros.basics.errors import PiprosError
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
-from pipros.ros2.bridged_topics import KEPT, MARK, QUEUE, RateLimit, Route, static_transforms_of
-from pipros.ros2.counts import Counts
-from pipros.ros2.interface import Durability, Ros2Engine, Ros2Publisher
-from pipros.ros2.qos_choice import offered_qos
+from pipros_ros2.bridged_topics import KEPT, MARK, QUEUE, RateLimit, Route, static_transforms_of
+from pipros_ros2.counts import Counts
+from pipros_ros2.interface import Durability, Ros2Engine, Ros2Publisher
+from pipros_ros2.qos_choice import offered_qos
 
 
 class TopicToRos2:
@@ -34,7 +34,7 @@ class TopicToRos2:
         self._qos = offered_qos(route.ros1, is_latched=is_latched, override=route.override)
         self._is_latched = self._qos.durability is Durability.TRANSIENT_LOCAL
         self._pace = RateLimit(route.rate)
-        self._merge = static_transforms_of(node, route)
+        self._merge = static_transforms_of(route)
         self._subscriber: Subscriber[AnyMsg] | None = None
         self._lock = threading.Lock()
         self._publishers: dict[str, Ros2Publisher] = {"": self._advertise()}

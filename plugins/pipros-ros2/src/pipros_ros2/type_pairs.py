@@ -9,25 +9,28 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.errors import LimitExceeded, NotFound
-from pipros.basics.limits import Limits, limit_text
-from pipros.graph.definitions import Definition
-from pipros.libraries.topic_tools.raw import class_like
 from pipros.msg import load_service_class
 from pipros.msg.class_finder import installed_class
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import MessageSpec
 from pipros.node.any_msg import AnyMsg
-from pipros.ros2.action_pair import ActionPair
-from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.conversion.mapping import MappingRules
-from pipros.ros2.conversion.plans import ConversionPlan, Plans, ServicePlan
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interface import NO_HASHES, PartHashes
-from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.interfaces.type_hash import ActionHashes
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rules import StaticRule
+from pipros_libraries.topic_tools.raw import class_like
+from pipros_ros2.action_pair import ActionPair
+from pipros_ros2.interface import NO_HASHES, PartHashes
+from pipros_ros2.rules import StaticRule
+from pipros_rosbag2.conversion.errors import ConversionError
+from pipros_rosbag2.conversion.mapping import MappingRules
+from pipros_rosbag2.conversion.plans import ConversionPlan, Plans, ServicePlan
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog, Ros1Definitions
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.type_hash import ActionHashes
+from pipros_tools.graph.definitions import Definition
+
+ROS2_DEFINITION_BYTES = 16 * 1024 * 1024
+"""Limit: all definitions of ROS 1 types that are not installed. Beyond it, topics of types that are not
+installed are not bridged, and `pipros ros2 status` reports them.
+"""
 
 
 class WrongHash(ConversionError):
@@ -70,7 +73,6 @@ class TypePairs:
         self,
         distribution: Distribution,
         rules: MappingRules,
-        limits: Limits,
         folders: Sequence[str | os.PathLike[str]] = (),
         *,
         is_lenient: bool = False,
@@ -78,7 +80,7 @@ class TypePairs:
         self._installed = installed_definitions()
         self._learned: dict[str, MessageSpec] = {}
         self._learned_bytes = 0
-        self._limit_bytes = limits.of(Ros2Limits).ros2_definition_bytes
+        self._limit_bytes = ROS2_DEFINITION_BYTES
         ros1 = Ros1Definitions(self._message, self._installed.service)
         # Where nodes announce hashes, a type that has changed in ROS 2 is recognized; see `check_hash`.
         self._catalog = Catalog(distribution, ros1, folders, derive=distribution.has_type_hashes)
@@ -201,9 +203,7 @@ class TypePairs:
         if definition.type in self._definitions:
             return
         if self._learned_bytes + len(definition.text) > self._limit_bytes:
-            raise LimitExceeded(
-                f"too many received definitions; {limit_text('ros2_definition_bytes', self._limit_bytes)}"
-            )
+            raise LimitExceeded(f"too many received definitions; the limit is {self._limit_bytes} bytes")
         specs = specs_from_text(definition.type, definition.text)
         self._learned_bytes += len(definition.text)
         for name, spec in specs.items():

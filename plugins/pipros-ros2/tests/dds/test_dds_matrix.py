@@ -1,7 +1,7 @@
 """pipros with Fast DDS and Cyclone DDS: topics, services and actions, both ways, restarts and loss.
 
-Each cell of the table in docs/rtps.md has a quick test here. Those with lost datagrams are for two kinds of
-peers; `long_matrix.py` has all of them, and the longer runs.
+Each cell of the table in docs/internals/rtps.md has a quick test here. Those with lost datagrams are for two
+kinds of peers; `long_matrix.py` has all of them, and the longer runs.
 """
 
 from __future__ import annotations

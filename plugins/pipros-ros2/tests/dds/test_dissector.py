@@ -7,10 +7,10 @@ from functools import cache
 from pathlib import Path
 from struct import pack
 
-from pipros.ros2.rtps.decoding import read_datagram
-from pipros.ros2.rtps.parameters import SampleIdentity
-from pipros.ros2.rtps.qos import DurabilityKind, Qos
-from pipros.ros2.rtps.submessages import AckNack, Gap, Heartbeat, Submessage
+from pipros_ros2.rtps.decoding import read_datagram
+from pipros_ros2.rtps.parameters import SampleIdentity
+from pipros_ros2.rtps.qos import DurabilityKind, Qos
+from pipros_ros2.rtps.submessages import AckNack, Gap, Heartbeat, Submessage
 from tests.support.rtps_network import STRING, SimulatedNetwork
 
 LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=20)

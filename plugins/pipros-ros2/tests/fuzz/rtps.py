@@ -13,8 +13,8 @@ import tracemalloc
 import zlib
 
 from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.announcements import (
+from pipros_ros2.limits import Ros2Limits
+from pipros_ros2.rtps.announcements import (
     EndpointData,
     ParticipantData,
     read_endpoint,
@@ -22,8 +22,8 @@ from pipros.ros2.rtps.announcements import (
     write_endpoint,
     write_participant,
 )
-from pipros.ros2.rtps.decoding import read_datagram
-from pipros.ros2.rtps.encoding import (
+from pipros_ros2.rtps.decoding import read_datagram
+from pipros_ros2.rtps.encoding import (
     acknack,
     data_frag_head,
     data_head,
@@ -32,9 +32,9 @@ from pipros.ros2.rtps.encoding import (
     heartbeat,
     nack_frag,
 )
-from pipros.ros2.rtps.events import RtpsSettings
-from pipros.ros2.rtps.graph_info import GidBytes, read_info
-from pipros.ros2.rtps.identity import (
+from pipros_ros2.rtps.events import RtpsSettings
+from pipros_ros2.rtps.graph_info import GidBytes, read_info
+from pipros_ros2.rtps.identity import (
     PARTICIPANT_READER,
     PARTICIPANT_WRITER,
     PUBLICATIONS_READER,
@@ -42,23 +42,20 @@ from pipros.ros2.rtps.identity import (
     SUBSCRIPTIONS_READER,
     SUBSCRIPTIONS_WRITER,
 )
-from pipros.ros2.rtps.parameters import Address, SampleIdentity, related_sample
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import DurabilityKind, Qos
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.service_styles import Style, read_request
+from pipros_ros2.rtps.parameters import Address, SampleIdentity, related_sample
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.qos import DurabilityKind, Qos
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.service_styles import Style, read_request
 from tests.fuzz import mutation
+from tests.support.constants import changed
 
 TOPIC, TYPE = "rt/a", "T"
 LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=5)
 LIMITS = Limits(
     tables=(
         Ros2Limits(
-            ros2_discovery_bytes=200_000,
-            ros2_peer_bytes=100_000,
             ros2_sample_bytes=500_000,
-            ros2_incomplete_bytes=500_000,
-            ros2_incomplete_total_bytes=1_000_000,
         ),
     )
 )
@@ -137,6 +134,12 @@ WORDS = [
 ]
 
 
+@changed(
+    ROS2_DISCOVERY_BYTES=200_000,
+    ROS2_PEER_BYTES=100_000,
+    ROS2_INCOMPLETE_BYTES=500_000,
+    ROS2_INCOMPLETE_TOTAL_BYTES=1_000_000,
+)
 def target(data: bytes) -> None:
     datagrams = read_input(data)
     for datagram in datagrams:

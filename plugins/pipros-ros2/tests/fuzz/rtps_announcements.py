@@ -11,17 +11,16 @@ from __future__ import annotations
 
 import sys
 
-from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.announcements import (
+from pipros.basics.limits import process_limits
+from pipros_ros2.rtps.announcements import (
     EndpointData,
     ParticipantData,
     write_endpoint,
     write_participant,
 )
-from pipros.ros2.rtps.encoding import data_head, datagram_head, heartbeat
-from pipros.ros2.rtps.events import RtpsSettings
-from pipros.ros2.rtps.identity import (
+from pipros_ros2.rtps.encoding import data_head, datagram_head, heartbeat
+from pipros_ros2.rtps.events import RtpsSettings
+from pipros_ros2.rtps.identity import (
     PARTICIPANT_READER,
     PARTICIPANT_WRITER,
     PUBLICATIONS_READER,
@@ -29,13 +28,15 @@ from pipros.ros2.rtps.identity import (
     SUBSCRIPTIONS_READER,
     SUBSCRIPTIONS_WRITER,
 )
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import Qos
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.qos import Qos
 from tests.fuzz import mutation
 from tests.fuzz.rtps import read_input, write_input
+from tests.support.constants import changed
 
-LIMITS = Limits(tables=(Ros2Limits(ros2_discovery_bytes=60_000, ros2_peer_bytes=20_000),))
+DISCOVERY_BYTES = 60_000
+PEER_BYTES = 20_000
 ANSWER_BYTES = 400_000
 MAX_WORK = 400
 """Of a single step; ACKNACKs with 256 numbers cost most."""
@@ -79,10 +80,11 @@ def datagram(data: bytes, number: int) -> bytes:
     return datagram_head(prefix) + beat + start + payload
 
 
+@changed(ROS2_DISCOVERY_BYTES=DISCOVERY_BYTES, ROS2_PEER_BYTES=PEER_BYTES)
 def target(data: bytes) -> None:
     me = ParticipantData(b"\0\0the engine", discovery=HERE, data=HERE)
     now, sent, received = 1000.0, 0, 0
-    engine = ParticipantCore(RtpsSettings(me, (), frozenset()), LIMITS, now)
+    engine = ParticipantCore(RtpsSettings(me, (), frozenset()), process_limits(), now)
     engine.add_writer("rt/a", "T", Qos(), now)
     engine.add_reader("rt/a", "T", Qos(), now)
     for number, part in enumerate(read_input(data), 1):
@@ -97,9 +99,9 @@ def target(data: bytes) -> None:
     held = 0
     for peer in engine.peers:
         kept = len(peer.data.user_data) + sum(len(each.user_data) for each in peer.endpoints.values())
-        assert kept <= peer.kept.used <= LIMITS.of(Ros2Limits).ros2_peer_bytes, (kept, peer.kept.used)
+        assert kept <= peer.kept.used <= PEER_BYTES, (kept, peer.kept.used)
         held += kept
-    assert held <= LIMITS.of(Ros2Limits).ros2_discovery_bytes, held
+    assert held <= DISCOVERY_BYTES, held
     assert sent <= ANSWER_BYTES + 40 * received, (sent, received)
 
 

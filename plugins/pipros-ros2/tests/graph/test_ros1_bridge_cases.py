@@ -8,14 +8,13 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.limits import process_limits
-from pipros.libraries.topic_tools.raw import class_like
 from pipros.msg import load_message_class
 from pipros.node.codec import encoder
-from pipros.ros2.conversion.mapping import BUILTIN_RULES
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interface import Durability, EndpointKind, Sample, TopicQos
-from pipros.ros2.type_pairs import TypePairs
+from pipros_libraries.topic_tools.raw import class_like
+from pipros_ros2.interface import Durability, EndpointKind, Sample, TopicQos
+from pipros_ros2.type_pairs import TypePairs
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES
+from pipros_rosbag2.distribution import Distribution
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
@@ -53,7 +52,7 @@ def test_types_that_no_package_in_ros1_defines_need_no_compilation(tmp_path: Pat
     (tmp_path / "robot_msgs" / "msg").mkdir(parents=True)
     (tmp_path / "robot_msgs" / "package.xml").write_text("<package><name>robot_msgs</name></package>")
     (tmp_path / "robot_msgs" / "msg" / "Gripper.msg").write_text(FIELDS)
-    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits(), [tmp_path])
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, [tmp_path])
     md5sum = hashlib.md5(FIELDS.strip().encode()).hexdigest()  # noqa: S324 # ROS 1 requires it
     header = {"type": "robot_msgs/Gripper", "md5sum": md5sum, "message_definition": FIELDS}
     with free_domain() as domain:

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from pipros.graph.system_state import read_state
-from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.ros2 import action_messages as messages
-from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
-from pipros.ros2.interface import EndpointKind, Ros2Caller
+from pipros_libraries.actions.status import Status
+from pipros_ros2 import action_messages as messages
+from pipros_ros2.action_messages import CancelCode, GoalInfo, Ros2Status
+from pipros_ros2.interface import EndpointKind, Ros2Caller
+from pipros_tools.graph.system_state import read_state
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until

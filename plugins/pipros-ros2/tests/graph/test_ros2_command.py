@@ -25,6 +25,7 @@ def test_a_gateway_runs_as_a_command(ros: RosSystem) -> None:
         words = ("pipros", "ros2", "--domain", str(domain), "--rules", "rules.yaml")
         gateway = ros.pipros.start(*words)
         gateway.wait_for(rf"connected to domain {domain} \(range LOCALHOST\)")
+        gateway.wait_for(rf"start here are in domain 0, unless ROS_DOMAIN_ID={domain} is set for them")
 
         second = ros.pipros.run(*words)
         assert second.returncode == 1
@@ -62,6 +63,23 @@ def test_invalid_options_are_one_line(ros: RosSystem, words: list[str], text: st
 
     assert result.returncode == 1
     assert result.output.strip() == text
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--engine", "zenoh"], "--engine must be dds or rclpy, got zenoh"),
+        (
+            ["--ros2-python", "python3", "--zenoh"],
+            "--zenoh and --router are not for --engine rclpy; set RMW_IMPLEMENTATION instead",
+        ),
+    ],
+)
+def test_engines_that_contradict_each_other_are_refused(ros: RosSystem, words: list[str], text: str) -> None:
+    result = ros.pipros.run("pipros", "ros2", *words)
+
+    assert result.returncode == 2
+    assert result.output.strip().endswith(f"error: {text}")
 
 
 def test_programs_in_the_background_of_a_script_end_on_ctrl_c(ros: RosSystem) -> None:

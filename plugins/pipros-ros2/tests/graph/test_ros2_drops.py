@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_message_class, load_service_class
-from pipros.ros2.bridged_topics import Route
-from pipros.ros2.interface import Durability, PartHashes, Ros2CallFailed, TopicQos
-from pipros.ros2.rtps import qos as dds
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.topic_to_ros2 import TopicToRos2
+from pipros_ros2.bridged_topics import Route
+from pipros_ros2.interface import Durability, PartHashes, Ros2CallFailed, TopicQos
+from pipros_ros2.rtps import qos as dds
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.topic_to_ros2 import TopicToRos2
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until

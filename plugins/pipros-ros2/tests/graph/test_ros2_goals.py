@@ -10,17 +10,17 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.limits import Limits
-from pipros.libraries.actions.status import Status
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import WallClock
-from pipros.ros2 import action_messages as messages
-from pipros.ros2.action_messages import Ros2Status
-from pipros.ros2.action_to_ros1 import ActionToRos1
-from pipros.ros2.action_to_ros2 import ActionToRos2
-from pipros.ros2.interface import Ros2CallFailed
-from pipros.ros2.limits import Ros2Limits
+from pipros_libraries.actions.status import Status
+from pipros_ros2 import action_messages as messages
+from pipros_ros2.action_messages import Ros2Status
+from pipros_ros2.action_to_ros1 import ActionToRos1
+from pipros_ros2.action_to_ros2 import ActionToRos2
+from pipros_ros2.interface import Ros2CallFailed
+from tests.support.constants import Constants
 from tests.support.ros2_gateways import PAIRS
 from tests.support.waiting import wait_until
 
@@ -29,7 +29,7 @@ GoalID: Any = load_message_class("actionlib_msgs/GoalID")
 GoalStatus: Any = load_message_class("actionlib_msgs/GoalStatus")
 Goal: Any = load_message_class("actionlib_tutorials/FibonacciGoal")
 Result: Any = load_message_class("actionlib_tutorials/FibonacciResult")
-FEW = Limits(goals=2, tables=(Ros2Limits(ros2_calls=1, ros2_history_bytes=150),))
+FEW = Limits(goals=2)
 NAMES = {messages.id_in_ros2(each): each for each in ("first", "second", "marker")}
 
 
@@ -97,7 +97,8 @@ def node(master_uri: str) -> Iterator[Node]:
 
 
 @pytest.fixture
-def gateway(master_uri: str) -> Iterator[Node]:
+def gateway(master_uri: str, constants: Constants) -> Iterator[Node]:
+    constants(ROS2_CALLS=1, ROS2_HISTORY_BYTES=150)
     with Node("gateway", environment=Environment(master_uri=master_uri), limits=FEW) as node:
         yield node
 

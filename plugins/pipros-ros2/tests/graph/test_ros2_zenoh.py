@@ -10,8 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.basics.limits import Limits
-from pipros.ros2.interface import (
+from pipros_ros2.interface import (
     Durability,
     EndpointKind,
     EngineError,
@@ -20,8 +19,8 @@ from pipros.ros2.interface import (
     Sample,
     TopicQos,
 )
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.zenoh.engine import ZenohEngine
+from pipros_ros2.zenoh.engine import ZenohEngine
+from tests.support.constants import Constants
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
@@ -209,19 +208,19 @@ def test_a_restarted_peer_is_found_again(engine: Ros2Engine, router: Router) -> 
 
 
 def test_remembered_endpoints_are_limited(
-    router: Router, peer: Peer, caplog: pytest.LogCaptureFixture
+    router: Router, peer: Peer, caplog: pytest.LogCaptureFixture, constants: Constants
 ) -> None:
     for number in range(20):
         peer.declare("MP", f"/topic{number}", "std_msgs::msg::dds_::String_", STRING)
+    constants(ROS2_GRAPH_BYTES=4000)
     engine = ZenohEngine(
         0,
         "/gateway",
         [router.address],
         timeout_s=60,
-        limits=Limits(tables=(Ros2Limits(ros2_graph_bytes=4000),)),
     )
 
-    wait_until(lambda: "ros2_graph_bytes" in caplog.text, what="the warning")
+    wait_until(lambda: "too many endpoints in ROS 2" in caplog.text, what="the warning")
 
     assert 1 <= len(engine.endpoints()) <= 4
     engine.close()
@@ -250,8 +249,8 @@ def test_a_closed_engine_refuses_endpoints(router: Router) -> None:
 
 PROGRAM = """
 import sys
-from pipros.ros2.interface import TopicQos
-from pipros.ros2.zenoh.engine import ZenohEngine
+from pipros_ros2.interface import TopicQos
+from pipros_ros2.zenoh.engine import ZenohEngine
 engine = ZenohEngine(0, "/gateway", sys.argv[1:], timeout_s=60)
 engine.subscribe("/chatter", "std_msgs/msg/String", "", TopicQos(), print)
 """

@@ -14,18 +14,17 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
-from pipros.ros2.interface import EndpointKind, Sample, TopicQos
+from pipros_libraries.actions.status import Status
+from pipros_ros2.interface import EndpointKind, Sample, TopicQos
 from tests.graph.test_ros2_actions import PAIR, Server
 from tests.support import foxglove
-from tests.support.environments import TESTS, genuine_environment
+from tests.support.environments import file_of_tests, genuine_environment
 from tests.support.processes import Processes
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
 
-PROGRAMS = TESTS / "interop" / "programs"
 PYTHON = "/usr/bin/python3"
 INT: Any = load_message_class("std_msgs/Int32")
 INT32 = "std_msgs/msg/Int32"
@@ -66,7 +65,7 @@ def test_a_gateway_loses_no_message_of_rospy_when_publishers_appear(
     system: System, genuine: Processes
 ) -> None:
     system.gateway()
-    genuine.start(PYTHON, PROGRAMS / "send_numbers.py", "talker", "std_msgs/Int32")
+    genuine.start(PYTHON, file_of_tests("interop/programs/send_numbers.py"), "talker", "std_msgs/Int32")
     wait_until(lambda: system.has(EndpointKind.PUBLISHER, "/numbers"), what="the topic in ROS 2")
     samples: list[Sample] = []
     all_samples = TopicQos(depth=0)  # with a depth of 10, a test that stalls for 0.1 s would lose some itself
@@ -87,7 +86,9 @@ def test_a_foxglove_server_loses_no_message_of_rospy_when_publishers_appear(
     system: System, genuine: Processes
 ) -> None:
     with foxglove.serving(system.node("server")) as address, foxglove.connected(address) as client:
-        genuine.start(PYTHON, PROGRAMS / "send_numbers.py", "talker", "kit_of_no_package/Number")
+        genuine.start(
+            PYTHON, file_of_tests("interop/programs/send_numbers.py"), "talker", "kit_of_no_package/Number"
+        )
         client.subscribe(1, "/numbers")
         numbers: list[int] = []
 
@@ -120,7 +121,7 @@ def test_goals_of_genuine_clients_reach_ros2_when_other_clients_appear(
     text = tmp_path / "fibonacci"
     text.write_text(load_message_class("actionlib_tutorials/FibonacciAction")._full_text)
 
-    client = genuine.start(PYTHON, PROGRAMS / "send_many_goals.py", text, str(GOALS))
+    client = genuine.start(PYTHON, file_of_tests("interop/programs/send_many_goals.py"), text, str(GOALS))
     client.wait_for("server True", 60)
     number = 0
     while "succeeded" not in client.output:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.idl import parse_idl
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.interfaces.parse import parse_ros2_action, parse_ros2_message, parse_ros2_service
-from pipros.ros2.interfaces.spec import Ros2Field, Ros2Message, Ros2Type
-from pipros.ros2.interfaces.type_hash import message_hash
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.idl import parse_idl
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.parse import parse_ros2_action, parse_ros2_message, parse_ros2_service
+from pipros_rosbag2.interfaces.spec import Ros2Field, Ros2Message, Ros2Type
+from pipros_rosbag2.interfaces.type_hash import message_hash
 from tests.support.ros2_wheels import DISTROS, environment
 
 

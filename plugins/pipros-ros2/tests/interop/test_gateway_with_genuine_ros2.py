@@ -1,9 +1,15 @@
-"""`pipros ros2` between a genuine rclpy node and a genuine rospy node, for each distribution on PyPI."""
+"""`pipros ros2` between a genuine rclpy node and a genuine rospy node, for each distribution on PyPI.
+
+Both engines pass everything, except that the engine rclpy offers only actions whose types its ROS 2 has.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import itertools
+import os
 import re
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +19,7 @@ import pytest
 
 from pipros.msg import load_message_class
 from tests.support.dds_peers import enable_multicast
-from tests.support.environments import TESTS, genuine_environment
+from tests.support.environments import file_of_tests, genuine_environment
 from tests.support.hunt import busy_processors
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
@@ -22,7 +28,6 @@ from tests.support.waiting import wait_until
 
 pytestmark = needs_network
 PYTHON = "/usr/bin/python3"
-PROGRAMS = TESTS / "interop" / "programs"
 MASTER = "http://localhost:11311"
 RULES = """
 topics: {to_ros1: {allow: ["/r2_*"]}}
@@ -42,17 +47,22 @@ MAPPING = """
 """
 BIG_BYTES = 8_000_000
 NUMBERS = ("reliable", "best_effort")
+ACTIONS = {"dds": ("example_interfaces", "test_msgs"), "rclpy": ("test_msgs",)}
+"""The packages of actions by which each engine offers the action of ROS 1."""
 
 
 class System:
     """A master, a gateway, and a node on each side of it, in a network of their own."""
 
-    def __init__(self, distro: str, folder: Path, network: LoneNetwork) -> None:
+    def __init__(self, distro: str, engine: str, folder: Path, network: LoneNetwork) -> None:
+        self.engine = engine
         self._distro = distro
         self._environment = environment(distro)
         self._network = network
         self._folder = folder
         self._processes = Processes(genuine_environment(folder, MASTER), folder)
+        self._memory = folder / "shm"
+        self._memory.mkdir()
         self._rules = folder / "rules.yaml"
         self._rules.write_text(RULES)
         self._mapping = folder / "mapping.yaml"
@@ -67,28 +77,40 @@ class System:
 
     def _pipros(self, command: str, *words: str | Path) -> Process:
         program = Path(sys.executable).parent / command
-        argv = self._network.command(str(program), *map(str, words))
+        argv = self._with_memory(str(program), *map(str, words))
         return self._processes.start(*argv, environment={"ROS_IP": "127.0.0.1"})
 
+    def _with_memory(self, *argv: str) -> list[str]:
+        """Return a command in the network, with shared memory that only such commands have.
+
+        Programs that were killed leave files there.
+        """
+        mount = 'mount --bind "$0" /dev/shm && exec "$@"'
+        return self._network.command("sh", "-c", mount, str(self._memory), *argv)
+
     def start_gateway(self) -> Process:
+        python = ("--ros2-python", self._environment / "bin" / "python") if self.engine == "rclpy" else ()
         gateway = self._pipros(
             *("pipros", "ros2", "--domain", "0", "--distro", self._distro, "--rules", self._rules),
             *("--mapping", self._mapping, "--msgs", self._environment / "share"),
+            *python,
         )
         gateway.wait_for("connected to domain")
         return gateway
 
     def start_ros2(self) -> Process:
-        # Programs that were killed leave files in the shared memory, which all networks have in common.
-        private = 'mount -t tmpfs shm /dev/shm && exec "$@"'
-        python = str(self._environment / "bin" / "python")
-        return self._node("sh", "-c", private, "sh", python, str(PROGRAMS / "genuine_ros2_node.py"))
+        return self._node(
+            str(self._environment / "bin" / "python"),
+            str(file_of_tests("interop/programs/genuine_ros2_node.py")),
+        )
 
     def start_ros1(self) -> Process:
-        return self._node(PYTHON, str(PROGRAMS / "genuine_ros1_node.py"), str(self._fibonacci))
+        return self._node(
+            PYTHON, str(file_of_tests("interop/programs/genuine_ros1_node.py")), str(self._fibonacci)
+        )
 
     def _node(self, *argv: str) -> Process:
-        node = self._processes.start(*self._network.command(*argv), stdin=-1)
+        node = self._processes.start(*self._with_memory(*argv), stdin=-1)
         node.wait_for("^ready$")
         return node
 
@@ -123,10 +145,10 @@ class System:
 
 
 @contextmanager
-def running(distro: str, folder: Path) -> Iterator[System]:
+def running(distro: str, engine: str, folder: Path) -> Iterator[System]:
     network = LoneNetwork("127.0.0.1 localhost\n")
     try:
-        system = System(distro, folder, network)
+        system = System(distro, engine, folder, network)
         try:
             yield system
         finally:
@@ -135,9 +157,9 @@ def running(distro: str, folder: Path) -> Iterator[System]:
         network.close()
 
 
-@pytest.fixture(scope="module", params=DISTROS)
+@pytest.fixture(scope="module", params=itertools.product(DISTROS, ACTIONS), ids="-".join)
 def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
-    with running(request.param, tmp_path_factory.mktemp("ros2")) as system:
+    with running(*request.param, tmp_path_factory.mktemp("ros2")) as system:
         yield system
 
 
@@ -208,7 +230,7 @@ def test_goals_are_cancelled_in_both_directions(system: System) -> None:
 
 def test_the_gateway_is_a_node_of_ros2_with_actions_of_all_names(system: System) -> None:
     mark = system.ros2.mark()
-    names = " ".join(f"{package}/action/Fibonacci" for package in ("example_interfaces", "test_msgs"))
+    names = " ".join(f"{package}/action/Fibonacci" for package in ACTIONS[system.engine])
     patterns = ("^nodes .*kit ros1_gateway_", f"^action /r1_fibonacci {names}$")
 
     def is_known() -> bool:  # what rclpy has discovered so far
@@ -245,3 +267,16 @@ def test_everything_passes_again_after_a_restart_of_each_part(system: System) ->
     system.check_topics()
     system.check_calls()
     system.check_goals()
+
+
+def test_a_gateway_whose_rclpy_ends_says_so_and_ends(tmp_path: Path) -> None:
+    with running(DISTROS[0], "rclpy", tmp_path) as system:
+        (agent,) = (
+            int(pid)
+            for children in Path(f"/proc/{system.gateway.pid}/task").glob("*/children")
+            for pid in children.read_text().split()
+        )
+        os.kill(agent, signal.SIGKILL)
+
+        assert system.gateway.wait() == 1
+        assert "ERROR: the process of rclpy ended with exit code -9" in system.gateway.output

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.port.draft import draft_of
+from pipros_ros2.port.draft import draft_of
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from tests.support import documents
 from tests.support.dds_peers import enable_multicast
-from tests.support.environments import REPOSITORY, TESTS, make_tool_folder
+from tests.support.environments import file_of_tests, make_tool_folder
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
 from tests.support.programs import make_programs
@@ -19,7 +20,7 @@ from tests.support.ros2_wheels import DISTROS, environment
 from tests.support.shared_ros2 import shared_environment
 
 pytestmark = needs_network
-HALF = TESTS / "interop" / "programs" / "half_node.py"
+HALF = file_of_tests("interop/programs/half_node.py")
 FIRST = "#!/usr/bin/env python3\n"
 ROS1_SCRIPT = """
 import os, rospy
@@ -285,6 +286,16 @@ def test_a_launch_file_has_nodes_for_rclpy_and_the_gateway(shared: Shared) -> No
     launch.end()
 
 
+def test_the_gateway_can_use_the_rclpy_of_its_own_environment(shared: Shared) -> None:
+    gateway = shared.start("pipros", "ros2", "--engine", "rclpy", "--distro", shared.distro)
+    gateway.wait_for("connected to domain 0 .*, rclpy with rmw_fastrtps_cpp")
+    listener = shared.start("python", "-c", LISTENER)
+    publisher = shared.start("rostopic", "pub", "-r", "20", "/words", "std_msgs/String", "data: hi")
+    listener.wait_for("^heard hi$")
+    for process in (publisher, listener, gateway):
+        process.end()
+
+
 def test_a_node_that_is_half_rospy_and_half_rclpy_passes_200_messages_a_second(shared: Shared) -> None:
     half = shared.start("rosrun", "programs", "half.py")
     talker = shared.start("rosrun", "programs", "talker.py")
@@ -294,7 +305,10 @@ def test_a_node_that_is_half_rospy_and_half_rclpy_passes_200_messages_a_second(s
 
 
 def test_the_example_of_the_document_passes_messages_to_ros2(shared: Shared) -> None:
-    (example,) = re.findall(r"(?ms)^```python\n(.*?)^```", (REPOSITORY / "docs" / "ros2.md").read_text())
+    (example,) = re.findall(
+        r"(?ms)^```python\n(.*?)^```",
+        documents.text_of("guides/ros2.md"),
+    )
     processes = [
         shared.start("python", "-c", example),
         shared.start("python", "-c", LISTENER),
@@ -307,17 +321,17 @@ def test_the_example_of_the_document_passes_messages_to_ros2(shared: Shared) -> 
 
 def test_parts_of_services_are_converted_in_both_directions(shared: Shared) -> None:
     ended = shared.python(
-        "from pipros.ros2 import to_ros1, to_ros2; from pipros.ros1.std_srvs.srv import SetBoolResponse\n"
+        "from pipros_ros2 import to_ros1, to_ros2; from pipros.ros1.std_srvs.srv import SetBoolResponse\n"
         "there = to_ros2(SetBoolResponse(True, 'é')); print(type(there).__name__, to_ros1(there).message)"
     )
     assert ended.stdout == ["SetBool_Response é"]
 
 
 def test_only_messages_are_converted(shared: Shared) -> None:
-    wrong = shared.python("from pipros.ros2 import to_ros2; to_ros2('text')")
+    wrong = shared.python("from pipros_ros2 import to_ros2; to_ros2('text')")
     assert wrong.stderr[-1] == "TypeError: to_ros2() needs a ROS 1 message, got str"
     unknown = shared.python(
-        "from pipros.ros2 import to_ros2; from pipros.ros1.nav_msgs.msg import Path; to_ros2(Path())"
+        "from pipros_ros2 import to_ros2; from pipros.ros1.nav_msgs.msg import Path; to_ros2(Path())"
     )
     assert "this environment has no ROS 2 class nav_msgs.msg.Path" in unknown.stderr[-1]
 

@@ -1,4 +1,4 @@
-"""The walk of docs/ros2.md (`pipros wheel --ros2`, …), with ROS 2 in its own environment, then in pipros's.
+"""The walk of docs/guides/ros2.md (`pipros wheel --ros2`, …), with ROS 2 in its own environment, and in ours.
 
 `script/long ros2` walks with Kilted in place of Jazzy.
 
@@ -16,15 +16,16 @@ from pathlib import Path
 
 import pytest
 
+from tests.support import documents
 from tests.support.dds_peers import enable_multicast
-from tests.support.environments import EXAMPLES, REPOSITORY, VENV_BIN
+from tests.support.environments import EXAMPLES, VENV_BIN
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
 from tests.support.ros2_wheels import environment
 from tests.support.shared_ros2 import shared_environment
 
 pytestmark = needs_network
-DOCUMENT = (REPOSITORY / "docs" / "ros2.md").read_text()
+DOCUMENT = documents.text_of("guides/ros2.md")
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 ENDLESS = ("roslaunch", "rosrun")
 DISTRO = os.environ.get("PIPROS_TEST_WALK", "jazzy")

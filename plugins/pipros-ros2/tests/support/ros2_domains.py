@@ -6,7 +6,7 @@ import contextlib
 import socket
 from collections.abc import Iterator
 
-from pipros.ros2.rtps.domain import MAX_DOMAIN, multicast_port
+from pipros_ros2.rtps.domain import MAX_DOMAIN, multicast_port
 
 
 @contextlib.contextmanager

@@ -6,27 +6,26 @@ from contextlib import ExitStack
 from typing import Any
 
 from pipros.basics.env import Environment
-from pipros.basics.limits import process_limits
 from pipros.master.master import Master
 from pipros.node import Node
-from pipros.ros2.conversion.mapping import BUILTIN_RULES
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.gateway import Gateway, new_identity
-from pipros.ros2.interface import (
+from pipros_ros2.gateway import Gateway, new_identity
+from pipros_ros2.interface import (
     GATEWAY_NODE,
     EndpointKind,
     Ros2Engine,
     Ros2Publisher,
     TopicQos,
 )
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.engine import RtpsEngine
-from pipros.ros2.rules import parse_gateway_rules
-from pipros.ros2.type_pairs import TypePairs
-from pipros.ros2.zenoh.engine import ZenohEngine
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.engine import RtpsEngine
+from pipros_ros2.rules import parse_gateway_rules
+from pipros_ros2.type_pairs import TypePairs
+from pipros_ros2.zenoh.engine import ZenohEngine
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES
+from pipros_rosbag2.distribution import Distribution
 from tests.support.zenoh_peer import Router
 
-PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits())
+PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
 
 
 class System:

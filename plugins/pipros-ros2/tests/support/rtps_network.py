@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pipros.basics.limits import Limits
-from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
-from pipros.ros2.rtps.events import (
+from pipros_ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros_ros2.rtps.events import (
     EndpointChanged,
     Event,
     Matched,
@@ -19,10 +19,10 @@ from pipros.ros2.rtps.events import (
     ReceivedSample,
     RtpsSettings,
 )
-from pipros.ros2.rtps.identity import OWN_VENDOR
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import QosPolicy
+from pipros_ros2.rtps.identity import OWN_VENDOR
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.qos import QosPolicy
 
 STRING = "std_msgs::msg::dds_::String_"
 ADDRESSES = tuple(Address("127.0.0.1", 7410 + 2 * index) for index in range(4))

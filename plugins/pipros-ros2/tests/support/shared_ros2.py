@@ -8,7 +8,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from tests.support.environments import FACADES, SRC, VENV_BIN
+from tests.support.environments import REPOSITORY, ROOTS, VENV_BIN
 from tests.support.ros2_wheels import environment
 
 _REQUIRED = ("catkin_pkg", "dateutil", "distro", "docutils", "packaging", "pyparsing", "rospkg", "websockets")
@@ -32,8 +32,8 @@ def shared_environment(distro: str, folder: Path) -> Path:
         source = Path(module.origin)
         source = source.parent if source.stem == "__init__" else source
         (site / source.name).symlink_to(source)
-    (site / "_pipros.pth").write_text("\n".join(map(str, (SRC, *FACADES))) + "\n")
-    shutil.copy(SRC / "pipros.pth", site)
+    (site / "_pipros.pth").write_text("\n".join(map(str, ROOTS)) + "\n")
+    shutil.copy(REPOSITORY / "packages" / "pipros" / "pipros.pth", site)
     programs = folder / "bin"
     for program in VENV_BIN.glob("*ros*"):
         text = program.read_bytes()

@@ -1,6 +1,6 @@
 """A Zenoh router, and a peer that behaves like a node with rmw_zenoh.
 
-The peer follows the published format, and does not use `pipros.ros2`.
+The peer follows the published format, and does not use `pipros_ros2`.
 """
 
 from __future__ import annotations

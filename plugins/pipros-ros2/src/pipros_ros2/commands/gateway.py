@@ -9,13 +9,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pipros.basics.printable import listed
-from pipros.cli.runner import USAGE_ERROR, CommandError, add_flag, dispatch, option_parser, run
-from pipros.cli.server_options import without_remappings
-from pipros.ros2.commands.bags import add_reading_options, definition_folders
+from pipros.msg.language.full_text import DEFINITION_BYTES
+from pipros_rosbag2.commands import add_reading_options, definition_folders
+from pipros_tools.cli.runner import USAGE_ERROR, CommandError, add_flag, dispatch, option_parser, run
+from pipros_tools.cli.server_options import without_remappings
 
 LOOKING = {
-    **{name: f"pipros.ros2.commands.look:{name}" for name in ("topics", "nodes", "services", "actions")},
-    **{name: f"pipros.ros2.commands.messages:{name}" for name in ("echo", "hz", "pub", "call")},
+    **{name: f"pipros_ros2.commands.look:{name}" for name in ("topics", "nodes", "services", "actions")},
+    **{name: f"pipros_ros2.commands.messages:{name}" for name in ("echo", "hz", "pub", "call")},
 }
 """The subcommands that look at ROS 2 without a master."""
 ROUTER = "tcp/localhost:7447"
@@ -55,25 +56,40 @@ def _serve(argv: Sequence[str]) -> int:
     add_reading_options(parser)
     add_flag(parser, "--zenoh", help=f"connect to rmw_zenoh instead of DDS, at its router {ROUTER}")
     parser.add_option("--router", metavar="ENDPOINT", help="the address of the Zenoh router; implies --zenoh")
+    parser.add_option(
+        "--engine", metavar="NAME", help="dds (default) or rclpy, which uses an installed ROS 2"
+    )
+    parser.add_option(
+        "--ros2-python",
+        metavar="PYTHON",
+        help="the Python that has rclpy (default: this one); implies --engine rclpy",
+    )
     add_flag(parser, "--force-types", help="pass messages even if the hashes of their types differ")
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")
     from pipros.node import Node
     from pipros.node.program_log import stderr_logger
-    from pipros.ros2.serve import GatewayOptions, gateway_node_name, serve_gateway
+    from pipros_ros2.serve import GatewayOptions, gateway_node_name, serve_gateway
 
     discovery, distribution = discovery_of(options.domain), distribution_of(options.distro)
     routers = [options.router or ROUTER] if options.router or options.zenoh else []
+    engine = options.engine or ("rclpy" if options.ros2_python else "dds")
+    if engine not in ("dds", "rclpy"):
+        parser.error(f"--engine must be dds or rclpy, got {engine}")
+    if engine == "rclpy" and routers:
+        parser.error("--zenoh and --router are not for --engine rclpy; set RMW_IMPLEMENTATION instead")
+    python = (options.ros2_python or sys.executable) if engine == "rclpy" else ""
     name = gateway_node_name(discovery.domain, is_zenoh=bool(routers))
-    node = Node(name, argv=argv, log=stderr_logger("pipros.ros2"))
-    pairs = _pairs(options, distribution, node)
-    return serve_gateway(node, GatewayOptions(discovery, _rules(options.rules), pairs, distribution, routers))
+    node = Node(name, argv=argv, log=stderr_logger("pipros_ros2"))
+    pairs = _pairs(options, distribution)
+    rules = _rules(options.rules)
+    return serve_gateway(node, GatewayOptions(discovery, rules, pairs, distribution, routers, python))
 
 
 def discovery_of(domain: int | None) -> Any:
     """Return the `Discovery` of the environment, with the domain if one is given."""
-    from pipros.ros2.rtps.domain import Discovery
+    from pipros_ros2.rtps.domain import Discovery
 
     given = {} if domain is None else {"ROS_DOMAIN_ID": str(domain)}
     return Discovery.from_environment({**os.environ, **given})
@@ -81,7 +97,7 @@ def discovery_of(domain: int | None) -> Any:
 
 def distribution_of(name: str | None) -> Any:
     """Return the distribution of a name, or None without one. Raise CommandError if it is unknown."""
-    from pipros.ros2.distribution import Distribution
+    from pipros_rosbag2.distribution import Distribution
 
     try:
         return Distribution(name) if name else None
@@ -90,32 +106,30 @@ def distribution_of(name: str | None) -> Any:
         raise CommandError(f"--distro must be one of {known}, got [{listed(name)}]") from None
 
 
-def _pairs(options: Any, distribution: Any, node: Any) -> Any:
-    from pipros.ros2.conversion.mapping import merged, parse_rules
-    from pipros.ros2.distribution import Distribution
-    from pipros.ros2.type_pairs import TypePairs
+def _pairs(options: Any, distribution: Any) -> Any:
+    from pipros_ros2.type_pairs import TypePairs
+    from pipros_rosbag2.conversion.mapping import merged, parse_rules
+    from pipros_rosbag2.distribution import Distribution
 
     return TypePairs(
         distribution or Distribution.JAZZY,
         merged([parse_rules(_read(file), file) for file in options.mapping if file]),
-        node.limits,
         definition_folders(options.msgs),
         is_lenient=options.force_types,
     )
 
 
 def _rules(file: str | None) -> Any:
-    from pipros.ros2.rules import GatewayRules, parse_gateway_rules
+    from pipros_ros2.rules import GatewayRules, parse_gateway_rules
 
     return parse_gateway_rules(_read(file), file) if file else GatewayRules()
 
 
 def _read(file: str) -> str:
     from pipros.basics.input_file import read_text
-    from pipros.basics.limits import process_limits
 
     try:
-        return read_text(file, process_limits().definition_bytes)
+        return read_text(file, DEFINITION_BYTES)
     except (OSError, UnicodeDecodeError) as error:
         raise CommandError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
 
@@ -136,11 +150,11 @@ def _status(argv: Sequence[str]) -> int:
 
 def _statuses() -> dict[str, Mapping[str, Any]]:
     """Return the status reports of this master's gateways, by node name."""
-    from pipros.graph.client import GraphClient
-    from pipros.graph.errors import GraphError
-    from pipros.graph.service_call import ServiceCaller
-    from pipros.graph.system_state import SystemState
-    from pipros.ros2.names import GATEWAY_PREFIX
+    from pipros_rosbag2.names import GATEWAY_PREFIX
+    from pipros_tools.graph.client import GraphClient
+    from pipros_tools.graph.errors import GraphError
+    from pipros_tools.graph.service_call import ServiceCaller
+    from pipros_tools.graph.system_state import SystemState
 
     found = {}
     with GraphClient("pipros_ros2_status") as graph:
@@ -151,13 +165,13 @@ def _statuses() -> dict[str, Mapping[str, Any]]:
                 try:
                     caller = ServiceCaller(graph.master, name)
                     found[node] = json.loads(caller.call(caller.request([])).message)
-                except (GraphError, ValueError) as error:
+                except (GraphError, ValueError, RecursionError) as error:
                     raise CommandError(f"[{node}] returned no valid status: {error}") from None
     return found
 
 
 def _lines(name: str, status: Mapping[str, Any]) -> list[str]:
-    from pipros.ros2.rules import INTERNAL
+    from pipros_ros2.rules import INTERNAL
 
     lines = [f"{listed(name)}:"]
     for row in status["passed"]:

@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.interrupts import accept_ctrl_c
 from pipros.basics.printable import listed
-from pipros.cli.runner import CommandError, add_flag, option_parser
-from pipros.ros2.commands.bags import add_reading_options, definition_folders
+from pipros_rosbag2.commands import add_reading_options, definition_folders
+from pipros_tools.cli.runner import CommandError, add_flag, option_parser
 
 if TYPE_CHECKING:
     from optparse import OptionParser
 
-    from pipros.ros2.interface import Endpoint
-    from pipros.ros2.look import DomainView, Named
+    from pipros_ros2.interface import Endpoint
+    from pipros_ros2.look import DomainView, Named
 
 
 def topics(argv: Sequence[str]) -> int:
-    from pipros.ros2.look import topics
+    from pipros_ros2.look import topics
 
     parser = _listing_parser("topic")
     add_flag(parser, "-v", "--verbose", help="list publishers and subscribers, or describe each of them")
@@ -49,7 +49,7 @@ def topics(argv: Sequence[str]) -> int:
 
 
 def services(argv: Sequence[str]) -> int:
-    from pipros.ros2.look import services
+    from pipros_ros2.look import services
 
     options, names, ends = _looked(_listing_parser("service"), argv)
     found = services(ends)
@@ -63,7 +63,7 @@ def services(argv: Sequence[str]) -> int:
 
 
 def actions(argv: Sequence[str]) -> int:
-    from pipros.ros2.look import actions
+    from pipros_ros2.look import actions
 
     options, names, ends = _looked(_listing_parser("action"), argv)
     found = actions(ends)
@@ -141,9 +141,9 @@ def parsed(parser: OptionParser, argv: Sequence[str], *, least: int = 0, most: i
 @contextmanager
 def domain_view(options: Any) -> Iterator[DomainView]:
     """Connect to the domain of a command line. As with rostopic, an ignored SIGINT counts."""
-    from pipros.ros2.commands.gateway import discovery_of, distribution_of
-    from pipros.ros2.distribution import Distribution
-    from pipros.ros2.look import DomainView
+    from pipros_ros2.commands.gateway import discovery_of, distribution_of
+    from pipros_ros2.look import DomainView
+    from pipros_rosbag2.distribution import Distribution
 
     accept_ctrl_c()
     discovery = discovery_of(options.domain)
@@ -200,7 +200,7 @@ def _describe_topic(topic: Named, *, is_verbose: bool) -> None:
 
 
 def _describe_node(name: str, ends: Sequence[Endpoint]) -> None:
-    from pipros.ros2.look import actions, services, topics
+    from pipros_ros2.look import actions, services, topics
 
     own = [each for each in ends if each.node == name]
     print(name)

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.printable import listed, printable_lines
-from pipros.cli.runner import CommandError, add_flag
-from pipros.ros2.commands.look import domain_view, full_name, look_parser, parsed
+from pipros_ros2.commands.look import domain_view, full_name, look_parser, parsed
+from pipros_tools.cli.runner import CommandError, add_flag
 
 if TYPE_CHECKING:
-    from pipros.ros2.interface import Sample
-    from pipros.ros2.look import DomainView
+    from pipros_ros2.interface import Sample
+    from pipros_ros2.look import DomainView
 
 _QUEUED: Final = 1000
 _LOOK_S: Final = 0.2
@@ -31,7 +31,7 @@ def echo(argv: Sequence[str]) -> int:
     options, words = parsed(parser, argv, least=1, most=2)
     import yaml
 
-    from pipros.ros2.interfaces.cdr import BadValue
+    from pipros_rosbag2.interfaces.cdr import CdrError
 
     with domain_view(options) as view:
         kind, announced, arriving = _subscribed(view, words)
@@ -39,7 +39,7 @@ def echo(argv: Sequence[str]) -> int:
         for payload in arriving:
             try:
                 values = view.decode(payload, message)
-            except BadValue as error:
+            except CdrError as error:
                 print(f"WARNING: a message is left out: {listed(error)}", file=sys.stderr)
                 continue
             shown: Any = view.shown(values, message, no_arrays=options.no_arrays, is_whole=options.is_whole)
@@ -57,8 +57,8 @@ def echo(argv: Sequence[str]) -> int:
 
 
 def hz(argv: Sequence[str]) -> int:
-    from pipros.graph.measurements import Rates
-    from pipros.graph.samples import DEFAULT_WINDOW
+    from pipros_tools.graph.measurements import Rates
+    from pipros_tools.graph.samples import DEFAULT_WINDOW
 
     parser = look_parser("hz", "[options] /topic", "Prints the rate at which messages arrive.")
     parser.add_option(
@@ -115,7 +115,7 @@ def pub(argv: Sequence[str]) -> int:
 
 
 def call(argv: Sequence[str]) -> int:
-    from pipros.ros2.interface import EndpointKind
+    from pipros_ros2.interface import EndpointKind
 
     parser = look_parser("call", "[options] /service type [values]", "Calls a service.")
     parser.add_option(
@@ -157,9 +157,9 @@ def _subscribed(
     If `wakes` is true, the iterator also yields None now and then.
     """
     from pipros.basics.errors import NotFound
-    from pipros.ros2.interface import TopicQos
-    from pipros.ros2.look import ANY_PUBLISHER, topic_of
-    from pipros.ros2.qos_choice import requested_qos
+    from pipros_ros2.interface import TopicQos
+    from pipros_ros2.look import ANY_PUBLISHER, topic_of
+    from pipros_ros2.qos_choice import requested_qos
 
     name, given = full_name(words[0]), "".join(words[1:])
     try:
@@ -207,7 +207,7 @@ def _values(words: Sequence[str]) -> object:
 
 
 def _qos(options: Any) -> Any:
-    from pipros.ros2.interface import Durability, Reliability, TopicQos
+    from pipros_ros2.interface import Durability, Reliability, TopicQos
 
     try:
         reliability = Reliability(options.qos_reliability or "reliable")

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import open_file
 from pipros.basics.printable import listed
-from pipros.cli.runner import CommandError, option_parser, run
+from pipros.basics.replaced_file import write_whole
+from pipros.msg.language.full_text import DEFINITION_BYTES
+from pipros_tools.cli.runner import CommandError, option_parser, run
 
 if TYPE_CHECKING:
-    from pipros.ros2.port.launches import LaunchDrafts
+    from pipros_ros2.port.launches import LaunchDrafts
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -39,7 +43,9 @@ def _port(argv: list[str]) -> int:
         print(f"package.xml: left out: {listed(str(error))}", file=sys.stderr)
         left_out = 1
     scripts = []
-    for file in _files(source):
+    if not (files := list(_files(source))) and not launches:
+        raise CommandError(f"{listed(str(source))} has no Python files")
+    for file in files:
         name = str(file.relative_to(source)) if source.is_dir() else file.name
         values = launches.values(file.name) if launches else {}
         failed, is_node = _port_file(file, name, target, values)
@@ -52,8 +58,8 @@ def _port(argv: list[str]) -> int:
 
 def _launches(source: Path) -> LaunchDrafts | None:
     """Return the drafts of a package's launch files, or None for other sources."""
-    from pipros.ros2.port.launches import LaunchDrafts
-    from pipros.workspace.manifest import read_manifest
+    from pipros_ros2.port.launches import LaunchDrafts
+    from pipros_workspace.manifest import read_manifest
 
     if not (source / "package.xml").is_file():
         return None
@@ -68,7 +74,7 @@ def _port_package(source: Path, launches: LaunchDrafts, scripts: Sequence[str], 
 
     Return 1 if package.xml cannot be drafted, otherwise 0.
     """
-    from pipros.ros2.port.package import package_files
+    from pipros_ros2.port.package import package_files
 
     files, failed = dict(launches.files), 0
     if target is not None and (target / "package.xml").exists():
@@ -95,7 +101,7 @@ def _port_package(source: Path, launches: LaunchDrafts, scripts: Sequence[str], 
 
 def _source(word: str) -> Path:
     """Return a file or folder, or the folder of a package."""
-    from pipros.ros2.interfaces.installed import installed_package
+    from pipros_rosbag2.interfaces.installed import installed_package
 
     if Path(word).exists():
         return Path(word)
@@ -107,14 +113,14 @@ def _source(word: str) -> Path:
 
 def _files(source: Path) -> Iterator[Path]:
     """Yield the Python files of a package, including scripts without a suffix."""
-    if source.is_file():
+    if not source.is_dir():
         yield source
         return
     for file in sorted(source.rglob("*")):
         if file.suffix == ".py" and file.name != "setup.py" and file.is_file():
             yield file
         elif not file.suffix and file.is_file():
-            with file.open("rb") as opened:
+            with open_file(file) as opened:
                 first = opened.readline(200)
             if first.startswith(b"#!") and b"python" in first:
                 yield file
@@ -126,12 +132,11 @@ def _port_file(file: Path, name: str, target: Path | None, values: Mapping[str, 
     Return 1 if the file cannot be read, otherwise 0; and whether it is a program.
     """
     from pipros.basics.input_file import read_text
-    from pipros.basics.limits import process_limits
-    from pipros.ros2.interfaces.installed import installed_definitions
-    from pipros.ros2.port.draft import NotPortable, draft_of
+    from pipros_ros2.port.draft import NotPortable, draft_of
+    from pipros_rosbag2.interfaces.installed import installed_definitions
 
     try:
-        text = read_text(str(file), process_limits().definition_bytes)
+        text = read_text(str(file), DEFINITION_BYTES)
         draft = draft_of(text, installed_definitions(), name, values)
     except (OSError, UnicodeDecodeError, NotPortable) as error:
         print(f"{listed(name)}: left out: {listed(str(error))}", file=sys.stderr)
@@ -150,11 +155,10 @@ def _port_file(file: Path, name: str, target: Path | None, values: Mapping[str, 
 
 def _write(path: Path, text: str, mode: int) -> None:
     try:
+        if os.path.lexists(path):
+            raise CommandError(f"{listed(str(path))} exists already; give another folder")
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("x", encoding="utf-8") as opened:
-            opened.write(text)
+        write_whole(path, text.encode())
         path.chmod(mode)
-    except FileExistsError:
-        raise CommandError(f"{listed(str(path))} exists already; give another folder") from None
     except OSError as error:
         raise CommandError(f"cannot write {listed(str(path))}: {error.strerror}") from None

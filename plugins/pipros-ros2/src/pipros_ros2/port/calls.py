@@ -7,13 +7,37 @@ import re
 from collections.abc import Mapping
 from typing import Any, Final
 
-from pipros.ros2.interfaces.derive import member_name
-from pipros.ros2.port.rules import CALLS, EXCEPTIONS, LOGGING, METHODS, NODE, UNSURE
-from pipros.ros2.port.values import PortedValues
+from pipros_ros2.port.kinds import TIMES
+from pipros_ros2.port.rules import (
+    CALLS,
+    EXACT,
+    EXCEPTIONS,
+    FIELDS,
+    KEPT,
+    LATE,
+    LOGGING,
+    METHODS,
+    NODE,
+    unsure,
+)
+from pipros_ros2.port.values import PortedValues
+from pipros_rosbag2.interfaces.derive import member_name
 
 _LOG: Final = re.compile(r"rospy\.log(debug|info|warn|err|fatal)(_throttle|_once|_throttle_identical)?")
 _TIMES: Final = {"secs": "sec", "nsecs": "nanosec"}
-_OF_ROS1: Final = ("_connection_header", "_type", "_md5sum", "_full_text", "serialize", "deserialize")
+_OF_ROS1: Final = (
+    *("_buff", "_connection_header", "_full_text", "_has_header", "_md5sum", "_slot_types", "_type"),
+    *("__slots__", "serialize", "deserialize", "serialize_numpy", "deserialize_numpy"),
+)
+
+_MOMENTS: Final = {"time": "time", "stamp": "time", "duration": "duration", "span": "duration"}
+_SUMS: Final = (
+    ("time", "time", ast.Sub),
+    ("time", "duration", ast.Sub),
+    ("time", "duration", ast.Add),
+    ("duration", "time", ast.Add),
+)
+"""What rclpy's times can be added to and subtracted from."""
 
 
 class PortedCalls(PortedValues):
@@ -31,19 +55,64 @@ class PortedCalls(PortedValues):
             return "rclpy.ok()"
         if isinstance(node, ast.Call):
             return self._call(node)
-        if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Sub, ast.Add)):
-            sides = [self._as_time(each) for each in (node.left, node.right)]
-            if any(self._kinds.of(each) == "stamp" for each in (node.left, node.right)):
-                return f"{sides[0]} {'-' if isinstance(node.op, ast.Sub) else '+'} {sides[1]}"
-            return None
+        if isinstance(node, (ast.BinOp, ast.Compare)):
+            self._with_fields(node)
+            return self._with_times(node)
+        for condition in _conditions(node):
+            self._truth(condition)
         if isinstance(node, ast.Attribute):
             return self._attribute(node)
         if isinstance(node, ast.Name):
             return self._named(node)
         return None
 
+    def _truth(self, condition: ast.expr) -> None:
+        """Add a TODO for a time of which only the truth counts, unless it may be None."""
+        if self._kinds.may_be(condition, *TIMES) and not self._kinds.may_be(condition, "NoneType"):
+            self._todo(condition, "a time of rclpy is true even if it is zero: compare its nanoseconds")
+
+    def _with_fields(self, node: ast.BinOp | ast.Compare) -> None:
+        """Add a TODO for an operation with a field that has another type in ROS 2."""
+        if isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.In, ast.NotIn, ast.Is, ast.IsNot)):
+            return
+        for kind in {self._kinds.of(each) for each in _sides(node)} & {*FIELDS}:
+            self._todo(node, FIELDS[kind])
+
+    def _with_times(self, node: ast.BinOp | ast.Compare) -> str | None:
+        """Return the text of an operation with times, or None for another one."""
+        sides = _sides(node)
+        kinds = [_MOMENTS.get(self._kinds.of(each), "") for each in sides]
+        if not any(self._kinds.may_be(each, *TIMES) for each in sides):
+            return None
+        operators = [node.op] if isinstance(node, ast.BinOp) else node.ops
+        if all(isinstance(each, (ast.Is, ast.IsNot, ast.In, ast.NotIn)) for each in operators):
+            return None
+        if isinstance(node, ast.BinOp) and kinds[0] == "" and self._kinds.of(node.left) == "str":
+            return None
+        is_sum = isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub))
+        if isinstance(node, ast.BinOp) and (
+            not is_sum or (all(kinds) and (*kinds, type(node.op)) not in _SUMS)
+        ):
+            self._todo(node, "rclpy's Time and Duration lack this operation: use their nanoseconds")
+        elif not all(kinds):
+            self._todo(node, "both sides must be a Time or Duration of rclpy: Time.from_msg converts a stamp")
+        elif not is_sum and len(set(kinds)) > 1:
+            self._todo(node, "rclpy compares no times with durations")
+        if all(self._kinds.of(each) not in ("stamp", "span") for each in sides):
+            return None
+        parts, at = [], self._span(node)[0]
+        for each in sides:
+            first, last = self._span(each)
+            parts += [self._source[at:first].decode(), self._as_time(each)]
+            at = last
+        return "".join([*parts, self._source[at : self._span(node)[1]].decode()])
+
     def _attribute(self, node: ast.Attribute) -> str | None:
         name = self._kinds.full_name(node)
+        owners = {each.partition(":")[0] for each in self._kinds.all(node.value)}
+        if any(node.attr not in KEPT.get(owner, (node.attr,)) for owner in owners):
+            self._todo(node, f"rclpy's counterpart may have no {node.attr}")
+            return None
         if name in EXCEPTIONS:
             return self._named(node)
         if node.attr in _TIMES and self._kinds.of(node.value) in ("stamp", "span"):
@@ -64,6 +133,9 @@ class PortedCalls(PortedValues):
     def _named(self, node: ast.expr) -> str | None:
         """Return the text of an exception, the class of a part of a service, or an unknown name of rospy."""
         name = self._kinds.full_name(node)
+        if self._kinds.may_be(node, "event"):
+            self._todo(node, "rclpy's timers pass no event to their callback: this is None")
+            return None
         if name in EXCEPTIONS:
             new, need, doubt = EXCEPTIONS[name]
             self._needs |= {need} - {""}
@@ -75,8 +147,7 @@ class PortedCalls(PortedValues):
         found = self._kinds.interface(name)
         if found is not None and found[0][:4] in ("req:", "res:"):
             return self._part_class(node, found[0])
-        reason = next((text for prefix, text in UNSURE.items() if name.startswith(prefix)), None)
-        if reason is not None and name not in CALLS:
+        if (reason := unsure(name)) is not None:
             self._todo(node, reason)
         return None
 
@@ -95,9 +166,18 @@ class PortedCalls(PortedValues):
         if name in ("rospy.Header", "genpy.Time", "genpy.Duration"):
             self._todo(node, "import it from std_msgs.msg or builtin_interfaces.msg")
             return None
+        if name in ("max", "min", "sorted") and any(
+            self._kinds.of(each) in ("stamp", "span") or self._kinds.of_element(each) in ("stamp", "span")
+            for each in node.args
+        ):
+            self._todo(node, "times of messages have no order in ROS 2: Time.from_msg converts them")
+        if name == "setattr" and node.args and self._kinds.of(node.args[0]).startswith("msg:"):
+            self._todo(node, EXACT)
         kind = self._kinds.of(node.func)
         if kind.startswith("proxy:"):
             return self._service_call(node, self.text(node.func), kind)
+        if any(each.startswith("proxy:") for each in self._kinds.all(node.func)):
+            self._todo(node, "clients of rclpy have the method call, which takes a request")
         return self._method(node)
 
     def _by_rule(self, node: ast.Call, name: str) -> str:
@@ -111,7 +191,13 @@ class PortedCalls(PortedValues):
             self._topic(given, texts)
         if name in ("rospy.sleep", "rospy.Timer"):
             self._period(given, texts, is_timer=name == "rospy.Timer")
-        used = re.findall(r"\{(\w+)\}", rule.template)
+        if name == "rospy.Service":
+            texts["handler"] = self._handler(given.get("handler"), self._kinds.of(node).partition(":")[2])
+        template, callback = rule.template, given.get("callback") or given.get("handler")
+        if callback is not None and not self._kinds.own(callback):  # it may be another one later
+            for old, new in LATE.items():
+                template = template.replace(old, new)
+        used = re.findall(r"\{(\w+)\}", template)
         for key in [key for key in texts if key not in used]:
             self._todo(node, f"{name}: the argument {key} has no counterpart")
         texts = {**rule.defaults, **texts}
@@ -119,7 +205,7 @@ class PortedCalls(PortedValues):
             self._todo(node, f"{name}: the arguments are not understood")
             return self._original(node)
         self._needs |= set(rule.needs.split())
-        new = rule.template.format(**texts).replace(", nanoseconds=0", "")
+        new = template.format(**texts).replace(", nanoseconds=0", "")
         self._change(node, new)
         if rule.reason:
             self._todo(node, f"{name}: {rule.reason}")
@@ -136,9 +222,20 @@ class PortedCalls(PortedValues):
         if isinstance(size, ast.Constant) and not size.value and "QoS" not in texts["queue_size"]:
             texts["queue_size"] = "10"
         if "callback_args" in texts and "callback" in texts:
-            texts["callback"] = (
-                f"lambda message: ({texts['callback']})(message, {texts.pop('callback_args')})"
-            )
+            arguments = texts.pop("callback_args")
+            texts["callback"] = f"lambda message, args={arguments}: ({texts['callback']})(message, args)"
+
+    def _handler(self, handler: ast.expr | None, service: str) -> str:
+        """Return the text of a function that must return a response."""
+        if isinstance(handler, ast.Lambda):
+            body, response = handler.body, None
+            if self._kinds.of(body) != f"res:{service}":
+                response = self._response(handler, body, service)
+            before = self._source[self._span(handler)[0] : self._span(body)[0]].decode()
+            return f"{before}{response or self.text(body)}"
+        if handler is not None and not self._kinds.own(handler):
+            self._todo(handler, f"rclpy requires that this returns a response of {service or 'the service'}")
+        return self.text(handler) if handler is not None else ""
 
     def _period(self, given: dict[str, ast.expr], texts: dict[str, str], *, is_timer: bool) -> None:
         key = "period" if is_timer else "duration"
@@ -147,7 +244,11 @@ class PortedCalls(PortedValues):
             return
         is_duration = self._kinds.of(value) == "duration"
         if is_timer:
-            texts[key] = f"{texts[key]}.nanoseconds / 1e9" if is_duration else texts[key]
+            is_plain = self._called(value) == "rospy.Duration" and re.fullmatch(r"[^,*]+", _inner(value))
+            seconds = _inner(value) if is_plain else f"{texts[key]}.nanoseconds / 1e9"
+            texts[key] = seconds if is_duration else texts[key]
+            if self._kinds.parameters(given.get("callback")) is None:
+                self._todo(value, "rclpy's timers pass no event to their callback: it gets None")
         elif not is_duration:
             self._needs.add("Duration")
             texts[key] = f"Duration(seconds={texts[key]})"
@@ -158,7 +259,12 @@ class PortedCalls(PortedValues):
         words = [self.text(each) for each in arguments]
         is_text = bool(arguments) and self._kinds.of(arguments[0]) == "str"
         text = words[0] if is_text else f"str({words[0] if words else repr('')})"
-        if len(words) > 1:
+        for each in node.keywords:
+            if each.arg != "msg":
+                self._todo(node, f"the argument {each.arg} has no counterpart")
+        if len(words) == 2 and "%(" in words[0]:
+            text = f"{words[0]} % {words[1]}"
+        elif len(words) > 1:
             text = f"{words[0]} % ({', '.join(words[1:])}{',' if len(words) == 2 else ''})"
         extra = f", throttle_duration_sec={period}" if period else ", once=True" if suffix == "_once" else ""
         new = f"{NODE}.get_logger().{method}({text}{extra})"
@@ -175,7 +281,14 @@ class PortedCalls(PortedValues):
         if not name.value.startswith("~"):
             reason = f"[{name.value}] was on the parameter server; in ROS 2, it belongs to this node alone"
             self._todo(node, reason)
-        if rest and isinstance(rest[0], (ast.Dict, ast.List, ast.Tuple)):
+        if (
+            rest
+            and isinstance(rest[0], (ast.Dict, ast.List, ast.Tuple))
+            and (
+                isinstance(rest[0], ast.Dict)
+                or self._kinds.of_element(rest[0]) not in ("bool", "float", "int", "str")
+            )
+        ):
             reason = "a parameter of ROS 2 is a number, a text, or an array with elements of one type"
             self._todo(node, reason)
         key, words, source = name.value.lstrip("~/").replace("/", "."), [self.text(each) for each in rest], ""
@@ -211,6 +324,9 @@ class PortedCalls(PortedValues):
         )
         if prefix == "pub" and method == "publish":
             return self._publish(node, text, name)
+        if method == "publish" and method not in self._kinds.functions and not self._has_message(node):
+            self._todo(node, "publish takes a message only")
+            return None
         if prefix == "proxy" and method == "call":
             return self._service_call(node, text, owner)
         if method in METHODS.get(prefix, {}):
@@ -219,7 +335,7 @@ class PortedCalls(PortedValues):
             return new
         if method in ("to_sec", "to_nsec") and not node.args:
             known = self._kinds.of(node.func.value)
-            if known not in ("time", "duration", "stamp"):
+            if known not in TIMES:
                 self._todo(node, f"{method} is nanoseconds of rclpy's Time and Duration, but not of messages")
                 return None
             text = self._as_time(node.func.value)
@@ -228,6 +344,10 @@ class PortedCalls(PortedValues):
             self._change(node, new)
             return new
         return None
+
+    def _has_message(self, node: ast.Call) -> bool:
+        """Return whether the only argument of a call is a message."""
+        return not node.keywords and len(node.args) == 1 and self._kinds.of(node.args[0]).startswith("msg:")
 
     def _publish(self, node: ast.Call, publisher: str, name: str) -> str:
         kind = f"msg:{name}"
@@ -244,3 +364,21 @@ class PortedCalls(PortedValues):
         new = f"{publisher}.publish({made})"
         self._change(node, new)
         return new
+
+
+def _sides(node: ast.BinOp | ast.Compare) -> list[ast.expr]:
+    return [node.left, node.right] if isinstance(node, ast.BinOp) else [node.left, *node.comparators]
+
+
+def _conditions(node: ast.expr) -> list[ast.expr]:
+    """Return the parts of an expression of which only the truth counts."""
+    if isinstance(node, ast.BoolOp):
+        return node.values
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        return [node.operand]
+    return [node.test] if isinstance(node, ast.IfExp) else []
+
+
+def _inner(call: ast.expr) -> str:
+    """Return the text of the arguments of a call."""
+    return ", ".join(map(ast.unparse, call.args)) if isinstance(call, ast.Call) and not call.keywords else ","

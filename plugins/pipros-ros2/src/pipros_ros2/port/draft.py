@@ -10,10 +10,10 @@ from itertools import takewhile
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.ros2.interfaces.catalog import Ros1Definitions
-from pipros.ros2.port.calls import PortedCalls
-from pipros.ros2.port.rules import HELPERS, IMPLIED, IMPORTS, NODE, NOT_ON_PYPI
-from pipros.ros2.port.source import Change
+from pipros_ros2.port.calls import PortedCalls
+from pipros_ros2.port.rules import EXACT, HELPERS, IMPLIED, IMPORTS, NODE, NOT_ON_PYPI, unsure
+from pipros_ros2.port.source import Change
+from pipros_rosbag2.interfaces.catalog import Ros1Definitions
 
 _IMPORTS: Final = "IMPORTS_OF_THE_DRAFT"
 _START: Final = "START_OF_THE_DRAFT"
@@ -135,19 +135,51 @@ class _Porter(PortedCalls):
         if isinstance(node, ast.Expr) and self._called(node.value).startswith("roslib."):
             self._change(node, "removed")
             return "pass"
-        if (
-            isinstance(node, ast.Assign)
-            and len(node.targets) == 1
-            and isinstance(node.targets[0], ast.Attribute)
+        if isinstance(node, ast.Assign) and (
+            len(node.targets) > 1 or isinstance(node.targets[0], (ast.Tuple, ast.List))
         ):
+            return self._several(node)
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Attribute):
             target = node.targets[0]
             if target.attr == "seq" and self._is_header(target.value):
                 self._change(node, "removed: std_msgs/Header has no seq in ROS 2")
                 return "pass"
             return f"{self.text(target)} = {self._fitting(target, node.value)}"
+        if isinstance(node, (ast.If, ast.While)):
+            self._truth(node.test)
+        if isinstance(node, ast.AugAssign):
+            return self._augmented(node)
         if isinstance(node, ast.Return) and node in self._answers:
             return self._answer(node, self._answers[node])
         return None
+
+    def _several(self, node: ast.Assign) -> str | None:
+        """Return an assignment to several targets, or None if it stays as it is."""
+        parts = [each for target in node.targets for each in getattr(target, "elts", [target])]
+        if not any(isinstance(each, ast.Attribute) and self._kinds.field(each) is not None for each in parts):
+            return None
+        values = getattr(node.value, "elts", [node.value] * len(parts))
+        words = [
+            self._fitting(target, value) if isinstance(target, ast.Attribute) else self.text(value)
+            for target, value in zip(parts, values, strict=False)
+        ]
+        is_chain = parts == node.targets and len(set(words)) == 1
+        if not is_chain and (len(node.targets) > 1 or len(values) != len(parts) or node.value in values):
+            self._todo(node, EXACT)
+            return None
+        targets = " = ".join(map(self.text, node.targets))
+        return f"{targets} = {words[0] if is_chain else ', '.join(words)}"
+
+    def _augmented(self, node: ast.AugAssign) -> str | None:
+        """Return an assignment that a field with a time, which has no operators in ROS 2, requires."""
+        operation = ast.copy_location(ast.BinOp(node.target, node.op, node.value), node)
+        new, kind = self._with_times(operation), self._kinds.of(node.target)
+        if new is None or kind not in ("stamp", "span"):
+            return None
+        sign, value = "+" if isinstance(node.op, ast.Add) else "-", self._as_time(node.value)
+        new = f"{self.text(node.target)} = ({self._as_time(node.target)} {sign} {value}).to_msg()"
+        self._change(node, new)
+        return new
 
     def _import(self, node: ast.Import | ast.ImportFrom) -> str | None:
         column = " " * node.col_offset
@@ -157,6 +189,17 @@ class _Porter(PortedCalls):
         )
         for module in sorted({each.partition(".")[0] for each in modules} & {*NOT_ON_PYPI}):
             self._todo(node, f"{module} exists in ROS 2, but not on PyPI")
+        members = (
+            [f"{node.module}.{each.name}" for each in node.names]
+            if isinstance(node, ast.ImportFrom)
+            else modules
+        )
+        for member in members:
+            reason = unsure(f"{member}.")
+            if reason is not None and member.partition(".")[0] not in gone:
+                self._todo(node, reason)
+            elif self._kinds.is_of_action(member):
+                self._todo(node, f"{member}: goals, results and feedback are parts of an action in ROS 2")
         if isinstance(node, ast.ImportFrom):
             package, _, middle = (node.module or "").partition(".")
             if package in gone:

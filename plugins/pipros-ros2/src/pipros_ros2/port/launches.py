@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.launch.load_context import LoadContext, NotRun
-from pipros.launch.model import Launch, LaunchNode
-from pipros.launch.ros2_node import ros2_params, ros2_yaml
-from pipros.launch.xml import load
 from pipros.safe.yaml import YamlError
 from pipros.safe.yaml import load as load_yaml
+from pipros_tools.launch.load_context import LoadContext, NotRun
+from pipros_tools.launch.model import Launch, LaunchNode
+from pipros_tools.launch.ros2_node import ros2_params, ros2_yaml
+from pipros_tools.launch.xml import load
 
 _IMPORTS = {
     "LaunchDescription(": "from launch import LaunchDescription",

@@ -10,10 +10,9 @@ from xml.sax.saxutils import escape, quoteattr
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
-from pipros.ros2.port.rules import NOT_ON_PYPI
-from pipros.ros2.room import ROOM
 from pipros.safe.xml import parse
-from pipros.workspace.manifest import read_manifest
+from pipros_ros2.port.rules import NOT_ON_PYPI
+from pipros_workspace.manifest import read_manifest
 
 _RENAMED: Final = {
     "actionlib": "rclpy",
@@ -26,13 +25,14 @@ _RENAMED: Final = {
     "tf": "tf2_ros",
 }
 _WITHOUT: Final = {
-    "message_generation": "own messages need `pipros wheel`, or a package with ament_cmake and rosidl",
+    "message_generation": "own messages need a wheel of `pipros wheel` for ROS 2, or ament_cmake and rosidl",
     "roscpp": "nodes in C++ need a package with ament_cmake and rclcpp",
     "rostest": "launch_testing starts nodes in tests",
     "dynamic_reconfigure": "rclpy's parameters can be set at run time",
 }
 _KNOWN: Final = {
-    *(each.partition(";")[0][len("ros-jazzy-") :].replace("-", "_") for each in ROOM.extras["jazzy"]),
+    *("rclpy", "rmw_fastrtps_cpp", "std_msgs", "std_srvs", "sensor_msgs", "geometry_msgs", "nav_msgs"),
+    *("diagnostic_msgs", "trajectory_msgs", "visualization_msgs"),  # what the extra `jazzy` installs
     *_RENAMED.values(),
     *NOT_ON_PYPI,
     *("launch_ros", "actionlib_msgs", "tf2_msgs"),
@@ -55,7 +55,7 @@ setup(
 """
 
 
-class InvalidName(PiprosError):
+class InvalidPackageName(PiprosError):
     """The name of a package has other characters than letters, digits, `_` and `-`."""
 
 
@@ -67,14 +67,14 @@ def package_files(package: Path, scripts: Sequence[str], launches: Sequence[str]
         launches: the drafted launch files.
 
     Raises:
-        InvalidName: its name cannot be that of a package.
+        InvalidPackageName: its name cannot be that of a package.
         XmlError: package.xml is invalid.
         OSError: it cannot be read.
     """
     manifest = read_manifest(package)
     name = manifest.name
     if not re.fullmatch(r"[A-Za-z][\w-]*", name):
-        raise InvalidName(f"{name!r} cannot be the name of a package")
+        raise InvalidPackageName(f"{name!r} cannot be the name of a package")
     known = {"src", "include", "msg", "srv", "action", "test", *(Path(each).parts[0] for each in scripts)}
     known |= {Path(each).parts[0] for each in launches}
     folders = sorted(each.name for each in package.iterdir() if each.is_dir() and each.name not in known)

@@ -5,6 +5,7 @@ A template names the arguments of the call. `NODE` stands for the variable with 
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -21,7 +22,7 @@ class Rule:
         signature: its parameters, in order. Those in parentheses have no counterpart, which makes no
             difference to most programs. The others have the text after `=` if they are not given.
         template: the expression; empty if there is none.
-        kind: what the expression yields; see `pipros.ros2.port.kinds`.
+        kind: what the expression yields; see `pipros_ros2.port.kinds`.
         needs: modules and helpers of the draft that it uses, separated by spaces.
         reason: why a person must look at the result; empty if it is sure.
     """
@@ -73,7 +74,7 @@ CALLS: Final[Mapping[str, Rule]] = {
         "wait_for_message({topic}, {topic_type}, {timeout})",
         needs="wait_for_message",
     ),
-    "rospy.Rate": Rule("hz, (reset)", "NODE.create_rate({hz})", needs="thread"),
+    "rospy.Rate": Rule("hz, (reset)", "NODE.create_rate({hz})", "rate", needs="thread"),
     "rospy.sleep": Rule("duration", "NODE.get_clock().sleep_for({duration})", needs="thread"),
     "rospy.Timer": Rule(
         "period, callback, oneshot, (reset)", "NODE.create_timer({period}, lambda: ({callback})(None))"
@@ -117,6 +118,21 @@ METHODS: Final[Mapping[str, Mapping[str, str]]] = {
 }
 """Methods with another name, by the kind of their object."""
 
+KEPT: Final[Mapping[str, frozenset[str]]] = {
+    "pub": frozenset({"publish", "get_num_connections", "unregister"}),
+    "sub": frozenset({"unregister"}),
+    "array": frozenset(dir(array)),
+    "timer": frozenset({"shutdown"}),
+    "service": frozenset({"shutdown"}),
+    "proxy": frozenset({"call"}),
+    "rate": frozenset({"sleep"}),
+    "time": frozenset({"to_sec", "to_nsec"}),
+    "duration": frozenset({"to_sec", "to_nsec"}),
+    "stamp": frozenset({"to_sec", "to_nsec", "secs", "nsecs", "sec", "nanosec"}),
+    "span": frozenset({"to_sec", "to_nsec", "secs", "nsecs", "sec", "nanosec"}),
+}
+"""What a draft can use of an object, by its kind. rclpy may lack all else that rospy's object has."""
+
 EXCEPTIONS: Final = {
     "rospy.ROSInterruptException": (
         "(KeyboardInterrupt, ExternalShutdownException, ROSInterruptException)",
@@ -128,6 +144,24 @@ EXCEPTIONS: Final = {
 }
 """Exceptions: their counterparts, what they need, and why a person must look at them."""
 
+EXACT: Final = "fields of messages need values of their exact types, such as 1.0 for a float"
+FIELDS: Final = {
+    "byte": "a byte of a message is bytes of length 1 in ROS 2, not a number",
+    "array": "an array of numbers in a message of ROS 2 is no list and no bytes: convert it first",
+}
+"""Fields that are of other types in ROS 2, by their kind."""
+
+LATE: Final = {
+    "lambda: ({callback})(None)": "lambda call=({callback}): call(None)",
+    "lambda request, _: ({handler})(request)": "lambda request, _, call=({handler}): call(request)",
+}
+"""Parts of templates, and what must replace them if the function is a variable with other values later."""
+
+_ROS1: Final = (
+    *("genpy", "nodelet", "ros_numpy", "rosbag", "rosgraph", "roslaunch", "rosmsg", "rosnode", "rosparam"),
+    *("rosservice", "rostest", "rostopic", "rosunit", "smach", "smach_ros", "tf_conversions", "topic_tools"),
+)
+
 UNSURE: Final = {
     "actionlib.": "goals are futures in rclpy.action: send_goal_async, then the result of its handle",
     "tf.": "tf has become tf2_ros, with lookup_transform; PyPI has no tf2_ros for ROS 2",
@@ -136,11 +170,25 @@ UNSURE: Final = {
     "rospy.SubscribeListener": "rclpy.event_handler.PublisherEventCallbacks learn of subscriptions",
     "rospy.": _GONE,
     "roslib.": _GONE,
+    "sensor_msgs.point_cloud2.": "sensor_msgs_py.point_cloud2, which PyPI lacks, has such functions",
+    "std_msgs.msg.Duration.": "builtin_interfaces.msg.Duration takes its place",
+    "std_msgs.msg.Time.": "builtin_interfaces.msg.Time takes its place",
+    "rosgraph_msgs.msg.Log.": "rcl_interfaces.msg.Log takes its place",
+    **{f"{module}.": f"ROS 2 has no module {module}" for module in _ROS1},
 }
 """Reasons for names without a rule, by prefix."""
 
-NOT_ON_PYPI: Final = ("cv_bridge", "message_filters", "tf2_geometry_msgs", "tf2_ros")
+NOT_ON_PYPI: Final = (
+    *("angles", "camera_info_manager", "cv_bridge", "diagnostic_updater", "image_geometry", "laser_geometry"),
+    *("interactive_markers", "message_filters", "tf2_geometry_msgs", "tf2_py", "tf2_ros", "tf2_sensor_msgs"),
+)
 """Modules that ROS 2 has, but for which there are no wheels."""
+
+
+def unsure(name: str) -> str | None:
+    """Return why a person must look at a name, or None. The name of a module ends with a dot."""
+    return next((reason for prefix, reason in UNSURE.items() if name.startswith(prefix)), None)
+
 
 IMPORTS: Final = {
     "Time": "from rclpy.clock import ClockType\nfrom rclpy.time import Time",

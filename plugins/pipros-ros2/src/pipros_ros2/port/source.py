@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.ros2.interfaces.catalog import Ros1Definitions
-from pipros.ros2.port.kinds import Kinds
+from pipros_ros2.port.kinds import Kinds
+from pipros_rosbag2.interfaces.catalog import Ros1Definitions
 
 _QUOTE: Final = re.compile(r"\"\"\"|'''|\"|'")
 

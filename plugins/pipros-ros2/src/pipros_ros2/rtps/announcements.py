@@ -8,8 +8,8 @@ from enum import IntEnum
 from struct import Struct
 from typing import Final, TypeVar
 
-from pipros.ros2.rtps.identity import GUID_BYTES, OWN_VENDOR, PARTICIPANT_ENTITY, PROTOCOL_VERSION, is_writer
-from pipros.ros2.rtps.parameters import (
+from pipros_ros2.rtps.identity import GUID_BYTES, OWN_VENDOR, PARTICIPANT_ENTITY, PROTOCOL_VERSION, is_writer
+from pipros_ros2.rtps.parameters import (
     PARAMETER_LIST,
     SENTINEL,
     Address,
@@ -28,7 +28,7 @@ from pipros.ros2.rtps.parameters import (
     read_text,
     text,
 )
-from pipros.ros2.rtps.qos import DurabilityKind, Liveliness, Qos, ReliabilityKind
+from pipros_ros2.rtps.qos import DurabilityKind, Liveliness, Qos, ReliabilityKind
 
 _BUILTIN_ENDPOINTS: Final = 0x3F
 """Bits for the built-in writers and readers of participants, publications and subscriptions."""

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pipros.ros2.rtps.announcements import EndpointData
-from pipros.ros2.rtps.events import Elsewhere, Event, Matched, Mismatched
-from pipros.ros2.rtps.identity import FAST_DDS
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.peers import Peer
-from pipros.ros2.rtps.qos import mismatch
-from pipros.ros2.rtps.reader import Reader
-from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, REMOTE_FRAGMENT_BYTES, Writer
+from pipros_ros2.rtps.announcements import EndpointData
+from pipros_ros2.rtps.events import Elsewhere, Event, Matched, Mismatched
+from pipros_ros2.rtps.identity import FAST_DDS
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.peers import Peer
+from pipros_ros2.rtps.qos import mismatch
+from pipros_ros2.rtps.reader import Reader
+from pipros_ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, REMOTE_FRAGMENT_BYTES, Writer
 
 
 @dataclass(slots=True, eq=False)

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from struct import Struct, error
 from typing import Final
 
-from pipros.ros2.rtps.identity import PROTOCOL_VERSION
-from pipros.ros2.rtps.parameters import Parameters, read_parameters
-from pipros.ros2.rtps.submessages import (
+from pipros_ros2.rtps.identity import PROTOCOL_VERSION
+from pipros_ros2.rtps.parameters import Parameters, read_parameters
+from pipros_ros2.rtps.submessages import (
     ACKNACK,
     DATA,
     DATA_FRAG,

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 from struct import Struct
 from typing import Final
 
-from pipros.ros2.rtps.identity import OWN_VENDOR, PROTOCOL_VERSION
-from pipros.ros2.rtps.submessages import (
+from pipros_ros2.rtps.identity import OWN_VENDOR, PROTOCOL_VERSION
+from pipros_ros2.rtps.submessages import (
     ACKNACK,
     DATA,
     DATA_FRAG,
@@ -21,6 +21,7 @@ from pipros.ros2.rtps.submessages import (
     HAS_KEY,
     HEARTBEAT,
     INFO_DST,
+    INFO_TS,
     INLINE_QOS,
     LITTLE,
     MAGIC,
@@ -31,6 +32,7 @@ from pipros.ros2.rtps.submessages import (
 _LENGTH = Struct("<H")
 _WORD = Struct("<I")
 _COUNT = Struct("<i")
+_INFO_TS = Struct("<BBHII")
 _DATA_HEAD = Struct("<BBHHH4s4siI")
 _FRAG_HEAD = Struct("<BBHHH4s4siIIHHI")
 _HEARTBEAT_WHOLE = Struct("<BBH4s4siIiIi")
@@ -42,6 +44,12 @@ def datagram_head(own_prefix: bytes, destination: bytes | None = None) -> bytes:
     """Return the start of a datagram: the header and, if a destination is given, INFO_DST."""
     head = MAGIC + PROTOCOL_VERSION + OWN_VENDOR + own_prefix
     return head if destination is None else head + bytes((INFO_DST, LITTLE, 12, 0)) + destination
+
+
+def info_ts(stamp_ns: int) -> bytes:
+    """Return the submessage with the time of the samples after it, in ns since 1970."""
+    seconds, rest_ns = divmod(stamp_ns, 1_000_000_000)
+    return _INFO_TS.pack(INFO_TS, LITTLE, 8, seconds & 0xFFFFFFFF, (rest_ns << 32) // 1_000_000_000)
 
 
 def data_head(

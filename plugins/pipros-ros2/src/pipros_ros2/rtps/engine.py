@@ -9,7 +9,7 @@ from typing import Final, TypeVar
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
-from pipros.ros2.interface import (
+from pipros_ros2.interface import (
     NO_HASHES,
     Endpoint,
     EndpointKind,
@@ -22,10 +22,9 @@ from pipros.ros2.interface import (
     Sample,
     TopicQos,
 )
-from pipros.ros2.names import dds_service, dds_topic, dds_type, topic_of_dds
-from pipros.ros2.rtps import reader
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.engine_endpoints import (
+from pipros_ros2.rtps import reader
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.engine_endpoints import (
     NO_GATEWAY,
     EngineCaller,
     EnginePublisher,
@@ -35,17 +34,18 @@ from pipros.ros2.rtps.engine_endpoints import (
     hash_entry,
     mismatch_reason,
 )
-from pipros.ros2.rtps.events import Elsewhere, Event, Mismatched, OverLimit, PeerChanged
-from pipros.ros2.rtps.graph_info import GidBytes, Knowledge, NodeInfo
-from pipros.ros2.rtps.identity import guid_text, is_writer
-from pipros.ros2.rtps.nodes import Nodes
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.service_client import RtpsClient
-from pipros.ros2.rtps.service_styles import PIPROS_MARK
-from pipros.ros2.rtps.services import RtpsServer
+from pipros_ros2.rtps.events import Elsewhere, Event, Mismatched, OverLimit, PeerChanged
+from pipros_ros2.rtps.graph_info import GidBytes, Knowledge, NodeInfo
+from pipros_ros2.rtps.identity import guid_text, is_writer
+from pipros_ros2.rtps.nodes import Nodes
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.service_client import RtpsClient
+from pipros_ros2.rtps.service_styles import PIPROS_MARK
+from pipros_ros2.rtps.services import RtpsServer
+from pipros_rosbag2.names import dds_service, dds_topic, dds_type, topic_of_dds
 
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 _MIXED: Final = "`ros2 node list` does not show it: Humble and later distributions share the domain"
 _REPORTED: Final = 100
 _Made = TypeVar("_Made")
@@ -156,6 +156,10 @@ class RtpsEngine:
             )
         )
         return self._owned(EngineCaller(self, client))
+
+    def lacks(self, type_name: str) -> str:
+        del type_name
+        return ""
 
     @property
     def has_peers(self) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final, Protocol
 
 from pipros.basics.errors import PiprosError
-from pipros.ros2.interface import (
+from pipros_ros2.interface import (
     Durability,
     Endpoint,
     EndpointKind,
@@ -14,14 +14,15 @@ from pipros.ros2.interface import (
     Reliability,
     Ros2CallFailed,
     TopicQos,
+    gateway_of_node,
 )
-from pipros.ros2.names import service_of_dds, topic_of_dds, type_of_dds
-from pipros.ros2.rtps import qos as dds
-from pipros.ros2.rtps.announcements import EndpointData, ParticipantData, entries
-from pipros.ros2.rtps.service_client import RtpsClient
-from pipros.ros2.rtps.service_styles import PIPROS_MARK, style_of
-from pipros.ros2.rtps.services import RtpsServer
-from pipros.ros2.rtps.topics import RtpsTopicWriter, TopicReader
+from pipros_ros2.rtps import qos as dds
+from pipros_ros2.rtps.announcements import EndpointData, ParticipantData, entries
+from pipros_ros2.rtps.service_client import RtpsClient
+from pipros_ros2.rtps.service_styles import PIPROS_MARK, style_of
+from pipros_ros2.rtps.services import RtpsServer
+from pipros_ros2.rtps.topics import RtpsTopicWriter, TopicReader
+from pipros_rosbag2.names import service_of_dds, topic_of_dds, type_of_dds
 
 NO_GATEWAY: Final = "1"
 """Value of `PIPROS_MARK` for participants that are not gateways."""
@@ -127,7 +128,7 @@ def endpoint_of(peer: ParticipantData, data: EndpointData, node: str) -> Endpoin
     if kind is None:
         return None
     gateway = entries(peer.user_data).get(PIPROS_MARK, "")
-    gateway = "" if gateway == NO_GATEWAY else gateway
+    gateway = gateway_of_node(node) if gateway in ("", NO_GATEWAY) else gateway
     type_hash = entries(data.user_data).get("typehash", "")
     if topic is not None:
         what = EndpointKind.PUBLISHER if data.is_writer else EndpointKind.SUBSCRIBER

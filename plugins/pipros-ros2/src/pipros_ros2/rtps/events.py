@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
-from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.qos import QosPolicy
-from pipros.ros2.rtps.reader import REQUEST_BYTES, RtpsSample
+from pipros_ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.qos import QosPolicy
+from pipros_ros2.rtps.reader import REQUEST_BYTES, RtpsSample
 
 
 @dataclass(frozen=True, slots=True)

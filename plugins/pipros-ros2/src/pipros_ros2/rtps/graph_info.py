@@ -14,8 +14,8 @@ from enum import Enum, IntEnum
 from struct import Struct, error
 from typing import Final, Protocol
 
-from pipros.ros2.rtps.identity import GUID_BYTES
-from pipros.ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
+from pipros_ros2.rtps.identity import GUID_BYTES
+from pipros_ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
 
 TOPIC: Final = "ros_discovery_info"
 TYPE_NAME: Final = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"

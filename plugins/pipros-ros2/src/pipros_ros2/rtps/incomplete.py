@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from pipros.basics.budget import Budget
-from pipros.ros2.rtps.parameters import Parameters
-from pipros.ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
+from pipros_ros2.rtps.parameters import Parameters
+from pipros_ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
 
 PIECE_OVERHEAD_BYTES: Final = 150
 """Memory of a piece in addition to its payload. If it did not count, tiny fragments could use 100 times the

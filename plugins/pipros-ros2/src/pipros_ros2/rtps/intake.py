@@ -8,14 +8,14 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.sockets import SocketBacklog
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.sockets import SocketBacklog
 
 WORK_AT_ONCE: Final = 256
 """Units of work (see `ParticipantCore.handle`) after which the participant releases its lock: a few ms."""
 _DATAGRAMS_AT_ONCE: Final = 64
 _READ_EVERY: Final = 4
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 
 
 class Intake:

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from typing import Final
 
-from pipros.ros2.rtps.graph_info import (
+from pipros_ros2.rtps.graph_info import (
     READER_QOS,
     TOPIC,
     TYPE_HASH,
@@ -18,10 +18,10 @@ from pipros.ros2.rtps.graph_info import (
     NodeInfo,
     ParticipantInfo,
 )
-from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.topics import RtpsTopicWriter
+from pipros_ros2.rtps.identity import PARTICIPANT_ENTITY
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.topics import RtpsTopicWriter
 
 MAX_INFO_BYTES: Final = 256 * 1024
 """Maximum size of a participant's list of nodes: about 10,000 endpoints."""

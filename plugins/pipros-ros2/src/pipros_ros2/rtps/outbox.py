@@ -2,7 +2,8 @@
 
 A burst of large datagrams overflows a peer's receive buffer, which usually has 208 KiB: enough for three
 60 kB datagrams. Therefore, fragments, repeated samples and the history for late readers are sent in short
-bursts.
+bursts. What readers have requested goes first, in up to half of each burst: the samples that lack it are the
+next that a limited history displaces.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.submessages import Buffer
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.submessages import Buffer
 
 BURST_BYTES: Final = 120_000
 BURST_EVERY_S: Final = 0.0003
@@ -44,12 +45,13 @@ class DatagramOutbox:
     """Collects the datagrams of all writers and readers of a participant.
 
     Attributes:
-        sending: key of the transfer that is being sent, or None.
+        sending: keys of the transfers that are being sent.
     """
 
     def __init__(self) -> None:
-        self.sending: tuple[bytes, bytes, int] | None = None
+        self.sending: set[tuple[bytes, bytes, int]] = set()
         self._ready: list[Outgoing] = []
+        self._requested: dict[tuple[bytes, bytes, int], Transfer] = {}
         self._transfers: dict[tuple[bytes, bytes, int], Transfer] = {}
         self._next_burst_at = -math.inf
 
@@ -57,32 +59,36 @@ class DatagramOutbox:
         """Add a datagram to be sent immediately."""
         self._ready.append(Outgoing(address, parts))
 
-    def queue(self, transfer: Transfer) -> None:
+    def queue(self, transfer: Transfer, *, is_requested: bool = False) -> None:
         """Add a transfer to be sent in bursts, after earlier ones. Do nothing if it is queued already."""
-        self._transfers.setdefault(transfer.key, transfer)
+        if not self.is_queued(transfer.key):
+            (self._requested if is_requested else self._transfers)[transfer.key] = transfer
 
     def is_queued(self, key: tuple[bytes, bytes, int]) -> bool:
         """Return whether a transfer is queued or still being sent."""
-        return key in self._transfers
+        return key in self._requested or key in self._transfers
 
     @property
     def deadline(self) -> float:
         """Time of the next burst; infinite if there is none."""
-        return self._next_burst_at if self._transfers else math.inf
+        return self._next_burst_at if self._requested or self._transfers else math.inf
 
     def poll(self, now: float) -> None:
         """Add the next burst to the datagrams to send, if it is due."""
-        if not self._transfers or now < self._next_burst_at:
+        if now < self.deadline:
             return
         self._next_burst_at = now + BURST_EVERY_S
         left_bytes = BURST_BYTES
-        while left_bytes > 0 and self._transfers:
-            key, transfer = next(iter(self._transfers.items()))
+        while left_bytes > 0 and (self._requested or self._transfers):
+            goes_first = self._requested and (left_bytes > BURST_BYTES // 2 or not self._transfers)
+            queue = self._requested if goes_first else self._transfers
+            key, transfer = next(iter(queue.items()))
             datagram = next(transfer.datagrams, None) if transfer.is_current() else None
-            self.sending = key if datagram is not None else None
             if datagram is None:
-                del self._transfers[key]
+                del queue[key]
+                self.sending.discard(key)
                 continue
+            self.sending.add(key)
             self._ready.append(datagram)
             left_bytes -= sum(map(len, datagram.parts))
 

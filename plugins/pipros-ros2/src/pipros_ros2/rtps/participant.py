@@ -20,23 +20,24 @@ from typing import Final, Generic, TypeVar
 
 from pipros.basics.interruptible_wait import get_within_slice
 from pipros.basics.limits import Limits, process_limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.events import Event, ReceivedSample, RtpsSettings
-from pipros.ros2.rtps.identity import new_prefix
-from pipros.ros2.rtps.intake import Intake
-from pipros.ros2.rtps.parameters import SampleIdentity
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.sockets import RtpsSockets, SocketBacklog
-from pipros.ros2.rtps.topics import ParticipantClosed, RtpsTopicWriter, TopicReader
+from pipros_ros2.inbox import ROS2_INBOX_BYTES
+from pipros_ros2.limits import Ros2Limits
+from pipros_ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.events import Event, ReceivedSample, RtpsSettings
+from pipros_ros2.rtps.identity import new_prefix
+from pipros_ros2.rtps.intake import Intake
+from pipros_ros2.rtps.parameters import SampleIdentity
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.sockets import RtpsSockets, SocketBacklog
+from pipros_ros2.rtps.topics import ParticipantClosed, RtpsTopicWriter, TopicReader
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")
 _Reported = TypeVar("_Reported")
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 _SLICE_S: Final = 0.05
 _BURST_PAUSE_S: Final = 0.0005
 _WAKES_AT_ONCE: Final = 64
@@ -67,7 +68,7 @@ class Participant:
             Unreachable: this machine has no free port in the domain.
         """
         self._limits = limits or process_limits()
-        self._sockets = sockets or RtpsSockets(discovery, self._limits)
+        self._sockets = sockets or RtpsSockets(discovery)
         me = ParticipantData(
             new_prefix(),
             discovery=self._sockets.discovery,
@@ -138,10 +139,10 @@ class Participant:
 
         Args:
             callback: called for each sample. Up to `qos.depth` samples (0: no limit) wait for it, within
-                `ros2_inbox_bytes`; beyond that, the oldest ones are dropped.
+                `ROS2_INBOX_BYTES`; beyond that, the oldest ones are dropped.
             is_direct: run the callback in the thread that reads the sockets; it must not block.
         """
-        reader = TopicReader(self, callback, qos.depth, self._limits.of(Ros2Limits).ros2_inbox_bytes)
+        reader = TopicReader(self, callback, qos.depth, ROS2_INBOX_BYTES)
         with self._lock:
             entity = self._open_core().add_reader(topic, type_name, qos, time.monotonic(), user_data)
             reader.entity = entity
@@ -172,7 +173,7 @@ class Participant:
         """
         with self._lock:
             now = time.monotonic()
-            number = self._open_core().write(entity, payload, now, related, recipients)
+            number = self._open_core().write(entity, payload, now, related, recipients, time.time_ns())
             if registered is not None:
                 registered(number)
             self._flush()

@@ -7,10 +7,27 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from pipros.basics.budget import Budget
-from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
-from pipros.ros2.rtps.parameters import Address
+from pipros_ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros_ros2.rtps.parameters import Address
+
+ROS2_DISCOVERY_BYTES = 32 * 1024 * 1024
+"""Limit: all stored announcements of ROS 2 participants and endpoints. Beyond it, further ROS 2 participants
+and endpoints are ignored; a participant can use at most half of the memory that other participants leave
+free; of participants that do not answer, only the newest 500 are kept.
+"""
+ROS2_PEER_BYTES = 4 * 1024 * 1024
+"""Limit: the stored announcements of one participant. Beyond it, further endpoints of the participant are
+ignored, which is reported once.
+"""
+ROS2_INCOMPLETE_BYTES = 256 * 1024 * 1024
+"""Limit: the fragments and early messages of one participant, until they are complete. Beyond it, fragments
+are dropped, and requested again if the writer is reliable.
+"""
+ROS2_INCOMPLETE_TOTAL_BYTES = 512 * 1024 * 1024
+"""Limit: the fragments and early messages of all participants together. Beyond it, fragments are dropped,
+and requested again if the writer is reliable; a participant can use at most half of the memory that other
+participants leave free.
+"""
 
 MAX_LEASE_S: Final = 300.0
 """Upper bound for leases: with an infinite lease, a dead peer would stay forever."""
@@ -107,12 +124,11 @@ class Peers:
     room for the next one.
     """
 
-    def __init__(self, limits: Limits, hosts: frozenset[str] = frozenset()) -> None:
+    def __init__(self, hosts: frozenset[str] = frozenset()) -> None:
         """Create an empty table. Data may be sent to `hosts`: this machine's addresses and static peers."""
-        self._limits = limits
         self._hosts = hosts
-        self._kept = Budget(limits.of(Ros2Limits).ros2_discovery_bytes)
-        self._incomplete = Budget(limits.of(Ros2Limits).ros2_incomplete_total_bytes)
+        self._kept = Budget(ROS2_DISCOVERY_BYTES)
+        self._incomplete = Budget(ROS2_INCOMPLETE_TOTAL_BYTES)
         self._peers: dict[bytes, Peer] = {}
 
     def __iter__(self) -> Iterator[Peer]:
@@ -132,8 +148,8 @@ class Peers:
 
     def add(self, data: ParticipantData, payload: bytes | memoryview, host: str, now: float) -> Peer | None:
         """Add and return a peer; return None if the limit is reached or `data` contains no usable address."""
-        kept = Budget(self._limits.of(Ros2Limits).ros2_peer_bytes, self._kept, part=_PART)
-        incomplete = Budget(self._limits.of(Ros2Limits).ros2_incomplete_bytes, self._incomplete, part=_PART)
+        kept = Budget(ROS2_PEER_BYTES, self._kept, part=_PART)
+        incomplete = Budget(ROS2_INCOMPLETE_BYTES, self._incomplete, part=_PART)
         peer = Peer(data, host, now, now, kept, incomplete, hosts=self._hosts)
         if not peer.renew(data, payload):
             return None

@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from pipros.ros2.rtps.announcements import write_key, write_participant
-from pipros.ros2.rtps.encoding import data_head, datagram_head
-from pipros.ros2.rtps.events import RtpsSettings
-from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY, PARTICIPANT_READER, PARTICIPANT_WRITER
-from pipros.ros2.rtps.outbox import DatagramOutbox
-from pipros.ros2.rtps.parameters import Parameter, ended
-from pipros.ros2.rtps.peers import Peer
+from pipros_ros2.rtps.announcements import write_key, write_participant
+from pipros_ros2.rtps.encoding import data_head, datagram_head
+from pipros_ros2.rtps.events import RtpsSettings
+from pipros_ros2.rtps.identity import PARTICIPANT_ENTITY, PARTICIPANT_READER, PARTICIPANT_WRITER
+from pipros_ros2.rtps.outbox import DatagramOutbox
+from pipros_ros2.rtps.parameters import Parameter, ended
+from pipros_ros2.rtps.peers import Peer
 
 _FIRST_PAUSES_S: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 1.0)
 

@@ -19,11 +19,11 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 from pipros.basics.budget import Budget
-from pipros.ros2.rtps.encoding import acknack, datagram_head, nack_frag
-from pipros.ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, inline_bytes, total_fragments
-from pipros.ros2.rtps.outbox import DatagramOutbox
-from pipros.ros2.rtps.parameters import Address, Parameters
-from pipros.ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat, HeartbeatFrag
+from pipros_ros2.rtps.encoding import acknack, datagram_head, nack_frag
+from pipros_ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, inline_bytes, total_fragments
+from pipros_ros2.rtps.outbox import DatagramOutbox
+from pipros_ros2.rtps.parameters import Address, Parameters
+from pipros_ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat, HeartbeatFrag
 
 REQUEST_AGAIN_S: Final = 0.02
 SLOWEST_REQUEST_S: Final = 1.0

@@ -9,11 +9,11 @@ from queue import SimpleQueue
 
 from pipros.basics.errors import NotFound
 from pipros.basics.interruptible_wait import get_within_slice
-from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.service_styles import (
+from pipros_ros2.rtps.parameters import SampleIdentity, read_related_sample
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.service_styles import (
     Style,
     cyclone_head,
     id_entry,
@@ -22,7 +22,7 @@ from pipros.ros2.rtps.service_styles import (
     topics_of,
     with_head,
 )
-from pipros.ros2.rtps.services import SERVICE_QOS, WRITER_QOS, Target, UnknownStyle, style_at
+from pipros_ros2.rtps.services import SERVICE_QOS, WRITER_QOS, Target, UnknownStyle, style_at
 
 
 class RtpsClient:

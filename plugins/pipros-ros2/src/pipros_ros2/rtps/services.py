@@ -11,16 +11,15 @@ from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
 from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.identity import guid_text
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.service_styles import (
+from pipros_ros2.inbox import ROS2_INBOX_BYTES
+from pipros_ros2.rtps.identity import guid_text
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.service_styles import (
     ServiceRequest,
     Style,
     endpoint_id,
@@ -29,14 +28,14 @@ from pipros.ros2.rtps.service_styles import (
     style_of,
     topics_of,
 )
-from pipros.ros2.rtps.topics import cost_bytes
+from pipros_ros2.rtps.topics import cost_bytes
 
 SERVICE_QOS: Final = Qos(depth=10)
 WRITER_QOS: Final = Qos(depth=0)
 """Keeps requests and replies until they are acknowledged. With a limited depth, replies for other clients
 would displace one for a client whose reader has not yet answered the first heartbeat.
 """
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 _REPLY_READER_S: Final = 0.1
 """How long a reply waits for the client's reply reader to match, as in rmw_cyclonedds."""
 _WORKERS: Final = 16
@@ -85,7 +84,7 @@ class RtpsServer:
         self._service = service
         self._handler = handler
         self._workers = Workers("ros2 service", _WORKERS)
-        self._queued = Budget(process_limits().of(Ros2Limits).ros2_inbox_bytes)
+        self._queued = Budget(ROS2_INBOX_BYTES)
         self._clients: dict[bytes, Budget] = {}
         self._turns: Turns[bytes, RtpsSample] = Turns()
         self._lock = threading.Lock()

@@ -12,11 +12,10 @@ from struct import Struct
 from typing import Final
 
 from pipros.basics.errors import Unreachable
-from pipros.basics.limits import Limits
 from pipros.basics.turns import Turns
 from pipros.net.address import ANY, LOOPBACK
 from pipros.net.this_machine import addresses_of, own_addresses
-from pipros.ros2.rtps.domain import (
+from pipros_ros2.rtps.domain import (
     MAX_PARTICIPANT,
     MULTICAST_GROUP,
     PROBED_PARTICIPANTS,
@@ -26,8 +25,8 @@ from pipros.ros2.rtps.domain import (
     discovery_port,
     multicast_port,
 )
-from pipros.ros2.rtps.outbox import Outgoing
-from pipros.ros2.rtps.parameters import Address
+from pipros_ros2.rtps.outbox import Outgoing
+from pipros_ros2.rtps.parameters import Address
 
 _RECEIVE_BUFFER_BYTES: Final = 8 << 20
 """Requested size; the system often grants 208 KiB (net.core.rmem_max)."""
@@ -69,7 +68,7 @@ class RtpsSockets:
             buffer, where a datagram takes up to 1.7 times its size.
     """
 
-    def __init__(self, where: Discovery, limits: Limits) -> None:
+    def __init__(self, where: Discovery) -> None:
         """Open the sockets on the first free ports of the domain.
 
         Raises:
@@ -94,7 +93,7 @@ class RtpsSockets:
         probed = [LOOPBACK] if where.range is not DiscoveryRange.OFF else []
         announce_to: list[Address] = []
         if where.range is not DiscoveryRange.OFF:
-            static = [found for peer in where.static_peers for found in _ipv4(peer, limits)]
+            static = [found for peer in where.static_peers for found in _ipv4(peer)]
         self.static_hosts = frozenset(static)
         probed += static
         if where.range is DiscoveryRange.SUBNET:
@@ -206,8 +205,8 @@ class SocketBacklog:
         return datagram, str(sender[0])
 
 
-def _ipv4(peer: str, limits: Limits) -> list[str]:
-    return [address for address in addresses_of(peer, limits) if ":" not in address]
+def _ipv4(peer: str) -> list[str]:
+    return [address for address in addresses_of(peer) if ":" not in address]
 
 
 def _bind_pair(domain: int, host: str) -> tuple[int, socket.socket, socket.socket]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple, TypeAlias
 
-from pipros.ros2.rtps.parameters import Parameters
+from pipros_ros2.rtps.parameters import Parameters
 
 Buffer: TypeAlias = "bytes | memoryview"
 

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import logging
-import threading
-from collections import deque
 from collections.abc import Callable
-from typing import Final, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from pipros.basics.errors import PiprosError
-from pipros.ros2.rtps.incomplete import inline_bytes
-from pipros.ros2.rtps.parameters import SampleIdentity
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.reader import RtpsSample
+from pipros_ros2.inbox import OVERHEAD_BYTES, Inbox
+from pipros_ros2.rtps.incomplete import inline_bytes
+from pipros_ros2.rtps.parameters import SampleIdentity
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.reader import RtpsSample
 
 _Answer = TypeVar("_Answer")
-_LOG = logging.getLogger("pipros.ros2")
-SAMPLE_OVERHEAD_BYTES: Final = 500
+_LOG = logging.getLogger("pipros_ros2")
 
 
 def cost_bytes(sample: RtpsSample) -> int:
     """Return the memory that a queued sample takes."""
-    return len(sample.payload) + inline_bytes(sample.inline) + SAMPLE_OVERHEAD_BYTES
+    return len(sample.payload) + inline_bytes(sample.inline) + OVERHEAD_BYTES
 
 
 class ParticipantClosed(PiprosError):
@@ -72,7 +70,7 @@ class RtpsTopicWriter:
         A writer with depth 0 blocks for up to `timeout_s` while its reliable readers do not keep up.
 
         Raises:
-            LimitExceeded: the message is larger than `Ros2Limits.ros2_history_bytes`.
+            LimitExceeded: the message is larger than `ROS2_HISTORY_BYTES`.
             TimeoutError: the readers did not make room in time.
             PiprosError: the writer or its participant is closed.
         """
@@ -108,28 +106,24 @@ class RtpsTopicWriter:
 
 
 class TopicReader:
-    """A reader of a participant. Samples wait in its inbox for the callback. Thread-safe.
-
-    Attributes:
-        dropped: number of samples that were dropped because the callback was too slow.
-    """
+    """A reader of a participant. Samples wait in its inbox for the callback. Thread-safe."""
 
     def __init__(
         self, participant: RunningEngine, callback: Callable[[RtpsSample], None], depth: int, limit_bytes: int
     ) -> None:
         self._participant = participant
         self._callback = callback
-        self._depth = depth
-        self._limit_bytes = limit_bytes
-        self._inbox: deque[RtpsSample] = deque()
-        self._bytes = 0
-        self._lock = threading.Lock()
-        self.dropped = 0
+        self._inbox = Inbox(depth, limit_bytes, cost_bytes)
         self.entity = b""
 
     @property
     def guid(self) -> bytes:
         return self._participant.prefix + self.entity
+
+    @property
+    def dropped(self) -> int:
+        """Number of samples that were dropped because the callback was too slow."""
+        return self._inbox.dropped
 
     def writers(self) -> frozenset[bytes]:
         """Return the GUIDs of the matched writers."""
@@ -143,26 +137,11 @@ class TopicReader:
 
     def push(self, sample: RtpsSample) -> bool:
         """Add a sample, and drop the oldest ones beyond the limits. Return True if the inbox was empty."""
-        cost = cost_bytes(sample)
-        with self._lock:
-            was_empty = not self._inbox
-            while self._inbox and (
-                (self._depth and len(self._inbox) >= self._depth) or self._bytes + cost > self._limit_bytes
-            ):
-                self._bytes -= cost_bytes(self._inbox.popleft())
-                self.dropped += 1
-            self._inbox.append(sample)
-            self._bytes += cost
-            return was_empty
+        return self._inbox.push(sample)
 
     def call_back(self) -> None:
         """Run the callback for all samples in the inbox."""
-        while True:
-            with self._lock:
-                if not self._inbox:
-                    return
-                sample = self._inbox.popleft()
-                self._bytes -= cost_bytes(sample)
+        while (sample := self._inbox.pop()) is not None:
             try:
                 self._callback(sample)
             except ParticipantClosed:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from pipros.ros2.rtps.domain import Discovery, DiscoveryRange, multicast_port
+from pipros_ros2.rtps.domain import Discovery, DiscoveryRange, multicast_port
 
 _TABLE: Final = Path("/proc/net/udp")
 _MAX_BYTES: Final = 1 << 20

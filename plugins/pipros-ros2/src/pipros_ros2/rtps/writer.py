@@ -5,10 +5,14 @@ bursts. A heartbeat that need not be answered follows. However, a reliable reade
 it has answered a heartbeat that announces no samples. Until then, it may not have discovered the writer, and
 Cyclone DDS begins with the sample after those that the first heartbeat announces. While a reliable reader has
 not acknowledged all samples, further heartbeats, which must be answered, are sent at doubling intervals. The
-reader requests missing samples, and gets them again, or a GAP if they are no longer kept. If a reader's
-participant had considered the writer's participant lost, the reader starts again: samples that it requests
-count as unacknowledged, even if it had acknowledged them. A service reply is addressed to a single reader.
-The other readers get a GAP for its sequence number before their next sample.
+reader requests missing samples, and gets them again. A late reader of a latched topic requests all of them,
+after a heartbeat that announces them. Below the first kept sample, it gets a heartbeat that
+names this sample as the first, as from Fast DDS's writers, and no GAP: if a GAP names a sample of which Fast
+DDS's reader has fragments, its `take` never returns. Hence the history has no holes: the oldest samples are
+displaced first. If a reader's participant had considered the writer's participant lost, the reader starts
+again: samples that it requests count as unacknowledged, even if it had acknowledged them. A service reply is
+addressed to a single reader. The other readers get a GAP for its sequence number before their next sample.
+What genuine writers send in the same situations is in a table in docs/internals/rtps.md.
 """
 
 from __future__ import annotations
@@ -19,12 +23,11 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from pipros.basics.errors import LimitExceeded
-from pipros.basics.limits import limit_text
-from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.outbox import DatagramOutbox, Outgoing, Transfer
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
+from pipros_ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat, info_ts
+from pipros_ros2.rtps.outbox import DatagramOutbox, Outgoing, Transfer
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
 
 FIRST_HEARTBEAT_S: Final = 0.02
 SLOWEST_HEARTBEAT_S: Final = 1.0
@@ -32,6 +35,8 @@ SLOWEST_GREETING_S: Final = 10.0
 """Maximum heartbeat interval for readers that never answered, so that a flood of them causes little work."""
 ENOUGH_QUESTIONS: Final = 3
 """A reader that has asked for a heartbeat this often has received one, even if it sends no final ACKNACK."""
+QUEUE_BYTES: Final = 32 * 1024 * 1024
+"""Samples beyond the depth that wait behind one that is being sent, such as 33 images of 1 MB."""
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
 """Fits an Ethernet frame, as in Cyclone DDS: a larger datagram is lost if one of its IP fragments is lost."""
@@ -45,6 +50,7 @@ class CacheChange:
         inline: inline QoS, with its sentinel, or empty.
         recipients: GUIDs of the readers that get the sample; None for all.
         is_key: whether the payload is the key of an entity that has ended.
+        stamp: the submessage with the time of the sample, or empty.
     """
 
     sequence: int
@@ -52,6 +58,7 @@ class CacheChange:
     inline: bytes = b""
     recipients: frozenset[bytes] | None = None
     is_key: bool = False
+    stamp: bytes = b""
 
     def is_for(self, reader: bytes) -> bool:
         return self.recipients is None or reader in self.recipients
@@ -157,20 +164,23 @@ class Writer:
         recipients: frozenset[bytes] | None = None,
         *,
         is_key: bool = False,
+        stamp_ns: int = 0,
     ) -> int:
         """Send a sample, and keep it for requests and late readers; return its sequence number.
 
+        Args:
+            stamp_ns: time since 1970 that readers get with the sample; 0 for none.
+
         Raises:
-            LimitExceeded: the sample is larger than `Ros2Limits.ros2_history_bytes`.
+            LimitExceeded: the sample is larger than `ROS2_HISTORY_BYTES`.
         """
         if len(payload) + _OVERHEAD_BYTES > self.history_bytes:
-            text = limit_text("ros2_history_bytes", self.history_bytes)
+            text = f"the limit is {self.history_bytes} bytes"
             raise LimitExceeded(f"a message for ROS 2 is too large ({len(payload)} bytes): {text}")
         self._last += 1
-        change = CacheChange(self._last, payload, inline, recipients, is_key)
-        depth = self.qos.depth
-        while self._history and ((depth and len(self._history) >= depth) or not self._fits(len(payload))):
-            self._drop_oldest()
+        stamp = info_ts(stamp_ns) if stamp_ns else b""
+        change = CacheChange(self._last, payload, inline, recipients, is_key, stamp)
+        self._make_space(len(payload))
         self._history[self._last] = change
         self._kept_bytes += change.cost_bytes
         for reader in self.readers.values():
@@ -193,12 +203,29 @@ class Writer:
         self._history.clear()
         self._kept_bytes = 0
 
+    def _make_space(self, payload_bytes: int) -> None:
+        """Drop the oldest samples for a new one.
+
+        A sample that is being sent stays, and with it all newer ones, while there is space. Then, all that
+        exceed the depth are dropped, or half of the bytes: otherwise, no large sample would ever arrive while
+        samples are written faster than they can be sent, as each would displace the one that is being sent.
+        """
+        depth = self.qos.depth
+        while depth and len(self._history) >= depth and not self._is_sending(self._oldest()):
+            self._drop_oldest()
+        if depth and len(self._history) >= 2 * depth and self._kept_bytes > QUEUE_BYTES:
+            while len(self._history) >= depth:
+                self._drop_oldest()
+        if not self._fits(payload_bytes):
+            goal_bytes = self.history_bytes // 2 if self._is_sending(self._oldest()) else self._kept_bytes
+            while self._history and (self._kept_bytes > goal_bytes or not self._fits(payload_bytes)):
+                self._drop_oldest()
+
+    def _is_sending(self, sequence: int) -> bool:
+        return any(key[::2] == (self.entity, sequence) for key in self.outbox.sending)
+
     def _drop_oldest(self) -> None:
         oldest = self._oldest()
-        if self.outbox.sending is not None and self.outbox.sending[::2] == (self.entity, oldest):
-            # A sample that is being sent is completed first. Otherwise, no large sample would ever arrive
-            # while samples are written faster than they can be sent.
-            oldest = next((each for each in self._history if each > oldest), oldest)
         if any(reader.acked < oldest <= reader.wanted for reader in self._behind.values()):
             self.dropped += 1
         waiting = [
@@ -227,8 +254,9 @@ class Writer:
                 self._behind[reader.guid] = reader
             if not reader.is_greeted:
                 return
-            if reader.sent + 1 < change.sequence:
-                head += gap(reader.entity, self.entity, reader.sent + 1, change.sequence)
+            skipped = max(reader.sent + 1, self._oldest())
+            if skipped < change.sequence:
+                head += gap(reader.entity, self.entity, skipped, change.sequence)
         reader.sent = change.sequence
         if len(change.payload) > reader.fragment_bytes:
             if head is not reader.head:
@@ -245,7 +273,7 @@ class Writer:
         start = data_head(
             reader.entity, self.entity, change.sequence, size, change.inline, is_key=change.is_key
         )
-        return head + start, payload, padding
+        return head + change.stamp + start, payload, padding
 
     def _heartbeat(self, reader: ReaderProxy, *, is_final: bool) -> bytes:
         self._heartbeats += 1
@@ -254,11 +282,17 @@ class Writer:
         return heartbeat(reader.entity, self.entity, first, last, self._heartbeats, is_final=is_final)
 
     def _queue(
-        self, reader: ReaderProxy, change: CacheChange, fragments: tuple[int, ...] | None = None
+        self,
+        reader: ReaderProxy,
+        change: CacheChange,
+        fragments: tuple[int, ...] | None = None,
+        *,
+        is_requested: bool = False,
     ) -> None:
         key = (self.entity, reader.guid, change.sequence)
         datagrams = self._datagrams(reader, change, fragments)
-        self.outbox.queue(Transfer(key, datagrams, lambda: self._is_wanted(reader, change)))
+        transfer = Transfer(key, datagrams, lambda: self._is_wanted(reader, change))
+        self.outbox.queue(transfer, is_requested=is_requested)
 
     def _is_wanted(self, reader: ReaderProxy, change: CacheChange) -> bool:
         return self._history.get(change.sequence) is change and self.readers.get(reader.guid) is reader
@@ -266,7 +300,10 @@ class Writer:
     def _datagrams(
         self, reader: ReaderProxy, change: CacheChange, fragments: tuple[int, ...] | None
     ) -> Iterator[Outgoing]:
-        """Yield a sample as DATA or as fragments (all if `fragments` is None), then a heartbeat."""
+        """Yield a sample as DATA or as fragments (all if `fragments` is None), then a heartbeat.
+
+        After fragments, it must be answered, as from genuine writers: readers then request lost ones.
+        """
         if len(change.payload) <= reader.fragment_bytes:
             tail = self._heartbeat(reader, is_final=True) if reader.is_reliable else b""
             yield Outgoing(reader.address, (*self._data(reader, change, reader.head), tail))
@@ -288,21 +325,21 @@ class Writer:
                 len(piece) + len(padding),
                 change.inline,
             )
-            yield Outgoing(reader.address, (reader.head + start, piece, padding))
+            yield Outgoing(reader.address, (reader.head + change.stamp + start, piece, padding))
         if reader.is_reliable:
-            final = self._heartbeat(reader, is_final=fragments is None)
-            yield Outgoing(reader.address, (reader.head, final))
+            yield Outgoing(reader.address, (reader.head, self._heartbeat(reader, is_final=False)))
 
     def match(self, guid: bytes, address: Address, requested: Qos, fragment_bytes: int, now: float) -> None:
         """Add a reader, or change its address.
 
-        A reliable reader gets the history if both sides are transient_local.
+        A reliable reader gets the last `depth` samples of the history if both sides are transient_local.
         """
         if guid in self.readers:
             self.readers[guid].address = address
             return
         replays = self.qos.is_latched and requested.is_latched and requested.is_reliable
-        first = self._oldest() if replays else self._last + 1
+        kept = list(self._history)[-self.qos.depth :] if replays else []
+        first = kept[0] if kept else self._last + 1
         reader = ReaderProxy(
             guid,
             address,
@@ -320,11 +357,7 @@ class Writer:
             return
         self._behind[guid] = reader
         reader.due = now + reader.interval_s
-        earlier = [change for change in self._history.values() if change.sequence >= first]
-        for change in earlier:
-            self._queue(reader, change)
-        if not earlier:
-            self.outbox.send(address, reader.head, self._heartbeat(reader, is_final=False))
+        self.outbox.send(address, reader.head, self._heartbeat(reader, is_final=False))
 
     def unmatch(self, guid: bytes) -> None:
         """Remove a reader, if it is known."""
@@ -371,16 +404,20 @@ class Writer:
         reader.sent = max(reader.sent, reader.wanted)
 
     def _repeat(self, reader: ReaderProxy, missing: tuple[int, ...]) -> None:
-        """Send samples again, and a GAP for those that do not exist for this reader."""
+        """Send samples again, a heartbeat for those no longer kept, and a GAP for those of other readers."""
         lacking: list[int] = []
+        first = max(reader.first, self._oldest())
         for sequence in missing:
             change = self._history.get(sequence)
             if change is not None and sequence >= reader.first and change.is_for(reader.guid):
-                self._queue(reader, change)
+                self._queue(reader, change, is_requested=True)
             elif sequence <= self._last:
-                lacking.append(sequence)
+                if sequence >= first:
+                    lacking.append(sequence)
                 self.lost += change is None and sequence > reader.given_up
                 reader.given_up = max(reader.given_up, sequence)
+        if missing and missing[0] < first <= self._last + 1:
+            self.outbox.send(reader.address, reader.head, self._heartbeat(reader, is_final=False))
         if lacking:
             start, base = lacking[0], lacking[0] + 1
             while base in lacking[: MAX_SET + 1]:
@@ -397,7 +434,7 @@ class Writer:
         if change is None or not change.is_for(guid):
             self._repeat(reader, (nack.sequence,))
         elif nack.missing:
-            self._queue(reader, change, nack.missing)
+            self._queue(reader, change, nack.missing, is_requested=True)
 
     def _forget_acknowledged(self) -> None:
         """Drop samples that all readers have, unless late readers may request them."""

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 from pipros.net.workers import Workers
-from pipros.ros2.interface import (
+from pipros_ros2.interface import (
     Durability,
     EndpointKind,
     EngineError,
@@ -23,9 +23,9 @@ from pipros.ros2.interface import (
     Sample,
     TopicQos,
 )
-from pipros.ros2.zenoh.tokens import Arrivals, new_attachment, parse_attachment
+from pipros_ros2.zenoh.tokens import Arrivals, new_attachment, parse_attachment
 
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 _HEARTBEAT_S: Final = 0.5
 _REQUESTS: Final = 64
 """Maximum number of accepted, unanswered requests per service, and of requests in the service's channel."""

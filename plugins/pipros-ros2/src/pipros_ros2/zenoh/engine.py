@@ -13,9 +13,9 @@ from typing import Any, Final
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
-from pipros.basics.limits import Limits, process_limits
-from pipros.ros2.interface import (
+from pipros_ros2.interface import (
     NO_HASHES,
+    ZENOH_MESSAGE_BYTES,
     Endpoint,
     EndpointKind,
     EngineError,
@@ -27,10 +27,8 @@ from pipros.ros2.interface import (
     Sample,
     TopicQos,
 )
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.names import zenoh_key
-from pipros.ros2.zenoh.endpoints import ZenohClient, ZenohPublisher, ZenohServer, ZenohSubscriber, received
-from pipros.ros2.zenoh.tokens import (
+from pipros_ros2.zenoh.endpoints import ZenohClient, ZenohPublisher, ZenohServer, ZenohSubscriber, received
+from pipros_ros2.zenoh.tokens import (
     NO_HASH,
     NodeIdentity,
     endpoint_token,
@@ -39,11 +37,17 @@ from pipros.ros2.zenoh.tokens import (
     node_token,
     parse_token,
 )
+from pipros_rosbag2.names import zenoh_key
+
+ROS2_GRAPH_BYTES = 16 * 1024 * 1024
+"""Limit: all endpoints of other processes that a gateway on Zenoh stores. Beyond it, further ROS 2 endpoints
+are ignored, with a warning.
+"""
 
 ROUTER: Final = "tcp/localhost:7447"
 """The default address of rmw_zenoh's router."""
 
-_LOG = logging.getLogger("pipros.ros2")
+_LOG = logging.getLogger("pipros_ros2")
 _CLOSE_S: Final = 1.0
 _GRAPH_CHANGES: Final = 4096
 _TOKEN_BYTES: Final = 1000
@@ -61,7 +65,9 @@ def zenoh_libraries() -> tuple[Any, Any]:
         import zenoh
         import zenoh.ext
     except ImportError:
-        raise MissingExtra(f"rmw_zenoh needs eclipse-zenoh and xxhash: {install_command('zenoh')}") from None
+        raise MissingExtra(
+            f"rmw_zenoh needs eclipse-zenoh and xxhash: {install_command('pipros-ros2[zenoh]')}"
+        ) from None
     return zenoh, xxhash
 
 
@@ -72,7 +78,6 @@ class ZenohEngine:
         node: full name of the node that owns all endpoints.
         routers: endpoints of routers, such as `tcp/localhost:7447`.
         timeout_s: timeout for connecting to a router.
-        limits: defaults to the process-wide limits.
 
     Attributes:
         session, library: for the endpoints; see `ZenohConnection`.
@@ -89,7 +94,6 @@ class ZenohEngine:
         routers: Sequence[str] = (ROUTER,),
         *,
         timeout_s: float = 5.0,
-        limits: Limits | None = None,
     ) -> None:
         self.library, self._xxhash = zenoh_libraries()
         self._lock = threading.Lock()
@@ -97,12 +101,11 @@ class ZenohEngine:
         self._numbers = itertools.count(1)
         self._known: dict[str, Endpoint] = {}
         self._known_bytes = 0
-        limits = limits or process_limits()
-        self._graph_limit_bytes = limits.of(Ros2Limits).ros2_graph_bytes
+        self._graph_limit_bytes = ROS2_GRAPH_BYTES
         self._is_closed = False
         self._threads: list[threading.Thread] = []
         try:
-            self.session = self.library.open(_config(self.library, routers, timeout_s, limits))
+            self.session = self.library.open(_config(self.library, routers, timeout_s))
         except self.library.ZError as error:
             reason = str(error).partition(" at /")[0]  # omit the location in the library's source
             raise EngineError(f"no Zenoh router answers at {', '.join(routers)}: {reason}") from error
@@ -146,6 +149,10 @@ class ZenohEngine:
     ) -> Ros2Caller:
         del parts
         return ZenohClient(self, service, type_name, type_hash)
+
+    def lacks(self, type_name: str) -> str:
+        del type_name
+        return ""
 
     def endpoints(self) -> Sequence[Endpoint]:
         with self._lock:
@@ -222,13 +229,13 @@ class ZenohEngine:
         if endpoint is None:
             return
         if self._known_bytes + cost > self._graph_limit_bytes:
-            _LOG.warning("too many endpoints in ROS 2 (ros2_graph_bytes): %s is ignored", endpoint.name)
+            _LOG.warning("too many endpoints in ROS 2: %s is ignored", endpoint.name)
             return
         self._known[token] = endpoint
         self._known_bytes += cost
 
 
-def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits) -> Any:
+def _config(zenoh: Any, routers: Sequence[str], timeout_s: float) -> Any:
     """Return a session's configuration, which sets every value whose default varies between versions."""
     config = zenoh.Config()
     values: dict[str, Any] = {
@@ -241,7 +248,7 @@ def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits
         "scouting/gossip/enabled": False,
         "timestamping/enabled": True,
         "transport/shared_memory/enabled": False,
-        "transport/link/rx/max_message_size": limits.of(Ros2Limits).zenoh_message_bytes,
+        "transport/link/rx/max_message_size": ZENOH_MESSAGE_BYTES,
     }
     for key, value in values.items():
         config.insert_json5(key, json.dumps(value))

@@ -10,8 +10,8 @@ import struct
 import time
 from dataclasses import dataclass
 
-from pipros.ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos, gateway_of_node
-from pipros.ros2.names import dds_type, type_of_dds
+from pipros_ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos, gateway_of_node
+from pipros_rosbag2.names import dds_type, type_of_dds
 
 NO_HASH = "TypeHashNotSupported"
 """The placeholder for type hashes in Humble."""

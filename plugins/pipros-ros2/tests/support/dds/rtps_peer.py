@@ -13,18 +13,17 @@ import threading
 import time
 from struct import Struct, pack, unpack_from
 
-from pipros.basics.limits import Limits, process_limits
-from pipros.ros2 import action_messages as messages
-from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
-from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
-from pipros.ros2.rtps.outbox import Outgoing
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import DurabilityKind, Qos
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.service_client import RtpsClient
-from pipros.ros2.rtps.service_styles import PIPROS_MARK
-from pipros.ros2.rtps.services import RtpsServer
-from pipros.ros2.rtps.sockets import RtpsSockets
+from pipros_ros2 import action_messages as messages
+from pipros_ros2.action_messages import CancelCode, GoalInfo, Ros2Status
+from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
+from pipros_ros2.rtps.outbox import Outgoing
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.qos import DurabilityKind, Qos
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.service_client import RtpsClient
+from pipros_ros2.rtps.service_styles import PIPROS_MARK
+from pipros_ros2.rtps.services import RtpsServer
+from pipros_ros2.rtps.sockets import RtpsSockets
 
 CDR = b"\0\1\0\0"
 _MESSAGE = Struct("<II")
@@ -47,8 +46,8 @@ class LossySocket(socket.socket):
 class LossySockets(RtpsSockets):
     """Drops the fraction `loss` of the sent and of the received datagrams."""
 
-    def __init__(self, where: Discovery, limits: Limits) -> None:
-        super().__init__(where, limits)
+    def __init__(self, where: Discovery) -> None:
+        super().__init__(where)
         self.receiving = [LossySocket(fileno=os.dup(each.fileno())) for each in self.receiving]
 
     def send(self, datagrams: list[Outgoing]) -> None:  # type: ignore[override]
@@ -197,7 +196,7 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
     where, _, part = options.partition(",loss=")
     loss = float(part or 0)
     discovery = Discovery(int(domain), DiscoveryRange(where))
-    sockets = (LossySockets if loss else RtpsSockets)(discovery, process_limits())
+    sockets = (LossySockets if loss else RtpsSockets)(discovery)
     with Participant(discovery, f"enclave=/;{PIPROS_MARK}=test;".encode(), sockets=sockets) as participant:
         if mode == "pub":
             type_name, count, size, period_us, kind = words

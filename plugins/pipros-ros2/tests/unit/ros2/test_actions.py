@@ -11,20 +11,20 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pipros.basics.errors import NotFound
-from pipros.graph.definitions import Definition
-from pipros.libraries.actions.status import Status
 from pipros.msg.language.spec import DefinitionError
-from pipros.ros2 import action_messages as messages
-from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
-from pipros.ros2.conversion.errors import ConversionError, NotConvertible
-from pipros.ros2.conversion.mapping import parse_rules
-from pipros.ros2.conversion.plans import Plans
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.action_types import action_of_service
-from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.interfaces.parse import parse_ros2_action
-from pipros.ros2.ros1_graph import Ros1Topic, actions_of, is_part_of_action
+from pipros_libraries.actions.status import Status
+from pipros_ros2 import action_messages as messages
+from pipros_ros2.action_messages import CancelCode, GoalInfo, Ros2Status
+from pipros_ros2.ros1_graph import Ros1Topic, actions_of, is_part_of_action
+from pipros_rosbag2.conversion.errors import ConversionError, NotConvertible
+from pipros_rosbag2.conversion.mapping import parse_rules
+from pipros_rosbag2.conversion.plans import Plans
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.action_types import action_of_service
+from pipros_rosbag2.interfaces.catalog import Catalog
+from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.parse import parse_ros2_action
+from pipros_tools.graph.definitions import Definition
 from tests.support.ros2_samples import plans_of
 
 FIBONACCI = "actionlib_tutorials/Fibonacci"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.ros2.counts import Counts
+from pipros_ros2.counts import Counts
 
 
 def test_each_reason_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:

@@ -6,10 +6,10 @@ import json
 
 import pytest
 
-from pipros.libraries.diagnostics.link_status import LinkLevel
-from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
-from pipros.ros2.health import GatewayReport, gateway_report
-from pipros.ros2.interface import EndpointKind, EngineProblem
+from pipros_libraries.diagnostics.link_status import LinkLevel
+from pipros_ros2.gateway_status import GatewayStatus, NotBridged, Row, problem_key
+from pipros_ros2.health import GatewayReport, gateway_report
+from pipros_ros2.interface import EndpointKind, EngineProblem
 
 TYPES = ("std_msgs/String", "std_msgs/msg/String")
 CHATTER = Row("topics", "to_ros2", "/chatter", TYPES, count=9, rate=4.5)
@@ -18,8 +18,8 @@ STATUS = GatewayStatus(
     "ab_12",
     [CHATTER, LOSSY],
     {
-        "topics: to_ros2: /secret": LeftOut("the deny list has it", by_rule=True),
-        "topics: to_ros1: /strange": LeftOut("its type is unknown"),
+        "topics: to_ros2: /secret": NotBridged("the deny list has it", by_rule=True),
+        "topics: to_ros1: /strange": NotBridged("its type is unknown"),
     },
 )
 

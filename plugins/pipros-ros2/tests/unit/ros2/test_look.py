@@ -9,15 +9,15 @@ from types import SimpleNamespace
 import pytest
 
 from pipros.basics.errors import InvalidName, NotFound, PiprosError
-from pipros.ros2.commands import look as look_commands
-from pipros.ros2.commands import messages as message_commands
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interface import Endpoint, EndpointKind, TopicQos
-from pipros.ros2.interfaces.cdr import decode, encode
-from pipros.ros2.interfaces.parse import parse_ros2_message
-from pipros.ros2.look import DomainView, actions, services, topic_of, topics
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.engine import RtpsEngine
+from pipros_ros2.commands import look as look_commands
+from pipros_ros2.commands import messages as message_commands
+from pipros_ros2.interface import Endpoint, EndpointKind, TopicQos
+from pipros_ros2.look import DomainView, actions, services, topic_of, topics
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.engine import RtpsEngine
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.cdr import decode, encode
+from pipros_rosbag2.interfaces.parse import parse_ros2_message
 from tests.support.ros2_domains import free_domain
 
 STRING = "std_msgs/msg/String"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import InvalidName
-from pipros.ros2 import names
+from pipros_rosbag2 import names
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 

@@ -11,9 +11,9 @@ import pytest
 
 from pipros.basics.errors import MissingExtra
 from pipros.msg import load_message_class, load_service_class
-from pipros.ros2 import to_ros1, to_ros2
-from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.interfaces.installed import folders_of_environment
+from pipros_ros2 import to_ros1, to_ros2
+from pipros_rosbag2.conversion.errors import ConversionError
+from pipros_rosbag2.interfaces.installed import folders_of_environment
 
 
 class _Generated(type):
@@ -46,7 +46,7 @@ def test_messages_are_converted_in_both_directions(rclpy: None, monkeypatch: pyt
     monkeypatch.setattr(public, "Plane", stand_in("shape_msgs.msg._plane", "Plane"), raising=False)
     ros1 = load_message_class("shape_msgs/Plane")
     monkeypatch.setitem(sys.modules, "shape_msgs.msg", public)
-    monkeypatch.setattr("pipros.ros2.objects.load_message_class", {"shape_msgs/Plane": ros1}.get)
+    monkeypatch.setattr("pipros_ros2.objects.load_message_class", {"shape_msgs/Plane": ros1}.get)
     there = to_ros2(ros1([1.0, 2.0, 3.0, 4.0]))
     assert type(there).__name__ == "Plane"
     assert to_ros1(there) == ros1([1.0, 2.0, 3.0, 4.0])
@@ -58,7 +58,7 @@ def test_parts_of_services_are_converted(rclpy: None, monkeypatch: pytest.Monkey
     public.SetBool = stand_in("std_srvs.srv._set_bool", "SetBool")
     public.SetBool.Response = stand_in("std_srvs.srv._set_bool", "SetBool_Response")
     monkeypatch.setitem(sys.modules, "std_srvs.srv", public)
-    monkeypatch.setattr("pipros.ros2.objects.load_service_class", {"std_srvs/SetBool": ros1}.get)
+    monkeypatch.setattr("pipros_ros2.objects.load_service_class", {"std_srvs/SetBool": ros1}.get)
     assert to_ros1(to_ros2(ros1._response_class(True, "é"))) == ros1._response_class(True, "é")
 
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from pipros.ros2.commands.port import main
-from pipros.ros2.interfaces.installed import installed_definitions
-from pipros.ros2.port.draft import Draft, NotPortable, draft_of
 from pipros.safe.xml import parse
+from pipros_ros2.commands.port import main
+from pipros_ros2.port.draft import Draft, NotPortable, draft_of
+from pipros_rosbag2.interfaces.installed import installed_definitions
 
 NODES = {
     name: text
@@ -30,7 +30,7 @@ NODES = {
 CASES = [
     ("p = rospy.Publisher('a', String, queue_size=5)", "p = node.create_publisher(String, 'a', 5)"),
     ("p = rospy.Publisher('~a', String)", "p = node.create_publisher(String, '~/a', 10)"),
-    ("rospy.Subscriber('a', String, f, 1)", "(String, 'a', lambda message: (f)(message, 1), 10)"),
+    ("rospy.Subscriber('a', String, f, 1)", "(String, 'a', lambda message, args=1: (f)(message, args)"),
     ("rospy.loginfo('%s %s', 1, 2)", "node.get_logger().info('%s %s' % (1, 2))"),
     ("rospy.logwarn_throttle(2, 'x')", "node.get_logger().warning('x', throttle_duration_sec=2)"),
     ("rospy.logerr(1)", "node.get_logger().error(str(1))"),
@@ -46,18 +46,48 @@ CASES = [
     ("p = rospy.Publisher('a', String); p.publish('x')", "p.publish(String(data='x'))"),
     ("while not rospy.is_shutdown(): pass", "while rclpy.ok(): pass"),
     ("rospy.sleep(1)", "node.get_clock().sleep_for(Duration(seconds=1))"),
-    ("rospy.Timer(rospy.Duration(2), f)", "Duration(seconds=2).nanoseconds / 1e9, lambda: (f)(None))"),
+    ("def f(_): pass\nrospy.Timer(rospy.Duration(2), f)", "node.create_timer(2, lambda: (f)(None))"),
+    ("rospy.Timer(rospy.Duration(r), lambda _: 1)", "(r, lambda call=(lambda _: 1): call(None))"),
+    ("i = Imu(); a = (i.header.stamp) > rospy.Time(0)", "(Time.from_msg(i.header.stamp)) > Time("),
+    ("i = Imu(); a = rospy.Time.now() - i.header.stamp", "now() - Time.from_msg(i.header.stamp)"),
+    ("i = None\ni = Imu(); a = rospy.Time.now() - i.header.stamp", "now() - Time.from_msg(i.header.stamp)"),
+    ("a = rospy.Time.now() - m.header.stamp", "now() - Time.from_msg(m.header.stamp)"),
+    ("def f(): return Imu().header.stamp\na = f() < rospy.Time.now()", "Time.from_msg(f()) < node.get"),
+    ("i = Imu(); i.header.stamp += rospy.Duration(1)", "stamp) + Duration(seconds=1)).to_msg()"),
+    ("t = None\nt = rospy.Time.now()\nif t and t > rospy.Time(1): pass", "if t and t > Time(seconds=1,"),
     ("s = rospy.ServiceProxy('a', SetBool); s(True)", "s.call(SetBool.Request(data=True))"),
     ("x = f'é {rospy.get_time():{rospy.get_name()}}'", "/ 1e9):{node.get_fully_qualified_name()}}'"),
     ("c = CameraInfo(); c.K = [1] * 9", "c.k = [float(each) for each in [1] * 9]"),
     ("c = CameraInfo(D=[], K=k)", "CameraInfo(d=[], k=[float(each) for each in k])"),
     ("rospy.Subscriber('a', CameraInfo, lambda m: m); c = CameraInfo(); f(c.K[0])", "f(c.k[0])"),
     ("r = SetBoolResponse(True, 'x')", "r = SetBool.Response(success=True, message='x')"),
+    # rclpy sends 5e-324 for a float64 that is 1, and False for a bool that is 1
+    ("t = Twist(); v = t.linear; v.x = v.y = 1", "v.x = v.y = 1.0"),
+    ("v = Vector3(); v.x, v.y, a = 1, k, 2", "v.x, v.y, a = 1.0, float(k), 2"),
+    ("for v in [Vector3()]: v.x = 1", "v.x = 1.0"),
+    ("def f(v): v.x = 1\nf(Vector3())", "v.x = 1.0"),
+    ("p = PoseArray(); p.poses[0].position.x = 1", "position.x = 1.0"),
+    ("p = PoseArray()\nfor i, each in enumerate(p.poses): each.position.x = i", "position.x = float(i)"),
+    ("v = Vector3(a / b, 0, 0)", "v = Vector3(x=float(a / b), y=0.0, z=0.0)"),
+    ("r = SetBoolResponse(1, 'x')", "success=bool(1)"),
+    ("i = Image(); i.data = 'abc'", "i.data = 'abc'.encode()"),
+    ("p = {n: rospy.Publisher(n, String) for n in 'ab'}; p['a'].publish('x')", "publish(String(data='x'))"),
+    ("p = []; p.append(rospy.Publisher('a', String))\nfor q in p: q.publish('x')", "(String(data='x'))"),
+    ("t = {}; t[1] = rospy.Time.now()\nfor k, s in t.items(): a = (s - s).to_sec()", "(s - s).nanos"),
+    ("class A:\n  t = rospy.Duration(1)\n  def f(self): return rospy.Time.now() - self.t", "now() - self.t"),
+    ("def f(n): pass\nrospy.Timer(rospy.Duration(1), lambda e, n=1: f(n))", "e, n=1: f(n)): call(None)"),
+    ("d = rospy.Duration(1) if x else rospy.Duration(2); a = d.to_sec()", "a = (d.nanoseconds / 1e9)"),
+    ("rospy.loginfo('%(a)s', {'a': 1})", "info('%(a)s' % {'a': 1})"),
+    ("for n in 'ab': rospy.Subscriber(n, String, f, n)", "lambda message, args=n: (f)(message, args)"),
+    ("for f in g: rospy.Service('a', SetBool, lambda r: SetBoolResponse(True, f))", "call=(lambda r:"),
+    ("def f(r): return {'success': True}\nrospy.Service('a', SetBool, f)", "(success=True)"),
+    ("rospy.Service('a', SetBool, lambda r: (1, 'x'))", "r: SetBool.Response(success=bool(1), message='x')"),
+    ("x = rospy.get_param('~names', ['a', 'b'])", "get_param('names', ['a', 'b'])"),
 ]  # fmt: skip
 HEAD = """import rospy
-from std_msgs.msg import String
-from geometry_msgs.msg import Twist, Vector3
-from sensor_msgs.msg import CameraInfo, Imu
+from std_msgs.msg import Byte, String
+from geometry_msgs.msg import PoseArray, Twist, Vector3
+from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_srvs.srv import SetBool, SetBoolResponse
 rospy.init_node('n')
 """
@@ -89,8 +119,42 @@ def test_calls_and_values_are_written_for_rclpy(before: str, after: str) -> None
         ("SetBoolResponse(*values)", "the arguments of std_srvs/SetBool need names"),
         ("rospy.Publisher('a', Unknown).publish(1)", "the message's type is not installed"),
         ("x = m.to_sec()", "to_sec is nanoseconds of rclpy's Time"),
+        ("a = rospy.Time.now() - self.last.stamp", "both sides must be a Time or Duration of rclpy"),
+        ("a = unknown() < rospy.Duration(1)", "both sides must be a Time or Duration of rclpy"),
+        ("a = rospy.Duration(1) * 2", "rclpy's Time and Duration lack this operation"),
+        ("a = rospy.Duration(1) + rospy.Duration(2)", "rclpy's Time and Duration lack this operation"),
+        ("a = rospy.Time(1) > rospy.Duration(2)", "rclpy compares no times with durations"),
+        ("a = not Imu().header.stamp", "a time of rclpy is true even if it is zero"),
+        ("while rospy.Time.now(): pass", "a time of rclpy is true even if it is zero"),
+        ("a = rospy.Time.now().secs", "rclpy's counterpart may have no secs"),
+        ("a = Imu().header.stamp.is_zero()", "rclpy's counterpart may have no is_zero"),
+        ("a = rospy.Publisher('a', String).resolved_name", "rclpy's counterpart may have no resolved_name"),
+        ("r = rospy.Rate(1); a = r.remaining()", "rclpy's counterpart may have no remaining"),
+        ("rospy.Timer(rospy.Duration(1), lambda e: print(e.last_real))", "rclpy's timers pass no event"),
+        ("rospy.Timer(rospy.Duration(1), module.f)", "rclpy's timers pass no event to their callback"),
         ("import tf2_ros", "tf2_ros exists in ROS 2, but not on PyPI"),
         ("from message_filters import Subscriber", "message_filters exists in ROS 2, but not on PyPI"),
+        ("import rosbag", "ROS 2 has no module rosbag"),
+        ("import tf.transformations as t", "tf has become tf2_ros"),
+        ("import sensor_msgs.point_cloud2 as pc2", "sensor_msgs_py.point_cloud2, which PyPI lacks"),
+        ("from std_msgs.msg import Time", "builtin_interfaces.msg.Time takes its place"),
+        ("from actionlib_tutorials.msg import FibonacciGoal", "actionlib_tutorials.msg.FibonacciGoal: goals"),
+        ("b = Byte(1)", "a byte of a message is bytes of length 1 in ROS 2"),
+        ("a = Byte().data > 0", "a byte of a message is bytes of length 1 in ROS 2"),
+        ("a = Image().data == b''", "an array of numbers in a message of ROS 2 is no list and no bytes"),
+        ("a = Image().data.decode()", "rclpy's counterpart may have no decode"),
+        ("v = Vector3(); v.x, v.y = unknown()", "fields of messages need values of their exact types"),
+        ("setattr(Vector3(), 'x', 1)", "fields of messages need values of their exact types"),
+        ("unknown().position.x = 1", "this must be a float if it is a field of a message"),
+        ("a = max([Imu().header.stamp, Imu().header.stamp])", "times of messages have no order in ROS 2"),
+        ("unknown['a'].publish('x')", "publish takes a message only"),
+        ("s = rospy.ServiceProxy('a', k); s = rospy.ServiceProxy('a', SetBool); s(True)", "clients of"),
+        ("rospy.Service('a', SetBool, lambda r: unknown())", "rclpy requires a response of std_srvs/SetBool"),
+        ("rospy.Service('a', SetBool, module.f)", "rclpy requires that this returns a response of std"),
+        ("rospy.logerr('x', exc_info=True)", "the argument exc_info has no counterpart"),
+        ("a = Imu.__slots__", "messages of ROS 2 have no __slots__"),
+        ("a = isinstance(b, rospy.Time)", "ROS 2 has no such function"),
+        ("x = rospy.get_param('~x', [1, 2.5])", "a parameter of ROS 2 is a number, a text, or an array"),
     ],
 )  # fmt: skip
 def test_what_is_not_sure_is_a_todo_with_its_reason(line: str, reason: str) -> None:
@@ -98,6 +162,21 @@ def test_what_is_not_sure_is_a_todo_with_its_reason(line: str, reason: str) -> N
 
     assert f"# TODO: {reason}" in draft.text
     assert [each.line for each in draft.changes if reason in each.reason] == [7]
+
+
+def test_the_event_of_a_timer_is_a_todo_if_its_callback_uses_it() -> None:
+    draft = _draft(f"{HEAD}def f(event):\n    print(event.current_real)\nrospy.Timer(rospy.Duration(1), f)\n")
+
+    assert [each.line for each in draft.changes if "timers pass no event" in each.reason] == [8]
+    assert (
+        "    # TODO: rclpy's timers pass no event to their callback: this is None\n    print(event"
+        in draft.text
+    )
+
+
+def test_variables_with_times_of_several_kinds_are_a_todo() -> None:
+    source = "t = rospy.Time.now()\nt = Imu().header.stamp\nu = 1\na = t > u\n"
+    assert "# TODO: both sides must be a Time" in _draft(f"{HEAD}{source}").text
 
 
 def test_programs_without_init_node_get_a_node_and_modules_a_todo() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.ros2.interface import Endpoint, EndpointKind
-from pipros.ros2.ros2_graph import Ros2Graph, callable_server
+from pipros_ros2.interface import Endpoint, EndpointKind
+from pipros_ros2.ros2_graph import Ros2Graph, callable_server
 
 ADD = "example_interfaces/srv/AddTwoInts"
 FIBONACCI = "example_interfaces/action/Fibonacci_SendGoal"

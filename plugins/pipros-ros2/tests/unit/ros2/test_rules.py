@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.ros2.conversion.errors import InvalidRules
-from pipros.ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
-from pipros.ros2.qos_choice import QosOverride, offered_qos, requested_qos
-from pipros.ros2.rules import Direction, GatewayRules, RuleKind, StaticRule, parse_gateway_rules
+from pipros_ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros_ros2.qos_choice import QosOverride, offered_qos, requested_qos
+from pipros_ros2.rules import Direction, GatewayRules, RuleKind, StaticRule, parse_gateway_rules
+from pipros_rosbag2.conversion.errors import InvalidRules
 
 RELIABLE, BEST_EFFORT = Reliability
 VOLATILE, LATCHED = Durability

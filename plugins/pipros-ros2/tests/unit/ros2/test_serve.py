@@ -7,15 +7,14 @@ import socket
 
 import pytest
 
-from pipros.basics.limits import process_limits
-from pipros.ros2.bridged_topics import RateLimit
-from pipros.ros2.conversion.mapping import BUILTIN_RULES
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.rtps.domain import Discovery, DiscoveryRange, multicast_port
-from pipros.ros2.rtps.unseen import hint_for
-from pipros.ros2.rules import GatewayRules
-from pipros.ros2.serve import GatewayOptions
-from pipros.ros2.type_pairs import TypePairs
+from pipros_ros2.bridged_topics import RateLimit
+from pipros_ros2.rtps.domain import Discovery, DiscoveryRange, multicast_port
+from pipros_ros2.rtps.unseen import hint_for
+from pipros_ros2.rules import GatewayRules
+from pipros_ros2.serve import GatewayOptions
+from pipros_ros2.type_pairs import TypePairs
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES
+from pipros_rosbag2.distribution import Distribution
 from tests.support.ros2_domains import free_domain
 
 
@@ -36,11 +35,20 @@ from tests.support.ros2_domains import free_domain
     ],
 )
 def test_other_machines_are_reached_as_the_variables_say(variables: dict[str, str], is_local: bool) -> None:
-    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits())
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
     discovery = Discovery.from_environment(variables)
 
     assert GatewayOptions(discovery, GatewayRules(), pairs).is_local is is_local
     assert not GatewayOptions(discovery, GatewayRules(), pairs, routers=["tcp/localhost:7447"]).is_local
+
+
+def test_a_discovery_server_of_rclpy_may_be_on_another_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
+    options = GatewayOptions(Discovery(), GatewayRules(), pairs, ros2_python="python3")
+
+    assert options.is_local
+    monkeypatch.setenv("ROS_DISCOVERY_SERVER", "192.168.1.5:11811")
+    assert not options.is_local
 
 
 def test_a_pace_admits_the_first_message_and_refuses_one_at_once() -> None:

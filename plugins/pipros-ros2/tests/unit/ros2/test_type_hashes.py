@@ -6,13 +6,13 @@ import pytest
 
 from pipros.basics.errors import NotFound
 from pipros.msg.language.spec import DefinitionError
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.interfaces.catalog import carried
-from pipros.ros2.interfaces.parse import parse_ros2_message
-from pipros.ros2.interfaces.spec import Ros2Message
-from pipros.ros2.interfaces.type_hash import message_hash
-from pipros.ros2.rtps.announcements import entries
-from pipros.ros2.rtps.graph_info import TYPE_HASH
+from pipros_ros2.rtps.announcements import entries
+from pipros_ros2.rtps.graph_info import TYPE_HASH
+from pipros_rosbag2.distribution import Distribution
+from pipros_rosbag2.interfaces.catalog import carried
+from pipros_rosbag2.interfaces.parse import parse_ros2_message
+from pipros_rosbag2.interfaces.spec import Ros2Message
+from pipros_rosbag2.interfaces.type_hash import message_hash
 from tests.support.ros2_samples import plans_of, store_of
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"

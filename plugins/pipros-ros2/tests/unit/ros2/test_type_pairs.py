@@ -9,19 +9,19 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import process_limits
-from pipros.graph.definitions import Definition
 from pipros.msg import load_message_class
-from pipros.ros2.action_messages import Ros2Status
-from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.conversion.mapping import BUILTIN_RULES, ActionRule, MappingRules, MessageRule
-from pipros.ros2.distribution import Distribution
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rules import Direction, StaticRule
-from pipros.ros2.type_pairs import TypePairs, WrongHash
+from pipros_ros2.action_messages import Ros2Status
+from pipros_ros2.rules import Direction, StaticRule
+from pipros_ros2.type_pairs import TypePairs, WrongHash
+from pipros_rosbag2.conversion.errors import ConversionError
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES, ActionRule, MappingRules, MessageRule
+from pipros_rosbag2.distribution import Distribution
+from pipros_tools.graph.definitions import Definition
+from tests.support.constants import Constants
 
 LIMITS = process_limits()
-PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES, LIMITS)
-HUMBLE = TypePairs(Distribution.HUMBLE, BUILTIN_RULES, LIMITS)
+PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
+HUMBLE = TypePairs(Distribution.HUMBLE, BUILTIN_RULES)
 POSE = Definition(
     "my_msgs/Pose", "0" * 32, "my_msgs/Part part\n" + "=" * 80 + "\nMSG: my_msgs/Part\nint8 x\n"
 )
@@ -44,7 +44,7 @@ def test_types_have_the_same_pair_from_both_sides() -> None:
 
 
 def test_received_definitions_are_used_for_types_that_are_not_installed() -> None:
-    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, LIMITS)
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
     with pytest.raises(NotFound, match="the ROS 1 type no_msgs/Such is not installed"):
         pairs.of_rule(rule(ros1_type="no_msgs/Such"))
 
@@ -79,14 +79,13 @@ def test_definitions_in_a_folder_precede_derived_ones(tmp_path: Path) -> None:
     definition = Definition("control_msgs/JointTolerance", found._md5sum, found._full_text)
 
     assert PAIRS.of_ros1(definition).plan.ros2_type == "control_msgs/msg/JointTolerance"
-    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, LIMITS, [tmp_path])
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, [tmp_path])
     assert pairs.of_ros1(definition).plan.ros2_type == "control_interfaces/msg/JointTolerance"
 
 
-def test_received_definitions_have_a_limit() -> None:
-    pairs = TypePairs(
-        Distribution.JAZZY, BUILTIN_RULES, LIMITS.with_table(Ros2Limits(ros2_definition_bytes=10))
-    )
+def test_received_definitions_have_a_limit(constants: Constants) -> None:
+    constants(ROS2_DEFINITION_BYTES=10)
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
 
     with pytest.raises(LimitExceeded, match="too many received definitions"):
         pairs.of_ros1(POSE)
@@ -94,7 +93,7 @@ def test_received_definitions_have_a_limit() -> None:
 
 def test_types_that_are_only_in_ros2_need_a_package_of_ros1() -> None:
     rules = MappingRules((MessageRule("my_msgs/Part", "std_msgs/msg/Int8", {"x": "data"}),))
-    pairs = TypePairs(Distribution.JAZZY, rules, LIMITS)
+    pairs = TypePairs(Distribution.JAZZY, rules)
     pairs.of_ros1(POSE)
 
     with pytest.raises(NotFound, match="the ROS 1 type my_msgs/Part is not installed"):
@@ -110,7 +109,7 @@ def test_another_hash_is_an_error_unless_types_are_forced() -> None:
     PAIRS.check_hash(kind, {""}, "RIHS01_0")
     with pytest.raises(WrongHash, match="definition of std_msgs/msg/String differs: expected the hash"):
         PAIRS.check_hash(kind, hashes, "RIHS01_0")
-    lenient = TypePairs(Distribution.JAZZY, BUILTIN_RULES, LIMITS, is_lenient=True)
+    lenient = TypePairs(Distribution.JAZZY, BUILTIN_RULES, is_lenient=True)
     lenient.check_hash(kind, hashes, "RIHS01_0")
 
 
@@ -151,7 +150,7 @@ DEMOS = ["example_interfaces/action/Fibonacci", "action_tutorials_interfaces/act
     [(Distribution.HUMBLE, DEMOS), (Distribution.JAZZY, DEMOS), (Distribution.LYRICAL, DEMOS[:1])],
 )
 def test_an_action_has_all_names_of_its_distribution(distribution: Distribution, names: list[str]) -> None:
-    pairs = TypePairs(distribution, BUILTIN_RULES, LIMITS).all_of_action(FIBONACCI)
+    pairs = TypePairs(distribution, BUILTIN_RULES).all_of_action(FIBONACCI)
 
     assert [each.plan.ros2_type for each in pairs] == names
 
@@ -160,6 +159,6 @@ def test_a_rule_of_the_user_replaces_the_names_of_an_action() -> None:
     rules = MappingRules(
         actions=(ActionRule(FIBONACCI, DEMOS[1], feedback={"sequence": "partial_sequence"}),)
     )
-    pairs = TypePairs(Distribution.JAZZY, rules.and_then(BUILTIN_RULES), LIMITS).all_of_action(FIBONACCI)
+    pairs = TypePairs(Distribution.JAZZY, rules.and_then(BUILTIN_RULES)).all_of_action(FIBONACCI)
 
     assert [each.plan.ros2_type for each in pairs] == DEMOS[1:]

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-from pipros.ros2.interface import Sample, TopicQos
-from pipros.ros2.zenoh.endpoints import ZenohSubscriber
-from pipros.ros2.zenoh.tokens import new_attachment
+from pipros_ros2.interface import Sample, TopicQos
+from pipros_ros2.zenoh.endpoints import ZenohSubscriber
+from pipros_ros2.zenoh.tokens import new_attachment
 
 
 class Closed(Exception):

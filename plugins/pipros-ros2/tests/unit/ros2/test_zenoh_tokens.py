@@ -7,9 +7,8 @@ import random
 import pytest
 import xxhash
 
-from pipros.ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
-from pipros.ros2.names import zenoh_key
-from pipros.ros2.zenoh.tokens import (
+from pipros_ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros_ros2.zenoh.tokens import (
     Arrivals,
     Attachment,
     NodeIdentity,
@@ -22,6 +21,7 @@ from pipros.ros2.zenoh.tokens import (
     parse_token,
     qos_text,
 )
+from pipros_rosbag2.names import zenoh_key
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 ADD_TWO_INTS = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"

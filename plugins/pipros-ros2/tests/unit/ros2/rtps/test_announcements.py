@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from pipros.ros2.rtps.announcements import (
+from pipros_ros2.rtps.announcements import (
     EndpointData,
     ParticipantData,
     entries,
@@ -17,8 +17,8 @@ from pipros.ros2.rtps.announcements import (
     write_key,
     write_participant,
 )
-from pipros.ros2.rtps.identity import CYCLONE_DDS, guid_text, is_writer, new_prefix, user_entity
-from pipros.ros2.rtps.parameters import (
+from pipros_ros2.rtps.identity import CYCLONE_DDS, guid_text, is_writer, new_prefix, user_entity
+from pipros_ros2.rtps.parameters import (
     PARAMETER_LIST,
     SENTINEL,
     Address,
@@ -27,7 +27,7 @@ from pipros.ros2.rtps.parameters import (
     parameter,
     text,
 )
-from pipros.ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind, mismatch
+from pipros_ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind, mismatch
 
 PREFIX = bytes(range(12))
 HERE = (Address("127.0.0.1", 7410), Address("10.0.0.1", 7410))

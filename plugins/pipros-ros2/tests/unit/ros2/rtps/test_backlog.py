@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.ros2.rtps.sockets import SocketBacklog
+from pipros_ros2.rtps.sockets import SocketBacklog
 
 
 @pytest.fixture

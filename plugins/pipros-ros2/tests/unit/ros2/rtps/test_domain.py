@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.graph_variables import InvalidEnvironment
-from pipros.ros2.rtps.domain import Discovery, DiscoveryRange, data_port, discovery_port, multicast_port
+from pipros_ros2.rtps.domain import Discovery, DiscoveryRange, data_port, discovery_port, multicast_port
 
 
 def test_ports_are_those_of_the_standard() -> None:

@@ -10,7 +10,7 @@ from queue import SimpleQueue
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.ros2.interface import (
+from pipros_ros2.interface import (
     Durability,
     Endpoint,
     EndpointKind,
@@ -22,16 +22,16 @@ from pipros.ros2.interface import (
     Sample,
     TopicQos,
 )
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.announcements import ParticipantData, write_participant
-from pipros.ros2.rtps.domain import Discovery, discovery_port
-from pipros.ros2.rtps.encoding import data_head, datagram_head
-from pipros.ros2.rtps.engine import RtpsEngine
-from pipros.ros2.rtps.graph_info import GidBytes
-from pipros.ros2.rtps.identity import PARTICIPANT_READER, PARTICIPANT_WRITER
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import Qos
+from pipros_ros2.rtps.announcements import ParticipantData, write_participant
+from pipros_ros2.rtps.domain import Discovery, discovery_port
+from pipros_ros2.rtps.encoding import data_head, datagram_head
+from pipros_ros2.rtps.engine import RtpsEngine
+from pipros_ros2.rtps.graph_info import GidBytes
+from pipros_ros2.rtps.identity import PARTICIPANT_READER, PARTICIPANT_WRITER
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.qos import Qos
+from tests.support.constants import Constants
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
 
@@ -186,9 +186,10 @@ def test_endpoints_may_be_closed_again_and_after_their_engine(engines: tuple[Ros
 
 
 @pytest.fixture
-def engine_and_stranger() -> Iterator[tuple[RtpsEngine, Participant]]:
+def engine_and_stranger(constants: Constants) -> Iterator[tuple[RtpsEngine, Participant]]:
     """An engine, and a participant that is not an engine for ROS 2."""
-    limits = Limits(tables=(Ros2Limits(ros2_peer_bytes=20_000, ros2_history_bytes=10_000),))
+    constants(ROS2_PEER_BYTES=20000, ROS2_HISTORY_BYTES=10000)
+    limits = Limits()
     with free_domain() as domain, contextlib.ExitStack() as stack:
         engine = RtpsEngine(Discovery(domain), "/a", gid_bytes=GidBytes.IRON_AND_LATER, limits=limits)
         stack.callback(engine.close)

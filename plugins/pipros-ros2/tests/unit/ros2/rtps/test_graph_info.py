@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.ros2.rtps.graph_info import (
+from pipros_ros2.rtps.graph_info import (
     GidBytes,
     GraphInfo,
     Knowledge,

@@ -8,25 +8,26 @@ import tracemalloc
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.announcements import (
+from pipros_ros2.limits import Ros2Limits
+from pipros_ros2.rtps.announcements import (
     EndpointData,
     ParticipantData,
     write_endpoint,
     write_participant,
 )
-from pipros.ros2.rtps.encoding import acknack, data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.events import Elsewhere, RtpsSettings
-from pipros.ros2.rtps.identity import (
+from pipros_ros2.rtps.encoding import acknack, data_frag_head, data_head, datagram_head, gap, heartbeat
+from pipros_ros2.rtps.events import Elsewhere, RtpsSettings
+from pipros_ros2.rtps.identity import (
     PARTICIPANT_READER,
     PARTICIPANT_WRITER,
     PUBLICATIONS_WRITER,
     SUBSCRIPTIONS_READER,
     SUBSCRIPTIONS_WRITER,
 )
-from pipros.ros2.rtps.parameters import SENTINEL, Address
-from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import Qos
+from pipros_ros2.rtps.parameters import SENTINEL, Address
+from pipros_ros2.rtps.participant_core import ParticipantCore
+from pipros_ros2.rtps.qos import Qos
+from tests.support.constants import Constants
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
 HOST = "127.0.0.1"
@@ -54,9 +55,10 @@ def announcement(number: int, user_data: bytes = b"", host: str = HOST) -> bytes
     return datagram_head(prefix) + head + payload
 
 
-def test_a_flood_of_participants_is_bounded() -> None:
+def test_a_flood_of_participants_is_bounded(constants: Constants) -> None:
     network = SimulatedNetwork()
-    victim = network.host(Limits(tables=(Ros2Limits(ros2_discovery_bytes=100_000),)))
+    constants(ROS2_DISCOVERY_BYTES=100000)
+    victim = network.host(Limits())
     for number in range(5000):
         victim.engine.receive(announcement(number), HOST, network.now)
         victim.engine.take_outgoing()
@@ -87,9 +89,10 @@ def test_participants_that_never_answer_cause_little_work_and_displace_no_genuin
     assert victim.engine.peers.get(new.engine.prefix) is not None
 
 
-def test_a_flood_of_fragments_stays_within_its_bytes() -> None:
+def test_a_flood_of_fragments_stays_within_its_bytes(constants: Constants) -> None:
     """Each fragment begins a sample of 100 MB, whose other fragments never arrive."""
-    limits = Limits(tables=(Ros2Limits(ros2_incomplete_bytes=500_000),))
+    constants(ROS2_INCOMPLETE_BYTES=500000)
+    limits = Limits()
     network, victim, _, peer, writer = connected(limits)
     reader_id = b"\0\0\0\0"
     piece = bytes(1000)
@@ -108,8 +111,9 @@ def test_a_flood_of_fragments_stays_within_its_bytes() -> None:
     assert used < 1_500_000
 
 
-def test_others_receive_while_a_peer_floods() -> None:
-    limits = Limits(tables=(Ros2Limits(ros2_incomplete_bytes=1_000_000),))
+def test_others_receive_while_a_peer_floods(constants: Constants) -> None:
+    constants(ROS2_INCOMPLETE_BYTES=1000000)
+    limits = Limits()
     network, victim, reader, peer, writer = connected(limits)
     honest = network.host()
     other = honest.engine.add_writer("rt/a", STRING, DEEP, network.now)
@@ -192,11 +196,10 @@ def test_small_fragments_do_not_keep_their_large_datagrams() -> None:
     assert used < 500_000
 
 
-def test_a_last_fragment_promises_no_memory() -> None:
+def test_a_last_fragment_promises_no_memory(constants: Constants) -> None:
     """Only the last fragments of samples of 128 MB arrive."""
-    network, victim, _, peer, writer = connected(
-        Limits(tables=(Ros2Limits(ros2_incomplete_bytes=2_000_000),))
-    )
+    constants(ROS2_INCOMPLETE_BYTES=2000000)
+    network, victim, _, peer, writer = connected(Limits())
     head = datagram_head(peer.engine.prefix, victim.engine.prefix)
     tracemalloc.start()
     try:
@@ -210,8 +213,9 @@ def test_a_last_fragment_promises_no_memory() -> None:
     assert used < 3_000_000
 
 
-def test_a_reader_that_never_answers_costs_no_more_than_the_history() -> None:
-    limits = Limits(tables=(Ros2Limits(ros2_history_bytes=100_000),))
+def test_a_reader_that_never_answers_costs_no_more_than_the_history(constants: Constants) -> None:
+    constants(ROS2_HISTORY_BYTES=100000)
+    limits = Limits()
     network = SimulatedNetwork()
     victim, mute = network.host(limits), network.host()
     writer = victim.engine.add_writer("rt/a", STRING, DEEP, network.now)
@@ -227,9 +231,10 @@ def test_a_reader_that_never_answers_costs_no_more_than_the_history() -> None:
     assert sum(len(datagram) for _, datagram in network.sent[sent:]) < 1_200_000
 
 
-def test_announcements_that_grow_later_are_counted() -> None:
+def test_announcements_that_grow_later_are_counted(constants: Constants) -> None:
     network = SimulatedNetwork()
-    victim = network.host(Limits(tables=(Ros2Limits(ros2_discovery_bytes=1_000_000),)))
+    constants(ROS2_DISCOVERY_BYTES=1000000)
+    victim = network.host(Limits())
     tracemalloc.start()
     try:
         for user_data in (b"", bytes(50_000)):
@@ -246,9 +251,10 @@ def test_announcements_that_grow_later_are_counted() -> None:
     assert used < 3_000_000
 
 
-def test_values_that_nothing_reads_are_not_kept() -> None:
+def test_values_that_nothing_reads_are_not_kept(constants: Constants) -> None:
     """Each sample arrives early, with 15,000 empty parameters in its inline QoS."""
-    network, victim, _, peer, writer = connected(Limits(tables=(Ros2Limits(ros2_incomplete_bytes=200_000),)))
+    constants(ROS2_INCOMPLETE_BYTES=200000)
+    network, victim, _, peer, writer = connected(Limits())
     inline = b"".join(struct.pack("<HH", 0x100 + number, 0) for number in range(15_000)) + SENTINEL
     head = datagram_head(peer.engine.prefix, victim.engine.prefix)
     tracemalloc.start()

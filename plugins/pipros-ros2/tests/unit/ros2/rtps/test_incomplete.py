@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pipros.basics.budget import Budget
-from pipros.ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, inline_bytes
-from pipros.ros2.rtps.parameters import Parameters
-from pipros.ros2.rtps.submessages import DataFrag
+from pipros_ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, inline_bytes
+from pipros_ros2.rtps.parameters import Parameters
+from pipros_ros2.rtps.submessages import DataFrag
 
 READER, WRITER = b"\0\0\1\4", b"\0\0\1\3"
 HASH: Parameters = {0x70: [b"key hash of 16 b"]}

@@ -12,11 +12,9 @@ from queue import SimpleQueue
 import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
-from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
-from pipros.ros2.rtps.events import Event, PeerChanged
-from pipros.ros2.rtps.graph_info import (
+from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
+from pipros_ros2.rtps.events import Event, PeerChanged
+from pipros_ros2.rtps.graph_info import (
     READER_QOS,
     TOPIC,
     TYPE_NAME,
@@ -27,13 +25,14 @@ from pipros.ros2.rtps.graph_info import (
     ParticipantInfo,
     write_info,
 )
-from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
-from pipros.ros2.rtps.nodes import MAX_INFO_BYTES, Nodes
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import DurabilityKind, Qos
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.service_styles import PIPROS_MARK
-from tests.support.environments import REPOSITORY
+from pipros_ros2.rtps.identity import PARTICIPANT_ENTITY
+from pipros_ros2.rtps.nodes import MAX_INFO_BYTES, Nodes
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.qos import DurabilityKind, Qos
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.service_styles import PIPROS_MARK
+from tests.support import documents
+from tests.support.constants import Constants
 from tests.support.processes import Processes
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
@@ -166,18 +165,22 @@ def test_a_closed_writer_and_a_closed_reader_say_so(discovery: Discovery) -> Non
             reader.writers()
 
 
-def test_a_message_beyond_the_limit_is_refused(discovery: Discovery) -> None:
-    with Participant(discovery, limits=Limits(tables=(Ros2Limits(ros2_history_bytes=1000),))) as participant:
+def test_a_message_beyond_the_limit_is_refused(discovery: Discovery, constants: Constants) -> None:
+    constants(ROS2_HISTORY_BYTES=1000)
+    with Participant(discovery) as participant:
         writer = participant.add_writer("rt/a", TYPE, QOS)
-        with pytest.raises(LimitExceeded, match="ros2_history_bytes"):
+        with pytest.raises(LimitExceeded, match="the limit is 1000 bytes"):
             writer.write(bytes(2000))
 
 
-def test_a_writer_of_unlimited_depth_waits_for_its_readers(discovery: Discovery) -> None:
+def test_a_writer_of_unlimited_depth_waits_for_its_readers(
+    discovery: Discovery, constants: Constants
+) -> None:
     """Its history has room for eight samples; no sample is displaced before all readers have it."""
     received: list[bytes] = []
+    constants(ROS2_HISTORY_BYTES=10000)
     with (
-        Participant(discovery, limits=Limits(tables=(Ros2Limits(ros2_history_bytes=10_000),))) as participant,
+        Participant(discovery) as participant,
         Participant(discovery) as peer,
     ):
         peer.add_reader("rt/a", TYPE, Qos(depth=0), lambda sample: received.append(sample.payload))
@@ -210,9 +213,9 @@ def test_a_participant_of_range_off_finds_no_other(discovery: Discovery) -> None
 
 
 CTRL_C = """
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import Qos
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.qos import Qos
 with Participant(Discovery(0)) as participant:
     writer = participant.add_writer("rt/a", "T", Qos())
     try:
@@ -313,7 +316,7 @@ def test_lists_of_nodes_beyond_the_limit_are_ignored(pair: tuple[Participant, Pa
 
 
 def test_the_example_in_the_documentation_runs(discovery: Discovery, processes: Processes) -> None:
-    text = (REPOSITORY / "docs" / "rtps.md").read_text()
+    text = documents.text_of("internals/rtps.md")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     received: list[bytes] = []
     with Participant(discovery) as participant:

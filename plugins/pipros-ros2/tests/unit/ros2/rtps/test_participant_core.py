@@ -6,11 +6,11 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.decoding import read_datagram
-from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
-from pipros.ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind
-from pipros.ros2.rtps.submessages import AckNack, Submessage
+from pipros_ros2.rtps.decoding import read_datagram
+from pipros_ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
+from pipros_ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind
+from pipros_ros2.rtps.submessages import AckNack, Submessage
+from tests.support.constants import Constants
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
 LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=1)
@@ -213,10 +213,11 @@ def test_remote_endpoints_can_be_looked_up() -> None:
     assert listener.engine.endpoint(bytes(16)) is None
 
 
-def test_endpoints_beyond_the_limit_are_ignored_and_reported_once() -> None:
+def test_endpoints_beyond_the_limit_are_ignored_and_reported_once(constants: Constants) -> None:
     network = SimulatedNetwork()
     flooder = network.host()
-    victim = network.host(Limits(tables=(Ros2Limits(ros2_peer_bytes=100_000),)))
+    constants(ROS2_PEER_BYTES=100000)
+    victim = network.host(Limits())
     for number in range(200):
         flooder.engine.add_writer(f"rt/flood{number}", STRING, Qos(), network.now)
     network.run(3.0)
@@ -225,10 +226,11 @@ def test_endpoints_beyond_the_limit_are_ignored_and_reported_once() -> None:
     assert victim.refused() == 1
 
 
-def test_endpoints_that_come_and_go_do_not_use_up_the_limit() -> None:
+def test_endpoints_that_come_and_go_do_not_use_up_the_limit(constants: Constants) -> None:
     network = SimulatedNetwork()
     busy = network.host()
-    other = network.host(Limits(tables=(Ros2Limits(ros2_peer_bytes=50_000),)))
+    constants(ROS2_PEER_BYTES=50000)
+    other = network.host(Limits())
     for number in range(300):
         entity = busy.engine.add_writer(f"rt/topic{number}", STRING, Qos(), network.now)
         network.run(0.02)
@@ -290,9 +292,10 @@ def test_a_removed_writer_refuses_samples() -> None:
         talker.engine.write(writer, b"late", network.now)
 
 
-def test_a_writer_of_unlimited_depth_has_room_again_after_acknowledgments() -> None:
+def test_a_writer_of_unlimited_depth_has_room_again_after_acknowledgments(constants: Constants) -> None:
     network = SimulatedNetwork()
-    talker, listener = network.host(Limits(tables=(Ros2Limits(ros2_history_bytes=10_000),))), network.host()
+    constants(ROS2_HISTORY_BYTES=10000)
+    talker, listener = network.host(Limits()), network.host()
     endless = Qos(depth=0)
     entity = talker.engine.add_writer("rt/chatter", STRING, endless, network.now)
     reader = listener.engine.add_reader("rt/chatter", STRING, endless, network.now)
@@ -310,7 +313,7 @@ def test_a_writer_of_unlimited_depth_has_room_again_after_acknowledgments() -> N
 
     assert 5 < count < 10
     assert writer.dropped == 0
-    with pytest.raises(LimitExceeded, match="ros2_history_bytes"):
+    with pytest.raises(LimitExceeded, match="the limit is 10000 bytes"):
         talker.engine.write(entity, bytes(20_000), network.now)
 
 

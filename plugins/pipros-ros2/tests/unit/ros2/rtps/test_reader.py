@@ -7,12 +7,12 @@ import math
 import pytest
 
 from pipros.basics.budget import Budget
-from pipros.ros2.rtps.decoding import read_datagram
-from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.outbox import DatagramOutbox
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.reader import Reader, RtpsSample
-from pipros.ros2.rtps.submessages import (
+from pipros_ros2.rtps.decoding import read_datagram
+from pipros_ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
+from pipros_ros2.rtps.outbox import DatagramOutbox
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.reader import Reader, RtpsSample
+from pipros_ros2.rtps.submessages import (
     AckNack,
     Data,
     DataFrag,

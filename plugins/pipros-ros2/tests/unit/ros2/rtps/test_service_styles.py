@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
-from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, OWN_VENDOR
-from pipros.ros2.rtps.parameters import Parameters, SampleIdentity, read_parameters, related_sample
-from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.service_styles import (
+from pipros_ros2.rtps.announcements import EndpointData, ParticipantData
+from pipros_ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, OWN_VENDOR
+from pipros_ros2.rtps.parameters import Parameters, SampleIdentity, read_parameters, related_sample
+from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.service_styles import (
     Style,
     cyclone_head,
     endpoint_id,

@@ -8,16 +8,15 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.service_client import RtpsClient
-from pipros.ros2.rtps.service_styles import PIPROS_MARK, cyclone_head, id_entry, with_head
-from pipros.ros2.rtps.services import RtpsServer, UnknownStyle
-from pipros.ros2.rtps.topics import RtpsTopicWriter
+from pipros_ros2.rtps.domain import Discovery
+from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.service_client import RtpsClient
+from pipros_ros2.rtps.service_styles import PIPROS_MARK, cyclone_head, id_entry, with_head
+from pipros_ros2.rtps.services import RtpsServer, UnknownStyle
+from pipros_ros2.rtps.topics import RtpsTopicWriter
+from tests.support.constants import Constants
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
 
@@ -194,10 +193,9 @@ def test_calls_that_timed_out_do_not_affect_later_ones(pair: tuple[Participant, 
 
 
 def test_small_requests_that_are_queued_count_more_than_their_bytes(
-    pair: tuple[Participant, Participant], monkeypatch: pytest.MonkeyPatch
+    pair: tuple[Participant, Participant], constants: Constants
 ) -> None:
-    limits = Limits(tables=(Ros2Limits(ros2_inbox_bytes=4000),))  # half of it for one client
-    monkeypatch.setattr("pipros.ros2.rtps.services.process_limits", lambda: limits)
+    constants(ROS2_INBOX_BYTES=4000)  # half of it for one client
     may_reply = threading.Event()
 
     def hang(payload: bytes) -> bytes:

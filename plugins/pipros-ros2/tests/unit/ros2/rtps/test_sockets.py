@@ -9,17 +9,16 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.basics.limits import Limits
-from pipros.ros2.rtps.domain import (
+from pipros_ros2.rtps.domain import (
     MAX_PARTICIPANT,
     PROBED_PARTICIPANTS,
     Discovery,
     DiscoveryRange,
     discovery_port,
 )
-from pipros.ros2.rtps.outbox import Outgoing
-from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.sockets import RtpsSockets, interface_addresses
+from pipros_ros2.rtps.outbox import Outgoing
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.sockets import RtpsSockets, interface_addresses
 from tests.support.network import steady_interfaces
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
@@ -35,7 +34,7 @@ def domain() -> Iterator[int]:
 def sockets(
     domain: int, where: DiscoveryRange = DiscoveryRange.LOCALHOST, *peers: str
 ) -> Iterator[RtpsSockets]:
-    opened = RtpsSockets(Discovery(domain, where, peers), Limits())
+    opened = RtpsSockets(Discovery(domain, where, peers))
     try:
         yield opened
     finally:
@@ -73,7 +72,7 @@ def test_a_full_domain_is_reported(domain: int) -> None:
                 port.bind(("127.0.0.1", discovery_port(domain, number)))
 
         with pytest.raises(Unreachable, match=f"domain {domain}.*in use"):
-            RtpsSockets(Discovery(domain), Limits())
+            RtpsSockets(Discovery(domain))
 
 
 def test_datagrams_arrive_in_one_piece(domain: int) -> None:

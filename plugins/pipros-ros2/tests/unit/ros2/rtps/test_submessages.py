@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.ros2.rtps.decoding import read_datagram
-from pipros.ros2.rtps.encoding import (
+from pipros_ros2.rtps.decoding import read_datagram
+from pipros_ros2.rtps.encoding import (
     acknack,
     data_frag_head,
     data_head,
@@ -18,7 +18,7 @@ from pipros.ros2.rtps.encoding import (
     heartbeat,
     nack_frag,
 )
-from pipros.ros2.rtps.parameters import (
+from pipros_ros2.rtps.parameters import (
     SENTINEL,
     Address,
     Parameter,
@@ -36,7 +36,7 @@ from pipros.ros2.rtps.parameters import (
     related_sample,
     text,
 )
-from pipros.ros2.rtps.submessages import (
+from pipros_ros2.rtps.submessages import (
     AckNack,
     Data,
     DataFrag,

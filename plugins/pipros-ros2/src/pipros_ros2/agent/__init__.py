@@ -1,0 +1,1 @@
+"""The engine that reaches ROS 2 through the rclpy of another Python."""
