@@ -3,8 +3,8 @@
     script/bench data [--count 20000] [--rounds 5]
 
 Writes one bag with messages of four types, and reads each topic by turns: as a table
-(`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, in a loop that decodes with rosbags, and as a
-pandas dataframe with `pipros.data` and with rosbags-dataframe. Needs rosbags-dataframe and pandas.
+(`pipros_data`), with `rosbag.Bag.read_messages(raw=True)`, in a loop that decodes with rosbags, and as a
+pandas dataframe with `pipros_data` and with rosbags-dataframe. Needs rosbags-dataframe and pandas.
 Prints the medians of the rounds. Processor time of this process counts, so that other work disturbs little.
 """
 
@@ -26,7 +26,7 @@ from tf2_msgs.msg import TFMessage
 
 import rosbag
 import rospy
-from pipros.data import open_bags
+from pipros_data import open_bags
 
 TOPICS = {
     "/imu": [f"orientation.{axis}" for axis in "xyzw"]

@@ -25,17 +25,17 @@ from programs import SCRIPTS, cpu_s, end
 from table import free_port, options_of
 
 from pipros.basics.env import Environment
-from pipros.fleet import keys
-from pipros.fleet.agent import new_instance
-from pipros.fleet.directory import Directory, DirectoryEntry, to_json
-from pipros.fleet.status import directory_of, present
-from pipros.fleet.zenoh_connecting import connect
-from pipros.fleet.zenoh_session import LinkFailed
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_fleet import keys
+from pipros_fleet.agent import new_instance
+from pipros_fleet.directory import Directory, DirectoryEntry, to_json
+from pipros_fleet.status import directory_of, present
+from pipros_fleet.zenoh_connecting import connect
+from pipros_fleet.zenoh_session import LinkFailed
 
-MAX_TOPICS = 5000  # the limit fleet_topics
+MAX_TOPICS = 5000  # FLEET_TOPICS
 DEADLINE_S = 60.0
 TOPICS = 20
 

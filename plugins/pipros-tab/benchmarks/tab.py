@@ -180,7 +180,15 @@ def main():
     parser.add_argument("--nodes", type=int, default=20)
     nodes = parser.parse_args().nodes
     with tempfile.TemporaryDirectory() as folder, running_chromium() as browser:
-        subprocess.run([sys.executable, REPOSITORY / "script/pyodide_files.py", folder, "--tab"], check=True)
+        subprocess.run(
+            [
+                sys.executable,
+                REPOSITORY / "plugins/pipros-tab/tests/support/pyodide_files.py",
+                folder,
+                "--tab",
+            ],
+            check=True,
+        )
         size = sum(file.stat().st_size for file in Path(folder).rglob("*") if file.is_file())
         line("first visit: bytes of all files", f"{size / 1e6:.1f} MB")
         with served(folder) as address:

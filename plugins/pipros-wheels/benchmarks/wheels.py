@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Time and processor time of wheels for message packages, beside catkin_make: the figures in docs/pip.md.
+"""Time and processor time of wheels for message packages, beside catkin_make: figures of docs/guides/pip.md.
 
     script/bench wheels [--packages 1,40] [--rounds 3]
 

@@ -8,15 +8,16 @@ pretend to be another field, because JSON escapes quotes, and control characters
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.hidden_text import safe
+from pipros.basics.similar_names import near_names
 
 if TYPE_CHECKING:
-    from pipros.pictures.drawn import EncodedPicture
+    from pipros_libraries.pictures.drawn import EncodedPicture
 
 FRAME_BYTES: Final = 1000
 """Room for all fields except `data`."""
@@ -48,12 +49,14 @@ class ToolRefused(PiprosError):
 
     Attributes:
         rule: the reason, as a fixed text without values.
-        value: the value that violates the rule, which may come from the robot.
+        value: the value that violates the rule, which may come from the robot. An unknown name is followed by
+            the `known` ones that are similar.
     """
 
-    def __init__(self, rule: str, value: object = None) -> None:
+    def __init__(self, rule: str, value: object = None, known: Iterable[str] = ()) -> None:
+        near = near_names(str(value), known)
         self.rule = rule
-        self.value = value
+        self.value = [value, *near] if near else value
         super().__init__(rule)
 
 

@@ -13,25 +13,41 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from pipros.assistants.answer import ToolRefused
-from pipros.assistants.limits import AssistantLimits
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError, Unreachable
 from pipros.basics.limits import process_limits
-from pipros.graph.client import GraphClient
-from pipros.graph.definitions import TopicDefinitions
-from pipros.graph.raw_decoder import RawDecoder
-from pipros.graph.system_state import SystemState, is_below
 from pipros.msg.errors import MessageException
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.open_calls import OpenCalls
 from pipros.node.start_params import is_on
-from pipros.pictures.drawn import Drawn, picture_of
+from pipros_assistants.answer import ToolRefused
+from pipros_assistants.limits import AssistantLimits
+from pipros_libraries.pictures.drawn import Drawn, picture_of
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.definitions import TopicDefinitions
+from pipros_tools.graph.raw_decoder import RawDecoder
+from pipros_tools.graph.system_state import SystemState, is_below
 
 if TYPE_CHECKING:
-    from pipros.health.topic_facts import TopicCheck
+    from pipros_tools.health.topic_facts import TopicCheck
+
+ASSISTANT_PICTURE_BYTES = 250 * 1024
+"""Limit: size of a picture in an answer. Beyond it, the picture is encoded as JPEG, and shrunk until it
+fits.
+"""
+ASSISTANT_PICTURE_PIXELS = 64 * 1024 * 1024
+"""Limit: number of pixels in an image from the robot that is decoded to create a picture. Beyond it, the
+image is refused, with its size, before it is decoded.
+"""
+ASSISTANT_SAMPLE_BYTES = 64 * 1024 * 1024
+"""Limit: total size of the messages that one call receives. A call that reads a bag may read four times as
+much. Beyond it, the call ends early, and returns the messages that it has received; for a bag, the limit is
+four times as large, and the call fails with an error that suggests a shorter time.
+"""
+ASSISTANT_CALL_S = 60.0
+"""Limit: duration of a call. Beyond it, the answer says that the call took too long."""
 
 NAME: Final = "pipros_mcp"
 MASTER_S: Final = 5.0
@@ -76,8 +92,15 @@ class RobotAccess:
         limits: the limits of the server for assistants.
     """
 
-    def __init__(self, environment: Environment, limits: AssistantLimits | None = None) -> None:
+    def __init__(
+        self,
+        environment: Environment,
+        limits: AssistantLimits | None = None,
+        wait: Callable[[], object] = lambda: None,
+    ) -> None:
+        """Create the access. Tools call `wait` first, which returns when the system has started."""
         self.environment = environment
+        self.wait = wait
         self.limits = limits or process_limits().of(AssistantLimits)
         self._waits: set[threading.Event] = set()
         self._changed = threading.Condition()
@@ -117,7 +140,7 @@ class RobotAccess:
             types = dict(client.master.get_topic_types())
             publishers = SystemState.from_state(client.master.get_system_state()).publishers
         if name not in types:
-            raise ToolRefused("this topic does not exist; list_topics lists all topics", name)
+            raise ToolRefused("this topic does not exist; list_topics lists all topics", name, types)
         if not publishers.get(name):
             raise ToolRefused("no node publishes this topic", name)
         return name, str(types[name])
@@ -152,7 +175,7 @@ class RobotAccess:
             client.master.get_system_state()  # fail immediately if there is no master
         received: list[SampledMessage] = []
         lock, over = threading.Lock(), threading.Event()
-        left = self.limits.assistant_sample_bytes
+        left = ASSISTANT_SAMPLE_BYTES
 
         def take(message: AnyMsg, topic: str) -> None:
             nonlocal left
@@ -180,9 +203,9 @@ class RobotAccess:
         return MessageSamples(tuple(received), seconds, now_s, left < 0)
 
     def check_topic(self, topic: str, wait_s: float) -> TopicCheck:
-        """Return why no data arrives on a topic; see `pipros.health.topic_check`."""
-        from pipros.health.gather_topic import gather_topic
-        from pipros.health.topic_check import check_topic
+        """Return why no data arrives on a topic; see `pipros_tools.health.topic_check`."""
+        from pipros_tools.health.gather_topic import gather_topic
+        from pipros_tools.health.topic_check import check_topic
 
         with self.client() as client:
             name = client.resolve(topic)
@@ -210,7 +233,7 @@ class RobotAccess:
 
     def draw(self, message: Any) -> Drawn:
         """Convert a message to a picture; see `picture_of`."""
-        return picture_of(message, self.limits.assistant_picture_pixels, self.limits.assistant_picture_bytes)
+        return picture_of(message, ASSISTANT_PICTURE_PIXELS, ASSISTANT_PICTURE_BYTES)
 
 
 def decoded(samples: Sequence[SampledMessage]) -> Iterator[tuple[SampledMessage, Any]]:

@@ -18,28 +18,38 @@ from typing import Any, Final, get_type_hints
 from weakref import WeakValueDictionary
 
 from mcp.server.mcpserver import Context, MCPServer
-from mcp_types import CallToolResult, ImageContent, TextContent, ToolAnnotations
+from mcp.server.mcpserver.exceptions import ToolError
+from mcp_types import CallToolResult, ImageContent, InputRequiredResult, TextContent, ToolAnnotations
+from pydantic import ValidationError
 
-from pipros.assistants.answer import Answer, ToolRefused, answer_text, error_text
-from pipros.assistants.robot import RobotAccess
-from pipros.assistants.tools.acts import ActTools, names_of_tools
-from pipros.assistants.tools.bags import BagTools
-from pipros.assistants.tools.frames import FrameTools
-from pipros.assistants.tools.graph import GraphTools
-from pipros.assistants.tools.packages import PackageTools
-from pipros.assistants.tools.parameters import StateTools
-from pipros.assistants.tools.topics import TopicTools
 from pipros.basics.errors import MissingExtra, PiprosError
+from pipros.basics.similar_names import near_names
 from pipros.msg.errors import MessageException
-from pipros.policy.model import ActRefused
-from pipros.server.approved_acts import ApprovedActs, Caller
-from pipros.server.browser_share import Browser, serving
-from pipros.server.daemon_pool import DaemonPool
+from pipros_assistants.answer import Answer, ToolRefused, answer_text, error_text
+from pipros_assistants.robot import ASSISTANT_CALL_S, RobotAccess
+from pipros_assistants.schemas import required
+from pipros_assistants.tools.acts import ActTools, names_of_tools
+from pipros_assistants.tools.bags import BagTools
+from pipros_assistants.tools.frames import FrameTools
+from pipros_assistants.tools.graph import GraphTools
+from pipros_assistants.tools.packages import PackageTools
+from pipros_assistants.tools.parameters import StateTools
+from pipros_assistants.tools.topics import TopicTools
+from pipros_server.approved_acts import ApprovedActs, Caller
+from pipros_server.browser_share import Browser, serving
+from pipros_server.daemon_pool import DaemonPool
+from pipros_server.policy.model import ActRefused
+
+ASSISTANT_ANSWER_BYTES = 31 * 1024
+"""Limit: size of an answer's text. Beyond it, the answer ends, and `next` has the cursor for the rest; a row
+that is too large by itself is replaced by its size.
+"""
 
 CALLS: Final = 4
 """Maximum number of concurrent calls of tools that only read; further calls wait."""
 ACTS: Final = 16
 """Maximum number of concurrent calls of tools that act: enough that a stop seldom waits for other acts."""
+_SHOWN_MISTAKES: Final = 5
 GONE_S: Final = 0.2
 """Interval at which an HTTP connection is checked during a call."""
 
@@ -69,6 +79,40 @@ READING: Final = ("read_policy", "list_runs")
 """The tools of `ActTools` that only read."""
 
 
+class StrictServer(MCPServer[Any]):
+    """A server whose tools refuse arguments that they do not have, and name the similar ones."""
+
+    async def call_tool(
+        self, name: str, arguments: dict[str, Any], context: Context | None = None
+    ) -> CallToolResult | InputRequiredResult:
+        """Call a tool. Mistakes of the model in the name or the arguments are short errors."""
+        tool = self._tool_manager.get_tool(name)
+        if tool is None:
+            return _mistake("there is no such tool", name, [each.name for each in await self.list_tools()])
+        known = list(tool.parameters["properties"])
+        for each in arguments:
+            if each not in known:
+                return _mistake(f"this tool has the arguments {', '.join(known)} only", each, known)
+        try:
+            return await super().call_tool(name, arguments, context)
+        except ToolError as error:
+            if not isinstance(error.__cause__, ValidationError):
+                raise
+            found = error.__cause__.errors(include_url=False, include_context=False)
+            wrong = {str(each["loc"][0]): each for each in found}  # one mistake of each argument
+            rules = [f"{name} must be {required(tool.parameters['properties'][name])}" for name in wrong]
+            given = {
+                name: f"{each['input']!r:.100}" for name, each in wrong.items() if each["type"] != "missing"
+            }
+            rule = f"invalid arguments: {'; '.join(rules[:_SHOWN_MISTAKES])}"
+            return _result(error_text(rule, given or "missing"), is_error=True)
+
+
+def _mistake(rule: str, name: str, known: list[str]) -> CallToolResult:
+    """Return the error for an unknown name, with the known ones that are similar."""
+    return _result(error_text(rule, {"unknown": name, "similar": near_names(name, known)}), is_error=True)
+
+
 def make_server(
     robot: RobotAccess, bag_folder: Path | None = None, acts: ApprovedActs | None = None
 ) -> MCPServer[Any]:
@@ -81,7 +125,7 @@ def make_server(
     from pipros import __version__
 
     instructions = INSTRUCTIONS if acts is None else INSTRUCTIONS.replace(_CANNOT_ACT, _CAN_ACT)
-    server: MCPServer[Any] = MCPServer(
+    server = StrictServer(
         "pipros", instructions=instructions, version=__version__, log_level="WARNING", subscriptions=False
     )
 
@@ -127,6 +171,8 @@ def _add(
         annotations=_ACTS if acts else _READS,
         structured_output=False,
     )
+    if added := server._tool_manager.get_tool(tool.__name__):
+        added.parameters["additionalProperties"] = False  # so that clients refuse unknown arguments, too
 
 
 def _answering(
@@ -134,15 +180,19 @@ def _answering(
 ) -> Callable[..., Any]:
     """Return a coroutine function that has the signature of a tool and runs the tool in a thread."""
 
+    def started(bound: Tool, **arguments: object) -> Answer:
+        if not isinstance(getattr(tool, "__self__", None), BagTools):
+            robot.wait()
+        return bound(**arguments)
+
     async def call(context: Context, **arguments: Any) -> CallToolResult:
-        limits = robot.limits
         request = context.request_context.request
         over = threading.Event()
         watch = asyncio.create_task(_watch(request, over))
         try:
             bound = bind(Caller(_identity(request), over))
             with _share(request, shares):
-                answer = await asyncio.wait_for(pool.run(bound, **arguments), limits.assistant_call_s)
+                answer = await asyncio.wait_for(pool.run(started, bound, **arguments), ASSISTANT_CALL_S)
         except ToolRefused as error:
             return _result(error_text(error.rule, error.value), is_error=True)
         except (asyncio.TimeoutError, TimeoutError):
@@ -152,11 +202,12 @@ def _answering(
         except MissingExtra as error:
             return _result(error_text("a library is not installed here", str(error)), is_error=True)
         except (PiprosError, MessageException, OSError, ValueError) as error:
-            return _result(error_text("the call failed; data has the reason", str(error)), is_error=True)
+            reason = " ".join(str(error).split())
+            return _result(error_text("the call failed; data has the reason", reason), is_error=True)
         finally:
             over.set()
             watch.cancel()
-        text = answer_text(answer, arguments.get("cursor", 0), limits.assistant_answer_bytes)
+        text = answer_text(answer, arguments.get("cursor", 0), ASSISTANT_ANSWER_BYTES)
         pictures = [
             ImageContent(type="image", data=base64.b64encode(each.content).decode(), mime_type=each.kind)
             for each in answer.pictures

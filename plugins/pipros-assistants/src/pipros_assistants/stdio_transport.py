@@ -17,7 +17,10 @@ from mcp.server.stdio import stdio_server
 from mcp.shared.message import SessionMessage
 from mcp_types import INVALID_REQUEST, ErrorData, JSONRPCError
 
-from pipros.basics.limits import limit_text
+ASSISTANT_REQUEST_BYTES = 1024 * 1024
+"""Limit: size of an HTTP request, or of a line over standard input. Beyond it, the request is refused:
+status 413, or error -32600 over stdio.
+"""
 
 _STDIN: Final = 0
 
@@ -71,6 +74,6 @@ class RequestLines:
         return None
 
     def _error(self) -> JSONRPCError:
-        limit = limit_text("assistant_request_bytes", self._limit)
+        limit = f"the limit is {self._limit} bytes"
         text = f"the line is too long; {limit}. Send shorter requests"
         return JSONRPCError(jsonrpc="2.0", id=None, error=ErrorData(code=INVALID_REQUEST, message=text))

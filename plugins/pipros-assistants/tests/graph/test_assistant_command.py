@@ -26,6 +26,7 @@ from mcp.client.streamable_http import streamable_http_client
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros_assistants.stdio_transport import ASSISTANT_REQUEST_BYTES
 from tests.support.assistants import call, run
 from tests.support.bags import bag_bytes, some_rows
 from tests.support.processes import Process
@@ -87,7 +88,12 @@ def system(ros: RosSystem, tmp_path: Path) -> RosSystem:
 
 
 def over_stdio(ros: RosSystem) -> AbstractAsyncContextManager[Client]:
-    command = [*("-c", "from pipros.cli.pipros import main; main()"), "mcp", "--bags", str(ros.home / "bags")]
+    command = [
+        *("-c", "from pipros_tools.cli.pipros import main; main()"),
+        "mcp",
+        "--bags",
+        str(ros.home / "bags"),
+    ]
     environment = ros.pipros.environment
     return Client(
         StdioServerParameters(command=sys.executable, args=command, env=environment, cwd=str(ros.home))
@@ -189,15 +195,15 @@ def test_connections_without_a_token_are_closed(system: RosSystem) -> None:
 
 
 def test_large_requests_are_refused(system: RosSystem) -> None:
-    server = system.pipros.start(
-        *("pipros", "mcp", "--http", "0", "--token-file", system.home / "tokens"),
-        PIPROS_LIMITS="assistant_request_bytes=2000",
-    )
+    server = system.pipros.start(*("pipros", "mcp", "--http", "0", "--token-file", system.home / "tokens"))
     port = int(server.wait_for(r"http://127\.0\.0\.1:(\d+)/mcp")[1])
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
     headers = {"Content-Type": "application/json", "Authorization": f"Bearer {TOKEN}"}
     with contextlib.closing(connection):
-        connection.request("POST", "/mcp", b" " * 3000, headers)
+        connection.putrequest("POST", "/mcp")
+        for name, value in {**headers, "Content-Length": str(ASSISTANT_REQUEST_BYTES + 1)}.items():
+            connection.putheader(name, value)
+        connection.endheaders()
         assert connection.getresponse().status == 413
 
 
@@ -205,16 +211,23 @@ def test_a_line_that_is_too_long_is_refused_and_later_ones_are_answered(system: 
     about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}}
     first = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": about})
     ping = json.dumps({"jsonrpc": "2.0", "id": 2, "method": "ping"})
-    command = [sys.executable, "-c", "from pipros.cli.pipros import main; main()", "mcp"]
-    settings = {**system.pipros.environment, "PIPROS_LIMITS": "assistant_request_bytes=2000"}
+    command = [sys.executable, "-c", "from pipros_tools.cli.pipros import main; main()", "mcp"]
+    limit_bytes = ASSISTANT_REQUEST_BYTES
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    long, third = f"{ping:<20000}", json.dumps({"jsonrpc": "2.0", "id": 3, "method": "ping"})
+    long, third = f"{ping:<{10 * limit_bytes}}", json.dumps({"jsonrpc": "2.0", "id": 3, "method": "ping"})
     answers = []
-    with subprocess.Popen(command, env=settings, text=True, **pipes) as program:
+    with subprocess.Popen(command, env=system.pipros.environment, text=True, **pipes) as program:
         assert program.stdin is not None
         assert program.stdout is not None
         try:
-            for line in (first, f"{ping:<1999}", f"{ping:<2000}", long, third, "{" * 9000):
+            for line in (
+                first,
+                f"{ping:<{limit_bytes - 1}}",
+                f"{ping:<{limit_bytes}}",
+                long,
+                third,
+                "{" * (4 * limit_bytes),
+            ):
                 program.stdin.write(f"{line}\n")
                 program.stdin.flush()
                 answers.append(json.loads(program.stdout.readline()))
@@ -223,7 +236,7 @@ def test_a_line_that_is_too_long_is_refused_and_later_ones_are_answered(system: 
         finally:
             program.kill()
 
-    limit = "the limit is 2000 (assistant_request_bytes in PIPROS_LIMITS)"
+    limit = f"the limit is {limit_bytes} bytes"
     text = f"the line is too long; {limit}. Send shorter requests"
     refusal = {"jsonrpc": "2.0", "id": None, "error": {"code": -32600, "message": text}}
     assert answers[0]["result"]["serverInfo"]["name"] == "pipros"
@@ -243,7 +256,7 @@ def test_no_login_is_offered(system: RosSystem) -> None:
 
 
 def test_a_client_that_has_ended_leaves_no_traceback(system: RosSystem) -> None:
-    command = [sys.executable, "-c", "from pipros.cli.pipros import main; main()", "mcp"]
+    command = [sys.executable, "-c", "from pipros_tools.cli.pipros import main; main()", "mcp"]
     about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}}
     first = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": about})
     reading, writing = os.pipe()
@@ -314,7 +327,7 @@ def test_without_the_library_one_line_says_what_to_install(ros: RosSystem) -> No
     assert ended.returncode == 1
     [line] = ended.stderr
     assert line.startswith("ERROR: pipros mcp needs mcp, which is not installed. Try: ")
-    assert "[mcp]" in line
+    assert "pipros-assistants" in line
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""`pipros mcp` as a user tries it, with a scripted client: commands and policy of docs/assistants.md."""
+"""`pipros mcp` as a user tries it, with a scripted client: what stands in docs/guides/assistants.md."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
 
 LaserScan: Any = load_message_class("sensor_msgs/LaserScan")
-PAGE = (REPOSITORY / "docs" / "assistants.md").read_text(encoding="utf-8")
+PAGE = (REPOSITORY / "plugins" / "pipros-assistants" / "docs" / "guides" / "assistants.md").read_text(
+    encoding="utf-8"
+)
 [DRIVE] = re.findall(r'^```yaml title="drive\.yaml"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL)
 APPROVE, EXAMPLE = re.findall(r"^```console\n\$ (.*?)\n", PAGE, re.MULTILINE)
 

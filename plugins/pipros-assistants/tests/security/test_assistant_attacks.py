@@ -21,8 +21,8 @@ from pipros.basics.errors import PiprosError
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.server.approvals import answer_act, waiting_acts
-from pipros.server.stops import REPETITIONS
+from pipros_server.approvals import answer_act, waiting_acts
+from pipros_server.guardian_process import REPETITIONS
 from tests.graph.test_assistant_command import TOKEN, over_http
 from tests.support.assistants import LocalAssistant, call, run
 from tests.support.nodes import Inbox, MakeNode
@@ -397,11 +397,8 @@ def test_no_arguments_break_a_tool_or_reach_the_robot_without_approval(
         if key not in ("seconds", "rate_hz", "wait_s", "run") or data.draw(st.booleans())
     }
     text, is_error = assistant.reply(name, arguments)
-    if text.startswith("{"):
-        assert text.isprintable()
-        json.loads(text)
-    else:
-        assert "validation error" in text, "the library refuses what the schema does not allow"
+    assert text.isprintable()
+    json.loads(text)
     if not is_error:
         acts = assistant.approvals.answer({"do": "list"})["acts"]
         assert acts[0]["approval" if acts[0]["outcome"] == "approved" else "outcome"] in (

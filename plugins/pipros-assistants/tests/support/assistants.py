@@ -14,13 +14,14 @@ from typing import Any
 
 from mcp import Client
 
-from pipros.assistants.robot import RobotAccess
-from pipros.assistants.server import make_server
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.policy.policy_file import parse_policy
-from pipros.server.approvals import Approvals
-from pipros.server.approved_acts import ActLimits, ApprovedActs
+from pipros_assistants.commands.mcp import ASSISTANT_ACT_CHARACTERS, ASSISTANT_APPROVALS, ASSISTANT_RUNS
+from pipros_assistants.robot import RobotAccess
+from pipros_assistants.server import make_server
+from pipros_server.approvals import Approvals
+from pipros_server.approved_acts import ActLimits, ApprovedActs
+from pipros_server.policy.policy_file import parse_policy
 
 LIMIT_S = 60.0
 
@@ -96,18 +97,25 @@ class LocalAssistant:
     """
 
     def __init__(
-        self, master_uri: str, bags: Path | None = None, policy: Path | None = None, **limits: Any
+        self,
+        master_uri: str,
+        bags: Path | None = None,
+        policy: Path | None = None,
+        wait: Callable[[], object] = lambda: None,
+        **limits: Any,
     ) -> None:
         """Create the server. `limits` replace those of the room."""
-        robot = RobotAccess(Environment.from_os()._replace(master_uri=master_uri))
+        robot = RobotAccess(Environment.from_os()._replace(master_uri=master_uri), wait=wait)
         if limits:
             robot = RobotAccess(robot.environment, robot.limits._replace(**limits))
         self.acts: ApprovedActs | None = None
         if policy is not None:
             found = parse_policy(policy.read_text(encoding="utf-8"), str(policy))
-            own = robot.limits
-            least = (own.assistant_approvals, own.assistant_approval_s, own.assistant_act_characters)
-            self.acts = ApprovedActs(robot.environment, found, ActLimits(*least, own.assistant_runs))
+            approval_s = robot.limits.assistant_approval_s
+            limits_of_acts = ActLimits(
+                ASSISTANT_APPROVALS, approval_s, ASSISTANT_ACT_CHARACTERS, ASSISTANT_RUNS
+            )
+            self.acts = ApprovedActs(robot.environment, found, limits_of_acts)
         self.server = make_server(robot, bags, self.acts)
 
     @property

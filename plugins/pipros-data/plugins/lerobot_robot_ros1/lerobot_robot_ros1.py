@@ -6,7 +6,7 @@ from typing import Any
 
 from lerobot.robots import Robot, RobotConfig
 
-from pipros.data import LiveRobot
+from pipros_data import LiveRobot
 
 
 @RobotConfig.register_subclass("ros1")

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from lerobot.teleoperators import Teleoperator, TeleoperatorConfig
 
-from pipros.data import LiveTeleoperator
+from pipros_data import LiveTeleoperator
 
 
 @TeleoperatorConfig.register_subclass("ros1")

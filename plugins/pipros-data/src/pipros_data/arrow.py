@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipros.data.extras import library
 from pipros.msg.bulk.columns import Column, ListColumn, RecordColumn, TextColumn
+from pipros_data.extras import library
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -6,38 +6,49 @@ import glob
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
+from functools import partial
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipros.bag.connection import Connection
-from pipros.bag.errors import BagError, BagFormatError, NoMessages
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_html
-from pipros.bag.merge import merged_raw
-from pipros.bag.message_groups import MessageGroup, grouped, joined_groups
-from pipros.bag.opening import is_ros1_bag, open_bag
-from pipros.bag.reader import BagReader
-from pipros.bag.times import ns_of, received_at
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.basics.plugins import offered
 from pipros.basics.printable import listed
-from pipros.basics.rooms import offered
-from pipros.data.limits import DataLimits
-from pipros.data.table import RECEIPT, Table, joined_tables
 from pipros.msg.bulk.columns import Column
 from pipros.msg.bulk.decode import MalformedMessage, decode
 from pipros.msg.bulk.plans import MessagePlan, plan_of
-from pipros.msg.time import NS_PER_S, Time
+from pipros.msg.time import NS_PER_S
+from pipros_data.limits import DataLimits
+from pipros_data.moments import Moment, moment_ns
+from pipros_data.table import RECEIPT, Table, joined_tables
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.errors import BagError, BagFormatError, NoMessages
+from pipros_tools.bag.info import BagInfo, bag_info
+from pipros_tools.bag.info_text import info_html
+from pipros_tools.bag.merge import merged_raw
+from pipros_tools.bag.message_groups import MessageGroup, grouped, joined_groups
+from pipros_tools.bag.opening import is_ros1_bag, open_bag
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.bag.times import received_at
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+TABLE_BATCH_BYTES = 32 * 1024 * 1024
+"""Limit: approximate size of the messages in one batch of a table. Beyond it, the batch ends after this
+message.
+"""
+
 BagPath = str | os.PathLike[str]
 _BATCHES = 8
-"""Size of the batches from which a table in memory is built, in multiples of `table_batch_bytes`."""
+"""Size of the batches from which a table in memory is built, in multiples of `TABLE_BATCH_BYTES`."""
+_NAMED = 20
+_TOPICS_ONE_BY_ONE = 8
+"""Up to this number of topics, reading each one in bulk is faster than one pass, message by message."""
+_Groups = Callable[[int], Iterator[MessageGroup]]
 Counted = Callable[[int], None]
 """Called with the number of messages that have been read so far."""
 
@@ -46,20 +57,24 @@ class NoSuchTopic(PiprosError, LookupError):
     """No bag contains a topic with this name."""
 
 
-def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
+def open_bags(*paths: BagPath | Iterable[BagPath], msgs: Sequence[BagPath] = ()) -> Bags:
     """Open bags, MCAP files and ROS 2 bags. Topics are read as if all files were a single bag.
 
     Args:
-        paths: paths of bags, or patterns such as `run*.bag`.
+        paths: paths of bags, patterns such as `run*.bag`, or lists of them.
         msgs: folders with the message definitions for ROS 2 bags.
 
     Raises:
         BagError: a file is not a bag, or is damaged.
         FileNotFoundError: a path does not exist, or a pattern matches nothing.
+        ValueError: there is no path, as in a list that `glob` returned.
     """
     readers: list[BagReader] = []
+    each_path = list(_each_path(paths))
+    if not each_path:
+        raise ValueError("no bags to open: the list of paths is empty")
     try:
-        for path in paths:
+        for path in each_path:
             readers += [_opened(name, msgs) for name in matching_files(path)]
     except BaseException:
         for each in readers:
@@ -68,8 +83,21 @@ def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
     return Bags(readers)
 
 
+def _each_path(paths: Iterable[BagPath | Iterable[BagPath]]) -> Iterator[BagPath]:
+    for path in paths:
+        if isinstance(path, str | os.PathLike):
+            yield path
+        elif isinstance(path, Iterable):
+            yield from path
+        else:
+            raise TypeError(f"a bag must be named by its path, got {path!r}")
+
+
 class Bags:
-    """A set of open bags. Not thread-safe.
+    """A set of open bags. `bags["/imu"]` is the table of a topic, and iterating yields the topics.
+
+    Threads and forked processes may share it; each must use its own iterators. It can be pickled: the copy
+    opens the bags again.
 
     Attributes:
         readers: the bags, ordered by the times of their first messages.
@@ -105,6 +133,55 @@ class Bags:
         found = {each.topic for bag in self.readers for each in bag.connections}
         return sorted(topic for topic in found if fnmatchcase(topic, pattern))
 
+    def __getitem__(self, topic: str) -> Table:
+        if not isinstance(topic, str):
+            raise TypeError(f"bags[topic] needs the name of a topic, got {topic!r}")
+        return self.table(topic)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.topics())
+
+    def __contains__(self, topic: object) -> bool:
+        return topic in self.topics()
+
+    def __len__(self) -> int:
+        return len(self.topics())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.topics()
+
+    def info(self) -> list[BagInfo]:
+        """Return what `rosbag info` prints about each bag: times, sizes, and the topics with their types."""
+        return [bag_info(each, each.name) for each in self.readers]
+
+    @property
+    def duration(self) -> float:
+        """The time from the first message to the last in seconds; 0 if there are no messages."""
+        ranges = [each.range_ns for each in self.readers if each.message_count]
+        if not ranges:
+            return 0.0
+        return (max(last for _, last in ranges) - min(first for first, _ in ranges)) / NS_PER_S
+
+    def query(self, sql: str, **options: Any) -> Any:
+        """Return the result of an SQL query as a `pyarrow.Table`; see `rosbag query` for the names of tables.
+
+        `options` are passed to `batches`.
+
+        Raises:
+            QueryError: the query is not a single SELECT, or fails.
+            MissingExtra: duckdb or pyarrow is not installed.
+        """
+        from tempfile import TemporaryDirectory
+
+        from pipros_data.extras import library
+        from pipros_data.sql import Database, queried
+
+        arrow = library("pyarrow", "a query")
+        topics = self.topics()
+        with TemporaryDirectory(prefix="pipros-query-") as folder, Database(folder, topics) as database:
+            empty, *batches = queried(database, sql, topics, lambda topic: self.batches(topic, **options))
+            return arrow.Table.from_batches(batches, empty.schema)
+
     def count(self, topic: str) -> int:
         """Return the number of messages on a topic."""
         return sum(
@@ -118,49 +195,90 @@ class Bags:
         self,
         topic: str,
         *,
-        start: Time | float | None = None,
-        end: Time | float | None = None,
+        start: Moment = None,
+        end: Moment = None,
         every: int = 1,
         datetimes: bool = False,
+        columns: str | Sequence[str] | None = None,
     ) -> Table:
         """Return the messages of a topic as a table, in order of receipt.
 
         Args:
-            start, end: the earliest and latest time of receipt, inclusive; a number is in seconds.
+            start, end: the earliest and latest time of receipt, inclusive; see `Moment`.
             every: read only every n-th message.
             datetimes: whether to return times as `datetime64[ns]` and durations as `timedelta64[ns]` instead
                 of integers (ns).
+            columns: the column or columns to keep, besides `_time`; defaults to all.
 
         Raises:
+            KeyError: a message has no field for one of `columns`.
             NoSuchTopic: no bag contains this topic.
             ValueError: `every` is less than 1.
             BagError: a message does not match its definition, the topic has several types or definitions, or
                 the messages exceed the limit `table_bytes`.
         """
+        return self._table(topic, None, start, end, every, datetimes, columns)
+
+    def _table(self, topic: str, groups: _Groups | None, *options: Any) -> Table:
         limit = self._limits.table_bytes
         tables, left = [], limit
-        batch = min(limit, _BATCHES * self._limits.table_batch_bytes)  # a table of one batch is not copied
-        for part, table in self._tables(topic, batch, None, start, end, every, datetimes):
+        batch = min(limit, _BATCHES * TABLE_BATCH_BYTES)  # a table of one batch is not copied
+        for part, table in self._tables(topic, batch, None, *options, groups=groups):
             tables.append(table)
             left -= len(part.data)
             if left < 0:
-                raise BagError(
-                    f"the table of {listed(topic)} is too large: {limit_text('table_bytes', limit)}. Read it "
-                    "in batches, or limit the times, or read every n-th message"
-                )
+                raise self._too_large(topic)
         return joined_tables(tables)
 
-    def tables(self, pattern: str = "*", **options: Any) -> dict[str, Table]:
-        """Return the tables of all topics that match a pattern, with the options of `table`."""
-        return {topic: self.table(topic, **options) for topic in self.topics(pattern)}
+    def _too_large(self, topic: str) -> BagError:
+        limit = limit_text("table_bytes", self._limits.table_bytes)
+        return BagError(
+            f"the table of {listed(topic)} is too large: {limit}. Read it in batches, or limit the times, or "
+            "read every n-th message"
+        )
+
+    def tables(
+        self,
+        pattern: str = "*",
+        *,
+        start: Moment = None,
+        end: Moment = None,
+        every: int = 1,
+        datetimes: bool = False,
+        columns: str | Sequence[str] | None = None,
+    ) -> dict[str, Table]:
+        """Return the tables of all topics that match a pattern; see `table` for the options and errors.
+
+        Many topics are read in one pass over the bags.
+        """
+        topics = self.topics(pattern)
+        options = start, end, every, datetimes, columns
+        if len(topics) <= _TOPICS_ONE_BY_ONE:
+            return {topic: self._table(topic, None, *options) for topic in topics}
+        found = self._in_one_pass(topics, moment_ns(start), moment_ns(end))
+        return {topic: self._table(topic, partial(grouped, found.pop(topic)), *options) for topic in topics}
+
+    def _in_one_pass(
+        self, topics: Iterable[str], start: int | None, end: int | None
+    ) -> dict[str, list[tuple[Connection, int, bytes, int, int]]]:
+        """Return the messages of several topics."""
+        found: dict[str, list[tuple[Connection, int, bytes, int, int]]] = {topic: [] for topic in topics}
+        left = dict.fromkeys(found, self._limits.table_bytes)
+        for _, fields in merged_raw(self.readers, lambda each: each.topic in found, start, end):
+            topic = fields[0].topic
+            found[topic].append(fields)
+            left[topic] -= len(fields[2])
+            if left[topic] < 0:
+                raise self._too_large(topic)
+        return found
 
     def batches(self, topic: str, *, progress: Counted | None = None, **options: Any) -> Iterator[Table]:
-        """Yield the messages of a topic as one or more tables of about `table_batch_bytes` each.
+        """Yield the messages of a topic as one or more tables of about `TABLE_BATCH_BYTES` each.
 
         Memory is bounded by this limit, not by the size of the bags. See `table` for options and errors.
         `progress` is called after each batch with the number of messages read so far.
         """
-        for _, table in self._tables(topic, self._limits.table_batch_bytes, progress, **options):
+        for _, table in self._tables(topic, TABLE_BATCH_BYTES, progress, **options):
             yield table
 
     def asof(
@@ -184,16 +302,16 @@ class Bags:
     def with_transform(self, table: Table, target: str, source: str, **options: Any) -> Table:
         """Return the table with the pose of `source` relative to `target` at the time of each row.
 
-        The transforms are read from these bags. See `pipros.data.frames.with_transform` for the columns and
+        The transforms are read from these bags. See `pipros_data.frames.with_transform` for the columns and
         options: `on`, `gap`, `prefix`.
         """
-        from pipros.data.frames import with_transform
+        from pipros_data.frames import with_transform
 
         return with_transform(table, self.readers, target, source, **options)
 
     def to_parquet(self, topic: str, path: BagPath, **options: Any) -> None:
         """Write a topic to a Parquet file, one batch at a time. `options` are passed to `batches`."""
-        from pipros.data.files import write_arrow
+        from pipros_data.files import write_arrow
 
         write_arrow((each.to_arrow() for each in self.batches(topic, **options)), path, "parquet")
 
@@ -203,8 +321,8 @@ class Bags:
         if not found:
             for reason in [bag.skipped[topic] for bag in self.readers if topic in bag.skipped]:
                 raise NoSuchTopic(f"[{listed(topic)}] is left out: {listed(reason)}")
-            known = ", ".join(map(listed, self.topics()))
-            raise NoSuchTopic(f"no bag has the topic [{listed(topic)}]; the topics are {known or 'none'}")
+            known = names_of(self.topics())
+            raise NoSuchTopic(f"no bag has the topic [{listed(topic)}]; the topics are {known}")
         return found
 
     def _tables(
@@ -212,20 +330,26 @@ class Bags:
         topic: str,
         limit: int,
         progress: Counted | None,
-        start: Time | float | None = None,
-        end: Time | float | None = None,
+        start: Moment = None,
+        end: Moment = None,
         every: int = 1,
         datetimes: bool = False,
+        columns: str | Sequence[str] | None = None,
+        *,
+        groups: _Groups | None = None,
     ) -> Iterator[tuple[MessageGroup, Table]]:
         if every < 1:
             raise ValueError(f"every must be >= 1, got {every}")
         plan = self._plan(topic)
         done = 0
-        for read in self._parts(topic, ns_of(start), ns_of(end), every, limit):
-            part, columns = self._decoded(topic, plan, read, datetimes)
+        found = groups(limit) if groups else self._groups(topic, moment_ns(start), moment_ns(end), limit)
+        for read in self._parts(found, every, limit):
+            part, fields = self._decoded(topic, plan, read, datetimes)
             times = part.times
             receipt = times.view("M8[ns]") if datetimes else times
-            yield part, Table(topic, plan.type, {RECEIPT: receipt, **columns})
+            table = Table(topic, plan.type, {RECEIPT: receipt, **fields})
+            wanted = () if columns is None else [columns] if isinstance(columns, str) else columns
+            yield part, table if columns is None else table[list(dict.fromkeys((RECEIPT, *wanted)))]
             done += len(times)
             if progress is not None:
                 progress(done)
@@ -260,14 +384,12 @@ class Bags:
         kind, _, text = next(iter(found.values()))
         return plan_of(kind, text)
 
-    def _parts(
-        self, topic: str, start: int | None, end: int | None, every: int, limit: int
-    ) -> Iterator[MessageGroup]:
-        """Yield the messages of a topic in batches. If there are none, yield one empty batch."""
+    def _parts(self, groups: Iterable[MessageGroup], every: int, limit: int) -> Iterator[MessageGroup]:
+        """Yield every n-th message in batches. If there are none, yield one empty batch."""
         waiting: list[MessageGroup] = []
         size = seen = 0
         is_first = True
-        for group in self._groups(topic, start, end, limit):
+        for group in groups:
             some = group if every == 1 else group.take(np.arange(-seen % every, len(group.sizes), every))
             seen += len(group.sizes)
             for each in some.parts(limit):
@@ -320,6 +442,12 @@ def matching_files(path: BagPath) -> list[str]:
     if not found:
         raise FileNotFoundError(2, "no such bag", name)
     return found
+
+
+def names_of(topics: Sequence[str]) -> str:
+    """Return the names for an error text: at most 20 of them, because a bag may have thousands."""
+    more = [f"and {len(topics) - _NAMED} more"] if len(topics) > _NAMED else []
+    return ", ".join([*map(listed, topics[:_NAMED]), *more]) or "none"
 
 
 def _opened(path: str, folders: Sequence[BagPath]) -> BagReader:

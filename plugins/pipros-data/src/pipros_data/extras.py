@@ -25,7 +25,7 @@ def library(name: str, purpose: str) -> Any:
 
 def missing_extra(error: ImportError, purpose: str) -> MissingExtra:
     """Return an error that names the library of a failed import and the command that installs it."""
-    return missing(f"{purpose} needs {error.name or 'a library'}", "data", error)
+    return missing(f"{purpose} needs {error.name or 'a library'}", "pipros-data", error)
 
 
 def user_library(name: str, purpose: str) -> Any:

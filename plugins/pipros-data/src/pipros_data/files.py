@@ -13,7 +13,7 @@ from typing import Any
 
 from pipros.basics.printable import printable_lines
 from pipros.basics.replaced_file import replaced_file
-from pipros.data.extras import library
+from pipros_data.extras import library
 
 FORMATS = ("parquet", "arrow", "csv")
 

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipros.bag.merge import merged
 from pipros.basics.printable import listed
-from pipros.data.table import Table
-from pipros.libraries.transforms.buffer import TransformBuffer
-from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.messages import in_ns, pose_of_transform
 from pipros.msg.time import NS_PER_S
+from pipros_data.table import Table
+from pipros_libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.transforms.errors import TransformException
+from pipros_libraries.transforms.messages import in_ns, pose_of_transform
+from pipros_tools.bag.merge import merged
 
 if TYPE_CHECKING:
-    from pipros.bag.reader import BagMessage, BagReader
+    from pipros_tools.bag.reader import BagMessage, BagReader
 
 _TYPES = ("tf2_msgs/TFMessage", "tf/tfMessage")
 PARTS = ("x", "y", "z", "qx", "qy", "qz", "qw")

@@ -15,12 +15,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from pipros.data.sql import QueryError
+from pipros_data.sql import QueryError
 
 OUTPUT_BYTES: Final = 4 * 1024 * 1024
 """Maximum size of a result; the rest is dropped."""
 _ERROR_BYTES: Final = 4000
-_PROGRAM: Final = "pipros.data.query_process"
+_PROGRAM: Final = "pipros_data.query_process"
 
 
 def run_query(bag: Path, sql: str, *, limit_s: float, limit_bytes: int) -> str:

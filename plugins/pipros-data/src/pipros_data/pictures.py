@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from pipros.msg.bulk.columns import Column
-from pipros.pictures.compressed import pixels_of
-from pipros.pictures.encodings import encoding
-from pipros.pictures.errors import PictureError
-from pipros.pictures.yuv import LAYOUTS, plane_rows
+from pipros_libraries.pictures.compressed import pixels_of
+from pipros_libraries.pictures.encodings import encoding
+from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.yuv import LAYOUTS, plane_rows
 
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Types by `PointField.datatype`."""
@@ -19,6 +19,8 @@ _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8
 
 class LazyColumn:
     """A column of decoded images or clouds. `column[i]` decodes one cell; the result is not cached.
+
+    `column[a:b]` is a column, whose cells are not decoded yet.
 
     Accessing a malformed cell raises `PictureError`.
     """
@@ -30,9 +32,14 @@ class LazyColumn:
     def __len__(self) -> int:
         return len(self._columns["data"])
 
-    def __getitem__(self, number: int) -> Any:
+    def __getitem__(self, number: int | slice) -> Any:
+        if isinstance(number, slice):
+            return LazyColumn({name: each[number] for name, each in self._columns.items()}, self._decode)
         row = range(len(self))[number]  # raises IndexError
         return self._decode({name: column[row] for name, column in self._columns.items()})
+
+    def __repr__(self) -> str:
+        return f"<LazyColumn of {len(self)} cells>"
 
     def __iter__(self) -> Iterator[Any]:
         return (self[row] for row in range(len(self)))
@@ -71,7 +78,7 @@ def picture_array(row: Mapping[str, Any]) -> Any:
         PictureError: the data are not a valid picture.
         MissingExtra: neither OpenCV nor Pillow is installed.
     """
-    from pipros.pictures.codecs import codec
+    from pipros_libraries.pictures.codecs import codec
 
     return pixels_of(row["format"], row["data"], codec())
 

@@ -1,4 +1,4 @@
-"""The process that runs an SQL query. `pipros.data.limited_query` sends it a request on standard input."""
+"""The process that runs an SQL query. `pipros_data.limited_query` sends it a request on standard input."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.data.bags import open_bags
-from pipros.data.files import print_csv
-from pipros.data.sql import Database, queried
+from pipros_data.bags import open_bags
+from pipros_data.files import print_csv
+from pipros_data.sql import Database, queried
 
 
 def main() -> int:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
-from pipros.data.extras import library
-from pipros.data.table import Table
+from pipros_data.extras import library
+from pipros_data.table import Table
 
 if TYPE_CHECKING:
     from typing_extensions import Self

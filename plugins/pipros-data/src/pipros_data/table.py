@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, KeysView, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pipros.basics.html_table import html_table
-from pipros.data.nearest import matches
-from pipros.data.pictures import LAZY_COLUMNS, LazyColumn
 from pipros.msg.bulk.columns import Column, blank, joined_columns, taken, text_of, without
+from pipros_data.nearest import matches
+from pipros_data.pictures import LAZY_COLUMNS, LazyColumn
 
 if TYPE_CHECKING:
     import os
@@ -23,8 +23,13 @@ RECEIPT = "_time"
 STAMP = "header.stamp"
 
 
-class Table(Mapping[str, Any]):
+class Table:
     """Columns of equal length, by name: `_time` (the time of receipt), and one column for each field.
+
+    `table["x"]` is a column, `table[["x", "y"]]` a table with these columns, `table[3]` a row as a
+    dictionary, and `table[10:20]` or `table[mask]` a table of these rows. `len` is the number of rows;
+    iterating yields the names of the columns. polars, duckdb and pyarrow take a table as it is, by Arrow's
+    PyCapsule interface.
 
     Fields of embedded messages have dotted names: `pose.position.x`. A column of numbers or times is a numpy
     array; see `pipros.msg.bulk.columns` for other columns. A numpy array with gaps is masked.
@@ -51,25 +56,93 @@ class Table(Mapping[str, Any]):
         self.columns = dict(columns)
         self.gaps = dict(gaps or {})
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: Any) -> Any:
+        """Return a column, a row as a dictionary, or a table; see the class.
+
+        Raises:
+            KeyError: there is no column of this name.
+            IndexError: there is no row of this number.
+        """
+        if isinstance(name, int | np.integer):
+            if not -self.rows <= name < self.rows:
+                raise IndexError(f"no row {name}; the table has {self.rows} rows")
+            row = range(self.rows)[int(name)]
+            return {each: self[each][row] for each in self}
+        if isinstance(name, list) and all(isinstance(each, str) for each in name):
+            gaps = {each: self.gaps[each] for each in name if each in self.gaps}
+            return Table(self.topic, self.type, {each: self._column(each) for each in name}, gaps)
+        if not isinstance(name, str):
+            return self.take(name)
         lazy = LAZY_COLUMNS.get(self.type)
         if lazy is not None and name == lazy[0]:
             return LazyColumn(self.columns, lazy[1])
-        column = self.columns[name]
+        column = self._column(name)
         if name not in self.gaps or not isinstance(column, np.ndarray):
             return column
         mask = self.gaps[name].reshape(-1, *[1] * (column.ndim - 1))
         return np.ma.MaskedArray(column, np.broadcast_to(mask, column.shape))  # type: ignore[no-untyped-call]
 
+    def _column(self, name: str) -> Column:
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise KeyError(f"no column {name!r}; the columns are {', '.join(self.columns)}") from None
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
     def __len__(self) -> int:
-        """Return the number of columns; `rows` is the number of rows."""
-        return len(self.columns)
+        """Return the number of rows."""
+        return self.rows
+
+    def keys(self) -> KeysView[str]:
+        """Return the names of the columns."""
+        return self.columns.keys()
+
+    def values(self) -> Iterator[Any]:
+        """Return an iterator over the columns."""
+        return (self[name] for name in self)
+
+    def items(self) -> Iterator[tuple[str, Any]]:
+        """Return an iterator over the names and columns."""
+        return ((name, self[name]) for name in self)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return a column, or `default` if there is none of this name."""
+        return self[name] if name in self.columns else default
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """The numbers of rows and columns."""
+        return self.rows, len(self.columns)
+
+    def head(self, count: int = 5) -> Table:
+        """Return the first rows."""
+        return self.take(slice(max(count, 0)))
+
+    def tail(self, count: int = 5) -> Table:
+        """Return the last rows."""
+        return self.take(slice(max(self.rows - max(count, 0), 0), None))
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """Return the table as a PyCapsule of an Arrow stream. Raise `MissingExtra` without pyarrow."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+    def __array__(self, *_: object, **__: object) -> NDArray[Any]:
+        """Raise `TypeError`: columns have different types, so a single array would lose them."""
+        raise TypeError(
+            "a Table is not an array: use table['column'], table.to_pandas(), "
+            "pandas.DataFrame.from_arrow(table) (pandas 3), polars.DataFrame(table) or table.to_arrow()"
+        )
 
     def __repr__(self) -> str:
-        return f"<Table of {self.topic} ({self.type}): {self.rows} rows, {len(self)} columns>"
+        return f"<Table of {self.topic} ({self.type}): {self.rows} rows, {len(self.columns)} columns>"
 
     def _repr_html_(self) -> str:
         """Return the first and last rows, for notebooks."""
@@ -77,7 +150,7 @@ class Table(Mapping[str, Any]):
         ends = [*range(min(count, 5)), *range(max(count - 5, 5), count)]
         cells = [[number, *(self._shown(name, number) for name in self)] for number in ends]
         if count > 10:
-            cells.insert(5, ["…", *[""] * len(self)])
+            cells.insert(5, ["…", *[""] * len(self.columns)])
         lazy = LAZY_COLUMNS.get(self.type)
         hint = f"; {lazy[0]} decodes a cell" if lazy else ""
         return html_table(("", *self), cells, f"{self.topic} ({self.type}): {count} rows{hint}")
@@ -90,7 +163,7 @@ class Table(Mapping[str, Any]):
     @property
     def rows(self) -> int:
         """The number of rows."""
-        return len(self.columns[RECEIPT])
+        return len(next(iter(self.columns.values()), ()))
 
     def times(self, on: str = "receipt") -> NDArray[np.int64]:
         """Return the times of all rows in ns.
@@ -167,20 +240,26 @@ class Table(Mapping[str, Any]):
 
     def to_arrow(self) -> Any:
         """Return a `pyarrow.Table`. Gaps become nulls."""
-        from pipros.data.arrow import arrow_table
+        from pipros_data.arrow import arrow_table
 
         return arrow_table(self.columns, self.gaps)
 
     def to_pandas(self) -> Any:
         """Return a `pandas.DataFrame`. Raise `MissingExtra` if pandas or pyarrow is not installed."""
-        from pipros.data.extras import user_library
+        from pipros_data.extras import user_library
 
         user_library("pandas", "to_pandas")
         return self.to_arrow().to_pandas()
 
+    def to_polars(self) -> Any:
+        """Return a `polars.DataFrame`. Raise `MissingExtra` if polars or pyarrow is not installed."""
+        from pipros_data.extras import user_library
+
+        return user_library("polars", "to_polars").from_arrow(self.to_arrow())
+
     def to_parquet(self, path: str | os.PathLike[str]) -> None:
         """Write a Parquet file."""
-        from pipros.data.files import write_arrow
+        from pipros_data.files import write_arrow
 
         write_arrow([self.to_arrow()], path, "parquet")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pipros.data import open_bags
-from pipros.data.datasets.config import DatasetConfig
-from pipros.data.datasets.episodes import find_episodes
-from pipros.data.datasets.marker import EpisodeMarker
 from pipros.msg import load_message_class, load_service_class
+from pipros_data import open_bags
+from pipros_data.datasets.config import DatasetConfig
+from pipros_data.datasets.episodes import find_episodes
+from pipros_data.datasets.marker import EpisodeMarker
 from tests.support.bags import bag_bytes
 from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until

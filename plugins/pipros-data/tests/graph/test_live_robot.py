@@ -19,14 +19,15 @@ import cv2
 import numpy as np
 import pytest
 
-from pipros.data import ActionRefused, LiveRobot, LiveTeleoperator, RobotEnvironment, RobotSilent, open_bags
-from pipros.data.datasets.config import read_config
-from pipros.data.datasets.episodes import find_episodes
-from pipros.data.datasets.rows import episode_rows
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.safe.settings import BadSettings
-from pipros.server.stops import REPETITIONS
+from pipros_data import ActionRefused, LiveRobot, LiveTeleoperator, RobotEnvironment, RobotSilent, open_bags
+from pipros_data.datasets.config import read_config
+from pipros_data.datasets.episodes import find_episodes
+from pipros_data.datasets.rows import episode_rows
+from pipros_server.guardian_process import REPETITIONS
+from tests.support import documents
 from tests.support.bags import bag_bytes
 from tests.support.environments import REPOSITORY
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
@@ -100,7 +101,7 @@ def live(master: Master, robot: Robot, describe: Callable[..., Path]) -> Iterato
 
 POLICY = """
 import sys, time
-from pipros.data import LiveRobot
+from pipros_data import LiveRobot
 with LiveRobot(sys.argv[1], timeout_s=60) as robot:
     while True:
         robot.act([-10, 10, 0.25, 0])
@@ -367,7 +368,7 @@ def test_the_plug_ins_of_lerobot_have_the_names_and_order_of_the_data_set(
         monkeypatch.setitem(sys.modules, stand_in.__name__, stand_in)
     monkeypatch.setitem(sys.modules, "lerobot", ModuleType("lerobot"))
     for name in PLUGINS:
-        monkeypatch.syspath_prepend(str(ROOT / "packages" / "pipros-data" / "plugins" / name))
+        monkeypatch.syspath_prepend(str(ROOT / "plugins" / "pipros-data" / "plugins" / name))
     robots, teleoperators = map(import_module, PLUGINS)
     text = DESCRIPTION.replace("teleop: /joy_vel", "teleop: /joy_vel, stop: [0, 0]")
     path = str(describe(text=text.replace("stop: hold", "stop: hold, teleop: /joints")))
@@ -400,7 +401,7 @@ def test_the_plug_ins_of_lerobot_have_the_names_and_order_of_the_data_set(
 
 
 def test_the_example_of_the_document_drives_the_simulated_robot(ros: RosSystem, tmp_path: Path) -> None:
-    text = (ROOT / "docs" / "data.md").read_text()
+    text = documents.text_of("guides/data.md")
     (code, printed), *_ = re.findall(r"```python\n([^`]*LiveRobot[^`]*)```\n\n```text\n([^`]*)```", text)
     _, description = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     ros.serve_master()

@@ -26,8 +26,8 @@ import numpy as np
 import pandas
 from sensor_msgs.msg import Image, JointState
 
-from pipros.data.commands.dataset import main as dataset
 from pipros.msg.time import Time
+from pipros_data.commands.dataset import main as dataset
 from tests.support.bags import Row, bag_bytes
 from tests.support.lerobot_trials import drive_and_replay, stop_when_killed, train
 from tests.support.waiting import wait_until
@@ -80,7 +80,7 @@ def continue_when_killed(folder: Path, command: list[str]) -> None:
     """Kill the command after its first episode; run again, it makes the same data set."""
     output = folder / "killed"
     argv = [*command[:-1], str(output), "--format", "lerobot", "-j1", "-q"]
-    program = "import sys; from pipros.data.commands.dataset import main; main(sys.argv[1:])"
+    program = "import sys; from pipros_data.commands.dataset import main; main(sys.argv[1:])"
     process = subprocess.Popen([sys.executable, "-c", program, *argv])
     wait_until(lambda: list(output.glob("checks/*.json")), timeout_s=120)
     process.kill()

@@ -21,8 +21,8 @@ from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty
 
 from pipros import Core, Environment, Node
-from pipros.data import LiveRobot, open_bags
-from pipros.data.commands.dataset import main as dataset
+from pipros_data import LiveRobot, open_bags
+from pipros_data.commands.dataset import main as dataset
 from tests.support.waiting import wait_until
 
 BIN = Path(sys.executable).parent
@@ -198,7 +198,7 @@ def lerobot_replay(folder: Path, master_uri: str) -> None:
 
 POLICY = """
 import sys, time
-from pipros.data import LiveRobot
+from pipros_data import LiveRobot
 with LiveRobot(sys.argv[1], master_uri=sys.argv[2], timeout_s=60) as robot:
     while True:
         robot.act([0.25, 0])

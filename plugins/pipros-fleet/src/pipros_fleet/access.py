@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Final
 
-from pipros.fleet import keys
+from pipros_fleet import keys
 
 ROUTER: Final = "router"
 """Common name of router certificates. Routers trust each other."""

@@ -17,26 +17,26 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.fleet import keys
-from pipros.fleet.calls import LocalCalls
-from pipros.fleet.events import Events
-from pipros.fleet.fleet_rules import FleetFile, matches_any
-from pipros.fleet.keys import AGENT_PREFIX
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import LocalGraph
-from pipros.fleet.local_poller import LocalPoller
-from pipros.fleet.members import TOKENS_PER_MEMBER, Token
-from pipros.fleet.offers import Offers
-from pipros.fleet.presence import Presence
-from pipros.fleet.shown_member import ShownMember
-from pipros.fleet.shown_members import ShownMembers
-from pipros.fleet.sources import Sender
-from pipros.fleet.statistics import Statistics
-from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuestion
 from pipros.msg import load_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
+from pipros_fleet import keys
+from pipros_fleet.calls import LocalCalls
+from pipros_fleet.directory import FLEET_MEMBERS
+from pipros_fleet.events import Events
+from pipros_fleet.fleet_rules import FleetFile, matches_any
+from pipros_fleet.keys import AGENT_PREFIX
+from pipros_fleet.local_graph import LocalGraph
+from pipros_fleet.local_poller import LocalPoller
+from pipros_fleet.members import TOKENS_PER_MEMBER, Token
+from pipros_fleet.offers import Offers
+from pipros_fleet.presence import Presence
+from pipros_fleet.shown_member import ShownMember
+from pipros_fleet.shown_members import ShownMembers
+from pipros_fleet.sources import Sender
+from pipros_fleet.statistics import Statistics
+from pipros_fleet.warnings_once import WarningsOnce
+from pipros_fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuestion
 
 POLL_S: Final = 0.5
 """Interval at which the local master and the link are polled."""
@@ -100,9 +100,9 @@ class Agent:
         self._on_failure = on_failure
         self._poll_s = poll_s
         self._warn = WarningsOnce(self._log)
-        self._events = Events(4 * node.limits.of(FleetLimits).fleet_members)
+        self._events = Events(4 * FLEET_MEMBERS)
         self._workers = Workers("requests of a fleet agent", 8)
-        self._presence = Presence(self.member, self.instance, node.limits.of(FleetLimits).fleet_members, self)
+        self._presence = Presence(self.member, self.instance, FLEET_MEMBERS, self)
         self._calls = LocalCalls(node, file, self._log)
         self._poller = LocalPoller(node, self.member, file)
         wake = self._events.wake
@@ -289,7 +289,7 @@ class Agent:
         if member != self.member and token is not None and matches_any(self._file.show, member):
             self._shown.take_directory(token, payload, self._offers.local.state)
 
-    # -- members that join and leave; see `pipros.fleet.presence.PresenceListener` ----------------------
+    # -- members that join and leave; see `pipros_fleet.presence.PresenceListener` ----------------------
 
     def on_joined(self, token: Token) -> None:
         """Request the documents that the other member may have sent before this member subscribed."""

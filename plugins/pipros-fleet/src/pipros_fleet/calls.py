@@ -10,12 +10,6 @@ from typing import Any, Final, Protocol
 
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import printable
-from pipros.fleet import keys
-from pipros.fleet.directory import DirectoryEntry, read_json
-from pipros.fleet.fleet_rules import FleetFile
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.parameter_rules import check_set, parameter_name, readable, top_of
-from pipros.libraries.topic_tools.raw import raw_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -23,6 +17,16 @@ from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
 from pipros.node.service_link import ErrorReply
 from pipros.node.service_server import CallFailed, HandlerError, ServiceServer
+from pipros_fleet import keys
+from pipros_fleet.directory import DirectoryEntry, read_json
+from pipros_fleet.fleet_rules import FleetFile
+from pipros_fleet.parameter_rules import check_set, parameter_name, readable, top_of
+from pipros_libraries.topic_tools.raw import raw_service_class
+
+FLEET_CALLS = 64
+"""Maximum number of calls from other members that a member handles at a time; also of pending calls to one
+service of another member. Beyond it, the call fails at once.
+"""
 
 SUCCESS: Final = b"\x01"
 FAILURE: Final = b"\x00"
@@ -32,7 +36,7 @@ _LONGEST_REASON: Final = 2000
 
 
 class Requests(Protocol):
-    """Sender of requests to other members, implemented by `pipros.fleet.zenoh_session.SessionLink`."""
+    """Sender of requests to other members, implemented by `pipros_fleet.zenoh_session.SessionLink`."""
 
     def get(
         self, key: str, payload: bytes = b"", *, timeout_s: float, ended: Callable[[], bool] = ...
@@ -40,7 +44,7 @@ class Requests(Protocol):
 
 
 class Asked(Protocol):
-    """A request from another member, implemented by `pipros.fleet.zenoh_session.ZenohQuestion`."""
+    """A request from another member, implemented by `pipros_fleet.zenoh_session.ZenohQuestion`."""
 
     key: str
     payload: bytes
@@ -67,7 +71,7 @@ class RemoteService:
         self._key = keys.service(member, me, entry.name)
         self._is_closed = False
         self._class = raw_service_class(entry.type, entry.md5sum)
-        self._slots = threading.BoundedSemaphore(node.limits.of(FleetLimits).fleet_calls)
+        self._slots = threading.BoundedSemaphore(FLEET_CALLS)
         self._server: ServiceServer = node.serve(f"/{member}{entry.name}", self._class, self._call)
 
     def close(self) -> None:
@@ -123,13 +127,13 @@ class LocalCalls:
         self._open = OpenCalls()
         self._running = 0
         self._lock = threading.Lock()
-        self._workers = Workers("calls of other members", node.limits.of(FleetLimits).fleet_calls)
+        self._workers = Workers("calls of other members", FLEET_CALLS)
         self.services: Mapping[str, DirectoryEntry] = {}
 
     def take(self, asked: Asked) -> None:
         """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""
         with self._lock:
-            is_accepted = self._running < self._node.limits.of(FleetLimits).fleet_calls
+            is_accepted = self._running < FLEET_CALLS
             self._running += is_accepted
         if not is_accepted:
             self.refused += 1

@@ -21,11 +21,11 @@ from pipros.basics.extras import missing
 from pipros.basics.input_file import read_file
 from pipros.basics.replaced_file import naming, overwritten_file
 from pipros.basics.windows import replace_file
-from pipros.fleet.access import ROUTER, FleetRole, access_rules
-from pipros.fleet.directory import read_json
-from pipros.fleet.key_files import AUTHORITY, AUTHORITY_KEY, CERTIFICATE, KEY, MEMBERS, NAME, read_keys
-from pipros.fleet.keys import member_name
-from pipros.fleet.zenoh_session import Tls
+from pipros_fleet.access import ROUTER, FleetRole, access_rules
+from pipros_fleet.directory import read_json
+from pipros_fleet.key_files import AUTHORITY, AUTHORITY_KEY, CERTIFICATE, KEY, MEMBERS, NAME, read_keys
+from pipros_fleet.keys import member_name
+from pipros_fleet.zenoh_session import Tls
 
 try:
     from cryptography import x509
@@ -33,7 +33,7 @@ try:
     from cryptography.hazmat.primitives.asymmetric import ec
     from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 except ImportError as error:
-    raise missing("certificates need cryptography", "fleet", error) from error
+    raise missing("certificates need cryptography", "pipros-fleet", error) from error
 
 AUTHORITY_DAYS: Final = 3650
 MEMBER_DAYS: Final = 365

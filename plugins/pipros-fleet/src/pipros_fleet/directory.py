@@ -8,10 +8,21 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from pipros.basics.errors import LimitExceeded, ProtocolError
-from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.names import is_legal
 from pipros.basics.printable import printable
-from pipros.fleet.limits import FleetLimits
+
+FLEET_MEMBERS = 1000
+"""Maximum number of other members that a member shows. Beyond it, a further member is shown when another has
+left.
+"""
+FLEET_TOPICS = 5000
+"""Maximum number of topics and services of these members, in total. Beyond it, some topics and services of
+the members that offer most are not shown, and the names of these members are reported.
+"""
+FLEET_DIRECTORY_BYTES = 4 * 1024 * 1024
+"""Maximum size of a member's directory of the topics and services that it offers. Beyond it, the directory
+is refused, and the member is not shown.
+"""
 
 _MD5: Final = re.compile(r"[0-9a-f]{32}")
 _LONGEST_S: Final = 86_400.0
@@ -88,16 +99,13 @@ def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Di
 
     Raises:
         LimitExceeded: the directory is larger than `limit_bytes`, by default
-            `FleetLimits.fleet_directory_bytes`.
+            `FLEET_DIRECTORY_BYTES`.
         ProtocolError: the directory is malformed, or belongs to another member.
     """
-    limit_bytes = (
-        process_limits().of(FleetLimits).fleet_directory_bytes if limit_bytes is None else limit_bytes
-    )
+    limit_bytes = FLEET_DIRECTORY_BYTES if limit_bytes is None else limit_bytes
     if len(content) > limit_bytes:
         raise LimitExceeded(
-            f"the directory of [{member}] has {len(content)} bytes; "
-            f"{limit_text('fleet_directory_bytes', limit_bytes)}"
+            f"the directory of [{member}] has {len(content)} bytes; the limit is {limit_bytes} bytes"
         )
     match read_json(content):
         case {"member": str(name), "instance": str(instance), "revision": int(revision), **rest}:
@@ -134,9 +142,7 @@ def requests_to_json(requests: TopicRequests) -> bytes:
 
 def requests_from_json(content: bytes, limit_bytes: int | None = None) -> TopicRequests | None:
     """Decode requests. Return None if they are malformed or too large."""
-    limit_bytes = (
-        process_limits().of(FleetLimits).fleet_directory_bytes if limit_bytes is None else limit_bytes
-    )
+    limit_bytes = FLEET_DIRECTORY_BYTES if limit_bytes is None else limit_bytes
     match read_json(content) if len(content) <= limit_bytes else None:
         case {"instance": str(instance), "revision": int(revision), "topics": list(topics)}:
             return TopicRequests(

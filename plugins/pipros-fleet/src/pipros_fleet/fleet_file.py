@@ -40,11 +40,12 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
-from pipros.basics.limits import process_limits
 from pipros.basics.printable import printable
-from pipros.fleet.fleet_rules import ANYONE, SHARE_ALL, FleetFile, FleetRule, Priority
-from pipros.fleet.limits import FleetLimits
 from pipros.safe import yaml
+from pipros_fleet.fleet_rules import ANYONE, SHARE_ALL, FleetFile, FleetRule, Priority
+
+FLEET_FILE_BYTES = 256 * 1024
+"""Maximum size of a member's YAML file. Beyond it, the file is refused before it is parsed."""
 
 
 class BadFleetFile(PiprosError, ValueError):
@@ -66,10 +67,10 @@ def read_fleet_file(path: str | Path) -> FleetFile:
     """Read and parse a fleet file.
 
     Raises:
-        BadFleetFile: the file cannot be read, is larger than `FleetLimits.fleet_file_bytes`, or is invalid.
+        BadFleetFile: the file cannot be read, is larger than `FLEET_FILE_BYTES`, or is invalid.
     """
     try:
-        return parse_fleet_file(read_file(path, process_limits().of(FleetLimits).fleet_file_bytes), str(path))
+        return parse_fleet_file(read_file(path, FLEET_FILE_BYTES), str(path))
     except OSError as error:
         raise BadFleetFile(f"cannot read {path}: {error.strerror or error}") from None
 

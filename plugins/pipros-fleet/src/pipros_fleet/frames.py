@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_rules import FleetRule
 from pipros.msg import load_message_class
 from pipros.node.codec import encoder
+from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.fleet_rules import FleetRule
 
 FrameChange = Callable[[bytes], bytes]
 """Function that converts the serialized body of a message to the body to send."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pipros.basics.printable import listed
-from pipros.fleet.keys import AGENT_PREFIX
-from pipros.health.finding import Findings, error
-from pipros.health.room_check import RoomCheck, RoomReply
+from pipros_fleet.keys import AGENT_PREFIX
+from pipros_tools.health.finding import Findings, error
+from pipros_tools.health.plugin_check import PluginCheck, PluginReply
 
 
-def link(node: str, reply: RoomReply) -> Findings:
+def link(node: str, reply: PluginReply) -> Findings:
     """Yield a finding if an agent's link is down."""
     reason = reply.failure or ("" if reply.success else "no router is connected")
     if reason:
@@ -21,4 +21,4 @@ def link(node: str, reply: RoomReply) -> Findings:
         )
 
 
-CHECK = RoomCheck(AGENT_PREFIX, "link", link)
+CHECK = PluginCheck(AGENT_PREFIX, "link", link)

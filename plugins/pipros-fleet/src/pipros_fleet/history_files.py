@@ -16,16 +16,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from pipros.bag.connection import Connection, StoredMessage
-from pipros.bag.errors import BagError
-from pipros.bag.mcap_files import McapReader, mcap_library
-from pipros.bag.mcap_repair import recover
-from pipros.bag.options import FileOptions
-from pipros.bag.record_files import RecordFiles
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.replaced_file import naming, replaced_file
 from pipros.basics.windows import replace_file
-from pipros.fleet.limits import FleetLimits
+from pipros_tools.bag.connection import Connection, StoredMessage
+from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.mcap_files import McapReader, mcap_library
+from pipros_tools.bag.mcap_repair import recover
+from pipros_tools.bag.options import FileOptions
+from pipros_tools.bag.record_files import RecordFiles
+
+FLEET_HISTORY_FILES = 10_000
+"""Maximum number of files in a router's history, for all members together. Beyond it, the oldest file of the
+member with the most files is deleted.
+"""
 
 FILE_BYTES: Final = 8 * 1024 * 1024
 """Size at which a new file is started. Larger messages are not recorded."""
@@ -129,7 +133,7 @@ class HistoryFiles:
     def _recover(self, path: Path) -> None:
         modified_ns = path.stat().st_mtime_ns
         with replaced_file(path) as file:
-            recover(path, file, self._limits, lambda _: None)
+            recover(path, file, lambda _: None)
         os.utime(path, ns=(modified_ns, modified_ns))
         with self._lock:
             if _described(path) is None:
@@ -145,10 +149,7 @@ class HistoryFiles:
         """
         with self._lock:
             self._unchecked_bytes += len(data)
-            if (
-                self._unchecked_bytes >= FILE_BYTES
-                or self._count > self._limits.of(FleetLimits).fleet_history_files
-            ):
+            if self._unchecked_bytes >= FILE_BYTES or self._count > FLEET_HISTORY_FILES:
                 self._unchecked_bytes = 0
                 self._remove_oldest()
             files = self._files.get(member)
@@ -234,11 +235,9 @@ class HistoryFiles:
                 found.append(_Stored(path, status.st_size, status.st_mtime_ns))
         found.sort(key=lambda each: each.modified_ns, reverse=True)
         kept = self._thinned(found, lambda each: each.bytes, self._limit_bytes - self._spare_bytes)
-        if len(kept) > self._limits.of(FleetLimits).fleet_history_files:
+        if len(kept) > FLEET_HISTORY_FILES:
             # delete more than necessary, because listing all files is slow
-            kept = self._thinned(
-                kept, lambda _: 1, self._limits.of(FleetLimits).fleet_history_files * 9 // 10
-            )
+            kept = self._thinned(kept, lambda _: 1, FLEET_HISTORY_FILES * 9 // 10)
         self._count = len(kept)
 
     def _thinned(

@@ -8,8 +8,8 @@ from typing import Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.fleet.keys import member_name
-from pipros.fleet.zenoh_session import Tls
+from pipros_fleet.keys import member_name
+from pipros_fleet.zenoh_session import Tls
 
 AUTHORITY: Final = "fleet.crt"
 AUTHORITY_KEY: Final = "fleet.key"

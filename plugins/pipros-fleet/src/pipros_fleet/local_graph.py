@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 
-from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_rules import FleetFile
-from pipros.fleet.keys import AGENT_PREFIX
-from pipros.graph.definitions import Definition
-from pipros.graph.system_state import Registrations, SystemState
+from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.fleet_rules import FleetFile
+from pipros_fleet.keys import AGENT_PREFIX
+from pipros_tools.graph.definitions import Definition
+from pipros_tools.graph.system_state import Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
 """Function that takes a topic's name, type and nodes, and returns its definition; None if it is unknown."""

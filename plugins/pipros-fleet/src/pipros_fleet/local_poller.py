@@ -8,17 +8,17 @@ from functools import partial
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.fleet import keys
-from pipros.fleet.fleet_rules import FleetFile
-from pipros.fleet.local_graph import LocalGraph, graph_of
-from pipros.fleet.zenoh_session import ZenohQuestion
-from pipros.graph.definitions import TopicDefinitions
-from pipros.graph.node_queries import NodeQueries
-from pipros.graph.services import header_at, uri_of
-from pipros.graph.system_state import read_state
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
+from pipros_fleet import keys
+from pipros_fleet.fleet_rules import FleetFile
+from pipros_fleet.local_graph import LocalGraph, graph_of
+from pipros_fleet.zenoh_session import ZenohQuestion
+from pipros_tools.graph.definitions import TopicDefinitions
+from pipros_tools.graph.node_queries import NodeQueries
+from pipros_tools.graph.services import header_at, uri_of
+from pipros_tools.graph.system_state import read_state
 
 _ANSWERS_S: Final = 0.3
 """Maximum time that `poll` waits for nodes to respond."""

@@ -6,7 +6,7 @@ import threading
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.fleet.keys import VERSION, read_live
+from pipros_fleet.keys import VERSION, read_live
 
 
 @dataclass(frozen=True, slots=True, order=True)

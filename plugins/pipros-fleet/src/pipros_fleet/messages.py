@@ -9,7 +9,7 @@ from typing import Final
 
 from pipros.basics.errors import LimitExceeded, ProtocolError
 from pipros.basics.limits import limit_text
-from pipros.fleet.keys import VERSION
+from pipros_fleet.keys import VERSION
 
 _LAYOUT: Final = struct.Struct("<BB2xI8sQQ16s")
 _COMPRESSED, _LATCHED = 1, 2

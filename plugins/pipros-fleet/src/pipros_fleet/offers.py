@@ -6,18 +6,23 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from pipros.fleet import keys
-from pipros.fleet.directory import Directory, TopicRequests, requests_from_json, to_json
-from pipros.fleet.fleet_rules import FleetFile
-from pipros.fleet.frames import frame_change
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import LocalGraph, is_result, outcome_topics
-from pipros.fleet.members import Token
-from pipros.fleet.sinks import Sink
-from pipros.fleet.sources import RESULT_S, Sender, SentTopic
-from pipros.fleet.zenoh_session import SessionLink, ZenohQuestion
-from pipros.graph.system_state import SystemState
 from pipros.node import Node
+from pipros_fleet import keys
+from pipros_fleet.directory import (
+    FLEET_DIRECTORY_BYTES,
+    Directory,
+    TopicRequests,
+    requests_from_json,
+    to_json,
+)
+from pipros_fleet.fleet_rules import FleetFile
+from pipros_fleet.frames import frame_change
+from pipros_fleet.local_graph import LocalGraph, is_result, outcome_topics
+from pipros_fleet.members import Token
+from pipros_fleet.sinks import Sink
+from pipros_fleet.sources import RESULT_S, Sender, SentTopic
+from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
+from pipros_tools.graph.system_state import SystemState
 
 
 class Offers:
@@ -72,7 +77,7 @@ class Offers:
     def take_requests(self, member: str, payload: bytes) -> None:
         """Update the topics that a member requests. Malformed and outdated requests are ignored."""
         token, before = self._present().get(member), self._requests.get(member)
-        requests = requests_from_json(payload, self._node.limits.of(FleetLimits).fleet_directory_bytes)
+        requests = requests_from_json(payload, FLEET_DIRECTORY_BYTES)
         if requests is None or token is None or requests.instance != token.instance or member == self._member:
             return
         if before is None or before.instance != requests.instance or before.revision < requests.revision:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final, Generic, TypeVar
 
-from pipros.fleet.fleet_rules import FleetRule, Priority
+from pipros_fleet.fleet_rules import FleetRule, Priority
 
 Item = TypeVar("Item")
 

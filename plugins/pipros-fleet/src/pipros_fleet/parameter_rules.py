@@ -13,7 +13,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.names import as_namespace, canonicalize, is_global, leaves_below
 from pipros.basics.printable import printable
-from pipros.fleet.fleet_rules import FleetFile, first_rule
+from pipros_fleet.fleet_rules import FleetFile, first_rule
 
 
 def parameter_name(name: object) -> str:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Final, Protocol
 
-from pipros.fleet import keys
-from pipros.fleet.members import Members, Token
+from pipros_fleet import keys
+from pipros_fleet.members import Members, Token
 
 LEAVE_S: Final = 0.2
 """Time to wait after a token disappears: if the link is lost, tokens disappear before the loss is noticed."""

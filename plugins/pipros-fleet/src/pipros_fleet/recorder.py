@@ -17,13 +17,18 @@ from collections.abc import Sequence, Set
 from dataclasses import astuple
 from typing import Final
 
-from pipros.bag.connection import Connection
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits, limit_text, process_limits
-from pipros.fleet import keys
-from pipros.fleet.access import ROUTER
-from pipros.fleet.directory import (
+from pipros.basics.limits import Limits, process_limits
+from pipros.msg.class_finder import installed_class
+from pipros.msg.language.full_text import DEFINITION_BYTES
+from pipros.net.workers import Workers
+from pipros_fleet import keys
+from pipros_fleet.access import ROUTER
+from pipros_fleet.directory import (
+    FLEET_DIRECTORY_BYTES,
+    FLEET_MEMBERS,
+    FLEET_TOPICS,
     Directory,
     DirectoryEntry,
     TopicRequests,
@@ -31,17 +36,17 @@ from pipros.fleet.directory import (
     requests_to_json,
     to_json,
 )
-from pipros.fleet.events import Events
-from pipros.fleet.fleet_rules import matches_any
-from pipros.fleet.history_files import FILE_BYTES, HistoryFiles
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.members import Members
-from pipros.fleet.messages import ReceivedMessage, decompressed, unpack
-from pipros.fleet.shown_member import read_definition
-from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuestion
-from pipros.msg.class_finder import installed_class
-from pipros.net.workers import Workers
+from pipros_fleet.events import Events
+from pipros_fleet.fleet_rules import matches_any
+from pipros_fleet.history_files import FILE_BYTES, HistoryFiles
+from pipros_fleet.limits import FleetLimits
+from pipros_fleet.members import Members
+from pipros_fleet.messages import ReceivedMessage, decompressed, unpack
+from pipros_fleet.shown_member import FLEET_DEFINITION_BYTES, read_definition
+from pipros_fleet.sources import FLEET_LATCHED_BYTES
+from pipros_fleet.warnings_once import WarningsOnce
+from pipros_fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuestion
+from pipros_tools.bag.connection import Connection
 
 _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
@@ -123,14 +128,14 @@ class FleetRecorder:
         self._patterns = topics
         self._limits = limits or process_limits()
         self._warn = WarningsOnce(log)
-        self._events = Events(4 * self._limits.of(FleetLimits).fleet_members)
+        self._events = Events(4 * FLEET_MEMBERS)
         self._workers = Workers("requests of a recorder", 4)
-        self._members = Members(self._limits.of(FleetLimits).fleet_members)
+        self._members = Members(FLEET_MEMBERS)
         self._directories: dict[str, Directory] = {}
         self._topics: dict[tuple[str, str], _RecordedTopic] = {}
         self._topic_requests: dict[str, TopicRequests] = {}
         self._revisions = itertools.count(1)
-        self._definition_bytes = Budget(self._limits.of(FleetLimits).fleet_definition_bytes)
+        self._definition_bytes = Budget(FLEET_DEFINITION_BYTES)
         self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0
@@ -236,9 +241,7 @@ class FleetRecorder:
                 text = found._full_text
             else:
                 for answer in self._link.get(keys.definition(topic.member, entry.type), timeout_s=_REQUEST_S):
-                    text = (
-                        read_definition(answer.payload, entry.md5sum, self._limits.definition_bytes) or text
-                    )
+                    text = read_definition(answer.payload, entry.md5sum, DEFINITION_BYTES) or text
             self._keep_definition(topic, text.encode())
             key = keys.topic(topic.member, entry.name)
             for answer in self._link.get(key, timeout_s=_REQUEST_S):
@@ -255,9 +258,7 @@ class FleetRecorder:
                 topic.taken_bytes = len(definition)
             else:
                 definition = b""
-                limit = limit_text(
-                    "fleet_definition_bytes", self._limits.of(FleetLimits).fleet_definition_bytes
-                )
+                limit = f"the limit is {FLEET_DEFINITION_BYTES} bytes"
                 self._warn(f"there are too many definitions of members; {limit}")
             topic.definition = definition
 
@@ -289,9 +290,7 @@ class FleetRecorder:
         token = self._members.update(key, is_present=is_present)
         found = keys.read_live(key)
         if is_present and found is not None and not self._members.of(found[0]):
-            self._warn(
-                f"too many members; {limit_text('fleet_members', self._limits.of(FleetLimits).fleet_members)}"
-            )
+            self._warn(f"too many members; the limit is {FLEET_MEMBERS}")
         if token is None or token.version != keys.VERSION:
             return
         if token.member == ROUTER:
@@ -329,7 +328,7 @@ class FleetRecorder:
         token = self._members.present().get(member)
         if token is None:
             return
-        directory = from_json(payload, member, self._limits.of(FleetLimits).fleet_directory_bytes)
+        directory = from_json(payload, member, FLEET_DIRECTORY_BYTES)
         before = self._directories.get(member)
         if directory.instance != token.instance:
             return
@@ -354,9 +353,9 @@ class FleetRecorder:
         if directory is None or entry is None:
             return None
         if topic is None or topic.entry != entry or topic.instance != directory.instance:
-            if topic is None and len(self._topics) >= self._limits.of(FleetLimits).fleet_topics:
-                limit = self._limits.of(FleetLimits).fleet_topics
-                self._warn(f"too many topics; {limit_text('fleet_topics', limit)}")
+            if topic is None and len(self._topics) >= FLEET_TOPICS:
+                limit = FLEET_TOPICS
+                self._warn(f"too many topics; the limit is {limit}")
                 return None
             latched = topic.latched if topic is not None else {}
             if topic is not None:
@@ -411,7 +410,7 @@ class FleetRecorder:
         added = size - topic.latched.get(source, 0)
         if (
             self._latched_bytes[topic.member] + added > _LATCHED_BYTES
-            or self._latched_bytes.total() + added > self._limits.of(FleetLimits).fleet_latched_bytes
+            or self._latched_bytes.total() + added > FLEET_LATCHED_BYTES
         ):
             return False
         self._latched_bytes[topic.member] += added

@@ -13,20 +13,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_file
 from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
-from pipros.fleet.agent import Agent, agent_node_name, new_instance
-from pipros.fleet.fleet_rules import FleetFile
-from pipros.fleet.zenoh_connecting import checked_address, connect, open_router
-from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls
 from pipros.node import Node
 from pipros.node.program_log import stderr_logger
 from pipros.node.start_params import is_on
+from pipros_fleet.agent import Agent, agent_node_name, new_instance
+from pipros_fleet.fleet_rules import FleetFile
+from pipros_fleet.zenoh_connecting import checked_address, connect, open_router
+from pipros_fleet.zenoh_session import LinkFailed, SessionLink, Tls
 
 if TYPE_CHECKING:
-    from pipros.fleet.history_files import HistoryFiles
+    from pipros_fleet.history_files import HistoryFiles
 
 RETRY_S: Final = 1.0
-_LOGGER: Final = "pipros.fleet"
+_LOGGER: Final = "pipros_fleet"
 CHANGES_S: Final = 1.0
 """Interval at which a router checks its list of members for changes."""
 
@@ -213,7 +214,7 @@ def _running_router(options: RouterOptions) -> Iterator[None]:
         if options.history is None:
             yield
             return
-        from pipros.fleet.recorder import FleetRecorder  # imported here, because agents do not need it
+        from pipros_fleet.recorder import FleetRecorder  # imported here, because agents do not need it
 
         files, topics = options.history.files, options.history.topics
         with closing(
@@ -225,7 +226,7 @@ def _running_router(options: RouterOptions) -> Iterator[None]:
 
 def _stamp(file: Path | None) -> object:
     try:
-        return None if file is None else file.read_bytes()
+        return None if file is None else read_file(file)
     except OSError:
         return None
 

@@ -12,21 +12,26 @@ from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import limit_text
-from pipros.fleet import keys
-from pipros.fleet.calls import RemoteService
-from pipros.fleet.directory import Directory, DirectoryEntry, read_json
-from pipros.fleet.fleet_rules import FleetRule, Priority
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import outcome_topics
-from pipros.fleet.messages import ReceivedMessage
-from pipros.fleet.sinks import Sink
-from pipros.fleet.sources import Sender, SentTopic
-from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, LinkFailed, SessionLink
 from pipros.msg.class_finder import installed_class
+from pipros.msg.language.full_text import DEFINITION_BYTES
 from pipros.net.workers import Workers
 from pipros.node import Node
+from pipros_fleet import keys
+from pipros_fleet.calls import RemoteService
+from pipros_fleet.directory import Directory, DirectoryEntry, read_json
+from pipros_fleet.fleet_rules import FleetRule, Priority
+from pipros_fleet.local_graph import outcome_topics
+from pipros_fleet.messages import ReceivedMessage
+from pipros_fleet.sinks import Sink
+from pipros_fleet.sources import Sender, SentTopic
+from pipros_fleet.warnings_once import WarningsOnce
+from pipros_fleet.zenoh_session import Ends, LinkFailed, SessionLink
+
+FLEET_DEFINITION_BYTES = 64 * 1024 * 1024
+"""Maximum total size of the other members' message definitions that a member keeps, or that a router keeps
+for its history. Beyond it, further topics are shown or recorded without definitions, which is reported; a
+member can use at most half of the memory that other members leave free.
+"""
 
 _REQUEST_S: Final = 3.0
 _CLIENT_S: Final = 1.0
@@ -273,7 +278,7 @@ class ShownMember:
     def _request_definition(self, key: tuple[str, str]) -> None:
         """Request a message type's definition and store it, or an empty string if no valid reply arrives."""
         kind, md5sum = key
-        limits, text = self._node.limits, ""
+        text = ""
         if self._definitions.get(key, "") is not None:
             return  # received in the meantime, or no longer needed
         try:
@@ -282,7 +287,7 @@ class ShownMember:
                 timeout_s=_REQUEST_S,
                 ended=lambda: self._is_closed,
             ):
-                text = read_definition(answer.payload, md5sum, limits.definition_bytes) or text
+                text = read_definition(answer.payload, md5sum, DEFINITION_BYTES) or text
         except PiprosError as error:
             self._node.log.debug("%s", error)
         with self._lock:
@@ -292,9 +297,7 @@ class ShownMember:
                     self._taken_bytes[key] = size_bytes
                 else:
                     text = ""
-                    limit = limit_text(
-                        "fleet_definition_bytes", limits.of(FleetLimits).fleet_definition_bytes
-                    )
+                    limit = f"the limit is {FLEET_DEFINITION_BYTES} bytes"
                     self._warn(f"there are too many definitions of other members; {limit}")
                 self._definitions[key] = text
         self._wake()

@@ -7,20 +7,25 @@ from collections.abc import Callable
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import limit_text
 from pipros.basics.shares import fair_shares
-from pipros.fleet import keys
-from pipros.fleet.directory import TopicRequests, from_json, requests_to_json
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import occupied
-from pipros.fleet.members import Token
-from pipros.fleet.messages import ReceivedMessage
-from pipros.fleet.shown_member import ShownMember
-from pipros.fleet.sources import Sender
-from pipros.fleet.zenoh_session import SessionLink, ZenohQuestion
-from pipros.graph.system_state import SystemState
 from pipros.net.workers import Workers
 from pipros.node import Node
+from pipros_fleet import keys
+from pipros_fleet.directory import (
+    FLEET_DIRECTORY_BYTES,
+    FLEET_MEMBERS,
+    FLEET_TOPICS,
+    TopicRequests,
+    from_json,
+    requests_to_json,
+)
+from pipros_fleet.local_graph import occupied
+from pipros_fleet.members import Token
+from pipros_fleet.messages import ReceivedMessage
+from pipros_fleet.shown_member import FLEET_DEFINITION_BYTES, ShownMember
+from pipros_fleet.sources import Sender
+from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
+from pipros_tools.graph.system_state import SystemState
 
 
 class ShownMembers:
@@ -55,7 +60,7 @@ class ShownMembers:
         self._workers = workers
         self._warn = warn
         self._wake = wake
-        self._definition_bytes = Budget(node.limits.of(FleetLimits).fleet_definition_bytes)
+        self._definition_bytes = Budget(FLEET_DEFINITION_BYTES)
         self._results: dict[str, tuple[str, dict[str, ReceivedMessage]]] = {}
         """What was received of the results of members that left, with the instances of their agents."""
         self._requests_sent: dict[str, TopicRequests] = {}
@@ -69,7 +74,7 @@ class ShownMembers:
         """
         member = token.member
         try:
-            directory = from_json(payload, member, self._node.limits.of(FleetLimits).fleet_directory_bytes)
+            directory = from_json(payload, member, FLEET_DIRECTORY_BYTES)
         except PiprosError as error:
             self._warn(str(error))
             return
@@ -109,7 +114,7 @@ class ShownMembers:
         if shown is not None:
             if results := shown.received_results():
                 self._results[member] = shown.directory.instance, results
-                while len(self._results) > self._node.limits.of(FleetLimits).fleet_members:
+                while len(self._results) > FLEET_MEMBERS:
                     del self._results[next(iter(self._results))]
             shown.close()
 
@@ -135,7 +140,7 @@ class ShownMembers:
 
     def update(self) -> None:
         """Update the local master to match the members' directories."""
-        limit = self._node.limits.of(FleetLimits).fleet_topics
+        limit = FLEET_TOPICS
         sizes = {name: shown.directory.size for name, shown in self.members.items()}
         shares = fair_shares(sizes, limit)
         for name, shown in sorted(self.members.items(), key=lambda each: shares[each[0]] >= sizes[each[0]]):
@@ -143,7 +148,7 @@ class ShownMembers:
             if shares[name] < sizes[name]:
                 self._warn(
                     f"[{name}] offers too many topics and services; the first {shares[name]} of its "
-                    f"{sizes[name]} are shown; {limit_text('fleet_topics', limit)} for all members together"
+                    f"{sizes[name]} are shown; the limit is {limit} for all members together"
                 )
 
     def publish_requests(self) -> None:

@@ -6,16 +6,16 @@ import logging
 from collections.abc import Callable
 
 from pipros.basics.errors import PiprosError, ProtocolError
-from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import is_result
-from pipros.fleet.messages import MessageAttachment, ReceivedMessage, decompressed, unpack
-from pipros.fleet.outbox import QUEUE
-from pipros.fleet.sources import MARK
-from pipros.libraries.topic_tools.raw import class_like
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
+from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.limits import FleetLimits
+from pipros_fleet.local_graph import is_result
+from pipros_fleet.messages import MessageAttachment, ReceivedMessage, decompressed, unpack
+from pipros_fleet.outbox import QUEUE
+from pipros_fleet.sources import MARK
+from pipros_libraries.topic_tools.raw import class_like
 
 _KEPT = 100
 """Maximum number of latching publishers per topic whose last message is kept for late subscribers."""

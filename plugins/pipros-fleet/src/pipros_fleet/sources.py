@@ -10,17 +10,22 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 from pipros.basics.limits import Limits
-from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_rules import FleetRule, Priority
-from pipros.fleet.frames import FrameChange
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.local_graph import is_agent, is_result
-from pipros.fleet.messages import MessageAttachment, compressed, pack
-from pipros.fleet.outbox import FleetOutbox
-from pipros.libraries.topic_tools.raw import class_like
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
+from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.fleet_rules import FleetRule, Priority
+from pipros_fleet.frames import FrameChange
+from pipros_fleet.limits import FleetLimits
+from pipros_fleet.local_graph import is_agent, is_result
+from pipros_fleet.messages import MessageAttachment, compressed, pack
+from pipros_fleet.outbox import FleetOutbox
+from pipros_libraries.topic_tools.raw import class_like
+
+FLEET_LATCHED_BYTES = 64 * 1024 * 1024
+"""Maximum total size of the latched messages that a member keeps for others, or that a router repeats in its
+history. Beyond it, the latched message is sent, but members that join later do not get it.
+"""
 
 MARK: Final = "pipros_fleet"
 """Connection header field of every topic that an agent publishes. Agents do not forward messages from
@@ -44,7 +49,7 @@ _MAX_SOURCES: Final = 1000
 
 
 class Sends(Protocol):
-    """A link that sends messages, implemented by `pipros.fleet.zenoh_session.SessionLink`."""
+    """A link that sends messages, implemented by `pipros_fleet.zenoh_session.SessionLink`."""
 
     def put(
         self, key: str, payload: bytes, attachment: bytes = b"", priority: Priority = Priority.NORMAL
@@ -275,16 +280,13 @@ class SentTopic:
     def _keep(self, publisher: int, kept: Kept) -> None:
         before = self._latched.pop(publisher, None)
         self._sender.latched_bytes -= len(before.body) if before is not None else 0
-        if (
-            self._sender.latched_bytes + len(kept.body)
-            <= self._sender.limits.of(FleetLimits).fleet_latched_bytes
-        ):
+        if self._sender.latched_bytes + len(kept.body) <= FLEET_LATCHED_BYTES:
             self._latched[publisher] = kept
             self._sender.latched_bytes += len(kept.body)
 
     def _drop_results(self, most: int) -> None:
         """Drop old results, those before the last `most`, and those beyond the limit in bytes."""
-        now_s, limit_bytes = time.monotonic(), self._sender.limits.of(FleetLimits).fleet_latched_bytes
+        now_s, limit_bytes = time.monotonic(), FLEET_LATCHED_BYTES
         while self._results and (
             len(self._results) > most
             or self._results[0][0] < now_s

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.fleet.calls import LocalCalls
-from pipros.fleet.link_statuses import LinkTraffic, link_statuses
-from pipros.fleet.offers import Offers
-from pipros.fleet.shown_members import ShownMembers
-from pipros.fleet.sinks import Sink
-from pipros.fleet.sources import SentTopic
-from pipros.fleet.zenoh_session import ZenohQuestion
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics
 from pipros.node import Node
+from pipros_fleet.calls import LocalCalls
+from pipros_fleet.offers import Offers
+from pipros_fleet.shown_members import ShownMembers
+from pipros_fleet.sinks import Sink
+from pipros_fleet.sources import SentTopic
+from pipros_fleet.zenoh_session import ZenohQuestion
+from pipros_libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
 
 DIAGNOSTICS_S: Final = 1.0
 """Interval between messages on `/diagnostics`."""
@@ -106,3 +106,60 @@ class Statistics:
         yield from list(self._offers.accepted.values())
         for shown in list(self._shown.members.values()):
             yield from list(shown.sinks.values())
+
+
+@dataclass(frozen=True, slots=True)
+class LinkTraffic:
+    """Counters of one member's traffic from another, summed over all topics."""
+
+    topics: int = 0
+    messages: int = 0
+    lost: int = 0
+    malformed: int = 0
+
+
+def link_statuses(
+    member: str,
+    *,
+    is_connected: bool,
+    sent: Iterable[tuple[int, int, int, int]],
+    received: Mapping[str, LinkTraffic],
+    before: Mapping[str, LinkTraffic],
+) -> list[LinkStatus]:
+    """Return a status for a member's link, and one for each other member.
+
+    Args:
+        sent: the number of messages sent, bytes sent, messages dropped and messages not sent, for each topic.
+        received: counters of the messages received from each member that is present.
+        before: `received` at the previous call. Lost and malformed messages since then cause a warning.
+    """
+    totals = [sum(column) for column in zip(*sent, strict=True)] or [0, 0, 0, 0]
+    found = [
+        LinkStatus(
+            f"/Fleet/{member}",
+            LinkLevel.OK if is_connected else LinkLevel.ERROR,
+            "connected" if is_connected else "no router is connected",
+            dict(zip(("sent", "bytes sent", "dropped", "unsent"), map(str, totals), strict=True)),
+        )
+    ]
+    for other, now in sorted(received.items()):
+        first = before.get(other, LinkTraffic())
+        lost, malformed = now.lost - first.lost, now.malformed - first.malformed
+        problems = [
+            f"{count} {what}" for count, what in ((lost, "lost"), (malformed, "malformed")) if count > 0
+        ]
+        values = {
+            "topics received": now.topics,
+            "messages": now.messages,
+            "lost": now.lost,
+            "malformed": now.malformed,
+        }
+        found.append(
+            LinkStatus(
+                f"/Fleet/{member}/{other}",
+                LinkLevel.WARN if problems else LinkLevel.OK,
+                f"{' and '.join(problems)} recently" if problems else "present",
+                {name: str(value) for name, value in values.items()},
+            )
+        )
+    return found

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.fleet import keys
-from pipros.fleet.directory import Directory, from_json, read_json
-from pipros.fleet.history_files import HistoryFile, read_rows
-from pipros.fleet.zenoh_session import SessionLink
+from pipros_fleet import keys
+from pipros_fleet.directory import Directory, from_json, read_json
+from pipros_fleet.history_files import HistoryFile, read_rows
+from pipros_fleet.zenoh_session import SessionLink
 
 REQUEST_S: Final = 3.0
 HISTORY_S: Final = 60.0

@@ -14,10 +14,10 @@ from typing import Any, Final
 
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.zenoh_session import SLICE_S, LinkFailed, SessionLink, Tls, zenoh_reason
 from pipros.net.connect import Connector
 from pipros.net.rpc_client import reason_of
+from pipros_fleet.limits import FleetLimits
+from pipros_fleet.zenoh_session import SLICE_S, LinkFailed, SessionLink, Tls, zenoh_reason
 
 # isort: split
 import zenoh  # `zenoh_session` has found it, or raised the error that names the extra

@@ -16,12 +16,12 @@ from typing import Final, Protocol
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import missing
 from pipros.basics.printable import printable
-from pipros.fleet.fleet_rules import Priority
+from pipros_fleet.fleet_rules import Priority
 
 try:
     import zenoh
 except ImportError as error:
-    raise missing("fleets need eclipse-zenoh", "fleet", error) from error
+    raise missing("fleets need eclipse-zenoh", "pipros-fleet", error) from error
 
 SLICE_S: Final = 0.1
 _PRIORITIES: Final = {

@@ -10,12 +10,12 @@ from contextlib import ExitStack, contextmanager
 
 import pytest
 
-from pipros.fleet import keys
-from pipros.fleet.zenoh_connecting import connect, open_router
-from pipros.fleet.zenoh_session import LinkFailed
 from pipros.msg import load_message_class
 from pipros.net.loop import BackgroundLoop
-from pipros.testing.faults.tcp_proxy import Switch, TcpProxy
+from pipros_fleet import keys
+from pipros_fleet.zenoh_connecting import connect, open_router
+from pipros_fleet.zenoh_session import LinkFailed
+from pipros_tools.testing.faults.tcp_proxy import Switch, TcpProxy
 from tests.graph.test_fleet_topics import publish_until
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.narrow_link import THERE, NarrowLink

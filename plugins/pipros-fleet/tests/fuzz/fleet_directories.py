@@ -12,9 +12,9 @@ import sys
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.shares import fair_shares
-from pipros.fleet import keys
-from pipros.fleet.directory import Directory, DirectoryEntry, from_json, to_json
-from pipros.fleet.members import TOKENS_PER_MEMBER, Members
+from pipros_fleet import keys
+from pipros_fleet.directory import Directory, DirectoryEntry, from_json, to_json
+from pipros_fleet.members import TOKENS_PER_MEMBER, Members
 from tests.fuzz import mutation
 from tests.fuzz.rtps import read_input, write_input
 

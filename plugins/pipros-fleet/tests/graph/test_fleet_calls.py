@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from pipros.fleet import keys
-from pipros.fleet.zenoh_session import LinkFailed
 from pipros.msg import load_service_class
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
 from pipros.node.service_link import ErrorReply, ServiceFailed
+from pipros_fleet import keys
+from pipros_fleet.zenoh_session import LinkFailed
 from tests.support.fleet import LIMIT_S, Member, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.waiting import wait_until
@@ -75,7 +75,7 @@ def test_services_of_a_member_are_called_below_its_name(router: str) -> None:
 
 
 def test_a_service_that_takes_too_long_fails(router: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.fleet.calls.GRACE_S", 60.0)  # the reason comes from the other member
+    monkeypatch.setattr("pipros_fleet.calls.GRACE_S", 60.0)  # the reason comes from the other member
     is_over = threading.Event()
     file = FILE.replace("timeout_s: 60", "timeout_s: 0.5")
     with Member("robot1", router, file) as robot, Member("operator", router) as operator:

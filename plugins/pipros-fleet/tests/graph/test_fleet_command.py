@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from cryptography.x509 import load_pem_x509_certificate
 
-from pipros.fleet.key_files import CERTIFICATE
+from pipros_fleet.key_files import CERTIFICATE
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 

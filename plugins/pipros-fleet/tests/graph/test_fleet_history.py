@@ -7,15 +7,15 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.opening import open_bag
-from pipros.fleet.access import FleetRole
-from pipros.fleet.agent import new_instance
-from pipros.fleet.certificates import Authority
-from pipros.fleet.history_files import COMPLETION_S, SMALLEST_LIMIT_BYTES, HistoryFiles
-from pipros.fleet.key_files import read_keys
-from pipros.fleet.recorder import FleetRecorder
-from pipros.fleet.status import history_file, history_of
-from pipros.fleet.zenoh_connecting import open_router
+from pipros_fleet.access import FleetRole
+from pipros_fleet.agent import new_instance
+from pipros_fleet.certificates import Authority
+from pipros_fleet.history_files import COMPLETION_S, SMALLEST_LIMIT_BYTES, HistoryFiles
+from pipros_fleet.key_files import read_keys
+from pipros_fleet.recorder import FleetRecorder
+from pipros_fleet.status import history_file, history_of
+from pipros_fleet.zenoh_connecting import open_router
+from pipros_tools.bag.opening import open_bag
 from tests.graph.test_fleet_topics import publish_until
 from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.ports import ClaimedPort

@@ -12,16 +12,17 @@ from typing import Any
 
 import pytest
 
-from pipros.fleet import keys
-from pipros.fleet.access import FleetRole
-from pipros.fleet.agent import new_instance
-from pipros.fleet.certificates import Authority, KeysFailed
-from pipros.fleet.directory import Directory, DirectoryEntry, to_json
-from pipros.fleet.key_files import read_keys
-from pipros.fleet.messages import MessageAttachment, pack
-from pipros.fleet.zenoh_connecting import connect, open_router
-from pipros.fleet.zenoh_session import LinkFailed, SessionLink
+from pipros_fleet import keys
+from pipros_fleet.access import FleetRole
+from pipros_fleet.agent import new_instance
+from pipros_fleet.certificates import Authority, KeysFailed
+from pipros_fleet.directory import Directory, DirectoryEntry, to_json
+from pipros_fleet.key_files import read_keys
+from pipros_fleet.messages import MessageAttachment, pack
+from pipros_fleet.zenoh_connecting import connect, open_router
+from pipros_fleet.zenoh_session import LinkFailed, SessionLink
 from tests.graph.test_fleet_topics import publish_until
+from tests.support.constants import Constants
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.full_disk import files_limited_to
 from tests.support.ports import ClaimedPort
@@ -324,10 +325,13 @@ def test_of_two_members_with_one_name_the_later_one_ends(claimed_port: ClaimedPo
             twin.close()
 
 
-def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(claimed_port: ClaimedPort) -> None:
+def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(
+    claimed_port: ClaimedPort, constants: Constants
+) -> None:
+    constants(FLEET_MEMBERS=20)
     with (
         running_router(claimed_port.number) as address,
-        Member("operator", address, limits={"fleet_members": 20}) as operator,
+        Member("operator", address) as operator,
         Member("robot1", address) as robot,
     ):
         talker = robot.node("talker").advertise("/chatter", String)
@@ -414,7 +418,10 @@ def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -
             hostile.close()
 
 
-def test_topics_and_services_of_all_members_together_are_limited(claimed_port: ClaimedPort) -> None:
+def test_topics_and_services_of_all_members_together_are_limited(
+    claimed_port: ClaimedPort, constants: Constants
+) -> None:
+    constants(FLEET_TOPICS=5)
     topics = tuple(
         DirectoryEntry(f"/topic{number}", "std_msgs/String", String._md5sum) for number in range(5)
     )
@@ -427,7 +434,7 @@ def test_topics_and_services_of_all_members_together_are_limited(claimed_port: C
     }
     with (
         running_router(claimed_port.number) as address,
-        Member("operator", address, limits={"fleet_topics": 5}) as operator,
+        Member("operator", address) as operator,
     ):
         others = link_to(address)
         try:
@@ -457,8 +464,9 @@ def test_topics_and_services_of_all_members_together_are_limited(claimed_port: C
 
 
 def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
-    claimed_port: ClaimedPort,
+    claimed_port: ClaimedPort, constants: Constants
 ) -> None:
+    constants(FLEET_DEFINITION_BYTES=180)
     md5sum, text = "0" * 32, "string data  # " + 60 * "x"
     both = (DirectoryEntry("/topic0", "a/Type0", md5sum), DirectoryEntry("/topic1", "a/Type1", md5sum))
     requested: list[str] = []
@@ -470,7 +478,7 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
 
     with (
         running_router(claimed_port.number) as address,
-        Member("operator", address, limits={"fleet_definition_bytes": 180}) as operator,
+        Member("operator", address) as operator,
     ):
         other = link_to(address)
         try:

@@ -9,12 +9,12 @@ from itertools import count
 from typing import Any
 
 from pipros.basics.env import Environment
-from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.messages import MessageAttachment, pack
-from pipros.fleet.sinks import Sink
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.messages import MessageAttachment, pack
+from pipros_fleet.sinks import Sink
 from tests.support.waiting import wait_until
 
 

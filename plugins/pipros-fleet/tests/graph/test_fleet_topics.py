@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from pipros.fleet import keys
-from pipros.fleet.agent import NameTaken, new_instance
-from pipros.fleet.directory import Directory, DirectoryEntry, to_json
 from pipros.msg import load_message_class
+from pipros_fleet import keys
+from pipros_fleet.agent import NameTaken, new_instance
+from pipros_fleet.directory import Directory, DirectoryEntry, to_json
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.waiting import wait_until

@@ -10,16 +10,16 @@ from typing import Any
 
 import pytest
 
-from pipros.fleet.fleet_rules import FleetFile, FleetRule
-from pipros.fleet.local_poller import LocalPoller
-from pipros.graph.client import GraphClient
-from pipros.graph.node_clients import NodeClients
-from pipros.graph.observer import SystemObserver
-from pipros.graph.services import services_of_type
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
-from pipros.web.views.processes import _Table
+from pipros_fleet.fleet_rules import FleetFile, FleetRule
+from pipros_fleet.local_poller import LocalPoller
+from pipros_page.views.processes import _Table
+from pipros_tools.graph.client import GraphClient
+from pipros_tools.graph.node_clients import NodeClients
+from pipros_tools.graph.observer import SystemObserver
+from pipros_tools.graph.services import services_of_type
 from tests.support.foxglove import connected, serving
 from tests.support.nodes import MakeNode
 from tests.support.slaves import GarbageServer, SilentSlave
@@ -113,7 +113,7 @@ def register(master: Master, name: str, api: str) -> None:
 
 def run(line: str) -> int:
     command, *arguments = line.split()
-    code: int = importlib.import_module(f"pipros.cli.{command}").main(arguments)
+    code: int = importlib.import_module(f"pipros_tools.cli.{command}").main(arguments)
     return code
 
 
@@ -170,8 +170,8 @@ def test_the_table_of_processes_shows_the_good_nodes(bad_node: str, master: Mast
 def hung(master: Master, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> Iterator[MakeNode]:
     """Nodes that never answer, and for which clients wait forever, between good ones. Returns `make_node`."""
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
-    monkeypatch.setattr("pipros.graph.definitions.HEADER_S", 3600.0)
-    monkeypatch.setattr("pipros.graph.services.PROBE_DEADLINE_S", 3600.0)
+    monkeypatch.setattr("pipros_tools.graph.definitions.HEADER_S", 3600.0)
+    monkeypatch.setattr("pipros_tools.graph.services.PROBE_DEADLINE_S", 3600.0)
     slave = SilentSlave()
 
     def offer(name: str) -> None:

@@ -9,17 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from pipros.fleet import keys
-from pipros.fleet.zenoh_connecting import open_router
+from pipros_fleet import keys
+from pipros_fleet.zenoh_connecting import open_router
 from tests.chaos.test_fleet_links import cable_to
-from tests.support.environments import TESTS
+from tests.support.environments import file_of_tests
 from tests.support.fleet import LIMIT_S, Member, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-PROGRAMS = TESTS / "interop" / "programs"
 PYTHON = "/usr/bin/python3"
 ACCEPTS = """
 share: {parameters: [/robot/speed]}
@@ -49,10 +48,12 @@ def test_an_operator_uses_two_genuine_robots(plain_ros: RosSystem, robots: dict[
         router = stack.enter_context(running_router(port.number))
         for name, robot in robots.items():
             robot.genuine.start_bare_master()
-            robot.genuine.start(PYTHON, PROGRAMS / "fleet_robot.py", name).wait_for("ready")
+            robot.genuine.start(PYTHON, file_of_tests("interop/programs/fleet_robot.py"), name).wait_for(
+                "ready"
+            )
             stack.enter_context(Member(name, router, ACCEPTS, master_uri=robot.master_uri))
         member = stack.enter_context(Member("operator", router, master_uri=plain_ros.master_uri))
-        operator = plain_ros.genuine.start(PYTHON, PROGRAMS / "fleet_operator.py")
+        operator = plain_ros.genuine.start(PYTHON, file_of_tests("interop/programs/fleet_operator.py"))
         operator.wait_for("done", 120)
         lines = [line for line in operator.stdout if line.startswith("robot")]
         expected = [

@@ -9,16 +9,16 @@ from typing import Any
 
 from pipros.basics.env import Environment
 from pipros.basics.limits import process_limits
-from pipros.fleet.agent import Agent, agent_node_name
-from pipros.fleet.fleet_file import parse_fleet_file
-from pipros.fleet.fleet_rules import FleetFile
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.zenoh_connecting import connect, open_router
-from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls
-from pipros.graph.system_state import SystemState
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_fleet.agent import Agent, agent_node_name
+from pipros_fleet.fleet_file import parse_fleet_file
+from pipros_fleet.fleet_rules import FleetFile
+from pipros_fleet.limits import FleetLimits
+from pipros_fleet.zenoh_connecting import connect, open_router
+from pipros_fleet.zenoh_session import LinkFailed, SessionLink, Tls
+from pipros_tools.graph.system_state import SystemState
 from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")

@@ -1,4 +1,4 @@
-"""Zip archives of the home folder, which the page downloads and opens: `python3 -m pipros.tab.archives`."""
+"""Zip archives of the home folder, which the page downloads and opens: `python3 -m pipros_tab.archives`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import zlib
 from pathlib import Path
 from typing import Final
 
-from pipros.tab.files import write
+from pipros_tab.files import write
 
 MOST_BYTES: Final = 256 * 2**20
 _ODD_NAME: Final = re.compile(r"/|.*//|(.*/)?\.{1,2}(/|$)|.*[\x00-\x1f\x7f-\x9f\\]|$", re.DOTALL)

@@ -14,13 +14,13 @@ from importlib.metadata import entry_points
 from types import FrameType
 from typing import NoReturn
 
-from pipros.tab.processes import ONLY_PYTHON
-from pipros.tab.tab_socket import NO_KEYS
+from pipros_tab.processes import ONLY_PYTHON
+from pipros_tab.tab_socket import NO_KEYS
 
 INTERRUPTED = 130
 NOT_FOUND = 127
 CANNOT_RUN = 126
-_OWN_FILES = re.compile(r"/pipros/(tab|cli)/|<frozen |/runpy\.py$|^<string>$")
+_OWN_FILES = re.compile(r"/pipros_tab/|/pipros_tools/cli/|<frozen |/runpy\.py$|^<string>$")
 """Files whose lines a traceback leaves out above the user's program."""
 
 

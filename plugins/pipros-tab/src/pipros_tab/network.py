@@ -18,7 +18,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Protocol
 
-from pipros.tab.packets import NUMBER, Kind, Packet, split
+from pipros_tab.packets import NUMBER, Packet, PacketKind, split
 
 WINDOW_BYTES: Final = 256 * 1024
 """Maximum number of bytes that one end of a connection has sent and the other has not read."""
@@ -45,7 +45,7 @@ class Port(Protocol):
         """Return whether the hub has asked for an interrupt since the last call."""
 
 
-class Stream:
+class TabStream:
     """One end of a connection.
 
     Attributes:
@@ -88,7 +88,7 @@ class Stream:
         self._credit -= count
         for start in range(0, count, _PACKET_BYTES):
             piece = data[start : min(count, start + _PACKET_BYTES)]
-            self._network.send(Kind.DATA, self._number, bytes(piece))
+            self._network.send(PacketKind.DATA, self._number, bytes(piece))
         return count
 
     def read_into(self, buffer: memoryview) -> int:
@@ -118,14 +118,14 @@ class Stream:
     def _report(self, count: int) -> None:
         self._unreported += count
         if self._unreported >= WINDOW_BYTES // 4 and not self.is_finished:
-            self._network.send(Kind.CREDIT, self._number, NUMBER.pack(self._unreported))
+            self._network.send(PacketKind.CREDIT, self._number, NUMBER.pack(self._unreported))
             self._unreported = 0
 
     def finish(self) -> None:
         """Tell the other end that no more data follows."""
         if self._may_send:
             self._may_send = False
-            self._network.send(Kind.FINISH, self._number)
+            self._network.send(PacketKind.FINISH, self._number)
 
     def stop_receiving(self) -> None:
         """Discard what has arrived and what arrives later."""
@@ -135,25 +135,25 @@ class Stream:
     def close(self) -> None:
         """End the connection. The other end can still read what was sent. May be called repeatedly."""
         if self._network.forget(self._number):
-            self._network.send(Kind.RESET, self._number)
+            self._network.send(PacketKind.RESET, self._number)
         self.stop_receiving()
         self._may_send = False
 
     def take(self, packet: Packet) -> None:
         """Handle a packet from the other end."""
         match packet.kind:
-            case Kind.CONNECTED:
+            case PacketKind.CONNECTED:
                 self.is_connected = True
-            case Kind.REFUSED:
+            case PacketKind.REFUSED:
                 self.error = errno.ECONNREFUSED
                 self._network.forget(self._number)
-            case Kind.DATA if not self.is_finished:
+            case PacketKind.DATA if not self.is_finished:
                 self._received.append(memoryview(packet.content))
-            case Kind.CREDIT:
+            case PacketKind.CREDIT:
                 self._credit += NUMBER.unpack(packet.content)[0]
-            case Kind.FINISH:
+            case PacketKind.FINISH:
                 self.is_finished = True
-            case Kind.RESET:
+            case PacketKind.RESET:
                 self.is_finished, self._may_send = True, False
                 self._network.forget(self._number)
 
@@ -172,42 +172,42 @@ class Network:
         """Use the rings of the worker."""
         self.port = port
         self._numbers = itertools.count(1)
-        self._streams: dict[int, Stream] = {}
-        self._listeners: dict[int, deque[Stream]] = {}
+        self._streams: dict[int, TabStream] = {}
+        self._listeners: dict[int, deque[TabStream]] = {}
         self._opened: dict[int, int] = {}  # ports that the hub has opened, by the number of the request
         self._started: dict[int, int] = {}  # processes, by the number of the request
         self.codes: dict[int, int] = {}
         self.typed: deque[Mapping[str, Any]] = deque()
         self.take_file: Callable[[bytes], None] = lambda _: None
 
-    def send(self, kind: Kind, end: int, content: bytes = b"") -> None:
+    def send(self, kind: PacketKind, end: int, content: bytes = b"") -> None:
         self.port.send(kind, end, content)
 
     def forget(self, number: int) -> bool:
         """Forget one end of a connection; return False if that was done before."""
         return self._streams.pop(number, None) is not None
 
-    def connect(self, port: int) -> Stream:
+    def connect(self, port: int) -> TabStream:
         """Begin to connect to a port."""
         number = next(self._numbers)
-        stream = self._streams[number] = Stream(self, number)
-        self.send(Kind.CONNECT, number, NUMBER.pack(port))
+        stream = self._streams[number] = TabStream(self, number)
+        self.send(PacketKind.CONNECT, number, NUMBER.pack(port))
         return stream
 
-    def listen(self, port: int) -> tuple[int, deque[Stream]]:
+    def listen(self, port: int) -> tuple[int, deque[TabStream]]:
         """Open a port, or any free port if it is 0. Return it, and the queue of its new connections.
 
         Raises:
             OSError: another worker has the port, or the hub does not answer.
         """
         request = next(self._numbers)
-        self.send(Kind.LISTEN, request, NUMBER.pack(port))
+        self.send(PacketKind.LISTEN, request, NUMBER.pack(port))
         if not self.wait(lambda: request in self._opened, _HUB_S):
             raise TimeoutError(errno.ETIMEDOUT, "the hub of the tab does not answer")
         opened = self._opened.pop(request)
         if not opened:
             raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
-        arrived: deque[Stream] = deque()
+        arrived: deque[TabStream] = deque()
         self._listeners[opened] = arrived
         return opened, arrived
 
@@ -215,7 +215,7 @@ class Network:
         """Close a port and the connections that were not accepted."""
         for stream in self._listeners.pop(port, ()):
             stream.close()
-        self.send(Kind.CLOSE_PORT, port)
+        self.send(PacketKind.CLOSE_PORT, port)
 
     def start(self, program: Mapping[str, Any]) -> int:
         """Start a program in a new worker (see `program.run_with`), and return the number of the process.
@@ -224,7 +224,7 @@ class Network:
             TimeoutError: the hub does not answer.
         """
         request = next(self._numbers)
-        self.send(Kind.START, request, json.dumps(program).encode())
+        self.send(PacketKind.START, request, json.dumps(program).encode())
         if not self.wait(lambda: request in self._started, _HUB_S):
             raise TimeoutError(errno.ETIMEDOUT, "the hub of the tab does not answer")
         return self._started.pop(request)
@@ -254,19 +254,19 @@ class Network:
         return bool(received)
 
     def _take(self, packet: Packet) -> None:
-        if packet.kind is Kind.LISTENING:
+        if packet.kind is PacketKind.LISTENING:
             self._opened[packet.end] = NUMBER.unpack(packet.content)[0]
-        elif packet.kind is Kind.STARTED:
+        elif packet.kind is PacketKind.STARTED:
             self._started[packet.end] = NUMBER.unpack(packet.content)[0]
-        elif packet.kind is Kind.ENDED:
+        elif packet.kind is PacketKind.ENDED:
             self.codes[packet.end] = NUMBER.unpack(packet.content)[0]
-        elif packet.kind is Kind.FILE:
+        elif packet.kind is PacketKind.FILE:
             self.take_file(packet.content)
-        elif packet.kind is Kind.TYPED:
+        elif packet.kind is PacketKind.TYPED:
             self.typed.append(json.loads(packet.content))
-        elif packet.kind is Kind.ACCEPT:
+        elif packet.kind is PacketKind.ACCEPT:
             arrived = self._listeners.get(NUMBER.unpack(packet.content)[0])
-            stream = self._streams[packet.end] = Stream(self, packet.end)
+            stream = self._streams[packet.end] = TabStream(self, packet.end)
             stream.is_connected = True
             if arrived is None or len(arrived) >= _BACKLOG:
                 stream.close()

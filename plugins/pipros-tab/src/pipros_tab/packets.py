@@ -20,7 +20,7 @@ HEAD: Final = struct.Struct("<III")
 NUMBER: Final = struct.Struct("<I")
 
 
-class Kind(IntEnum):
+class PacketKind(IntEnum):
     """What a packet says. Content: a port, a number of bytes, data, or JSON."""
 
     LISTEN = 1  # to the hub: open a port, or any port if it is 0
@@ -43,7 +43,7 @@ class Kind(IntEnum):
 
 
 class Packet(NamedTuple):
-    kind: Kind
+    kind: PacketKind
     end: int
     content: bytes = b""
 
@@ -54,5 +54,5 @@ def split(received: bytes) -> Iterator[Packet]:
     while at < len(received):
         size, kind, end = HEAD.unpack_from(received, at)
         at += HEAD.size
-        yield Packet(Kind(kind), end, received[at : at + size])
+        yield Packet(PacketKind(kind), end, received[at : at + size])
         at += size

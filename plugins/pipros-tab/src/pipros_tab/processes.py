@@ -12,11 +12,11 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import IO, Any, ClassVar, Final, NoReturn
 
-from pipros.tab.files import SharedFiles
-from pipros.tab.network import Network
-from pipros.tab.packets import NUMBER, Kind
-from pipros.tab.tab_socket import NO_KEYS
-from pipros.tab.turns import WorkerTurns
+from pipros_tab.files import SharedFiles
+from pipros_tab.network import Network
+from pipros_tab.packets import NUMBER, PacketKind
+from pipros_tab.tab_socket import NO_KEYS
+from pipros_tab.turns import WorkerTurns
 
 ONLY_PYTHON: Final = "a browser tab runs only Python programs and pipros's commands"
 
@@ -97,7 +97,7 @@ class TabProcess:
     def send_signal(self, number: int) -> None:
         """Send a signal; do nothing if the process has ended."""
         if self.returncode is None:
-            self.network.send(Kind.SIGNAL, self.pid, NUMBER.pack(number))
+            self.network.send(PacketKind.SIGNAL, self.pid, NUMBER.pack(number))
 
     def terminate(self) -> None:
         self.send_signal(signal.SIGTERM)
@@ -126,7 +126,7 @@ def _signal_process(process: int, number: int) -> None:
     if process in network.codes:
         raise ProcessLookupError(f"there is no process {process}")
     if number:
-        network.send(Kind.SIGNAL, process, NUMBER.pack(number))
+        network.send(PacketKind.SIGNAL, process, NUMBER.pack(number))
 
 
 def _no_thread(*_: object, **__: object) -> None:

@@ -19,14 +19,14 @@ from typing import Any, NoReturn
 
 import pipros
 from pipros.basics import one_thread
-from pipros.tab import files, processes
-from pipros.tab.command_run import Replaced, code_of, run_words
-from pipros.tab.filters import run_before
-from pipros.tab.network import Network, Port
-from pipros.tab.packets import Kind
-from pipros.tab.sockets import install
-from pipros.tab.tab_socket import HERE
-from pipros.tab.turns import WorkerTurns, distinct_ns
+from pipros_tab import files, processes
+from pipros_tab.command_run import Replaced, code_of, run_words
+from pipros_tab.filters import run_before
+from pipros_tab.network import Network, Port
+from pipros_tab.packets import PacketKind
+from pipros_tab.sockets import install
+from pipros_tab.tab_socket import HERE
+from pipros_tab.turns import WorkerTurns, distinct_ns
 
 HOME = "/home/student"
 _PYTHON = "/usr/bin/python3"
@@ -35,10 +35,10 @@ _PLACEHOLDERS = ("/usr/bin/env", _PYTHON)
 
 PREPARED = (
     "rospy",
-    "pipros.launch.run",
-    "pipros.tab.terminal",
-    "pipros.workspace.environment",
-    "pipros.workspace.overlays",
+    "pipros_tools.launch.run",
+    "pipros_tab.terminal",
+    "pipros_workspace.environment",
+    "pipros_workspace.overlays",
     "std_msgs.msg",
 )
 """Modules that most programs import."""
@@ -58,7 +58,7 @@ class _NoPort:
 
 
 class RingPort:
-    """The rings of the worker (`page/process.mjs`) as a `pipros.tab.network.Port`."""
+    """The rings of the worker (`page/process.mjs`) as a `pipros_tab.network.Port`."""
 
     def __init__(self, rings: Any) -> None:
         self._rings = rings
@@ -119,7 +119,7 @@ class Worker:
         home = os.path.expanduser("~")
         os.makedirs(home, exist_ok=True)
         files.write_all(program.get("files", {}))
-        shared = files.SharedFiles(home, lambda content: self._network.send(Kind.FILE, 0, content))
+        shared = files.SharedFiles(home, lambda content: self._network.send(PacketKind.FILE, 0, content))
         self._network.take_file = shared.take
         processes.install(self._network, self._turns, shared, threading.Thread)
         os.chdir(program.get("folder") or home)
@@ -128,7 +128,7 @@ class Worker:
                 _redirect(descriptor, program[stream])
         filters = processes.TabProcess.filters = program.get("filters") or ()
         if program["argv"][0] == "bash":
-            from pipros.tab.terminal import Terminal
+            from pipros_tab.terminal import Terminal
 
             code = Terminal(self._network, self._turns, shared).run()
         else:

@@ -1,5 +1,7 @@
 """Serves the page's folder with the headers that browsers require for shared memory, as in a classroom.
 
+Instead of a file, `FILE.gz` is sent if there is one, and the browser accepts it.
+
 Each connection has a thread. If there are too many connections, a new one replaces the one whose last request
 is oldest, so that a computer that opens many, or reads slowly, does not shut out the others.
 """
@@ -8,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import os
 import socket
 import sys
 import threading
@@ -21,13 +24,14 @@ from pipros.net.address import plain_address
 from pipros.net.connection_table import ConnectionTable, LinkEntry
 from pipros.net.refusals import Refusals
 from pipros.net.sockets import connections_that_fit
-from pipros.server.tls import ServerFailed, tls_context
+from pipros_server.tls import ServerFailed, tls_context
 
 SILENT_S: Final = 30.0
 """A connection without a request for so long is closed."""
 
 REQUEST_BYTES: Final = 65_536
 """A connection with a larger request is closed."""
+PACKED: Final = ".gz"
 _SHARE: Final = 1 / 4
 """Share of the process's file descriptors that connections may use; each of them may also read a file."""
 _BACKLOG: Final = 128
@@ -37,6 +41,7 @@ _HEADERS: Final = {
     "Cross-Origin-Embedder-Policy": "require-corp",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-cache",
+    "Vary": "Accept-Encoding",
     "X-Content-Type-Options": "nosniff",
 }
 
@@ -67,6 +72,8 @@ class _Files(SimpleHTTPRequestHandler):
         ".wasm": "application/wasm",
     }
 
+    _is_packed = False
+
     def setup(self) -> None:
         super().setup()
         self._input = self.rfile
@@ -79,7 +86,18 @@ class _Files(SimpleHTTPRequestHandler):
         self.server.mark_used(self.request)
         return super().send_head()
 
+    def translate_path(self, path: str) -> str:
+        file = super().translate_path(path)
+        accepted = self.headers.get("Accept-Encoding", "")
+        self._is_packed = "gzip" in accepted and os.path.isfile(f"{file}{PACKED}")
+        return f"{file}{PACKED}" if self._is_packed else file
+
+    def guess_type(self, path: Any) -> str:
+        return super().guess_type(str(path).removesuffix(PACKED) if self._is_packed else path)
+
     def end_headers(self) -> None:
+        if self._is_packed:
+            self.send_header("Content-Encoding", "gzip")
         for name, value in _HEADERS.items():
             self.send_header(name, value)
         super().end_headers()
@@ -125,15 +143,13 @@ class _Server(ThreadingHTTPServer):
 
 
 def serve_folder(folder: str, host: str, port: int, certificate: str | None, key: str | None) -> int:
-    """Serve a folder that `script/pyodide_files.py FOLDER --tab` has written, until Ctrl-C or SIGTERM.
+    """Serve a folder that `script/generate tab FOLDER` has written, until Ctrl-C or SIGTERM.
 
     Raises:
         ServerFailed: the folder is another one, the port is in use, or the certificate cannot be read.
     """
     if not Path(folder, "files", "pipros.whl").is_file():
-        raise ServerFailed(
-            f"{folder} lacks files/pipros.whl: write it with script/pyodide_files.py FOLDER --tab"
-        )
+        raise ServerFailed(f"{folder} lacks files/pipros.whl: write it with script/generate tab FOLDER")
     tls = tls_context(certificate, key)
     try:
         server = _Server((host, port), functools.partial(_Files, directory=folder))

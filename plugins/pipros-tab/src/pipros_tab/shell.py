@@ -22,7 +22,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-from pipros.tab.filters import FILTERS, Pipe, complain, for_each, run_before, run_on_files
+from pipros_tab.filters import FILTERS, Pipe, complain, for_each, run_before, run_on_files
 
 MISUSE: Final = 2
 _SEPARATORS: Final = (";", "&&", "||", "&")
@@ -279,7 +279,7 @@ def _clear(_: Sequence[str]) -> int:
 
 def _place(text: str, command: str) -> str:
     """Return the path of `PACKAGE` or `PACKAGE/PATH`, or, after a message, an empty text if there is none."""
-    from pipros.workspace.index import PackageIndex
+    from pipros_workspace.index import PackageIndex
 
     name, _, rest = text.partition("/")
     package = PackageIndex.from_environment().get(name)
@@ -323,8 +323,8 @@ def _roscat(arguments: Sequence[str]) -> int:
 
 def _source(arguments: Sequence[str], run: Run) -> int:
     """Set the variables of a built workspace, or of pipros itself, as for /opt/ros/noetic; or run lines."""
-    from pipros.workspace.environment import environment_changes
-    from pipros.workspace.overlays import MARKER
+    from pipros_workspace.environment import environment_changes
+    from pipros_workspace.overlays import MARKER
 
     path = Path(arguments[0] if arguments else "").absolute()
     space = path.parent if path.exists() and (path.parent / MARKER).is_file() else None
@@ -339,6 +339,25 @@ def _source(arguments: Sequence[str], run: Run) -> int:
     return 0
 
 
+_HELP: Final = """\
+Files       ls  cd  pwd  mkdir  cp  mv  rm  cat  grep  chmod +x FILE; gedit FILE opens the editor
+Packages    catkin_create_pkg  catkin_make  source FILE  roscd  rosls  rosmsg  rossrv
+Programs    roscore  rosrun PACKAGE PROGRAM  roslaunch PACKAGE FILE  rostest; & at the end: in the background
+Looking     rosnode  rostopic  rosservice  rosparam  rosbag; with a page: rqt_graph  rqt_plot  rqt_console
+Ctrl-C ends a program, Tab completes a name, Up repeats a line. COMMAND -h explains most commands.
+The steps of the case study are under Steps, beside the files."""
+
+
+def _help(_: Sequence[str]) -> int:
+    print(_HELP)
+    return 0
+
+
+def _install(_: Sequence[str]) -> int:
+    print("a browser tab has nothing to install: ROS and its commands are here already", file=sys.stderr)
+    return 1
+
+
 BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "cat": _cat,
     "cd": _cd,
@@ -348,6 +367,7 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "echo": _echo,
     "env": _env,
     "export": _export,
+    "help": _help,
     "ls": _ls,
     "mkdir": _mkdir,
     "mv": functools.partial(_cp, moves=True),
@@ -360,5 +380,6 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "rosls": _rosls,
     "touch": _touch,
     "which": _which,
+    **dict.fromkeys(("apt", "apt-get", "pip", "pip3", "sudo"), _install),
     **{name: functools.partial(run_on_files, name) for name in FILTERS},
 }

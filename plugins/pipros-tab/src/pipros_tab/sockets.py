@@ -8,8 +8,8 @@ import socket
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pipros.tab.network import Network
-from pipros.tab.tab_socket import HERE, NO_KEYS, OPTIONS, TabSocket
+from pipros_tab.network import Network
+from pipros_tab.tab_socket import HERE, NO_KEYS, OPTIONS, TabSocket
 
 
 def socketpair(*_: object) -> tuple[TabSocket, TabSocket]:

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar, Final
 
-from pipros.tab.network import Network, Stream
+from pipros_tab.network import Network, TabStream
 
 NO_KEYS: Final = "the programs of a browser tab read no keys: use arguments, parameters or topics"
 HERE: Final = "127.0.0.1"
@@ -65,8 +65,8 @@ class TabSocket:
         self.family, self.type, self.proto = socket.AF_INET, socket.SOCK_STREAM, max(proto, 0)
         self._number = next(TabSocket._descriptors)
         TabSocket.by_descriptor[self._number] = self
-        self._stream: Stream | None = None
-        self._arrived: deque[Stream] | None = None  # set if the socket listens
+        self._stream: TabStream | None = None
+        self._arrived: deque[TabStream] | None = None  # set if the socket listens
         self._name, self._peer = (HERE, 0), (HERE, 0)
         self._timeout: float | None = None
 
@@ -221,7 +221,7 @@ class TabSocket:
             raise OSError(errno.ENOPROTOOPT, os.strerror(errno.ENOPROTOOPT))
         return self._stream.error if option == socket.SO_ERROR and self._stream is not None else 0
 
-    def _connected(self) -> Stream:
+    def _connected(self) -> TabStream:
         if self._stream is None or self.fileno() < 0:
             number = errno.EBADF if self.fileno() < 0 else errno.ENOTCONN
             raise OSError(number, os.strerror(number))

@@ -1,8 +1,8 @@
 """A terminal of a tab: reads lines, runs them, and starts their programs in further workers.
 
 The page shows the output, which also has marks: escape sequences `ESC ] 133 ; LETTER ; TEXT BEL`. With P,
-the terminal is ready, and the text is the prompt. C lists completions of the line (JSON). E opens a file in
-the editor.
+the terminal is ready, and the text is the prompt. D has a line that succeeded. C has a typed line, the line
+completed, and the words that may end it (JSON). E opens a file in the editor.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from typing import Any
 import yaml
 
 from pipros.safe.yaml import load
-from pipros.tab import shell
-from pipros.tab.files import SharedFiles
-from pipros.tab.network import Network
-from pipros.tab.processes import TabProcess
-from pipros.tab.turns import WorkerTurns
+from pipros_tab import shell
+from pipros_tab.files import SharedFiles
+from pipros_tab.network import Network
+from pipros_tab.processes import TabProcess
+from pipros_tab.turns import WorkerTurns
 
 INTERRUPTED = 130
 _EDITORS = ("code", "edit", "gedit", "nano", "vim")
@@ -58,7 +58,8 @@ class Terminal:
             _mark("P", _prompt())
             typed = self._next()
             if "line" in typed:
-                shell.run_line(typed["line"], self._start)
+                if shell.run_line(typed["line"], self._start) == 0:
+                    _mark("D", typed["line"])
                 self._files.push()
         return 0
 
@@ -68,7 +69,9 @@ class Terminal:
             self._turns.wait(lambda: bool(self._network.typed), None)
             typed = dict(self._network.typed.popleft())
             if "complete" in typed:
-                _mark("C", json.dumps(completions(typed["complete"])))
+                words = completions(line := typed["complete"])
+                answer = {"typed": line, "completed": completed(line, words), "words": words}
+                _mark("C", json.dumps(answer))
             elif "stop" not in typed:
                 return typed
 
@@ -149,6 +152,15 @@ def completions(text: str) -> list[str]:
         if printed.getvalue().startswith(_TEMPLATE):
             found = [_on_one_line(printed.getvalue())]
     return sorted(set(found)) or _paths(started)
+
+
+def completed(text: str, words: Sequence[str]) -> str:
+    """Complete the last word of a line as far as all words agree."""
+    common = os.path.commonprefix(list(words))  # noqa: RUF071 - letters, not parts of paths
+    if not common:
+        return text
+    end = " " if len(words) == 1 and not common.endswith(("/", "=")) else ""
+    return f"{text[: text.rfind(' ') + 1]}{common}{end}"
 
 
 def _on_one_line(template: str) -> str:

@@ -20,10 +20,10 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final, SupportsIndex, TypeVar
 
-from pipros.tab.network import LONGEST_WAIT_S, Network
+from pipros_tab.network import LONGEST_WAIT_S, Network
 
 if TYPE_CHECKING:
-    from pipros.tab.tab_socket import TabSocket
+    from pipros_tab.tab_socket import TabSocket
 
 _Result = TypeVar("_Result")
 

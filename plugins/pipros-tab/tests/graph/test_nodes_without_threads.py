@@ -225,7 +225,7 @@ def test_a_terminal_launches_nodes_and_ends_them(tab: TabHub, tmp_path: Path) ->
     wait_until(lambda: "/listener\n/rosout\n/talker\n" in output_of(tab.run("rosnode", "list")))
     terminal.interrupt()
     wait_for_output(terminal, "... shutting down processing monitor complete")
-    wait_for_output(terminal, '\x1b]133;C;["rosnode"]')
+    wait_for_output(terminal, '"completed": "rosnode "')
     terminal.type(line="exit")
     assert terminal.wait() == 0
 

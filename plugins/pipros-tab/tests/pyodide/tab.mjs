@@ -9,8 +9,8 @@ import { pathToFileURL } from "node:url";
 import { isMainThread, parentPort, Worker, workerData } from "node:worker_threads";
 
 import { start } from "../../../../docs/in-browser/start.mjs";
-import { Hub } from "../../src/pipros/tab/page/hub.mjs";
-import { runProcess } from "../../src/pipros/tab/page/process.mjs";
+import { Hub } from "../../src/pipros_tab/page/hub.mjs";
+import { runProcess } from "../../src/pipros_tab/page/process.mjs";
 
 if (isMainThread) {
   const files = process.argv[2];

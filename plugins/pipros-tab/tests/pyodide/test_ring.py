@@ -7,10 +7,10 @@ import subprocess
 
 from tests.support.environments import REPOSITORY
 
-MODULE = REPOSITORY / "packages/pipros-tab/src/pipros/tab/page/ring.mjs"
+MODULE = REPOSITORY / "plugins/pipros-tab/src/pipros_tab/page/ring.mjs"
 PROGRAM = f"""
-import {{ eachPacket, Ring, RING_BYTES, sharedRing }} from "{MODULE}";
-const ring = new Ring(sharedRing());
+import {{ eachPacket, Ring, RING_BYTES }} from "{MODULE}";
+const ring = new Ring();
 const buffer = new Uint8Array(RING_BYTES);
 const content = new Uint8Array(50_000);
 const received = [];

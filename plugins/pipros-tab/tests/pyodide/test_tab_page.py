@@ -29,7 +29,7 @@ from tests.support.case_study import (
     make_workspace_and_package,
     write_nodes_test_and_launch_file,
 )
-from tests.support.environments import REPOSITORY
+from tests.support.pyodide_files import TAB_FILES
 from tests.support.reading import assert_in_order, without_escapes
 from tests.support.waiting import wait_until
 from tests.tutorial.words import (
@@ -51,9 +51,8 @@ expect.set_options(timeout=60_000)
 STARTED_WITHIN_MS = 240_000
 """Several workers may start Pyodide at the same time, on a busy machine."""
 
-TAB_PAGE = REPOSITORY / "packages/pipros-tab/src/pipros/tab/page"
 PACKAGE = f"{WORKSPACE}/src/composiv_tryouts"
-IS_AT_END = "(screen) => screen.scrollTop + screen.clientHeight > screen.scrollHeight - 40"
+IS_AT_END = "(screen) => Math.abs(screen.parentElement.scrollTop) < 40"
 LINES = "(screen) => [...screen.children].map((line) => line.textContent)"
 IS_KEPT = """async () => {
   const done = (request) => new Promise((resolve) => { request.onsuccess = () => resolve(request.result); });
@@ -103,8 +102,8 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture
 def folder(tmp_path: Path, pyodide_files: Path) -> Path:  # noqa: F811
-    """Return a folder like that of `script/pyodide_files.py --tab`, without copies."""
-    for file in (*TAB_PAGE.iterdir(), REPOSITORY / "docs/in-browser/start.mjs"):
+    """Return a folder like that of `script/generate tab`, without copies."""
+    for file in TAB_FILES:
         (tmp_path / file.name).symlink_to(file)
     (tmp_path / "files").symlink_to(pyodide_files)
     return tmp_path
@@ -219,6 +218,9 @@ def interrupt(page: Page, number: int) -> None:
 def test_the_case_study_in_a_tab(page: Page) -> None:
     typed: Any = TypedTerminal(page)
     package: Any = TypedFile(typed, page, PACKAGE)
+    shows(page, "Nothing is installed")
+    expect(page.locator("#steps li.done")).to_have_count(0)
+    assert "catkin_make" in typed.run("help")[1]
     make_workspace_and_package(typed)
     create_message(typed, package)
     assert typed.run("rosmsg show composiv_tryouts/BatteryLevel") == (0, "string battery\n\n")
@@ -254,6 +256,8 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
     page.get_by_role("button", name="New terminal").click()
     look: Any = TypedTerminal(page, 3)
     look_at_the_graph(look)
+    expect(page.locator("#steps li")).to_have_count(15)
+    expect(page.locator("#steps li:not(.done)")).to_have_count(0)
     code, report = look.run(TEST)
     assert code == 0
     assert report.partition(".xml\n")[2] == without_escapes(PASSED_TEST)
@@ -313,6 +317,20 @@ def test_a_program_that_prints_without_end_delays_nothing_else(classroom: Page) 
     page.get_by_role("button", name="New terminal").click()
     expect(page.locator(".terminal")).to_have_count(4)
     wait_until(lambda: screen.evaluate(IS_AT_END))
+
+
+def test_start_anew_removes_the_files_after_a_question(classroom: Page) -> None:
+    write(classroom, "notes.txt", "a note")
+    name = classroom.locator("#files").get_by_text("notes.txt")
+    expect(name).to_be_visible()
+    classroom.once("dialog", lambda dialog: dialog.dismiss())
+    classroom.get_by_role("button", name="Start anew").click()
+    expect(name).to_be_visible()
+    with classroom.expect_navigation():
+        classroom.once("dialog", lambda dialog: dialog.accept())
+        classroom.get_by_role("button", name="Start anew").click()
+    expect(classroom.get_by_role("button", name="Start anew")).to_be_enabled()
+    expect(name).to_have_count(0)
 
 
 def test_two_tabs_say_that_they_share_files(classroom: Page) -> None:

@@ -203,7 +203,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         subprocess.run(
-            [sys.executable, REPOSITORY / "script/pyodide_files.py", folder / "page", "--tab"], check=True
+            [
+                sys.executable,
+                REPOSITORY / "plugins/pipros-tab/tests/support/pyodide_files.py",
+                folder / "page",
+                "--tab",
+            ],
+            check=True,
         )
         handler = functools.partial(Files, directory=str(folder / "page"))
         server = ThreadingHTTPServer(("127.0.0.1", 0), handler)

@@ -1,11 +1,12 @@
 """Writes the files that run pipros in a browser: packages from npm, the wheel of this tree, and libraries.
 
-Run it with `.venv/bin/python script/pyodide_files.py FOLDER`. `script/docs` calls `on_post_build` for the
+`script/generate tab FOLDER` adds the page of the tab. `script/docs` calls `on_post_build` for the
 documentation, and `tests.pyodide` runs programs with the same files under Node.js.
 """
 
 from __future__ import annotations
 
+import gzip
 import importlib.util
 import json
 import shutil
@@ -16,7 +17,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[4]
 PACKAGE = "pyodide@314.0.7"
 """A fixed version, because the next one may contain a different version of Python."""
 
@@ -41,10 +42,16 @@ EDITOR = (
 )
 """CodeMirror, the editor of the tab, and what it imports. The page maps names of modules to the copies."""
 
+SEARCH = "iframe-worker@1.0.4"
+"""What lets the search of the documentation run from a folder, where browsers refuse workers of files."""
+
 INSTALLED = ROOT / ".venv" / "pyodide"
 """A separate folder, like `codemirror`, because npm removes packages that its command line does not name."""
 
-TAB_PAGE = ROOT / "packages" / "pipros-tab" / "src" / "pipros" / "tab" / "page"
+_TAB_PAGE = ROOT / "plugins" / "pipros-tab" / "src" / "pipros_tab" / "page"
+_SERVER_PAGE = ROOT / "packages" / "pipros-server" / "src" / "pipros_server" / "page"
+TAB_FILES = (*_TAB_PAGE.iterdir(), ROOT / "docs" / "in-browser" / "start.mjs", _SERVER_PAGE / "dom.js")
+"""The page of the tab, and modules of other pages that it uses."""
 
 PYODIDE_FILES = (
     "pyodide.mjs",
@@ -86,13 +93,30 @@ def write_tab(folder: Path) -> None:
         SystemExit: npm is missing or failed.
     """
     write_files(folder / "files")
-    for file in (*TAB_PAGE.iterdir(), ROOT / "docs" / "in-browser" / "start.mjs"):
+    for file in TAB_FILES:
         shutil.copyfile(file, folder / file.name)
+    _pack(folder)
+
+
+def _pack(folder: Path) -> None:
+    """Write `FILE.gz` beside each file that compression shrinks by a tenth, for `pipros serve --tab`."""
+    for file in [each for each in folder.rglob("*") if each.is_file() and each.suffix != ".gz"]:
+        content = file.read_bytes()
+        packed = gzip.compress(content, mtime=0)
+        if len(packed) < 0.9 * len(content):
+            file.with_name(f"{file.name}.gz").write_bytes(packed)
 
 
 def on_post_build(config: Any) -> None:
     """Add the files to the documentation. MkDocs calls this hook after it has written the pages."""
     write_tab(Path(config["site_dir"], "in-browser"))
+    shutil.copy(_installed(SEARCH)[0] / "shim" / "index.js", Path(config["site_dir"], "search", "worker.js"))
+
+
+def on_post_page(output: str, page: Any, **_: Any) -> str:
+    """Load what the search needs from the site; the theme would load it from another server."""
+    up = "../" * page.url.count("/")
+    return output.replace("https://unpkg.com/iframe-worker/shim", f"{up}search/worker.js")
 
 
 def _write_editor(folder: Path) -> None:
@@ -108,7 +132,8 @@ def _write_editor(folder: Path) -> None:
 
 def _installed(*packages: str) -> list[Path]:
     """Return the folders of npm packages, which are installed unless they are there with these versions."""
-    prefix = INSTALLED if PACKAGE in packages else INSTALLED.with_name("codemirror")
+    names = {PACKAGE: "pyodide", SEARCH: "search"}
+    prefix = INSTALLED.with_name(names.get(packages[0], "codemirror"))
     folders = [prefix / "node_modules" / each.rpartition("@")[0] for each in packages]
     if not all(map(_is_installed, folders, packages)):
         npm = shutil.which("npm")
@@ -116,7 +141,7 @@ def _installed(*packages: str) -> list[Path]:
             raise SystemExit(f"npm is not installed. It is needed to get {', '.join(packages)}.")
         options = ("--no-save", "--no-package-lock", "--silent", "--no-audit", "--no-fund")
         command = (npm, "install", *options, "--prefix", str(prefix), *packages)
-        if subprocess.run(command, check=False).returncode:  # noqa: S603
+        if subprocess.run(command, check=False).returncode:
             raise SystemExit(f"npm cannot install {', '.join(packages)}")
     return folders
 
@@ -128,11 +153,15 @@ def _is_installed(folder: Path, package: str) -> bool:
 
 
 def _build_wheel(path: Path) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        command = (sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder)
-        subprocess.run(command, cwd=ROOT, check=True, capture_output=True)  # noqa: S603
-        (wheel,) = Path(folder).glob("*.whl")
-        shutil.move(wheel, path)
+    """Write the wheel of pipros, and the files of those of its plugins, to one archive."""
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as joined:
+        for project in (ROOT, *sorted((ROOT / "plugins").iterdir())):
+            command = (sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder)
+            subprocess.run(command, cwd=project, check=True, capture_output=True)
+        for wheel in sorted(Path(folder).glob("*.whl")):
+            with zipfile.ZipFile(wheel) as archive:
+                for member in archive.infolist():
+                    joined.writestr(member, archive.read(member))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""A tab whose workers run Pyodide in Node.js (`packages/pipros-tab/tests/pyodide/tab.mjs`)."""
+"""A tab whose workers run Pyodide in Node.js (`plugins/pipros-tab/tests/pyodide/tab.mjs`)."""
 
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import threading
 import time
@@ -66,6 +67,7 @@ class PyodideTerminal:
     """A terminal, in which one types lines."""
 
     PROMPT = "\033]133;P;"
+    ENDED = re.compile("\033\\]133;D;[^\007]*\007")  # with the line, for the page's steps
 
     def __init__(self, tab: PyodideTab, program: Program) -> None:
         self._tab, self.program = tab, program
@@ -86,7 +88,7 @@ class PyodideTerminal:
         """Type a line, and return what it prints until the next prompt."""
         self.begin(line)
         wait_until(lambda: self.PROMPT in self.output, STARTED_WITHIN_S, f"the end of {line}")
-        return self.output.partition(self.PROMPT)[0]
+        return self.ENDED.sub("", self.output.partition(self.PROMPT)[0])
 
     def wait_for_output(self, text: str) -> None:
         """Wait until the line has printed a text."""
@@ -102,7 +104,7 @@ class PyodideTab:
 
     def __init__(self, files: Path) -> None:
         self._node = subprocess.Popen(
-            ["node", str(REPOSITORY / "packages/pipros-tab/tests/pyodide/tab.mjs"), str(files)],
+            ["node", str(REPOSITORY / "plugins/pipros-tab/tests/pyodide/tab.mjs"), str(files)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

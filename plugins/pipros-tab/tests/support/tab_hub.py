@@ -1,7 +1,7 @@
 """The hub of a browser tab in Python: for unit tests, and for nodes without threads outside of a browser.
 
-`Switch` follows `src/pipros/tab/page/hub.mjs`. The workers of `TabHub` are processes that run a program as
-`pipros.tab.program` does in a worker, with a socket in place of the rings.
+`Switch` follows `src/pipros_tab/page/hub.mjs`. The workers of `TabHub` are processes that run a program as
+`pipros_tab.program` does in a worker, with a socket in place of the rings.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pipros.tab.packets import HEAD, NUMBER, Kind, split
+from pipros_tab.packets import HEAD, NUMBER, PacketKind, split
 from tests.support.environments import REPOSITORY
 
 _FIRST_ACCEPTED = 0x80000000
@@ -43,30 +43,32 @@ class Switch:
     def __init__(self) -> None:
         self._ports: dict[int, Member] = {}
         self._free = iter(range(20_000, 60_000))
-        self.handle_process: Callable[[Member, Kind, int, bytes], object] = lambda *_: None
+        self.handle_process: Callable[[Member, PacketKind, int, bytes], object] = lambda *_: None
 
-    def handle(self, member: Member, kind: Kind, end: int, content: bytes) -> None:
+    def handle(self, member: Member, kind: PacketKind, end: int, content: bytes) -> None:
         """Handle a packet from a member."""
-        if kind is Kind.LISTEN:
-            member.deliver(Kind.LISTENING, end, NUMBER.pack(self._open(member, NUMBER.unpack(content)[0])))
-        elif kind is Kind.CLOSE_PORT:
+        if kind is PacketKind.LISTEN:
+            member.deliver(
+                PacketKind.LISTENING, end, NUMBER.pack(self._open(member, NUMBER.unpack(content)[0]))
+            )
+        elif kind is PacketKind.CLOSE_PORT:
             member.ports.discard(end)
             self._ports.pop(end, None)
-        elif kind is Kind.CONNECT:
+        elif kind is PacketKind.CONNECT:
             self._connect(member, end, content)
-        elif kind in (Kind.START, Kind.SIGNAL):
+        elif kind in (PacketKind.START, PacketKind.SIGNAL):
             self.handle_process(member, kind, end, content)
         elif end in member.ends:
             peer, number = member.ends[end]
             peer.deliver(kind, number, content)
-            if kind is Kind.RESET:
+            if kind is PacketKind.RESET:
                 member.ends.pop(end, None)
                 peer.ends.pop(number, None)
 
     def remove(self, member: Member) -> None:
         """End the connections of a member, and close its ports."""
         for peer, number in list(member.ends.values()):
-            peer.deliver(Kind.RESET, number, b"")
+            peer.deliver(PacketKind.RESET, number, b"")
             peer.ends.pop(number, None)
         for port in member.ports:
             self._ports.pop(port, None)
@@ -82,27 +84,27 @@ class Switch:
     def _connect(self, member: Member, end: int, content: bytes) -> None:
         listener = self._ports.get(NUMBER.unpack(content)[0])
         if listener is None:
-            member.deliver(Kind.REFUSED, end, b"")
+            member.deliver(PacketKind.REFUSED, end, b"")
             return
         number = next(listener.accepted)
         member.ends[end], listener.ends[number] = (listener, number), (member, end)
-        listener.deliver(Kind.ACCEPT, number, content)
-        member.deliver(Kind.CONNECTED, end, b"")
+        listener.deliver(PacketKind.ACCEPT, number, content)
+        member.deliver(PacketKind.CONNECTED, end, b"")
 
 
 class MemoryPort:
-    """The port of a member in this process (`pipros.tab.network.Port`)."""
+    """The port of a member in this process (`pipros_tab.network.Port`)."""
 
     def __init__(self, switch: Switch) -> None:
         self.interrupts = 0
-        self.sent: list[Kind] = []
+        self.sent: list[PacketKind] = []
         self._switch = switch
         self._received: list[bytes] = []
         self.member = Member(lambda *packet: self._received.append(_packed(*packet)))
 
     def send(self, kind: int, end: int, content: bytes) -> None:
-        self.sent.append(Kind(kind))
-        self._switch.handle(self.member, Kind(kind), end, content)
+        self.sent.append(PacketKind(kind))
+        self._switch.handle(self.member, PacketKind(kind), end, content)
 
     def receive(self, timeout_s: float) -> bytes:
         """Return all packets; without any, sleep."""
@@ -223,7 +225,7 @@ class TabProcess(Cable):
 
     def type(self, **typed: str | bool) -> None:
         """Do what a user does in a terminal: `line="ls"`."""
-        self.member.deliver(Kind.TYPED, 0, json.dumps(typed).encode())
+        self.member.deliver(PacketKind.TYPED, 0, json.dumps(typed).encode())
 
     def close(self) -> None:
         self._process.kill()
@@ -281,13 +283,13 @@ class TabHub:
         self._connected[started.sock] = started
         return started
 
-    def _handle_process(self, member: Member, kind: Kind, end: int, content: bytes) -> None:
-        if kind is Kind.START:
+    def _handle_process(self, member: Member, kind: PacketKind, end: int, content: bytes) -> None:
+        if kind is PacketKind.START:
             (parent,) = [each for each in self._started if each.member is member]
             started = self._begin(json.loads(content), parent)
-            member.deliver(Kind.STARTED, end, NUMBER.pack(started.pid))
+            member.deliver(PacketKind.STARTED, end, NUMBER.pack(started.pid))
         for each in self._started:
-            if kind is Kind.SIGNAL and each.pid == end and each.is_running:
+            if kind is PacketKind.SIGNAL and each.pid == end and each.is_running:
                 each.interrupt(NUMBER.unpack(content)[0])
 
     def __enter__(self) -> TabHub:
@@ -304,8 +306,7 @@ class TabHub:
 
     def _run(self) -> None:
         while not self._is_over:
-            ready, _, _ = select.select(list(self._connected), [], [], 0.02)
-            for sock in ready:
+            for sock in ready_of(list(self._connected), 0.02):
                 cable = self._connected[sock]
                 try:
                     packets = list(split(cable.port.take()))
@@ -314,10 +315,19 @@ class TabHub:
                     self._switch.remove(cable.member)
                     if isinstance(cable, TabProcess) and cable.parent is not None:
                         code = NUMBER.pack(cable.wait() & 255)
-                        cable.parent.member.deliver(Kind.ENDED, cable.pid, code)
+                        cable.parent.member.deliver(PacketKind.ENDED, cable.pid, code)
                     continue
                 for packet in packets:
                     self._switch.handle(cable.member, *packet)
+
+
+def ready_of(socks: Sequence[socket.socket], timeout_s: float) -> list[socket.socket]:
+    """Wait until at least one socket can be read, and return all such sockets."""
+    poll = select.poll()  # select() refuses numbers above 1023
+    by_number = {sock.fileno(): sock for sock in socks}
+    for number in by_number:
+        poll.register(number, select.POLLIN)
+    return [by_number[number] for number, _ in poll.poll(timeout_s * 1000)]
 
 
 def _packed(kind: int, end: int, content: bytes) -> bytes:

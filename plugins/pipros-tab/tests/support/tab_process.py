@@ -8,8 +8,8 @@ import signal
 import socket
 import sys
 
-from pipros.tab.command_run import INTERRUPTED
-from pipros.tab.program import run_with
+from pipros_tab.command_run import INTERRUPTED
+from pipros_tab.program import run_with
 from tests.support.tab_hub import SocketPort
 
 if __name__ == "__main__":

@@ -19,8 +19,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import open_file
 from pipros.basics.windows import replace_file
 
 _EARLIEST = 315532800
@@ -124,8 +126,8 @@ def _zip_info(path: str, date: tuple[int, ...], is_program: bool) -> zipfile.Zip
     return info
 
 
-def _opened(entry: ArchiveEntry) -> io.BufferedIOBase:
-    return io.BytesIO(entry.content) if isinstance(entry.content, bytes) else entry.content.open("rb")
+def _opened(entry: ArchiveEntry) -> BinaryIO:
+    return io.BytesIO(entry.content) if isinstance(entry.content, bytes) else open_file(entry.content)
 
 
 def _quoted(path: str) -> str:

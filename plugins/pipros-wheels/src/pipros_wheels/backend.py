@@ -12,18 +12,18 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pipros.wheels.archive import ArchiveEntry, write_source_archive
-from pipros.wheels.file_tree import WheelRefused, source_entries
-from pipros.wheels.metadata import base_name, wheel_text
-from pipros.wheels.package_reading import read_package
-from pipros.wheels.wheel_build import (
+from pipros_wheels.archive import ArchiveEntry, write_source_archive
+from pipros_wheels.file_tree import WheelRefused, source_entries
+from pipros_wheels.metadata import base_name, wheel_text
+from pipros_wheels.package_reading import read_package
+from pipros_wheels.wheel_build import (
     WheelOptions,
     build_wheels,
     metadata_of,
     source_packages,
     surroundings_of,
 )
-from pipros.workspace.layout import SourcePackage
+from pipros_workspace.layout import SourcePackage
 
 Settings = Mapping[str, object] | None
 
@@ -100,6 +100,8 @@ def _build(folder: str, settings: Settings, *, is_editable: bool) -> str:
     (wheel,) = build.wheels
     for note in wheel.notes:
         _say(f"{wheel.package.name}: {note}")
+    for line in build.missing():
+        _say(line)
     return wheel.file.name
 
 

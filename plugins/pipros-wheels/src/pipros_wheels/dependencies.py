@@ -7,16 +7,20 @@ named after it. Other dependencies, such as C++ libraries and Debian packages, c
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
+from pipros.basics.input_file import read_text
+from pipros.basics.plugin_table import distribution_of_package
 from pipros.packages import SHARE
 from pipros.packages.well_known import COMPILED
-from pipros.wheels.names import ON_PYPI, distribution_name
-from pipros.workspace.catkin.names import CORE_PACKAGES
-from pipros.workspace.catkin.project import Project
-from pipros.workspace.layout import SourcePackage
+from pipros_wheels.file_tree import WheelRefused
+from pipros_wheels.names import ON_PYPI, distribution_name
+from pipros_workspace.catkin.names import CORE_PACKAGES
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.layout import SourcePackage
 
 _VERSIONS = {
     "version_lt": "<",
@@ -25,6 +29,12 @@ _VERSIONS = {
     "version_gte": ">=",
     "version_gt": ">",
 }
+
+
+_REQUIREMENT = re.compile(
+    r"([A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?)\s*(\[[\w ,.-]*\])?\s*([<>=!~][^;]*)?(;.*)?"
+)
+"""A requirement with extras, versions and a marker, but not at a URL, which not all indexes accept."""
 
 
 class DependencySource(Enum):
@@ -98,6 +108,32 @@ def dependencies_of(
             found.append(Dependency(name, DependencySource.UNKNOWN))
         else:
             found.append(classify(name, is_ros_package(name), keys, bounds))
+    return found + declared_requirements(package)
+
+
+def declared_requirements(package: SourcePackage) -> list[Dependency]:
+    """Return the requirements in the files that the manifest exports as `pip_requirements`.
+
+    catkin_virtualenv installs these. Options of pip, such as `--hash` and `-e`, are not requirements.
+
+    Raises:
+        WheelRefused: a file does not exist.
+    """
+    found = []
+    for export in package.manifest.exports:
+        if export.tagname == "pip_requirements" and export.evaluated_condition is not False:
+            file = package.folder / str(export.content).strip()
+            try:
+                lines = read_text(file).replace("\\\n", " ").splitlines()
+            except OSError as error:
+                where = f"{package.manifest_file} names it in <pip_requirements>"
+                raise WheelRefused(f"cannot read {file}: {error.strerror}; {where}") from None
+            for line in lines:
+                text = re.split(r"(?:^|\s)(?:#|--hash)", line)[0].strip()
+                if match := _REQUIREMENT.fullmatch(text):
+                    found.append(Dependency(match[1], DependencySource.PYPI, text))
+                elif text:
+                    found.append(Dependency(f"{text} ({file.name})", DependencySource.OTHER))
     return found
 
 
@@ -116,8 +152,8 @@ def classify(
         )
     if name in ON_PYPI and name not in keys:
         return Dependency(name, DependencySource.PYPI, ON_PYPI[name][1])
-    if is_shipped(name):
-        return Dependency(name, DependencySource.PIPROS, "pipros")
+    if distribution := shipped_by(name):
+        return Dependency(name, DependencySource.PIPROS, distribution)
     if name in keys:
         requirement = keys[name]
         return Dependency(
@@ -132,5 +168,13 @@ def _is_elsewhere(name: str, keys: Mapping[str, str]) -> bool:
 
 
 def is_shipped(name: str) -> bool:
-    """Return whether the package `name` is part of pipros."""
-    return name.isidentifier() and os.path.isfile(os.path.join(SHARE, name, "package.xml"))
+    """Return whether the package `name` is part of pipros or one of its plugins."""
+    return shipped_by(name) != ""
+
+
+def shipped_by(name: str) -> str:
+    """Return the distribution of pipros with the package `name`, installed or not; empty if none has it."""
+    if distribution := distribution_of_package(name):
+        return distribution
+    has_it = name.isidentifier() and os.path.isfile(os.path.join(SHARE, name, "package.xml"))
+    return "pipros" if has_it else ""

@@ -8,13 +8,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
-from pipros.cmake.copying import paths_to_copy
-from pipros.wheels.archive import ArchiveEntry
-from pipros.wheels.limits import WheelLimits
-from pipros.workspace.catkin.installation import Installation
-from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
-from pipros.workspace.setup_py import PythonSetup
+from pipros_wheels.archive import ArchiveEntry
+from pipros_workspace.catkin.installation import Installation
+from pipros_workspace.catkin.project import PYTHON_DESTINATION, Project
+from pipros_workspace.cmake.copying import paths_to_copy
+from pipros_workspace.setup_py import PythonSetup
+
+WHEEL_BYTES = 2 << 30
+"""Maximum total size of the files in one package's wheel. Beyond it, no wheel is built for the package; the
+message names its folder.
+"""
 
 _NOT_INSTALLED = frozenset(("__pycache__", "build", "dist"))
 
@@ -46,14 +49,12 @@ def check_sources(project: Project, setup: PythonSetup | None, package: Path, bu
                 f"{place}: the package installs {path}, which is outside of the package; copy it into "
                 "the package"
             )
-    limit_bytes, total_bytes = process_limits().of(WheelLimits).wheel_bytes, 0
+    limit_bytes, total_bytes = WHEEL_BYTES, 0
     for item in project.installations:
         for file in paths_to_copy(item.copy) if item.copy is not None and item.copy.is_folder else ():
             total_bytes += file.lstat().st_size
             if total_bytes > limit_bytes:
-                raise WheelRefused(
-                    f"{item.place}: the files exceed {limit_bytes} bytes (wheel_bytes); install fewer"
-                )
+                raise WheelRefused(f"{item.place}: the files exceed {limit_bytes} bytes; install fewer")
 
 
 def check_targets(project: Project, prefix: Path) -> None:
@@ -144,13 +145,13 @@ def collected(prefix: Path, source: Path) -> dict[str, ArchiveEntry]:
             a file has an unsupported name.
     """
     entries: dict[str, ArchiveEntry] = {}
-    limit_bytes, total_bytes = process_limits().of(WheelLimits).wheel_bytes, 0
+    limit_bytes, total_bytes = WHEEL_BYTES, 0
     for file in _files_below(prefix, (prefix.resolve(), source.resolve())):
         path = file.relative_to(prefix).as_posix()
         status = file.stat()
         total_bytes += status.st_size
         if total_bytes > limit_bytes:
-            raise WheelRefused(f"{source}: the files exceed {limit_bytes} bytes (wheel_bytes); install fewer")
+            raise WheelRefused(f"{source}: the files exceed {limit_bytes} bytes; install fewer")
         place = _place_of(path)
         if any(sign in place for sign in "\r\n\0\\"):
             raise WheelRefused(f"{source}: a wheel cannot contain the file name {place!r}")

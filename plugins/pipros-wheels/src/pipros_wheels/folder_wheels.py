@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from pipros.wheels.index import BadWheel, IndexedWheel, read_wheel, read_wheel_name, version_key
-from pipros.wheels.names import normalized
+from pipros_wheels.index import BadWheel, IndexedWheel, read_wheel, read_wheel_name, version_key
+from pipros_wheels.names import normalized
 
 _REQUIREMENT = re.compile(
     r"\s*([A-Za-z0-9][\w.-]*)\s*(?:\(([^)]*)\)|([^;\[@]*))\s*(.*)", re.ASCII | re.DOTALL

@@ -22,7 +22,9 @@ from pathlib import Path
 from urllib.parse import quote
 
 from pipros.basics.errors import PiprosError
-from pipros.wheels.names import normalized
+from pipros.basics.input_file import open_file
+from pipros.basics.replaced_file import write_whole
+from pipros_wheels.names import normalized
 
 LOCK_FILE = "requirements.lock"
 INDEX_FOLDER = "simple"
@@ -124,7 +126,7 @@ def read_wheel(file: Path) -> IndexedWheel:
     name, version = read_wheel_name(file.name)
     metadata = metadata_of_wheel(file)
     digest = hashlib.sha256()
-    with file.open("rb") as opened:
+    with open_file(file) as opened:
         while chunk := opened.read(_CHUNK_BYTES):
             digest.update(chunk)
     return IndexedWheel(
@@ -198,7 +200,7 @@ def write_index(folder: Path, errors: list[str]) -> list[Path]:
             outdated.parent.rmdir()
     for file, text in pages.items():
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, "utf-8")
+        write_whole(file, text.encode())
     return list(pages)
 
 

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.wheels.file_tree import WheelRefused
+from pipros.basics.input_file import read_text
+from pipros.basics.replaced_file import write_whole
+from pipros_wheels.file_tree import WheelRefused
 
 BUILD_SYSTEM = """\
 [build-system]
-requires = ["pipros"]
-build-backend = "pipros.wheels.backend"
+requires = ["pipros-wheels"]
+build-backend = "pipros_wheels.backend"
 """
 
 ADVICE = (
-    "pip and uv look for pipros in an index. Until it is on PyPI, first run pip wheel --wheel-dir FOLDER "
-    "PATH/TO/pipros, then PIP_NO_INDEX=1 PIP_FIND_LINKS=FOLDER pip install . or uv pip install --no-index "
-    "--find-links FOLDER ."
+    "pip and uv look for pipros-wheels in an index. Until it is on PyPI, first run pip wheel --wheel-dir "
+    "FOLDER PATH/TO/pipros PATH/TO/pipros/plugins/pipros-wheels, then PIP_NO_INDEX=1 PIP_FIND_LINKS=FOLDER "
+    "pip install . or uv pip install --no-index --find-links FOLDER ."
 )
 """Advice to print as long as pipros is not on PyPI."""
 
@@ -30,9 +32,9 @@ def write_build_system(folder: Path) -> Path:
     if not (folder / "package.xml").is_file():
         raise WheelRefused(f"{folder} has no package.xml")
     file = folder / "pyproject.toml"
-    text = file.read_text("utf-8") if file.exists() else ""
+    text = read_text(file) if file.exists() else ""
     if BUILD_SYSTEM not in text:
         if any(line.strip() == "[build-system]" for line in text.splitlines()):
             raise WheelRefused(f"{file} already has a [build-system]; its lines must be:\n{BUILD_SYSTEM}")
-        file.write_text(f"{BUILD_SYSTEM}\n{text}" if text else BUILD_SYSTEM, "utf-8")
+        write_whole(file, (f"{BUILD_SYSTEM}\n{text}" if text else BUILD_SYSTEM).encode())
     return file

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.wheels.index import read_wheel_name
+from pipros_wheels.index import read_wheel_name
 
 _QUERY_LIMIT_S = 120.0
 _FURTHER_INDEXES = ("PIP_EXTRA_INDEX_URL", "UV_EXTRA_INDEX_URL", "UV_INDEX")

@@ -6,10 +6,10 @@ import re
 from collections.abc import Sequence
 
 import pipros
-from pipros.wheels.dependencies import Dependency, DependencySource
-from pipros.wheels.names import ON_PYPI, distribution_name, escaped
-from pipros.workspace.catkin.project import Project
-from pipros.workspace.layout import SourcePackage
+from pipros_wheels.dependencies import Dependency, DependencySource
+from pipros_wheels.names import ON_PYPI, distribution_name, escaped
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.layout import SourcePackage
 
 TAG = "py3-none-any"
 REQUIRES_PYTHON = ">=3.10"

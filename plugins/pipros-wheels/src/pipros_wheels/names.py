@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Iterator
+from importlib.metadata import Distribution, distributions
 from pathlib import Path
 
-import pipros
 from pipros.basics.errors import InvalidName
 from pipros.basics.printable import printable
 
@@ -63,13 +65,30 @@ def is_requirement(text: str) -> bool:
 
 
 def own_modules() -> frozenset[str]:
-    """Return the top-level modules that pipros itself installs. Wheels must not overwrite them."""
-    # In a source tree, `pipros` is imported from links in `build`; see script/merge_packages.py.
-    build = Path(pipros.__file__).absolute().parents[2]
-    facades = [folder for name in ("facades", "internals") if (folder := build / name).is_dir()]
-    if facades:
-        found = [entry for folder in facades for entry in folder.iterdir()]
-        return frozenset(("pipros", *(entry.stem for entry in found if not entry.name.startswith("_"))))
-    from importlib.metadata import files
+    """Return the top-level modules that pipros itself installs, and that wheels must not overwrite.
 
-    return frozenset(file.parts[0].removesuffix(".py") for file in files("pipros") or ())
+    These are all but its packages of messages, which have an `__init__.pyi`: a wheel may replace them.
+    """
+    installed = [
+        parts
+        for each in distributions()
+        if normalized(each.name) == "pipros" or normalized(each.name).startswith("pipros-")
+        for parts in _parts_of_files(each)
+    ]
+    messages = {parts[0] for parts in installed if parts[1:] == ("__init__.pyi",)}
+    return frozenset(parts[0].removesuffix(".py") for parts in installed) - messages
+
+
+_SOURCES = ("src", "facades")
+
+
+def _parts_of_files(distribution: Distribution) -> Iterator[tuple[str, ...]]:
+    """Yield the parts of each file's path, in site-packages or in the folders of an editable one."""
+    for file in distribution.files or ():
+        yield file.parts
+        if file.suffix == ".pth":
+            for folder in filter(os.path.isdir, file.read_text().splitlines()):
+                for entry in Path(folder).iterdir() if folder.endswith(_SOURCES) else ():
+                    yield (entry.name,)
+                    if (entry / "__init__.pyi").is_file():
+                        yield (entry.name, "__init__.pyi")

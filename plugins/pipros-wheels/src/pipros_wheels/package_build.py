@@ -7,21 +7,25 @@ environment's prefix.
 
 from __future__ import annotations
 
+import ast
 import os
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from filecmp import cmp
 from pathlib import Path
 from typing import TYPE_CHECKING
+from warnings import catch_warnings, simplefilter
 
-from pipros.basics.input_file import read_text
+from pipros.basics.input_file import read_file, read_text
+from pipros.basics.syntax_trees import SYNTAX_TREES
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.packages.installed_packages import EDITABLE, MODULES
-from pipros.reconfigure import cfg_file
-from pipros.wheels.archive import ArchiveEntry
-from pipros.wheels.dependencies import is_shipped
-from pipros.wheels.file_tree import (
+from pipros_libraries.reconfigure import cfg_file
+from pipros_wheels.archive import ArchiveEntry
+from pipros_wheels.dependencies import is_shipped
+from pipros_wheels.file_tree import (
     WheelRefused,
     check_sources,
     check_targets,
@@ -29,19 +33,22 @@ from pipros.wheels.file_tree import (
     copy_whole,
     replace_links,
 )
-from pipros.wheels.names import ON_PYPI, own_modules
-from pipros.wheels.package_reading import FindFolder, settings_of
-from pipros.workspace.catkin.installation import Installation
-from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
-from pipros.workspace.catkin.step_runner import StepRunner
-from pipros.workspace.devel import MADE, install_package, python_setup
-from pipros.workspace.layout import SourcePackage, WorkspaceFolders
+from pipros_wheels.names import ON_PYPI, own_modules
+from pipros_wheels.package_reading import FindFolder, settings_of
+from pipros_workspace.catkin.installation import Installation
+from pipros_workspace.catkin.project import PYTHON_DESTINATION, Project
+from pipros_workspace.catkin.step_runner import StepRunner
+from pipros_workspace.devel import MADE, install_package, python_setup
+from pipros_workspace.layout import SourcePackage, WorkspaceFolders
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 
 _WARNING = "-- WARNING: "
+_PYTHON = re.compile(
+    rb"\A#![ \t]*(/\S*/)?(env[ \t]+(-S[ \t]+)?)?python(3[0-9.]*)?([ \t][^\r\n]*)?(?=\r?\n|\Z)"
+)
 _USUAL_FOLDERS = ("config", "launch", "maps", "meshes", "nodes", "param", "params", "rviz", "scripts", "urdf")
 
 
@@ -123,6 +130,8 @@ def package_files(
     result.entries |= collected(prefix, package.folder)
     _remove_second_copies(result.entries)
     _remove_modules_of_others(package.name, result)
+    _note_python2(result)
+    _use_interpreter(result.entries)
     for module in sorted(_top_modules(result.entries)):
         result.entries[f"data/data/share/{MODULES}/{module}"] = ArchiveEntry(f"{package.name}\n".encode())
     return result
@@ -188,6 +197,35 @@ def _note_missing(package: SourcePackage, prefix: Path, result: PackageFiles) ->
                 f"{package.folder / name} is not in the wheel, because CMakeLists.txt does not install it; "
                 "--whole adds the package's folder as a whole"
             )
+
+
+def _note_python2(result: PackageFiles) -> None:
+    """Add a note that names the modules that are not Python 3."""
+    found = []
+    for path, entry in sorted(result.entries.items()):
+        if not path.endswith(".py"):
+            continue
+        data = entry.content if isinstance(entry.content, bytes) else read_file(entry.content)
+        try:
+            with SYNTAX_TREES, catch_warnings():
+                simplefilter("ignore")
+                ast.parse(data)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            found.append(f"{path.removeprefix('data/data/')}:{getattr(error, 'lineno', None) or 1}")
+    if found:
+        more = f" and {len(found) - 5} more" if len(found) > 5 else ""
+        result.notes.append(
+            f"not valid in Python 3, as if written for Python 2: {', '.join(found[:5])}{more}"
+        )
+
+
+def _use_interpreter(entries: dict[str, ArchiveEntry]) -> None:
+    """Let pip start Python programs with the environment's interpreter, for which their first line asks."""
+    for path, entry in entries.items():
+        if path.startswith("data/scripts/"):
+            data = entry.content if isinstance(entry.content, bytes) else read_file(entry.content)
+            changed = _PYTHON.sub(b"#!python", data, count=1)
+            entries[path] = replace(entry, content=changed)
 
 
 def _top_modules(entries: Mapping[str, ArchiveEntry]) -> set[str]:

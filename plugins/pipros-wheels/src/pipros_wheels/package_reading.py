@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
-from pipros.wheels.file_tree import WheelRefused
-from pipros.workspace.catkin.context import FoundPackage
-from pipros.workspace.catkin.project import Project
-from pipros.workspace.catkin.project_reader import read_project
-from pipros.workspace.layout import SourcePackage
-from pipros.workspace.validate import check_interfaces, check_manifest
+from pipros_wheels.file_tree import WheelRefused
+from pipros_workspace.catkin.context import FoundPackage
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.catkin.project_reader import read_project
+from pipros_workspace.layout import SourcePackage
+from pipros_workspace.validate import check_interfaces, check_manifest
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -40,7 +40,7 @@ def read_package(
     Raises:
         PiprosError: the file or a message definition is invalid; the error text names the file and line.
     """
-    if not (package.folder / "CMakeLists.txt").is_file():
+    if not os.path.lexists(package.folder / "CMakeLists.txt"):
         project = Project(package.name, str(package.folder), str(package.folder / "CMakeLists.txt"))
         project.has_python_setup = (package.folder / "setup.py").is_file()
         return project

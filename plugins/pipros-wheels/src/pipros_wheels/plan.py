@@ -15,13 +15,13 @@ from pathlib import Path
 
 from pipros.basics.errors import InvalidName
 from pipros.packages.apt_names import PROGRAM_PACKAGES
-from pipros.wheels.dependencies import DependencySource, classify, is_shipped, run_dependencies
-from pipros.wheels.folder_wheels import FolderWheels, fits, split_requirement
-from pipros.wheels.index import IndexedWheel
-from pipros.wheels.installer import installed_version
-from pipros.wheels.names import ON_PYPI, PREFIX, distribution_name
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.layout import SourcePackage
+from pipros_wheels.dependencies import DependencySource, classify, run_dependencies, shipped_by
+from pipros_wheels.folder_wheels import FolderWheels, fits, split_requirement
+from pipros_wheels.index import IndexedWheel
+from pipros_wheels.installer import installed_version
+from pipros_wheels.names import ON_PYPI, PREFIX, distribution_name
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.layout import SourcePackage
 
 _QUERY_LIMIT_S = 20.0
 
@@ -165,7 +165,8 @@ class _Planner:
 
     def _add_required(self, text: str, user: str) -> None:
         name, limits, _is_simple = split_requirement(text)
-        if name == "pipros" or "extra ==" in text:
+        is_own = name == "pipros" or (name.startswith("pipros-") and installed_version(name) is not None)
+        if is_own or "extra ==" in text:
             return
         if name.startswith(PREFIX):
             need = _Need(name, name, bounds=dict.fromkeys(filter(None, [limits])))
@@ -195,7 +196,9 @@ class _Planner:
         if need.requirement:
             return PlanStep(name, Provider.PYPI, need.requirement + need.limits)
         if need.is_named and classify(name, False, self._keys).source is DependencySource.PIPROS:
-            return PlanStep(name, Provider.PIPROS, "pipros" if is_shipped(name) else "")
+            target = shipped_by(name)
+            is_there = target in ("", "pipros") or installed_version(target) is not None
+            return PlanStep(name, Provider.PIPROS if is_there else Provider.PYPI, target)
         return self._ros_package(need)
 
     def _ros_package(self, need: _Need) -> PlanStep:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
 from pipros.safe import yaml
-from pipros.wheels.names import is_requirement
+from pipros_wheels.names import is_requirement
 
 _SAME_NAMES = """
     alembic argcomplete autobahn babel bitarray bitstring boto3 cachetools cairosvg catkin-pkg cbor

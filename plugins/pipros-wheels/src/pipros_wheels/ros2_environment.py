@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.packages import cache_folder
-from pipros.wheels.installer import InstallFailed, find_installer
+from pipros_wheels.installer import InstallFailed, find_installer
 
 LIBRARIES = (
     "rosidl_generator_c",

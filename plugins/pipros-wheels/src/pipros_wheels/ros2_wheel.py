@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import pipros
 from pipros.basics.errors import NotFound
-from pipros.basics.rooms import offered
+from pipros.basics.plugins import offered
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
-from pipros.wheels.archive import ArchiveEntry, write_wheel
-from pipros.wheels.names import escaped
-from pipros.wheels.ros2_environment import (
+from pipros_wheels.archive import ArchiveEntry, write_wheel
+from pipros_wheels.names import escaped
+from pipros_wheels.ros2_environment import (
     GENERATORS,
     LIBRARIES,
     BuildEnvironment,
     BuildFailed,
     find_compilers,
 )
-from pipros.workspace.manifest import read_manifest
+from pipros_workspace.manifest import read_manifest
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say

@@ -11,10 +11,13 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
-from pipros.basics.limits import process_limits
 from pipros.basics.printable import printable
 from pipros.safe import yaml
-from pipros.wheels.limits import WheelLimits
+
+WHEEL_REPOSITORIES = 500
+"""Maximum number of repositories in one `.rosinstall` or `.repos` file. Beyond it, `pipros install` refuses
+the file.
+"""
 
 _URL = re.compile(r"(?:https?|ssh|git|file)://[^\s\x00-\x1f]+|[\w.-]+@[\w.-]+:[^\s\x00-\x1f]+", re.ASCII)
 _VERSION = re.compile(r"(?!-)[\w./+-]+", re.ASCII)
@@ -64,9 +67,9 @@ def read_repositories(file: Path) -> list[Repository]:
     """
     content = yaml.load_texts(read_file(file), str(file))
     found = _of_rosinstall(content, file) if file.suffix == ".rosinstall" else _of_repos(content, file)
-    limit = process_limits().of(WheelLimits).wheel_repositories
+    limit = WHEEL_REPOSITORIES
     if len(found) > limit:
-        raise BadSource(f"{file} lists {len(found)} repositories; the limit wheel_repositories is {limit}")
+        raise BadSource(f"{file} lists {len(found)} repositories; the limit is {limit}")
     return found
 
 

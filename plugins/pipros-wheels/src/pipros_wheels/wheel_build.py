@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from email.parser import HeaderParser
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import InvalidName, PiprosError
+from pipros.basics.input_file import read_text
 from pipros.packages.crawl import MANIFEST
-from pipros.wheels.archive import ArchiveEntry, write_wheel
-from pipros.wheels.dependencies import Dependency, DependencySource
-from pipros.wheels.file_tree import WheelRefused
-from pipros.wheels.metadata import TAG, base_name, metadata_text, wheel_text
-from pipros.wheels.names import distribution_name
-from pipros.wheels.package_build import ProvidedByPipros, editable_files, package_files
-from pipros.wheels.package_reading import FindFolder, read_package
-from pipros.wheels.python_keys import PYTHON_KEYS
-from pipros.wheels.surroundings import Surroundings
-from pipros.workspace.catkin.project import Project
-from pipros.workspace.layout import WORKSPACE_MARKER, SourcePackage, SourceSpace, read_source_space
+from pipros.packages.system_packages import is_share_folder
+from pipros_wheels.archive import ArchiveEntry, write_wheel
+from pipros_wheels.dependencies import Dependency, DependencySource, dependencies_of, is_shipped
+from pipros_wheels.file_tree import WheelRefused
+from pipros_wheels.index import names_in
+from pipros_wheels.metadata import TAG, base_name, metadata_text, wheel_text
+from pipros_wheels.names import PREFIX, distribution_name, normalized
+from pipros_wheels.package_build import ProvidedByPipros, editable_files, package_files
+from pipros_wheels.package_reading import FindFolder, read_package
+from pipros_wheels.python_keys import PYTHON_KEYS
+from pipros_workspace.catkin.project import Project, installed_extras
+from pipros_workspace.index import PackageIndex
+from pipros_workspace.layout import WORKSPACE_MARKER, SourcePackage, SourceSpace, read_source_space
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
+
+_LOG = logging.getLogger("pipros_wheels")
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +57,15 @@ class WheelOptions:
 
 @dataclass(frozen=True, slots=True)
 class BuiltWheel:
-    """A wheel, with notes on parts that were left out and on a folder that was added as a whole."""
+    """A wheel, with notes on parts that were left out and on a folder that was added as a whole.
+
+    `missing` are the packages that it needs, but does not require, because they are unknown.
+    """
 
     package: SourcePackage
     file: Path
     notes: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,18 +82,39 @@ class WheelBuild:
     left_out: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
+    def missing(self) -> list[str]:
+        """Return a line for each package that wheels need, but do not require, because it is unknown."""
+        users: dict[str, list[str]] = {}
+        for wheel in self.wheels:
+            for name in wheel.missing:
+                users.setdefault(name, []).append(wheel.package.name)
+        return [_advice(name, found) for name, found in sorted(users.items())]
+
+
+def _advice(name: str, users: Sequence[str]) -> str:
+    more = f" and {len(users) - 3} more" if len(users) > 3 else ""
+    verb = "does" if len(users) == 1 else "do"
+    return (
+        f"{', '.join(users[:3])}{more} {verb} not require {name}, because no such package is in the "
+        "workspace, installed, or in a folder that PIP_FIND_LINKS names; anyone could publish such a "
+        "project. --keys FILE adds it"
+    )
+
 
 def source_packages(folders: Sequence[Path]) -> SourceSpace:
     """Return the packages below folders, in build order. In a workspace, only `src` is searched.
 
     Packages that cannot be built are not returned but named in `errors`: those with an invalid manifest or
-    name, those that share their name or the distribution's name, and those that depend on each other.
+    name, those that share their name or the distribution's name, and those that depend on each other. Those
+    for rosbuild are named in the log.
 
     Raises:
         WheelRefused: there is no package.
     """
     sources = [_source_of(folder) for folder in folders]
     space = read_source_space(sources[0], os.environ, *sources[1:])
+    for old in space.rosbuild:
+        _LOG.warning("%s is left out: a package for rosbuild, which catkin replaced in 2012", old)
     if not space.packages and not space.errors:
         raise WheelRefused(f"there is no package.xml in {', '.join(map(str, folders))}, or below")
     users: dict[str, list[SourcePackage]] = {}
@@ -183,13 +215,14 @@ class _Builder:
         _write(package, files.entries, metadata_text(package, project, dependencies), made)
         shutil.rmtree(folder / "install", ignore_errors=True)  # but not `build`, which has CFG_EXTRAS
         self._installed |= dict.fromkeys((path.removeprefix("data/") for path in files.entries), package.name)
-        notes = [*files.notes, *_advice(dependencies)]
+        notes = list(files.notes)
         if package.build_type.startswith("ament"):
-            notes.append(
+            notes = [
                 f"is a package for ROS 2 (build type {package.build_type}), which rospack and rosrun do not "
                 "find. Check out its branch for ROS 1"
-            )
-        return BuiltWheel(package, made, tuple(notes))
+            ]
+        unknown = (each.name for each in dependencies if each.source is DependencySource.UNKNOWN)
+        return BuiltWheel(package, made, tuple(notes), tuple(unknown))
 
     def _read(self, package: SourcePackage, say: Say) -> Project:
         project = self._projects.get(package.name)
@@ -206,17 +239,10 @@ class _Builder:
         if project is None and package is not None and name not in self._projects:
             with suppress(PiprosError, OSError):  # reported when the package itself is built
                 project = self._read(package, lambda _line: None)
-        return project.cfg_extras if project is not None else ()
-
-
-def _advice(dependencies: Sequence[Dependency]) -> list[str]:
-    unknown = [item.name for item in dependencies if item.source is DependencySource.UNKNOWN]
-    if not unknown:
-        return []
-    return [
-        f"does not require {', '.join(unknown)}, because no such package is in the workspace, installed, or "
-        "in a folder that PIP_FIND_LINKS names; anyone could publish such a project. --keys FILE adds it"
-    ]
+        if project is not None:
+            return project.cfg_extras
+        folder = None if package is not None else self._surroundings.folder(name)
+        return () if folder is None else installed_extras(folder)
 
 
 def metadata_of(package: SourcePackage, project: Project | None, options: WheelOptions) -> str:
@@ -237,3 +263,71 @@ def _write(package: SourcePackage, files: Mapping[str, ArchiveEntry], metadata: 
     entries[f"{info}/METADATA"] = ArchiveEntry(metadata.encode())
     entries[f"{info}/WHEEL"] = ArchiveEntry(wheel_text().encode())
     write_wheel(file, entries, info)
+
+
+class Surroundings:
+    """The packages known to a build.
+
+    Attributes:
+        without_wheel: packages that no wheel may require, because theirs is not built.
+    """
+
+    def __init__(self, packages: Sequence[SourcePackage], folders: Sequence[Path] = ()) -> None:
+        """Find the siblings of the packages, and the wheels in `folders` and in pip's and uv's folders."""
+        self.without_wheel: set[str] = set()
+        self._folders = {package.name: package.folder for package in packages}
+        self._index = PackageIndex.from_environment()
+        self._given = set(self._folders)
+        for parent in dict.fromkeys(package.folder.parent for package in packages):
+            for manifest in parent.glob(f"*/{MANIFEST}"):
+                self._folders.setdefault(manifest.parent.name, manifest.parent)
+        self._named = names_in([*folders, *_find_links(os.environ)])
+        for package in packages:
+            self._named |= _names_in_source_archive(package.folder)
+
+    def folder(self, name: str) -> Path | None:
+        """Return the folder of a package, or None."""
+        folder = self._folders.get(name)
+        if folder is None:
+            found = self._index.get(name)
+            folder = None if found is None else found.path
+        return folder
+
+    def dependencies_of(
+        self, package: SourcePackage, project: Project | None, keys: Mapping[str, str]
+    ) -> list[Dependency]:
+        """Return the run-time dependencies of a package, sorted by name."""
+        return dependencies_of(package, project, self._has_wheel, keys)
+
+    def _has_wheel(self, name: str) -> bool:
+        """Return whether a ROS package with this name is or could be distributed as a wheel."""
+        if name in self.without_wheel:
+            return False
+        if name in self._given or normalized(PREFIX + name) in self._named:
+            return True
+        if is_shipped(name):
+            return False
+        installed = self._index.get(name)
+        is_debians = installed is not None and is_share_folder(str(installed.path.parent))
+        return name in self._folders or (installed is not None and not is_debians)
+
+
+def _find_links(variables: Mapping[str, str]) -> list[Path]:
+    """Return the folders of wheels that the variables of pip and uv name."""
+    words = [*variables.get("PIP_FIND_LINKS", "").split(), *variables.get("UV_FIND_LINKS", "").split(",")]
+    return [Path(word.removeprefix("file://")) for word in words if word]
+
+
+def _names_in_source_archive(folder: Path) -> set[str]:
+    """Return the distribution names of the ROS packages that the metadata of a source archive requires.
+
+    The set is empty if `folder` is not an unpacked source archive.
+    """
+    try:
+        text = read_text(folder / "PKG-INFO")
+    except (OSError, UnicodeDecodeError):
+        return set()
+    required = HeaderParser().parsestr(text).get_all("Requires-Dist") or []
+    return {
+        item.split(">")[0].split("<")[0].split("=")[0].strip() for item in required if item.startswith(PREFIX)
+    }

@@ -11,10 +11,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.wheels.index import metadata_of_wheel, read_wheel_name
-from pipros.wheels.names import distribution_name, is_requirement
-from pipros.wheels.python_keys import read_keys
-from pipros.wheels.sources import read_repositories, read_repository
+from pipros_wheels.index import metadata_of_wheel, read_wheel_name
+from pipros_wheels.names import distribution_name, is_requirement
+from pipros_wheels.python_keys import read_keys
+from pipros_wheels.sources import read_repositories, read_repository
 from tests.fuzz import mutation
 
 WORDS = [

@@ -24,7 +24,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     build_pipros(wheels)
     repack_requirements("pipros", wheels)
     made = Installed(tmp_path_factory.mktemp("environment"), wheels, tmp_path_factory.mktemp("home"))
-    made.pip("install", "--quiet", "pipros")
+    made.pip("install", "--quiet", "pipros-wheels")
     made.run("pipros", "wheel", "--whole", EXAMPLES, "-o", wheels)
     made.pip("install", "--quiet", *wheels.glob("ros1_*.whl"))
     return made

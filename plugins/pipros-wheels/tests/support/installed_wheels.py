@@ -1,6 +1,6 @@
 """Install wheels of ROS packages into a new environment of the running Python, and use them as users do.
 
-    python3 packages/pipros-wheels/tests/support/installed_wheels.py FOLDER
+    python3 plugins/pipros-wheels/tests/support/installed_wheels.py FOLDER
 
 FOLDER has the wheels of pipros, a folder for each set of wheels, and `checks.json`, which
 `tests.support.wheel_table` writes. Of each set, pip installs all wheels: each type and module is imported,

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 
-from pipros.wheels.python_keys import PYTHON_KEYS
+from pipros_wheels.python_keys import PYTHON_KEYS
 
 
 def main() -> int:

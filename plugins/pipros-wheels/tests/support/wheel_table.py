@@ -26,8 +26,8 @@ from pathlib import Path
 from typing import Any
 
 from pipros.packages import SHARE
-from pipros.wheels.names import distribution_name
-from tests.support.environments import EXAMPLES, REPOSITORY, TESTS
+from pipros_wheels.names import distribution_name
+from tests.support.environments import EXAMPLES, REPOSITORY, file_of_tests
 from tests.support.every_program import NODES
 from tests.support.wheel_forms import FORMS, write_forms
 from tests.support.wheels import build_pipros
@@ -112,7 +112,7 @@ def write_sources(group: str, folder: Path) -> Path:
     if group == "pipros":
         shutil.copytree(SHARE, folder, ignore=ignored)
     elif group == "own":
-        for parent in (TESTS / "packages", EXAMPLES, REPOSITORY / "examples"):
+        for parent in (file_of_tests("packages"), EXAMPLES, REPOSITORY / "examples"):
             for manifest in parent.glob("*/package.xml"):
                 shutil.copytree(manifest.parent, folder / manifest.parent.name, ignore=ignored)
         write_forms(folder)

@@ -241,7 +241,7 @@ WORKSPACES: dict[str, dict[str, Pack]] = {
                 "cmake/lab.cmake.em": "@[if DEVELSPACE]@\nmacro(lab_install name)\n"
                 "  install(FILES ${name} DESTINATION share/${PROJECT_NAME}/lab)\nendmacro()\n@[end if]@\n"
             },
-            expected="@/cmake/lab.cmake.em",
+            expected="@/cmake/cfg_extras.txt @/cmake/lab.cmake @/cmake/lab.cmake.em",
         ),
     },
     "repositories in folders": {

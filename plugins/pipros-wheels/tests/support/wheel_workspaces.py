@@ -12,7 +12,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipros.wheels.wheel_build import WheelOptions, build_wheels, source_packages
+from pipros_wheels.wheel_build import WheelOptions, build_wheels, source_packages
 from tests.support.wheel_workspace_table import WORKSPACES, Pack
 from tests.support.workspaces import MANIFEST
 

@@ -11,15 +11,16 @@ import venv
 from collections.abc import Iterator
 from pathlib import Path
 
-from pipros.wheels.archive import ArchiveEntry, write_wheel
-from pipros.wheels.names import escaped
+from pipros_wheels.archive import ArchiveEntry, write_wheel
+from pipros_wheels.names import escaped
 from tests.support.environments import REPOSITORY
 
 
 def build_pipros(folder: Path) -> Path:
-    """Build the wheel of pipros and return its path."""
+    """Build the wheels of pipros and of pipros-wheels. Return the path of the first."""
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    subprocess.run(build, cwd=REPOSITORY, check=True, capture_output=True)
+    for project in (REPOSITORY, REPOSITORY / "plugins" / "pipros-wheels"):
+        subprocess.run(build, cwd=project, check=True, capture_output=True)
     (made,) = folder.glob("pipros-*.whl")
     return made
 

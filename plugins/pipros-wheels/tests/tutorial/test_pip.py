@@ -12,7 +12,8 @@ from threading import Thread
 
 import pytest
 
-from tests.support.environments import EXAMPLES, REPOSITORY
+from tests.support import documents
+from tests.support.environments import EXAMPLES
 from tests.support.ports import ClaimedPort
 from tests.support.wheels import Installed, build_pipros, repack_requirements
 
@@ -60,7 +61,7 @@ def wheels(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def installed(wheels: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
     """A new environment with pipros."""
     made = Installed(tmp_path_factory.mktemp("environment"), wheels, tmp_path_factory.mktemp("home"))
-    made.pip("install", "--quiet", "pipros")
+    made.pip("install", "--quiet", "pipros-wheels")
     return made
 
 
@@ -130,7 +131,7 @@ def test_without_a_wheel_of_pipros_the_advice_says_what_is_needed(
     assert "No matching distribution found for pipros" in output
 
 
-GUIDE = (REPOSITORY / "docs" / "pip.md").read_text()
+GUIDE = documents.text_of("guides/pip.md")
 
 
 def blocks(language: str) -> list[str]:

@@ -13,13 +13,26 @@ from typing import TYPE_CHECKING
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import ENDING_SIGNALS
-from pipros.cli.entry_point import INTERRUPTED, command
-from pipros.cli.runner import CommandError, run
+from pipros_tools.cli.entry_point import INTERRUPTED, command
+from pipros_tools.cli.runner import CommandError, run
 
 if TYPE_CHECKING:
-    from pipros.assistants.robot import RobotAccess
     from pipros.basics.env import Environment
-    from pipros.server.approved_acts import ApprovedActs
+    from pipros_assistants.robot import RobotAccess
+    from pipros_server.approved_acts import ApprovedActs
+
+ASSISTANT_APPROVALS = 4
+"""Limit: number of acts that await approval at the same time. Beyond it, the act is refused at once, so that
+the human does not receive too many requests.
+"""
+ASSISTANT_ACT_CHARACTERS = 4_000
+"""Limit: length of an act's values, which are shown to the human in full. Beyond it, the act is refused,
+because a human could not see all of its values.
+"""
+ASSISTANT_RUNS = 4
+"""Limit: number of launch files and recordings that run at the same time. Beyond it, the launch file or
+recording is not started.
+"""
 
 
 @command
@@ -30,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         description="Serves assistants (Model Context Protocol) with tools that read the running system and "
         "bags, over standard input and output or, with --http, to clients on this machine. With a policy, "
         "further tools act on the system after a human has approved each act, with `pipros mcp approve` in "
-        "another terminal or on the page. docs/assistants.md contains configuration files for clients.",
+        "another terminal or on the page. docs/guides/assistants.md has configuration files for clients.",
     )
     parser.add_argument(
         "what", nargs="?", choices=("approve",), help="ask at this terminal whether to approve acts"
@@ -60,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _approve() -> int:
-    from pipros.server.terminal_approvals import ask_humans
+    from pipros_server.terminal_approvals import ask_humans
 
     if not sys.stdin.isatty():
         raise CommandError("pipros mcp approve must run in a terminal, because a human must answer")
@@ -77,27 +90,29 @@ def _serve(options: Namespace) -> int:
     if options.bags is not None and not options.bags.is_dir():
         raise CommandError(f"--bags must be a folder, got {options.bags}")
     try:
-        from pipros.assistants.server import make_server
+        from pipros_assistants.server import make_server
     except ImportError as error:
         from pipros.basics.extras import install_command
 
         missing = error.name or str(error)
-        text = f"pipros mcp needs {missing}, which is not installed. Try: {install_command('mcp')}"
+        text = (
+            f"pipros mcp needs {missing}, which is not installed. Try: {install_command('pipros-assistants')}"
+        )
         raise CommandError(text) from MissingExtra(text, name=error.name)
-    from pipros.assistants.robot import RobotAccess
     from pipros.basics.env import Environment
-    from pipros.basics.rooms import offered
+    from pipros.basics.plugins import offered
+    from pipros_assistants.robot import RobotAccess
 
     with ExitStack() as stack:
-        environment = Environment.from_os()
+        environment, wait = Environment.from_os(), lambda: None
         if options.simulate:
             simulated_robot = offered("practice")
             if simulated_robot is None:
                 raise CommandError(
                     "--simulate needs simulated robots, which this installation of pipros lacks"
                 )
-            environment = stack.enter_context(simulated_robot(environment))
-        robot = RobotAccess(environment)
+            environment, wait = stack.enter_context(simulated_robot(environment))
+        robot = RobotAccess(environment, wait=wait)
         stack.callback(robot.close)
         acts = None
         if options.policy is not None:
@@ -105,18 +120,18 @@ def _serve(options: Namespace) -> int:
             stack.callback(acts.close)
         server = make_server(robot, options.bags, acts)
         if options.http is not None:
-            from pipros.assistants.http_server import serve_http
+            from pipros_assistants.http_server import serve_http
 
             return serve_http(server, options.http, options.token_file)
         import asyncio
 
-        from pipros.assistants.stdio_transport import serve_stdio
+        from pipros_assistants.stdio_transport import ASSISTANT_REQUEST_BYTES, serve_stdio
 
         if sys.stdin.isatty():
             print("This command should be started by an assistant. Press Ctrl-C to end it.", file=sys.stderr)
         _end_at_once_by_signals(stack)
         try:
-            asyncio.run(serve_stdio(server, robot.limits.assistant_request_bytes))
+            asyncio.run(serve_stdio(server, ASSISTANT_REQUEST_BYTES))
         except Exception as error:
             while parts := getattr(error, "exceptions", ()):  # an ExceptionGroup, which Python 3.10 lacks
                 error = parts[0]
@@ -129,18 +144,18 @@ def _serve(options: Namespace) -> int:
 
 def _acts(policy: str, robot: RobotAccess, environment: Environment) -> ApprovedActs:
     """Return the acts that a policy allows. Other programs can approve them from now on."""
-    from pipros.policy.policy_file import read_policy
-    from pipros.server.approved_acts import ActLimits, ApprovedActs
+    from pipros_server.approved_acts import ActLimits, ApprovedActs
+    from pipros_server.policy.policy_file import read_policy
 
     limits = robot.limits
     acts = ApprovedActs(
         environment,
         read_policy(policy),
         ActLimits(
-            limits.assistant_approvals,
+            ASSISTANT_APPROVALS,
             limits.assistant_approval_s,
-            limits.assistant_act_characters,
-            limits.assistant_runs,
+            ASSISTANT_ACT_CHARACTERS,
+            ASSISTANT_RUNS,
         ),
     )
     try:

@@ -1,4 +1,4 @@
-"""Tools that act, offered only if the policy has rules for them; see `pipros.server.approved_acts`."""
+"""Tools that act, offered only if the policy has rules for them; see `pipros_server.approved_acts`."""
 
 from __future__ import annotations
 
@@ -13,19 +13,22 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import RobotAccess
-from pipros.assistants.tools.arguments import Cursor, Name
-from pipros.assistants.tools.packages import launch_file
-from pipros.assistants.values import shown, whole
-from pipros.graph.message_from_yaml import message_from_yaml
-from pipros.graph.service_call import ServiceCaller
-from pipros.graph.system_state import SystemState
-from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class, load_service_class
-from pipros.policy.decisions import Act
-from pipros.policy.model import ActKind, Policy
-from pipros.server.approved_acts import CONNECTING_S, ApprovedActs, Caller, System
+from pipros_assistants.answer import Answer, ToolRefused
+from pipros_assistants.robot import RobotAccess
+from pipros_assistants.tools.arguments import Cursor, Name
+from pipros_assistants.tools.packages import launch_file
+from pipros_assistants.values import shown, whole
+from pipros_libraries.actions.status import Status
+from pipros_server.approved_acts import CONNECTING_S, ApprovedActs, Caller, System
+from pipros_server.policy.decisions import Act
+from pipros_server.policy.model import ActKind, Policy
+from pipros_tools.graph.message_from_yaml import message_from_yaml
+from pipros_tools.graph.service_call import ServiceCaller
+from pipros_tools.graph.system_state import SystemState
+
+ASSISTANT_RECORD_BYTES = 1024 * 1024 * 1024
+"""Limit: size of a recording. Beyond it, the recording ends."""
 
 CALL_S: Final = 10.0
 """Time limit of a service call."""
@@ -204,7 +207,7 @@ class ActTools:
         def carry_out(system: System) -> Answer:
             rules = [system.gate.check_run(each.kind, each.name, {}) for each in acts]
             limit_s = min([seconds, *(rule.time_limit_s or 0.0 for rule in rules)])
-            megabytes = max(self._robot.limits.assistant_record_bytes >> 20, 1)
+            megabytes = max(ASSISTANT_RECORD_BYTES >> 20, 1)
             words = ["record", "-O", str(folder / bag), f"--size={megabytes}", *(each.name for each in acts)]
             return self._start(bag, "rosbag", words, limit_s)
 
@@ -249,7 +252,7 @@ class ActTools:
 
     def _start(self, name: str, program: str, words: list[str], limit_s: float) -> Answer:
         """Start a pipros program in the environment of `ApprovedActs`."""
-        code = f"import sys; from pipros.cli.{program} import main; sys.exit(main(sys.argv[1:]))"
+        code = f"import sys; from pipros_tools.cli.{program} import main; sys.exit(main(sys.argv[1:]))"
         variables = self._acts.environment.applied_to(os.environ)
         command = [sys.executable, "-I", "-c", code, *words]
         return Answer(

@@ -13,18 +13,30 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import RobotAccess
-from pipros.assistants.tools.arguments import Cursor, Name, Part
-from pipros.assistants.values import part_of, shown, steps_of
-from pipros.bag.info import bag_info
-from pipros.bag.info_text import info_tree
-from pipros.bag.opening import open_bag
-from pipros.bag.reader import BagReader
 from pipros.basics.files_below import file_inside, files_below
-from pipros.basics.rooms import offered
-from pipros.graph.value_statistics import numbers_in, summaries
-from pipros.pictures.drawn import colours, plot
+from pipros.basics.plugins import offered
+from pipros_assistants.answer import Answer, ToolRefused
+from pipros_assistants.robot import (
+    ASSISTANT_CALL_S,
+    ASSISTANT_PICTURE_BYTES,
+    ASSISTANT_SAMPLE_BYTES,
+    RobotAccess,
+)
+from pipros_assistants.tools.arguments import Cursor, Name, Part
+from pipros_assistants.values import conditions_of, fulfils, has_text, part_of, shown, steps_of
+from pipros_libraries.pictures.drawn import colours, plot
+from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.info_text import info_tree
+from pipros_tools.bag.opening import open_bag
+from pipros_tools.bag.reader import BagReader
+from pipros_tools.graph.value_statistics import numbers_in, summaries
+
+ASSISTANT_QUERY_S = 30.0
+"""Limit: elapsed time of an SQL query, and its processor time. Beyond it, the process that runs the query is
+ended, which the answer reports.
+"""
+ASSISTANT_QUERY_BYTES = 4096 * 1024 * 1024
+"""Limit: memory of an SQL query's process, and of each file that it writes. Beyond it, the query fails."""
 
 SUFFIXES: Final = (".bag", ".mcap")
 ROWS: Final = 100
@@ -63,16 +75,34 @@ class BagTools:
         start_s: Seconds = 0.0,
         end_s: Seconds = 1e9,
         every: Annotated[int, Field(ge=1, le=1_000_000, description="take every n-th message")] = 1,
+        contains: Annotated[
+            str, Field(max_length=500, description="only messages with this in a text, in any case")
+        ] = "",
+        where: Annotated[
+            str,
+            Field(
+                max_length=500,
+                description="only messages for which this is true: level >= 8, or name == 'door' and x < 2.5",
+            ),
+        ] = "",
         cursor: Cursor = 0,
     ) -> Answer:
         """Read messages on a topic in a bag, with their times in seconds after the bag's first message. Long
-        arrays are shortened; name a part of the messages to see more of it."""
-        steps = steps_of(part)
+        arrays are shortened; name a part of the messages to see more of it. contains and where select among
+        the messages that the other arguments leave."""
+        steps, conditions = steps_of(part), conditions_of(where)
+        is_filtered = bool(contains or conditions)
         with self._opened(bag) as reader:
-            chosen = self._messages(reader, topic, start_s, end_s, every, cursor)
+            chosen = self._messages(reader, topic, start_s, end_s, every, 0 if is_filtered else cursor)
+            fitting = (
+                (time_s, message)
+                for time_s, message in chosen
+                if has_text(message, contains.casefold()) and fulfils(message, conditions)
+            )
+            begin = cursor if is_filtered else 0
             rows = [
                 {"time_s": round(time_s, 6), "message": shown(part_of(message, steps), 20)}
-                for time_s, message in islice(chosen, ROWS + 1)
+                for time_s, message in islice(fitting, begin, begin + ROWS + 1)
             ]
         return Answer(rows[:ROWS], begin=cursor, has_more=len(rows) > ROWS)
 
@@ -125,7 +155,7 @@ class BagTools:
             for part, line in lines.items()
             if (values := [y for _, y in line])
         ]
-        picture = plot(lines, self._robot.limits.assistant_picture_bytes)
+        picture = plot(lines, ASSISTANT_PICTURE_BYTES)
         return Answer(rows, figures={"every": every}, pictures=[picture])
 
     def show_bag(self, bag: Bag, topic: Name, at_s: Seconds = 0.0) -> Answer:
@@ -150,10 +180,7 @@ class BagTools:
         run_query = offered("limited_query")
         if run_query is None:
             raise ToolRefused("this installation of pipros lacks SQL over bags")
-        limits = self._robot.limits
-        text = run_query(
-            self._file(bag), sql, limit_s=limits.assistant_query_s, limit_bytes=limits.assistant_query_bytes
-        )
+        text = run_query(self._file(bag), sql, limit_s=ASSISTANT_QUERY_S, limit_bytes=ASSISTANT_QUERY_BYTES)
         return Answer(list(csv.reader(io.StringIO(text))))
 
     def _root(self) -> Path:
@@ -181,10 +208,10 @@ class BagTools:
         """
         connections = reader.connections_of(topic)
         if not connections:
-            raise ToolRefused("the bag does not have this topic; describe_bag lists its topics", topic)
-        limits = self._robot.limits
-        deadline_s = time.monotonic() + limits.assistant_call_s / 2
-        left = limits.assistant_sample_bytes * 4
+            known = {each.topic for each in reader.connections}
+            raise ToolRefused("the bag does not have this topic; describe_bag lists its topics", topic, known)
+        deadline_s = time.monotonic() + ASSISTANT_CALL_S / 2
+        left = ASSISTANT_SAMPLE_BYTES * 4
         begin = reader.range_ns[0]
         stored = reader.stored_messages(connections, begin + int(start_s * 1e9), begin + int(end_s * 1e9))
         for number, each in enumerate(stored):

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final
 
-from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import MessageSamples, RobotAccess, SampledMessage, decoded
-from pipros.assistants.tools.arguments import Cursor, Name, Wait
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
-from pipros.libraries.transforms.buffer import TransformBuffer
-from pipros.libraries.transforms.messages import in_ns, pose_of_transform
+from pipros_assistants.answer import Answer, ToolRefused
+from pipros_assistants.robot import (
+    ASSISTANT_SAMPLE_BYTES,
+    MessageSamples,
+    RobotAccess,
+    SampledMessage,
+    decoded,
+)
+from pipros_assistants.tools.arguments import Cursor, Name, Wait
+from pipros_libraries.transforms.buffer import TransformBuffer
+from pipros_libraries.transforms.messages import in_ns, pose_of_transform
 
 TOPICS: Final = ("/tf", "/tf_static")
 _NS: Final = 1e9
@@ -60,9 +65,7 @@ class FrameTools:
         )
 
     def _buffer(self, samples: MessageSamples) -> TransformBuffer:
-        limits = process_limits()
-        size = min(limits.transform_bytes, self._robot.limits.assistant_sample_bytes)
-        buffer = TransformBuffer(limits=limits._replace(transform_bytes=size))
+        buffer = TransformBuffer(limit_bytes=ASSISTANT_SAMPLE_BYTES)
         for received, message in decoded(samples.received):
             for each in getattr(message, "transforms", ()):
                 _insert(buffer, received, each)

@@ -9,17 +9,17 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import RobotAccess
-from pipros.assistants.tools.arguments import Cursor, Name, Namespace, Wait
 from pipros.basics.errors import PiprosError
-from pipros.graph.system_state import by_node, is_below
 from pipros.msg import load_message_class, load_service_class
+from pipros_assistants.answer import Answer, ToolRefused
+from pipros_assistants.robot import RobotAccess
+from pipros_assistants.tools.arguments import Cursor, Name, Namespace, Wait
+from pipros_tools.graph.system_state import by_node, is_below
 
 SHOWN_NAMES: Final = 100
 """Maximum number of names in one field of a row."""
 
-_TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*")
+_TYPE = re.compile(r"([A-Za-z]\w*)/(?:(?:msg|srv|action)/)?([A-Za-z]\w*)")
 _ACTION = "ActionGoal"
 
 
@@ -68,12 +68,14 @@ class GraphTools:
 
     def describe_service(self, service: Name, cursor: Cursor = 0) -> Answer:
         """Show the type of a service, and its definition line by line. The service is not called."""
-        from pipros.graph.services import type_of
+        from pipros_tools.graph.services import type_of
 
         with self._robot.client() as client:
-            kind = type_of(client.master, client.resolve(service))
+            name = client.resolve(service)
+            kind = type_of(client.master, name)
         if kind is None:
-            raise ToolRefused("this service does not exist; list_services lists all services", service)
+            known = self._robot.state()[0].services
+            raise ToolRefused("this service does not exist; list_services lists all services", name, known)
         return Answer([{"service": service, "type": kind}, *_service_lines(kind)])
 
     def list_actions(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:
@@ -101,8 +103,12 @@ class GraphTools:
     ) -> Answer:
         """Show the definition of a message, service or action type, line by line, with embedded types. For a
         message type that is not installed here, the definition comes from a publisher."""
-        if not _TYPE.fullmatch(type):
-            raise ToolRefused("a type must have the form PACKAGE/TYPE", type)
+        match = _TYPE.fullmatch(type)
+        if match is None:
+            raise ToolRefused(
+                "a type must have the form PACKAGE/TYPE or, as in ROS 2, PACKAGE/msg/TYPE", type
+            )
+        type = f"{match[1]}/{match[2]}"  # noqa: A001
         base = type.removesuffix("Action")
         parts = [type] if base == type else [base + part for part in ("Goal", "Result", "Feedback")]
         with suppress(PiprosError, ValueError):
@@ -124,7 +130,7 @@ class GraphTools:
         cursor: Cursor = 0,
     ) -> Answer:
         """Check this machine and the running system. Each finding describes a problem and how to fix it."""
-        from pipros.health.examine import examine
+        from pipros_tools.health.examine import examine
 
         examination = examine(self._robot.environment)
         found = [each.as_json() for each in examination.findings]

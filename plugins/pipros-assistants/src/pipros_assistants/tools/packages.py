@@ -6,12 +6,12 @@ import re
 from pathlib import Path
 from typing import Final
 
-from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import RobotAccess
-from pipros.assistants.tools.arguments import Cursor, Name
 from pipros.basics.files_below import file_inside, files_below
 from pipros.basics.input_file import read_text
-from pipros.workspace.index import PackageIndex
+from pipros_assistants.answer import Answer, ToolRefused
+from pipros_assistants.robot import RobotAccess
+from pipros_assistants.tools.arguments import Cursor, Name
+from pipros_workspace.index import PackageIndex
 
 LAUNCH_SUFFIXES: Final = (".launch", ".test", ".launch.xml")
 LAUNCH_BYTES: Final = 512 * 1024
@@ -56,9 +56,12 @@ def launch_file(robot: RobotAccess, package: str, file: str) -> Path:
 def _folder(robot: RobotAccess, package: str) -> Path:
     if not _PACKAGE.fullmatch(package):
         raise ToolRefused("this is not the name of a package", package)
-    found = PackageIndex.from_environment(robot.environment).get(package)
+    index = PackageIndex.from_environment(robot.environment)
+    found = index.get(package)
     if found is None:
         raise ToolRefused(
-            "this package is not installed; list_packages lists the installed packages", package
+            "this package is not installed; list_packages lists the installed packages",
+            package,
+            [each.name for each in index],
         )
     return found.path

@@ -9,13 +9,13 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from pipros.assistants.answer import Answer
-from pipros.assistants.robot import RobotAccess, decoded
-from pipros.assistants.tools.arguments import Cursor, Name, Namespace, Wait
 from pipros.basics.errors import PiprosError
-from pipros.launch.log_history import log_history
 from pipros.net.address import split_uri
 from pipros.net.this_machine import is_this_machine
+from pipros_assistants.answer import Answer
+from pipros_assistants.robot import RobotAccess, decoded
+from pipros_assistants.tools.arguments import Cursor, Name, Namespace, Wait
+from pipros_tools.launch.log_history import log_history
 
 MASKED: Final = "(masked: the name looks like that of a secret)"
 
@@ -39,7 +39,7 @@ class StateTools:
 
     def list_parameters(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:
         """List the names of the parameters below a namespace."""
-        from pipros.graph.params import names_below
+        from pipros_tools.graph.params import names_below
 
         with self._robot.client() as client:
             return Answer(names_below(client.master, client.resolve(below)))
@@ -47,7 +47,7 @@ class StateTools:
     def read_parameter(self, name: Name, cursor: Cursor = 0) -> Answer:
         """Read a parameter, or all parameters in a namespace. Values are masked if the parameters' names
         suggest that they are secret, such as passwords."""
-        from pipros.graph.params import read
+        from pipros_tools.graph.params import read
 
         with self._robot.client() as client:
             full = client.resolve(name)

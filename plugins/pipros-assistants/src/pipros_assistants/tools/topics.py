@@ -6,11 +6,11 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import RobotAccess, decoded
-from pipros.assistants.tools.arguments import Cursor, Name, Part, Wait
-from pipros.assistants.values import part_of, shown, steps_of
-from pipros.graph.value_statistics import summaries
+from pipros_assistants.answer import Answer, ToolRefused
+from pipros_assistants.robot import RobotAccess, decoded
+from pipros_assistants.tools.arguments import Cursor, Name, Part, Wait
+from pipros_assistants.values import part_of, shown, steps_of
+from pipros_tools.graph.value_statistics import summaries
 
 
 class TopicTools:

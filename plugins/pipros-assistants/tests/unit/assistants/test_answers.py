@@ -8,8 +8,8 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.assistants.answer import Answer, answer_text, error_text
-from pipros.assistants.tools.parameters import MASKED, is_secret
+from pipros_assistants.answer import Answer, answer_text, error_text
+from pipros_assistants.tools.parameters import MASKED, is_secret
 
 LIMIT = 4000
 TEXTS = st.text() | st.sampled_from(

@@ -1,4 +1,4 @@
-"""SQL of assistants, which `pipros.data` runs: it neither reads nor writes files, and has limits."""
+"""SQL of assistants, which `pipros_data` runs: it neither reads nor writes files, and has limits."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.assistants import LocalAssistant
+from tests.support.constants import Constants
 from tests.unit.assistants.conftest import NOBODY, SECRET
 
 
@@ -47,13 +48,15 @@ def test_sql_reads_and_writes_no_files(assistant: LocalAssistant, folder: Path, 
     assert sorted(folder.iterdir()) == before
 
 
-def test_a_query_has_a_time_limit(folder: Path) -> None:
-    assistant = LocalAssistant(NOBODY, folder, assistant_query_s=1.0)
+def test_a_query_has_a_time_limit(folder: Path, constants: Constants) -> None:
+    constants(ASSISTANT_QUERY_S=1.0)
+    assistant = LocalAssistant(NOBODY, folder)
     endless = "SELECT count(*) FROM range(1000000000) x, range(1000000000) y"
     assert "longer than 1 s" in assistant.call("query_bag", bag="run.bag", sql=endless).data
 
 
 @pytest.mark.needs("resource limits")
-def test_a_query_has_a_memory_limit(folder: Path) -> None:
-    assistant = LocalAssistant(NOBODY, folder, assistant_query_bytes=50_000_000)
+def test_a_query_has_a_memory_limit(folder: Path, constants: Constants) -> None:
+    constants(ASSISTANT_QUERY_BYTES=50_000_000)
+    assistant = LocalAssistant(NOBODY, folder)
     assert assistant.call("query_bag", bag="run.bag", sql="SELECT count(*) FROM a").is_error

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from pipros.assistants.tools import bags as bag_tools
+from pipros_assistants.tools import bags as bag_tools
 from tests.support.assistants import LocalAssistant
 from tests.unit.assistants.conftest import NOBODY, SECRET
 
@@ -27,6 +27,35 @@ def test_bags_are_described_and_read(assistant: LocalAssistant) -> None:
     assert [row["message"] for row in later] == [20, 22, 24, 26, 28]
     [row] = assistant.call("summarize_bag", bag="run.bag", topic="/a").data
     assert (row["values"], row["min"], row["max"]) == (15, 0.0, 28.0)
+
+
+def test_messages_are_chosen_by_their_texts_and_values(assistant: LocalAssistant) -> None:
+    def read(**more: Any) -> Any:
+        return assistant.call("read_bag", bag="run.bag", part="data", **more)
+
+    rows = read(topic="/a", where="data >= 10 and data != 12").data
+    assert [row["message"] for row in rows] == [10, 14, 16, 18, 20, 22, 24, 26, 28]
+    assert read(topic="/a", where="data >= 10", cursor=8).data == rows[7:]
+    texts = [row["message"] for row in read(topic="/b").data]
+    assert [row["message"] for row in read(topic="/b", contains=texts[3].upper()).data] == [texts[3]]
+    assert [row["message"] for row in read(topic="/b", where=f"data == '{texts[3]}'").data] == [texts[3]]
+
+
+@pytest.mark.parametrize(
+    ("where", "rule"),
+    [
+        ("data", "where must be PART OPERATOR VALUE"),
+        ("__import__('os')", "where must be PART OPERATOR VALUE"),
+        ("data > 1 or data < 0", "where must be PART OPERATOR VALUE"),
+        ("data == 'a'", "where compares numbers with numbers"),
+        ("date > 1", "the messages do not have this part"),
+    ],
+)
+def test_a_malformed_condition_is_a_short_error(assistant: LocalAssistant, where: str, rule: str) -> None:
+    reply = assistant.call("read_bag", bag="run.bag", topic="/a", where=where)
+
+    assert reply.is_error
+    assert reply.fields["error"].startswith(rule)
 
 
 def test_numbers_are_plotted(assistant: LocalAssistant) -> None:

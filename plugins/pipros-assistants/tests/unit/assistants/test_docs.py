@@ -1,4 +1,4 @@
-"""docs/assistants.md: the configuration files follow our schemas for the clients, and the tools exist."""
+"""guides/assistants.md: the configuration files follow our schemas for the clients, and the tools exist."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 import jsonschema
 
-from pipros.assistants.commands import mcp
-from pipros.assistants.tools.acts import ActTools
+from pipros_assistants.commands import mcp
+from pipros_assistants.tools.acts import ActTools
+from tests.support import documents
 from tests.support.assistants import LocalAssistant
-from tests.support.environments import REPOSITORY
 
-PAGE = (REPOSITORY / "docs" / "assistants.md").read_text(encoding="utf-8")
+PAGE = documents.text_of("guides/assistants.md")
 BLOCKS = dict(re.findall(r'```json title="([^"]+)"\n(.*?)```', PAGE, re.DOTALL))
 
 _SERVER: dict[str, Any] = {
@@ -47,6 +47,11 @@ def test_the_files_of_three_clients_follow_their_schemas() -> None:
     assert BLOCKS.keys() == SCHEMAS.keys()
     for name, text in BLOCKS.items():
         jsonschema.validate(json.loads(text), SCHEMAS[name])
+
+
+def test_the_file_of_the_task_follows_the_schema_of_its_client() -> None:
+    (text,) = re.findall(r"```json\n(.*?)```", documents.text_of("how/assistant.md"), re.DOTALL)
+    jsonschema.validate(json.loads(text), SCHEMAS["claude_desktop_config.json"])
 
 
 def test_the_command_in_the_files_has_valid_arguments(monkeypatch: Any) -> None:

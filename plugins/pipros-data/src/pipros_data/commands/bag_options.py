@@ -11,18 +11,18 @@ from optparse import OptionParser, Values
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipros.bag.errors import BagError
 from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.cli.rosbag.other_bags import add_reading_options, opened
-from pipros.cli.rosbag.progress import Progress
-from pipros.cli.runner import CommandError
 from pipros.msg.time import NS_PER_S
+from pipros_tools.bag.errors import BagError
+from pipros_tools.cli.rosbag.other_bags import add_reading_options, opened
+from pipros_tools.cli.rosbag.progress import Progress
+from pipros_tools.cli.runner import CommandError
 
 if TYPE_CHECKING:
-    from pipros.bag.left_out import LeftOut
-    from pipros.bag.reader import BagReader
-    from pipros.data.bags import Bags
-    from pipros.data.table import Table
+    from pipros_data.bags import Bags
+    from pipros_data.table import Table
+    from pipros_tools.bag.left_out import LeftOut
+    from pipros_tools.bag.reader import BagReader
 
 
 def add_row_options(parser: OptionParser) -> None:
@@ -56,8 +56,8 @@ def opened_bags(
         CommandError: a file does not exist, or the selected period lies outside those of the bags.
         BagError, OSError: no file can be read.
     """
-    from pipros.data import Bags
-    from pipros.data.bags import matching_files
+    from pipros_data import Bags
+    from pipros_data.bags import matching_files
 
     readers: list[BagReader] = []
     failed: dict[str, BagError | OSError] = {}
@@ -88,7 +88,7 @@ def opened_bags(
 
 def format_of(path: Path) -> str:
     """Return the format for an output file's suffix. Raise `CommandError` if it is unknown."""
-    from pipros.data.files import FORMATS
+    from pipros_data.files import FORMATS
 
     kind = path.suffix.removeprefix(".")
     if kind not in FORMATS:

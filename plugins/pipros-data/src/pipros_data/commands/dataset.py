@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.cli.entry_point import command
-from pipros.cli.rosbag.other_bags import warned
+from pipros_tools.cli.entry_point import command
+from pipros_tools.cli.rosbag.other_bags import warned
 
 
 @command
@@ -56,8 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _suggest(chosen: Namespace) -> int:
-    from pipros.data import open_bags
-    from pipros.data.datasets.suggest import suggest
+    from pipros_data import open_bags
+    from pipros_data.datasets.suggest import suggest
 
     with open_bags(*chosen.bags, msgs=chosen.msgs) as bags:
         print(suggest(bags), end="")
@@ -65,8 +65,8 @@ def _suggest(chosen: Namespace) -> int:
 
 
 def _mark(chosen: Namespace) -> int:
-    from pipros.data.datasets.marker import EpisodeMarker
     from pipros.node.roscpp_program import roscpp_program
+    from pipros_data.datasets.marker import EpisodeMarker
 
     with roscpp_program("episode_marker", "dataset", []) as (node, _):
         EpisodeMarker(node, chosen.marker)
@@ -75,9 +75,9 @@ def _mark(chosen: Namespace) -> int:
 
 
 def _build(chosen: Namespace) -> int:
-    from pipros.data.bags import matching_files
-    from pipros.data.datasets.build import build
-    from pipros.data.datasets.config import read_config
+    from pipros_data.bags import matching_files
+    from pipros_data.datasets.build import build
+    from pipros_data.datasets.config import read_config
 
     config = read_config(chosen.config)
     bags = [name for each in chosen.bags for name in matching_files(each)]

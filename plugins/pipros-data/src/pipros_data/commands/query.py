@@ -8,9 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from pipros.cli.rosbag.other_bags import warned
-from pipros.cli.runner import option_parser
-from pipros.data.commands.bag_options import (
+from pipros_data.commands.bag_options import (
     add_row_options,
     format_of,
     one_line_errors,
@@ -18,11 +16,13 @@ from pipros.data.commands.bag_options import (
     row_options,
     shown_batches,
 )
+from pipros_tools.cli.rosbag.other_bags import name_beside, warned
+from pipros_tools.cli.runner import option_parser
 
 if TYPE_CHECKING:
     from optparse import Values
 
-    from pipros.data.bags import Bags
+    from pipros_data.bags import Bags
 
 _USAGE = """rosbag query [options] BAG... 'SELECT ...'
 
@@ -48,14 +48,15 @@ def query(argv: Sequence[str]) -> int:
         TemporaryDirectory(prefix="rosbag-query-") as folder,
     ):
         left_out = _query(bags, sql, folder, options)
+        name_beside(bags.readers)
     for name in left_out:
         print(f"{name} is left out, because CSV cannot store bytes", file=sys.stderr)
     return 1 if not_read else 0
 
 
 def _query(bags: Bags, sql: str, folder: str, options: Values) -> list[str]:
-    from pipros.data.files import print_csv, write_arrow
-    from pipros.data.sql import Database, queried
+    from pipros_data.files import print_csv, write_arrow
+    from pipros_data.sql import Database, queried
 
     rows = row_options(options)
     output = Path(options.output) if options.output else None

@@ -8,9 +8,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from pipros.cli.rosbag.other_bags import warned
-from pipros.cli.runner import CommandError, option_parser
-from pipros.data.commands.bag_options import (
+from pipros_data.commands.bag_options import (
     add_row_options,
     bags_and_topics,
     check_topics,
@@ -20,6 +18,8 @@ from pipros.data.commands.bag_options import (
     row_options,
     shown_batches,
 )
+from pipros_tools.cli.rosbag.other_bags import name_beside, warned
+from pipros_tools.cli.runner import CommandError, option_parser
 
 _USAGE = """rosbag table [options] BAG... TOPIC... -o OUT
 
@@ -70,10 +70,11 @@ def table(argv: Sequence[str]) -> int:
         else:
             join = {name: getattr(options, name) for name in ("on", "tolerance", "direction")}
             tables = [bags.asof(topics[0], *topics[1:], **join, **rows)]
-        from pipros.data.files import write_arrow
+        from pipros_data.files import write_arrow
 
         if output.exists() and any(output.samefile(name) for name in names if Path(name).exists()):
             raise CommandError(f"the output must not be one of the bags, got [{output}]")
         for name in write_arrow((each.to_arrow() for each in tables), output, kind):
             print(f"{name} is left out, because CSV cannot store bytes", file=sys.stderr)
+        name_beside(bags.readers)
     return 1 if left_out else 0

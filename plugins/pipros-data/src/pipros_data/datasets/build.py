@@ -8,29 +8,28 @@ hash of the description; a different description or format, or different bags, r
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
-import signal
-import sys
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pipros.bag.errors import BagError
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
+from pipros.basics.process_pool import in_processes
 from pipros.basics.replaced_file import replaced_file
-from pipros.data.bags import open_bags
-from pipros.data.datasets.config import DatasetConfig
-from pipros.data.datasets.drawing import episode_svg
-from pipros.data.datasets.episodes import Episode, find_episodes
-from pipros.data.datasets.formats import WRITERS
-from pipros.data.datasets.lerobot import LEROBOT, check_lerobot, join_lerobot, write_lerobot
-from pipros.data.datasets.rows import EpisodeRows, episode_rows
-from pipros.data.extras import library
 from pipros.msg.time import NS_PER_S
 from pipros.safe.settings import BadSettings
+from pipros_data.bags import open_bags
+from pipros_data.datasets.config import DatasetConfig
+from pipros_data.datasets.drawing import episode_svg
+from pipros_data.datasets.episodes import Episode, find_episodes
+from pipros_data.datasets.formats import WRITERS
+from pipros_data.datasets.lerobot import LEROBOT, check_lerobot, join_lerobot, write_lerobot
+from pipros_data.datasets.rows import EpisodeRows, episode_rows
+from pipros_data.extras import library
+from pipros_libraries.pictures.errors import PictureError
+from pipros_tools.bag.errors import BagError
 
 
 def build(
@@ -82,7 +81,7 @@ def build(
     threads = max(1, (os.cpu_count() or 1) // jobs)
     work = [(each, config, str(folder), kind, tuple(msgs), threads) for each in left]
     done = len(episodes) - len(left)
-    for episode, damage in _in_processes(work, jobs):
+    for episode, damage in in_processes(write_episode, work, jobs):
         if damage:
             if left_out is None:
                 raise BadSettings(f"{episode.bag}: {damage}")
@@ -94,7 +93,7 @@ def build(
             shown(done, len(episodes))
     if kind == LEROBOT:
         join_lerobot(folder, episodes)
-    results = [json.loads(_check_file(folder, each).read_text(encoding="utf-8")) for each in episodes]
+    results = [json.loads(read_text(_check_file(folder, each))) for each in episodes]
     _write(folder / "report.md", _report(results))
     return results
 
@@ -119,7 +118,7 @@ def write_episode(work: _Work) -> tuple[Episode, str]:
             broken = 0 if rows.problem else writer(folder, rows, bags, threads)
     except BadSettings:
         raise
-    except BagError as error:
+    except (BagError, PictureError) as error:
         return episode, str(error)
     except PiprosError as error:
         raise BadSettings(f"{episode.bag}: {error}") from None
@@ -160,51 +159,22 @@ def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Ep
     }
     path = folder / "dataset.json"
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))
+        before = json.loads(read_text(path))
+        if not isinstance(before, dict):
+            raise ValueError("it must contain an object")
     except FileNotFoundError:
         if folder.exists() and any(folder.iterdir()):
             raise BadSettings(f"{folder} contains other files. Choose a new folder") from None
         folder.mkdir(parents=True, exist_ok=True)
         _write(path, json.dumps(plan, indent=1) + "\n")
         return
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadSettings(f"{path} is damaged: {error}. Choose a new folder") from None
     changed = [key for key in plan if before.get(key) != plan[key]]
     if changed:
         raise BadSettings(
             f"the data set in {folder} has a different {' and '.join(changed)}. Choose a new folder"
         )
-
-
-def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[tuple[Episode, str]]:
-    if jobs == 1:
-        yield from map(write_episode, work)
-        return
-    ctrl_c = signal.SIGINT, signal.SIG_DFL
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), signal.signal, ctrl_c)
-    try:
-        for each in as_completed(_submitted(pool, work)):
-            yield each.result()
-        pool.shutdown()
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in multiprocessing.active_children():
-            process.terminate()
-        raise
-
-
-def _submitted(pool: ProcessPoolExecutor, work: Sequence[_Work]) -> list[Future[tuple[Episode, str]]]:
-    """Submit the work with SIGINT blocked.
-
-    The new processes inherit the signal mask, so that Ctrl-C during their start causes no tracebacks.
-    """
-    if sys.platform == "win32":  # Windows has no signal masks
-        return [pool.submit(write_episode, job) for job in work]
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        return [pool.submit(write_episode, job) for job in work]
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _check_file(folder: Path, episode: Episode) -> Path:

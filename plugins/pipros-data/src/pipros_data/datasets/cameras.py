@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipros.basics.limits import process_limits
-from pipros.data.datasets.signals import RecordedTopic, batches, recorded, times_of
-from pipros.data.extras import library
-from pipros.data.limits import DataLimits
-from pipros.pictures.encodings import COLORS
-from pipros.pictures.errors import PictureError
 from pipros.safe.settings import BadSettings
+from pipros_data.datasets.signals import RecordedTopic, batches, recorded, times_of
+from pipros_data.extras import library
+from pipros_libraries.pictures.encodings import COLORS
+from pipros_libraries.pictures.errors import PictureError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pipros.data.bags import Bags
-    from pipros.data.datasets.config import CameraSource
+    from pipros_data.bags import Bags
+    from pipros_data.datasets.config import CameraSource
+
+DATASET_PIXELS = 64 * 1024 * 1024
+"""Maximum number of pixels in a picture of a data set. Beyond it, `pipros dataset` counts the picture as
+damaged.
+"""
 
 _FORMATS = {"rgb8": "rgb24", "bgr8": "bgr24", "rgba8": "rgba", "bgra8": "bgra", "mono8": "gray"}
 _FORMATS |= {name: name for name in COLORS if name.startswith("bayer") and name.endswith("8")}
@@ -34,11 +39,15 @@ Picture = Any
 def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> RecordedTopic:
     """Return the times of a camera's messages, with checksums of the pictures as values.
 
+    An uncompressed picture that is damaged is left out and reported as a bad message, as if it was lost.
+
     Raises:
         BadSettings: the description does not fit the bag.
+        PictureError: all pictures are damaged, or have an encoding that is not supported.
     """
-    sums: list[int] = []
+    sums: list[float] = []
     times = []
+    reason = ""
     for table in batches(bags, source, start, end):
         if table.type not in ("sensor_msgs/Image", "sensor_msgs/CompressedImage"):
             raise BadSettings(
@@ -46,9 +55,29 @@ def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> Record
             )
         if source.store == "jpeg" and table.type == "sensor_msgs/Image":
             raise BadSettings(f"{source.place}.store: jpeg needs CompressedImage. Use store: video")
-        sums += [zlib.crc32(cell) for cell in table["data"]]
+        for row, cell in enumerate(table["data"]):
+            damage = "" if "encoding" not in table else damage_of(table, row)
+            if damage and bags.on_bad_message is not None:
+                bags.on_bad_message(table.topic, damage)
+            reason = damage or reason
+            sums.append(zlib.crc32(cell) if not damage else math.nan)
         times.append(times_of(table, source))
-    return recorded(times, np.array(sums, np.float64).reshape(-1, 1), ("picture",))
+    found = recorded(times, np.array(sums, np.float64).reshape(-1, 1), ("picture",))
+    is_good = ~np.isnan(found.values[:, 0])
+    if reason and not is_good.any():
+        raise PictureError(reason)
+    return replace(found, times=found.times[is_good], values=found.values[is_good], rows=found.rows[is_good])
+
+
+def damage_of(table: Any, row: int) -> str:
+    """Return why an uncompressed picture cannot be used; empty if it can."""
+    kind = table["encoding"][row]
+    if kind not in _FORMATS:
+        return f"the encoding on {table.topic} must be one of {', '.join(_FORMATS)}, got {kind}"
+    try:
+        return "" if table["_image"][row].size else "a picture has no pixels"
+    except PictureError as error:
+        return str(error)
 
 
 def pictures(
@@ -56,8 +85,7 @@ def pictures(
 ) -> Iterator[Picture]:
     """Yield the pictures of the messages with the indices `wanted`, which must be sorted and may repeat.
 
-    Raises:
-        PictureError: a picture has too few bytes for its size, or its encoding is not supported.
+    The pictures must be among those of `read_times`.
     """
     at = done = 0
     for table in batches(bags, source, start, end):
@@ -74,11 +102,8 @@ def pictures(
 def picture_of(table: Any, row: int) -> Picture:
     if "encoding" not in table:
         return table["data"][row]
-    kind = table["encoding"][row]
-    if kind not in _FORMATS:
-        raise PictureError(f"the encoding on {table.topic} must be one of {', '.join(_FORMATS)}, got {kind}")
     pixels = np.ascontiguousarray(table["_image"][row])
-    return library("av", "a picture").VideoFrame.from_ndarray(pixels, format=_FORMATS[kind])
+    return library("av", "a picture").VideoFrame.from_ndarray(pixels, format=_FORMATS[table["encoding"][row]])
 
 
 def decoded(picture: Picture) -> Any:
@@ -88,7 +113,7 @@ def decoded(picture: Picture) -> Any:
     av = library("av", "a picture")
     codec = av.CodecContext.create("png" if picture.startswith(b"\x89PNG") else "mjpeg", "r")
     codec.thread_count = 1
-    codec.options = {"max_pixels": str(process_limits().of(DataLimits).dataset_pixels)}
+    codec.options = {"max_pixels": str(DATASET_PIXELS)}
     try:
         return codec.decode(av.Packet(picture))[0]
     except (av.FFmpegError, IndexError):

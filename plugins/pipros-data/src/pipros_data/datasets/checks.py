@@ -1,6 +1,6 @@
 """Check episodes for missing messages, clock jumps, frozen and saturated signals, and topics that end early.
 
-docs/data.md explains the checks and their thresholds, which can be set in the description.
+docs/guides/data.md explains the checks and their thresholds, which can be set in the description.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipros.data.datasets.config import DatasetSource, SignalSource
 from pipros.msg.time import NS_PER_S
+from pipros_data.datasets.config import DatasetSource, SignalSource
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pipros.data.datasets.signals import RecordedTopic
+    from pipros_data.datasets.signals import RecordedTopic
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipros.data.nearest import DIRECTIONS
+from pipros.basics.input_file import read_text
 from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
+from pipros_data.nearest import DIRECTIONS
 
 GAPS = ("skip", "keep", "hold")
 TIMES = ("header", "receipt")
@@ -20,7 +21,7 @@ STORES = ("video", "jpeg")
 STOPS = ("zero", "hold", "")
 
 CHECKS = {"missing": 1.5, "clock": 0.1, "frozen": 2.0, "saturated": 0.1, "stopped": 1.0}
-"""Default thresholds of the checks in `pipros.data.datasets.checks`. A threshold of 0 turns a check off."""
+"""Default thresholds of the checks in `pipros_data.datasets.checks`. A threshold of 0 turns a check off."""
 
 _SECTIONS = ["observations", "cameras", "actions", "checks"]
 _KEYS = ["rate", "time", "tolerance", "gaps", "episodes", "task", "watchdog", *_SECTIONS]
@@ -101,7 +102,7 @@ def read_config(path: Path) -> DatasetConfig:
         BadSettings: the file cannot be read, or a value is invalid. The text names the file, line and key.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
         top = Settings.parsed(text, str(path))
     except (OSError, UnicodeDecodeError) as error:
         raise BadSettings(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None

@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pipros.data.datasets.checks import DatasetFinding
+    from pipros_data.datasets.checks import DatasetFinding
 
 _WIDTH, _HEIGHT, _LEFT, _GAP = 900, 90, 170, 34
 _POINTS = 900

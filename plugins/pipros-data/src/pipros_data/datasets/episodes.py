@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipros.bag.errors import NoMessages
 from pipros.msg.bulk.columns import TextColumn
 from pipros.safe.settings import BadSettings
+from pipros_tools.bag.errors import NoMessages
 
 if TYPE_CHECKING:
-    from pipros.data.bags import Bags
-    from pipros.data.datasets.config import DatasetConfig
+    from pipros_data.bags import Bags
+    from pipros_data.datasets.config import DatasetConfig
 
 
 @dataclass(frozen=True, slots=True)

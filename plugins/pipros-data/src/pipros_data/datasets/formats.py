@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.basics.replaced_file import replaced_file
-from pipros.data.datasets.cameras import write_video
-from pipros.data.extras import library
-from pipros.data.files import write_arrow
+from pipros_data.datasets.cameras import write_video
+from pipros_data.extras import library
+from pipros_data.files import write_arrow
 
 if TYPE_CHECKING:
-    from pipros.data.bags import Bags
-    from pipros.data.datasets.rows import CameraRows, EpisodeRows
+    from pipros_data.bags import Bags
+    from pipros_data.datasets.rows import CameraRows, EpisodeRows
 
 _JPEGS = 200
 """Number of JPEG pictures in a row group."""

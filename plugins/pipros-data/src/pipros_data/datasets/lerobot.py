@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.basics.windows import replace_file
-from pipros.data.datasets.cameras import Picture, steady
-from pipros.data.extras import user_library
 from pipros.safe.settings import BadSettings
+from pipros_data.datasets.cameras import Picture, steady
+from pipros_data.extras import user_library
 
 if TYPE_CHECKING:
-    from pipros.data.bags import Bags
-    from pipros.data.datasets.config import DatasetConfig
-    from pipros.data.datasets.episodes import Episode
-    from pipros.data.datasets.rows import EpisodeRows
+    from pipros_data.bags import Bags
+    from pipros_data.datasets.config import DatasetConfig
+    from pipros_data.datasets.episodes import Episode
+    from pipros_data.datasets.rows import EpisodeRows
 
 LEROBOT = "lerobot"
 _GROUPS = {"observations": "observation.state", "actions": "action"}

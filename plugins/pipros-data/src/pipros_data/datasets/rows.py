@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.basics.limits import limit_text, process_limits
-from pipros.data.datasets.cameras import Picture, pictures, read_times
-from pipros.data.datasets.checks import DatasetFinding, examine
-from pipros.data.datasets.config import LINEAR, CameraSource, DatasetConfig, DatasetSource, SignalSource
-from pipros.data.datasets.signals import RecordedTopic, read_signal
-from pipros.data.limits import DataLimits
-from pipros.data.nearest import matches
 from pipros.msg.time import NS_PER_S
 from pipros.safe.settings import BadSettings
+from pipros_data.datasets.cameras import Picture, pictures, read_times
+from pipros_data.datasets.checks import DatasetFinding, examine
+from pipros_data.datasets.config import LINEAR, CameraSource, DatasetConfig, DatasetSource, SignalSource
+from pipros_data.datasets.signals import RecordedTopic, read_signal
+from pipros_data.limits import DataLimits
+from pipros_data.nearest import matches
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pipros.data.bags import Bags
-    from pipros.data.datasets.episodes import Episode
+    from pipros_data.bags import Bags
+    from pipros_data.datasets.episodes import Episode
 
 
 _ROUNDED = 0.001

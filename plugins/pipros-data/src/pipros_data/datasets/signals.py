@@ -10,17 +10,17 @@ import numpy as np
 
 from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.similar_names import similar_names
-from pipros.data.limits import DataLimits
-from pipros.data.table import RECEIPT, STAMP, Table
 from pipros.msg.bulk.columns import ListColumn, RecordColumn, TextColumn
 from pipros.msg.time import NS_PER_S, Time
 from pipros.safe.settings import BadSettings
+from pipros_data.limits import DataLimits
+from pipros_data.table import RECEIPT, STAMP, Table
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pipros.data.bags import Bags
-    from pipros.data.datasets.config import DatasetSource, SignalSource
+    from pipros_data.bags import Bags
+    from pipros_data.datasets.config import DatasetSource, SignalSource
 
 _TWIST = tuple(f"{part}.{axis}" for part in ("linear", "angular") for axis in "xyz")
 _POSE = tuple(f"position.{axis}" for axis in "xyz") + tuple(f"orientation.{axis}" for axis in "xyzw")

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipros.basics.printable import listed
-from pipros.data.datasets.signals import USUAL_FIELDS
-from pipros.data.table import STAMP, Table
 from pipros.msg.bulk.columns import ListColumn, TextColumn
 from pipros.safe.settings import BadSettings
+from pipros_data.bags import names_of
+from pipros_data.datasets.signals import USUAL_FIELDS
+from pipros_data.table import STAMP, Table
 
 if TYPE_CHECKING:
-    from pipros.data.bags import Bags
+    from pipros_data.bags import Bags
 
 _ACTION = re.compile(r"(^|[/_])(cmd|command|commands|goal|target|setpoint|action)([/_]|$)|cmd_vel|_desired")
 _RARE_HZ = 10
@@ -67,7 +68,7 @@ def suggest(bags: Bags, rows: int = 200) -> str:
         rates[group].append(rate)
     found = rates["cameras"] or rates["observations"] or rates["actions"]
     if not found:
-        names = ", ".join(bags.topics()) or "none"
+        names = names_of(bags.topics())
         raise BadSettings(f"no topic has two or more messages of a known type, got {names}")
     rate = min([each for each in found if each >= _RARE_HZ] or found)
     head = [

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import limit_text, process_limits
-from pipros.data.datasets.config import SignalSource
-from pipros.data.datasets.signals import USUAL_FIELDS, check_limits, numbers_of
-from pipros.data.live.sources import table_of, wait_until
 from pipros.msg import load_message_class
 from pipros.msg.language.spec import FLOATS, NUMBERS
 from pipros.msg.time import NS_PER_S, Time
 from pipros.safe.settings import BadSettings
+from pipros_data.datasets.config import SignalSource
+from pipros_data.datasets.signals import USUAL_FIELDS, check_limits, numbers_of
+from pipros_data.live.sources import table_of, wait_until
+from pipros_server.policy.policy_file import POLICY_STOP_BYTES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -73,10 +73,8 @@ class DriveCommand:
             )
         first = self.message(np.zeros(sum(self._open if each is None else each for each in sizes)))
         body = b"".join(first._to_buffers())
-        if len(body) > (most := process_limits().policy_stop_bytes):
-            raise BadSettings(
-                f"{source.place}: the message has {len(body)} bytes: {limit_text('policy_stop_bytes', most)}"
-            )
+        if len(body) > (most := POLICY_STOP_BYTES):
+            raise BadSettings(f"{source.place}: the message has {len(body)} bytes: the limit is {most} bytes")
         # Decoding this message as if it were from a bag checks the fields, and returns the names.
         table = table_of(source.topic, kind, message_class._full_text, body)
         self.names = numbers_of(table, source, source.names)[1]

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pipros.data.extras import user_library
-from pipros.data.live.robot import LiveRobot
+from pipros_data.extras import user_library
+from pipros_data.live.robot import LiveRobot
 
 _gymnasium = user_library("gymnasium", "the environment")
 _Base: Any = _gymnasium.Env

@@ -10,14 +10,14 @@ import numpy as np
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.data.datasets.config import DatasetConfig, SignalSource, read_config
-from pipros.data.live.commands import ActionRefused, DriveCommand
-from pipros.data.live.sources import LiveSource, RobotSilent, full_names, wait_for_all, wait_until
 from pipros.node import Node
 from pipros.node.start_params import is_on
-from pipros.policy.model import ActKind, ActRule
 from pipros.safe.settings import BadSettings
-from pipros.server.stop_guardian import StopGuardian
+from pipros_data.datasets.config import DatasetConfig, SignalSource, read_config
+from pipros_data.live.commands import ActionRefused, DriveCommand
+from pipros_data.live.sources import LiveSource, RobotSilent, full_names, wait_for_all, wait_until
+from pipros_server.policy.model import ActKind, ActRule
+from pipros_server.stop_guardian import StopGuardian
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +34,7 @@ class LiveRobot:
 
     The robot is stopped if an action is refused, or if `observe` or `act` finds a silent topic. Unless
     `watchdog` is 0, the robot is also stopped if no action follows within `watchdog` seconds or this process
-    ends for any reason: `pipros.server.guardian_process` monitors this process.
+    ends for any reason: `pipros_server.guardian_process` monitors this process.
 
     Attributes:
         config: the description.

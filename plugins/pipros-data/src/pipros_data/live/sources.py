@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from pipros.basics.errors import PiprosError
-from pipros.data.datasets.cameras import decoded, picture_of
-from pipros.data.datasets.config import CameraSource, SignalSource
-from pipros.data.datasets.signals import numbers_of
-from pipros.data.table import RECEIPT, Table
 from pipros.msg.bulk.decode import MalformedMessage, decode
 from pipros.msg.bulk.plans import plan_of
 from pipros.msg.language.spec import DefinitionError
 from pipros.node.any_msg import AnyMsg
+from pipros_data.datasets.cameras import decoded, picture_of
+from pipros_data.datasets.config import CameraSource, SignalSource
+from pipros_data.datasets.signals import numbers_of
+from pipros_data.table import RECEIPT, Table
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipros.basics.env import Environment
-from pipros.data.datasets.config import read_config
-from pipros.data.live.commands import is_stopped_by_zeros
-from pipros.data.live.sources import LiveSource, full_names, wait_for_all
 from pipros.node import Node
 from pipros.safe.settings import BadSettings
+from pipros_data.datasets.config import read_config
+from pipros_data.live.commands import is_stopped_by_zeros
+from pipros_data.live.sources import LiveSource, full_names, wait_for_all
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

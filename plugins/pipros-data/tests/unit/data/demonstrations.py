@@ -13,8 +13,8 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CompressedImage, JointState
 from std_msgs.msg import String
 
-from pipros.data.commands.dataset import main as dataset
 from pipros.msg.time import Time
+from pipros_data.commands.dataset import main as dataset
 from tests.support.bags import Row, bag_bytes
 
 CONFIG = """\

@@ -18,16 +18,16 @@ import pyarrow.parquet
 import pytest
 from sensor_msgs.msg import CompressedImage, JointState, LaserScan
 from std_msgs.msg import Header, Int32, String
-from tf.msg import tfMessage
 from tf2_msgs.msg import TFMessage
 
 import rosbag as rosbag_module
 import rospy
-from pipros.basics.rooms import verbs
-from pipros.cli.complete.options import options, words_after
-from pipros.cli.rosbag import main as rosbag
+from pipros.basics.plugins import verbs
+from pipros_tools.cli.complete.options import options, words_after
+from pipros_tools.cli.rosbag import main as rosbag
 from tests.support.bags import Row, bag_bytes
 from tests.support.waiting import wait_until
+from tf.msg import tfMessage
 
 
 @pytest.fixture(autouse=True)
@@ -198,7 +198,7 @@ def test_progress_is_shown_on_a_terminal_only(
 
 
 def test_nothing_else_is_printed_when_the_command_ends() -> None:
-    code = "import sys; from pipros.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from pipros_tools.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
     for sql, status in (("SELECT data FROM n WHERE data = 3", 0), ("SELECT", 1)):
         command = [sys.executable, "-c", code, "query", "run.bag", sql]
         ended = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -212,7 +212,7 @@ def test_an_interrupted_table_does_not_succeed(monkeypatch: pytest.MonkeyPatch) 
         raise KeyboardInterrupt
 
     Path("out.csv").write_text("before")
-    monkeypatch.setattr("pipros.data.bags.Bags._tables", interrupted)
+    monkeypatch.setattr("pipros_data.bags.Bags._tables", interrupted)
     for command in (["table", "run.bag", "/n", "-o", "out.csv"], ["query", "run.bag", "SELECT 1 FROM n"]):
         with pytest.raises(SystemExit) as ended:
             rosbag(command)
@@ -223,7 +223,7 @@ def test_an_interrupted_table_does_not_succeed(monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.parametrize("delay_s", [0, 0.04, 0.08])
 def test_ctrl_c_ends_a_query_that_would_take_days(tmp_path: Path, delay_s: float) -> None:
-    code = "import sys; from pipros.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from pipros_tools.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
     sql = "SELECT sum(a.range * b.range * n.data) FROM range(100000000) a, range(100000000) b, n"
     folder = tmp_path / "temporary"
     folder.mkdir()
@@ -242,7 +242,7 @@ def test_ctrl_c_ends_a_query_that_would_take_days(tmp_path: Path, delay_s: float
 
 def test_rospy_imports_none_of_the_libraries() -> None:
     code = (
-        "import sys, rospy, rosbag, pipros.cli.rosbag; "
+        "import sys, rospy, rosbag, pipros_tools.cli.rosbag; "
         "print({'numpy', 'pyarrow', 'duckdb'} & set(sys.modules))"
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -252,7 +252,7 @@ def test_rospy_imports_none_of_the_libraries() -> None:
 @pytest.mark.parametrize("missing", ["numpy", "pyarrow", "duckdb"])
 def test_a_missing_library_is_named_in_one_line(missing: str) -> None:
     code = f"import sys; sys.modules[{missing!r}] = None; "
-    code += "from pipros.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
+    code += "from pipros_tools.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
     for command in (
         ["table", "run.bag", "/n", "-o", "o.parquet"],
         ["query", "run.bag", "SELECT data FROM n"],

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import pytest
 from sensor_msgs.msg import CompressedImage, JointState
 
-from pipros.data.commands.dataset import main as dataset
 from pipros.msg.time import Time
+from pipros_data.commands.dataset import main as dataset
 from tests.support.bags import Row, bag_bytes
 
 CONFIG = """\

@@ -12,8 +12,8 @@ import pytest
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.limits import Limits
-from pipros.data.commands.dataset import main as dataset
-from pipros.data.extras import missing_extra, user_library
+from pipros_data.commands.dataset import main as dataset
+from pipros_data.extras import missing_extra, user_library
 from tests.unit.data.demonstrations import CONFIG, demonstration, failure, made
 
 
@@ -34,6 +34,16 @@ def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[
     assert dataset(["run.bag", "--config", "robot.yaml", "-o", "full"]) == 1
     assert "full contains other files" in capsys.readouterr().err
     assert [path.name for path in Path("full").iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize("text", ["[]", "{", "[" * 100_000])
+def test_a_damaged_data_set_needs_another_folder(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("out").mkdir()
+    Path("out/dataset.json").write_text(text)
+
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
+
+    assert re.search(r"out/dataset\.json is damaged: .*\. Choose a new folder", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +95,7 @@ def test_missing_files_are_named_in_one_line(capsys: pytest.CaptureFixture[str])
 @pytest.mark.parametrize(("library", "kind"), [("h5py", "hdf5"), ("av", "parquet"), ("lerobot", "lerobot")])
 def test_a_missing_library_is_named_in_one_line(library: str, kind: str) -> None:
     code = f"import sys; sys.modules[{library!r}] = None; "
-    code += "from pipros.data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
+    code += "from pipros_data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
     command = ["run.bag", "--config", "robot.yaml", "-o", "out", "--format", kind]
     ended = subprocess.run(
         [sys.executable, "-c", code, *command], capture_output=True, text=True, check=False
@@ -160,7 +170,7 @@ def test_an_episode_with_too_many_rows_is_an_error(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     limits = Limits.parse("dataset_rows=20")
-    monkeypatch.setattr("pipros.data.datasets.rows.process_limits", lambda: limits)
+    monkeypatch.setattr("pipros_data.datasets.rows.process_limits", lambda: limits)
     assert "the episode has 21 rows: the limit is 20 (dataset_rows" in failure(capsys, CONFIG)
 
 
@@ -168,5 +178,5 @@ def test_a_topic_with_too_many_numbers_is_an_error(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     limits = Limits.parse("table_bytes=300")
-    monkeypatch.setattr("pipros.data.datasets.signals.process_limits", lambda: limits)
+    monkeypatch.setattr("pipros_data.datasets.signals.process_limits", lambda: limits)
     assert "observations.joints: the episode is too large: the limit is 300" in failure(capsys, CONFIG)

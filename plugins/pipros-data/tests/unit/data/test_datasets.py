@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import av
 import duckdb
@@ -19,8 +20,8 @@ import pytest
 from sensor_msgs.msg import Image, Imu, JointState
 from std_msgs.msg import Bool, Float64, String
 
-from pipros.data.commands.dataset import main as dataset
 from pipros.msg.time import Time
+from pipros_data.commands.dataset import main as dataset
 from tests.support.bags import Row, bag_bytes
 from tests.support.waiting import wait_until
 from tests.unit.data.demonstrations import CONFIG, demonstration, joints, jpeg, made, ns, picture
@@ -210,7 +211,7 @@ def test_an_interrupted_run_continues_and_equals_a_whole_one() -> None:
     command = [*names, "--config", "robot.yaml", "-j2", "-o"]
     assert dataset([*command, "whole"]) == 0
 
-    code = "import sys; from pipros.data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
+    code = "import sys; from pipros_data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
     process = subprocess.Popen([sys.executable, "-c", code, *command, "out"], start_new_session=True)
     try:
         wait_until(lambda: list(Path("out/checks").glob("*.json")))
@@ -232,7 +233,7 @@ def test_an_interrupted_run_continues_and_equals_a_whole_one() -> None:
 @pytest.mark.needs("blocked signals")
 @pytest.mark.parametrize("delay_s", [0.05, 0.15])
 def test_workers_that_are_starting_end_silently_on_ctrl_c(delay_s: float) -> None:
-    code = "import sys; from pipros.cli.pipros import main; sys.exit(main())"
+    code = "import sys; from pipros_tools.cli.pipros import main; sys.exit(main())"
     bags = [str(demonstration(Path(f"run{n}.bag"), 100.0 + n, seconds=1.0)) for n in range(2)]
     command = [sys.executable, "-c", code, "dataset", *bags, "--config", "robot.yaml", "-j2", "-o", "out"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
@@ -341,3 +342,51 @@ def test_a_row_whose_message_has_a_rounded_stamp_is_not_lost() -> None:
     assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1"]) == 0
 
     assert "| 30 |" in Path("out/report.md").read_text()
+
+
+def raw(time: float, data: bytes, *, encoding: str = "rgb8", width: int = 16) -> Row:
+    image = Image(height=16, width=width, encoding=encoding, step=3 * width, data=data)
+    image.header.stamp = Time(*ns(time))
+    return "/camera/raw", image, *ns(time + 0.02)
+
+
+RAW = "rate: 10\ntolerance: 0.03\ngaps: keep\ncameras: {front: {topic: /camera/raw}}\n"
+WHOLE = bytes(16 * 16 * 3)
+
+
+@pytest.mark.parametrize("bad", [0, 7, 19])
+@pytest.mark.parametrize(
+    "damaged",
+    [{"data": WHOLE[:-1]}, {"data": WHOLE, "encoding": "32FC1"}, {"data": b"", "width": 0}],
+    ids=["short", "encoding", "empty"],
+)
+def test_an_unusable_raw_picture_is_a_gap_and_is_named(
+    bad: int, damaged: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows: list[Row] = []
+    for n in range(20):
+        rows.append(raw(100 + n / 10, **(damaged if n == bad else {"data": WHOLE})))
+    Path("run.bag").write_bytes(bag_bytes(rows))
+
+    Path("robot.yaml").write_text(RAW)
+
+    code = dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1"])
+
+    assert code in (0, 1), capsys.readouterr().err
+    table = pyarrow.parquet.read_table("out/data/episode_000000.parquet")
+    gaps = table["cameras.front.is_gap"].to_pylist()
+    assert sum(gaps) == (1 if bad == 7 else 0)  # incomplete rows at the ends are left out
+    assert len(gaps) == (20 if bad == 7 else 19)
+    assert "/camera/raw: " in Path("out/report.md").read_text()
+
+
+def test_a_bag_without_a_usable_picture_leaves_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    for name, data in (("run.bag", WHOLE), ("short.bag", WHOLE[:-1])):
+        Path(name).write_bytes(bag_bytes([raw(100 + n / 10, data) for n in range(20)]))
+    Path("robot.yaml").write_text(RAW)
+
+    dataset(["short.bag", "run.bag", "--config", "robot.yaml", "-o", "out", "-j1"])
+
+    assert "short.bag" in capsys.readouterr().err
+    assert len(list(Path("out/data").glob("*.parquet"))) >= 1
+    assert "run.bag" in Path("out/report.md").read_text()

@@ -12,7 +12,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 import rosbag
-from pipros.data import open_bags
+from pipros_data import open_bags
 from tests.support.bags import bag_bytes
 
 

@@ -1,4 +1,4 @@
-"""Every command and example of docs/data.md runs, and prints what the document shows."""
+"""Every command and example of docs/guides/data.md runs, and prints what the document shows."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from sensor_msgs.msg import CompressedImage, Imu, JointState
 from std_msgs.msg import Float64MultiArray, String
 from tf2_msgs.msg import TFMessage
 
-from pipros.cli.rosbag import main as rosbag
-from pipros.data.commands.dataset import main as dataset
 from pipros.msg.time import Time
+from pipros_data.commands.dataset import main as dataset
+from pipros_tools.cli.rosbag import main as rosbag
+from tests.support import documents
 from tests.support.bags import Row, bag_bytes
-from tests.support.environments import REPOSITORY
 
-TEXT = (REPOSITORY / "docs" / "data.md").read_text()
+TEXT = documents.text_of("guides/data.md")
 EXAMPLES = re.findall(r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
 WITHOUT_ROBOT = [each for each in EXAMPLES if "LiveRobot" not in each[0]]
 """`tests.graph.test_live_robot` runs the others."""
@@ -77,7 +77,7 @@ def demonstration() -> list[Row]:
 
 
 def test_all_examples_and_commands_are_found() -> None:
-    assert len(EXAMPLES) == TEXT.count("```python") == 4
+    assert len(EXAMPLES) == TEXT.count("```python") == 5
     assert len(COMMANDS) == len(re.findall(r"^\$ ", TEXT, re.MULTILINE)) == 8
 
 

@@ -12,11 +12,11 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Int32
 from tf2_msgs.msg import TFMessage
 
-from pipros.data import Bags, Table, open_bags
-from pipros.data.frames import with_transform
-from pipros.data.nearest import matches
-from pipros.libraries.transforms.buffer import TransformBuffer
 from pipros.msg.time import Time
+from pipros_data import Bags, Table, open_bags
+from pipros_data.frames import with_transform
+from pipros_data.nearest import matches
+from pipros_libraries.transforms.buffer import TransformBuffer
 from tests.support.bags import Row, bag_bytes
 from tests.unit.data.cells import seeded
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pipros.data.commands.dataset import main as dataset
+from pipros_data.commands.dataset import main as dataset
 from tests.unit.data import demonstrations
 from tests.unit.data.demonstrations import CONFIG, demonstration, failure
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import CompressedImage, Image, PointCloud2, PointField
 
-from pipros.data import open_bags
-from pipros.pictures.errors import PictureError
+from pipros_data import open_bags
+from pipros_libraries.pictures.errors import PictureError
 from tests.support.bags import Row, bag_bytes
 
 

@@ -8,9 +8,9 @@ import pytest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
-from pipros.cli.rosbag import main as rosbag
-from pipros.data import open_bags
-from pipros.ros2.distribution import Distribution
+from pipros_data import open_bags
+from pipros_rosbag2.distribution import Distribution
+from pipros_tools.cli.rosbag import main as rosbag
 from tests.support.bags import bag_bytes
 
 

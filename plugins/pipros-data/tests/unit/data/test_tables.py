@@ -13,21 +13,21 @@ from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import Imu, PointCloud2
 from std_msgs.msg import Int32, String
 
-from pipros.bag.errors import BagError, BagFormatError
-from pipros.bag.writer import BagWriter
 from pipros.basics.errors import MissingExtra
 from pipros.basics.limits import Limits
-from pipros.cli.rosbag import main as rosbag
-from pipros.data import Bags, open_bags
-from pipros.data.bags import NoSuchTopic
-from pipros.data.limits import DataLimits
 from pipros.msg.time import Time
+from pipros_data import Bags, open_bags
+from pipros_data.bags import NoSuchTopic
+from pipros_data.limits import DataLimits
+from pipros_tools.bag import contents
+from pipros_tools.bag.errors import BagError, BagFormatError
+from pipros_tools.bag.writer import BagWriter
+from pipros_tools.cli.rosbag import main as rosbag
 from tests.support.bags import Row, bag_bytes, header_of, old_bag_bytes, some_rows
-from tests.support.environments import TESTS
+from tests.support.constants import Constants
+from tests.support.environments import file_of_tests
 from tests.support.random_messages import fill_at_random
 from tests.unit.data.cells import cell, nested, plain, read_by_rosbags, same, seeded
-
-GOLDEN = TESTS / "golden"
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_tables_equal_rosbags_in_every_format(name: str, folder: Path) -> None:
 
 @pytest.mark.parametrize("name", ["messages/two_types.bag", "cli/files/run.bag"])
 def test_bags_of_genuine_rosbag_are_read(name: str) -> None:
-    with open_bags(GOLDEN / name) as bags:
+    with open_bags(file_of_tests(f"golden/{name}")) as bags:
         assert sum(bags.table(topic).rows for topic in bags.topics()) == bags.readers[0].message_count > 0
 
 
@@ -150,26 +150,31 @@ def test_topics_with_two_types_are_refused(folder: Path) -> None:
         bags.table("/n")
 
 
-def test_batches_are_bounded_and_together_the_table(folder: Path) -> None:
+def test_batches_are_bounded_and_together_the_table(folder: Path, constants: Constants) -> None:
     name = written("run.bag", [("/s", String("x" * 996), n, 0) for n in range(1, 101)])
     with open_bags(name) as bags:
-        batches = list(with_limits(bags, table_batch_bytes=10_000).batches("/s"))
+        constants(TABLE_BATCH_BYTES=10_000)
+        batches = list(bags.batches("/s"))
         assert [each.rows for each in batches] == [9] * 11 + [1]
-        table = with_limits(bags, table_batch_bytes=10_000).table("/s")
+        constants(TABLE_BATCH_BYTES=10_000)
+        table = bags.table("/s")
         assert table.to_arrow().equals(bags.table("/s").to_arrow())
 
 
-def test_a_message_larger_than_a_batch_is_a_batch(folder: Path) -> None:
+def test_a_message_larger_than_a_batch_is_a_batch(folder: Path, constants: Constants) -> None:
     texts = ["x" * size for size in (10, 500, 20, 30, 10, 10, 10, 700, 1)]
     with open_bags(written("run.bag", [("/s", String(text), n, 0) for n, text in enumerate(texts)])) as bags:
-        batches = list(with_limits(bags, table_batch_bytes=100).batches("/s"))
+        constants(TABLE_BATCH_BYTES=100)
+        batches = list(bags.batches("/s"))
     assert [each.rows for each in batches] == [1, 1, 2, 3, 1, 1]
     assert [text for each in batches for text in each["data"]] == texts
 
 
 @pytest.mark.parametrize("every", [1, 3])
 @pytest.mark.parametrize("chunk_bytes", [1, 200, 10_000])
-def test_rows_equal_those_of_the_reader_in_any_order(folder: Path, every: int, chunk_bytes: int) -> None:
+def test_rows_equal_those_of_the_reader_in_any_order(
+    folder: Path, every: int, chunk_bytes: int, constants: Constants
+) -> None:
     rng = seeded(3)
     for _ in range(30):
         rows: list[Row] = [("/n", Int32(n), rng.randrange(5), rng.randrange(2)) for n in range(40)]
@@ -179,7 +184,8 @@ def test_rows_equal_those_of_the_reader_in_any_order(folder: Path, every: int, c
             rows.sort(key=lambda row: row[2:])
         with open_bags(written("run.bag", rows, chunk_bytes=chunk_bytes)) as bags:
             expected = [m.data for _, m, _, _ in bags.readers[0].messages("/n", 1.0, 3.0)]
-            table = with_limits(bags, table_batch_bytes=200).table("/n", start=1.0, end=3.0, every=every)
+            constants(TABLE_BATCH_BYTES=200)
+            table = bags.table("/n", start=1.0, end=3.0, every=every)
             assert table["data"].tolist() == expected[::every]
 
 
@@ -212,12 +218,13 @@ def test_an_index_that_names_a_message_many_times_is_refused(folder: Path) -> No
         bags.table("/s")
 
 
-def test_memory_is_that_of_a_batch(folder: Path) -> None:
+def test_memory_is_that_of_a_batch(folder: Path, constants: Constants) -> None:
     name = written(
         "run.bag", [("/s", String("x" * 10_000), n, 0) for n in range(1, 3001)], chunk_bytes=50_000
     )
     with open_bags(name) as bags:
-        limited = with_limits(bags, table_batch_bytes=200_000)
+        constants(TABLE_BATCH_BYTES=200_000)
+        limited = bags
         tracemalloc.start()
         try:
             limited.to_parquet("/s", "out.parquet")
@@ -227,10 +234,11 @@ def test_memory_is_that_of_a_batch(folder: Path) -> None:
     assert peak < 10_000_000 < 30_000_000
 
 
-def test_tables_are_limited(folder: Path) -> None:
+def test_tables_are_limited(folder: Path, constants: Constants) -> None:
     name = written("run.bag", [("/s", String("x" * 996), n, 0) for n in range(1, 101)])
+    constants(TABLE_BATCH_BYTES=10_000)
     with open_bags(name) as bags, pytest.raises(BagError, match=r"table of /s is too large: .*table_bytes"):
-        with_limits(bags, table_batch_bytes=10_000, table_bytes=50_000).table("/s")
+        with_limits(bags, table_bytes=50_000).table("/s")
 
 
 def test_a_malformed_message_is_named(folder: Path) -> None:
@@ -272,3 +280,30 @@ def test_tables_become_parquet_arrow_and_pandas(folder: Path, monkeypatch: pytes
     monkeypatch.setitem(__import__("sys").modules, "pandas", None)
     with pytest.raises(MissingExtra, match="to_pandas needs pandas, which is not installed"):
         table.to_pandas()
+
+
+def test_many_topics_are_read_in_one_pass(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    topics = [f"/t{number:02d}" for number in range(20)]
+    rows = [(topics[n % 20], Int32(n), n // 10, n % 10) for n in range(600)]
+    names = [written(name, part, chunk_bytes=500) for name, part in (("a", rows[::2]), ("b", rows[1::2]))]
+    parsed: list[int] = []
+    read = contents.read_chunk_index
+
+    def counting(*arguments: Any) -> Any:
+        parsed.append(arguments[2].position)
+        return read(*arguments)
+
+    monkeypatch.setattr(contents, "read_chunk_index", counting)
+    with open_bags(*names) as bags:
+        for options in ({}, {"start": 7, "end": Time(40, 5), "every": 3, "datetimes": True}):
+            parsed.clear()
+            tables = bags.tables("/t*", **options)
+            assert len(parsed) <= sum(len(bag.chunks) for bag in bags.readers)
+            assert list(tables) == topics
+            for topic, table in tables.items():
+                one = bags.table(topic, **options)
+                assert table["data"].tolist() == one["data"].tolist() != []
+                assert table["_time"].tolist() == one["_time"].tolist()
+                assert table["_time"].dtype == one["_time"].dtype
+        with pytest.raises(BagError, match="is too large"):
+            with_limits(bags, table_bytes=50).tables()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipros.basics.errors import MissingExtra
-from pipros.cli.runner import USAGE_ERROR, CommandError, dispatch, run
+from pipros_tools.cli.runner import USAGE_ERROR, CommandError, dispatch, run
 
 OVERVIEW = """\
 pipros fleet joins ROS masters over a network. Each master also shows the topics and services of the others.
@@ -25,15 +25,15 @@ Type pipros fleet <command> -h for more detailed usage
 """
 
 SUBCOMMANDS = {
-    "check": "pipros.fleet.commands.check:main",
-    "history": "pipros.fleet.commands.history:main",
-    "info": "pipros.fleet.commands.show:info",
-    "join": "pipros.fleet.commands.join:main",
-    "keys": "pipros.fleet.commands.keys:main",
-    "list": "pipros.fleet.commands.show:list_members",
-    "param": "pipros.fleet.commands.param:main",
-    "router": "pipros.fleet.commands.router:main",
-    "top": "pipros.fleet.commands.show:top",
+    "check": "pipros_fleet.commands.check:main",
+    "history": "pipros_fleet.commands.history:main",
+    "info": "pipros_fleet.commands.show:info",
+    "join": "pipros_fleet.commands.join:main",
+    "keys": "pipros_fleet.commands.keys:main",
+    "list": "pipros_fleet.commands.show:list_members",
+    "param": "pipros_fleet.commands.param:main",
+    "router": "pipros_fleet.commands.router:main",
+    "top": "pipros_fleet.commands.show:top",
 }
 
 

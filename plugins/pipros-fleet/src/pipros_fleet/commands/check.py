@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.runner import only_argument
+from pipros_tools.cli.runner import only_argument
 
 if TYPE_CHECKING:
-    from pipros.fleet.fleet_rules import FleetFile, FleetRule
+    from pipros_fleet.fleet_rules import FleetFile, FleetRule
 
 
 def main(argv: Sequence[str]) -> int:
     path = only_argument(
         "pipros fleet check", "FILE", argv, missing="a file is required", several="only one file is checked"
     )
-    from pipros.fleet.fleet_file import read_fleet_file
+    from pipros_fleet.fleet_file import read_fleet_file
 
     print("\n".join(_lines(read_fleet_file(path))))
     return 0
@@ -40,7 +40,7 @@ def _lines(file: FleetFile) -> Iterator[str]:
 
 
 def _details(rule: FleetRule) -> str:
-    from pipros.fleet.fleet_rules import ANYONE, Priority
+    from pipros_fleet.fleet_rules import ANYONE, Priority
 
     if not rule.is_allowed:
         return ": not"

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.replaced_file import write_whole
-from pipros.cli.runner import CommandError, option_parser
-from pipros.fleet.commands.options import add_link_options, link_of
+from pipros_fleet.commands.options import add_link_options, link_of
+from pipros_tools.cli.runner import CommandError, option_parser
 
 
 def main(argv: Sequence[str]) -> int:
@@ -25,8 +25,8 @@ def main(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) != 1:
         parser.error("exactly one member name is required")
-    from pipros.fleet.keys import member_name
-    from pipros.fleet.status import history_file, history_of
+    from pipros_fleet.keys import member_name
+    from pipros_fleet.status import history_file, history_of
 
     member = member_name(arguments[0])
     with link_of(options) as link:

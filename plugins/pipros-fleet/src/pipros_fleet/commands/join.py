@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.runner import option_parser
-from pipros.cli.server_options import without_remappings
-from pipros.fleet.commands.options import ROUTER, add_link_options, tls_of
+from pipros_fleet.commands.options import ROUTER, add_link_options, tls_of
+from pipros_tools.cli.runner import option_parser
+from pipros_tools.cli.server_options import without_remappings
 
 
 def main(argv: Sequence[str]) -> int:
@@ -16,10 +16,10 @@ def main(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(without_remappings(argv))
     if len(arguments) != 1:
         parser.error("exactly one member name is required")
-    from pipros.fleet.fleet_file import read_fleet_file
-    from pipros.fleet.fleet_rules import FleetFile
-    from pipros.fleet.keys import member_name
-    from pipros.fleet.serve import agent_node, serve_member
+    from pipros_fleet.fleet_file import read_fleet_file
+    from pipros_fleet.fleet_rules import FleetFile
+    from pipros_fleet.keys import member_name
+    from pipros_fleet.serve import agent_node, serve_member
 
     name = member_name(arguments[0])
     file = read_fleet_file(options.file) if options.file else FleetFile()

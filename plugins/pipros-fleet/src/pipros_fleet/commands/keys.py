@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.runner import add_flag, option_parser
+from pipros_tools.cli.runner import add_flag, option_parser
 
 USAGE = "create|add|renew|revoke|list FOLDER [NAME] [options]"
 
@@ -18,8 +18,8 @@ def main(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if not 1 <= options.days <= 36_500:
         parser.error(f"--days must be between 1 and 36500, got {options.days}")
-    from pipros.fleet.access import FleetRole
-    from pipros.fleet.certificates import Authority
+    from pipros_fleet.access import FleetRole
+    from pipros_fleet.certificates import Authority
 
     match arguments:
         case ["create", folder]:

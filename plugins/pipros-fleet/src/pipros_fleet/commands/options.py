@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from optparse import OptionParser
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.runner import CommandError
+from pipros_tools.cli.runner import CommandError
 
 if TYPE_CHECKING:
-    from pipros.fleet.zenoh_session import SessionLink, Tls
+    from pipros_fleet.zenoh_session import SessionLink, Tls
 
 ROUTER = "tcp/127.0.0.1:7447"
 OBSERVER = "observer"
@@ -36,7 +36,7 @@ def tls_of(options: Any, router: str) -> Tls | None:
         return None
     if not router.startswith("tls/"):
         raise CommandError(f"--keys requires a router with TLS (tls/HOST:PORT), got {router}")
-    from pipros.fleet.key_files import read_keys
+    from pipros_fleet.key_files import read_keys
 
     return read_keys(options.keys).tls
 
@@ -44,7 +44,7 @@ def tls_of(options: Any, router: str) -> Tls | None:
 @contextmanager
 def link_of(options: Any) -> Iterator[SessionLink]:
     """Connect to the router given by the options, and disconnect when the context ends."""
-    from pipros.fleet.zenoh_connecting import connect
+    from pipros_fleet.zenoh_connecting import connect
 
     router = options.router or ROUTER
     link = connect(router, tls_of(options, router))
@@ -58,6 +58,6 @@ def caller_of(options: Any) -> str:
     """Return the name to use in requests: that of the `--keys` folder, or `observer` without `--keys`."""
     if options.keys is None:
         return OBSERVER
-    from pipros.fleet.key_files import read_keys
+    from pipros_fleet.key_files import read_keys
 
     return read_keys(options.keys).member

@@ -6,8 +6,8 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.cli.runner import CommandError, option_parser
-from pipros.fleet.commands.options import add_link_options, caller_of, link_of
+from pipros_fleet.commands.options import add_link_options, caller_of, link_of
+from pipros_tools.cli.runner import CommandError, option_parser
 
 REQUEST_S = 5.0
 
@@ -16,8 +16,8 @@ def main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros fleet param", "list|get|set MEMBER [NAME] [VALUE] [options]")
     add_link_options(parser)
     options, arguments = parser.parse_args(list(argv))
-    from pipros.fleet import keys
     from pipros.safe import yaml
+    from pipros_fleet import keys
 
     match arguments:
         case ["list", member]:
@@ -37,7 +37,7 @@ def main(argv: Sequence[str]) -> int:
     if arguments[0] == "list":
         print("\n".join(found))
     elif arguments[0] == "get":
-        from pipros.graph.param_text import as_shown
+        from pipros_tools.graph.param_text import as_shown
 
         print(as_shown(found), end="")
     return 0

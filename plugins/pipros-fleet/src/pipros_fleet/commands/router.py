@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.runner import CommandError, add_flag, option_parser
-from pipros.fleet.commands.options import ROUTER
+from pipros_fleet.commands.options import ROUTER
+from pipros_tools.cli.runner import CommandError, add_flag, option_parser
 
 if TYPE_CHECKING:
-    from pipros.fleet.serve import HistoryOptions
+    from pipros_fleet.serve import HistoryOptions
 
 
 def main(argv: Sequence[str]) -> int:
@@ -35,7 +35,7 @@ def main(argv: Sequence[str]) -> int:
     )
     options, arguments = parser.parse_args(list(argv))
     history = _history_of(options)
-    from pipros.fleet.serve import RouterOptions, serve_router
+    from pipros_fleet.serve import RouterOptions, serve_router
 
     addresses = arguments or [ROUTER]
     others = options.connect or []
@@ -43,7 +43,7 @@ def main(argv: Sequence[str]) -> int:
         return serve_router(
             RouterOptions(addresses, others, allows_plain_network=bool(options.without_tls), history=history)
         )
-    from pipros.fleet.certificates import Authority
+    from pipros_fleet.certificates import Authority
 
     authority = Authority(options.keys)
     return serve_router(
@@ -64,8 +64,8 @@ def _history_of(options: Any) -> HistoryOptions | None:
         if topics:
             raise CommandError("--history-topic needs --history DIR")
         return None
-    from pipros.fleet.history_files import SMALLEST_LIMIT_BYTES, HistoryFiles
-    from pipros.fleet.serve import HistoryOptions
+    from pipros_fleet.history_files import SMALLEST_LIMIT_BYTES, HistoryFiles
+    from pipros_fleet.serve import HistoryOptions
 
     smallest_mb = -(-SMALLEST_LIMIT_BYTES // 1_000_000)
     if options.history_mb < smallest_mb:

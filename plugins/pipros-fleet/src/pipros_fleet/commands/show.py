@@ -6,13 +6,13 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.runner import CommandError, option_parser
-from pipros.fleet.commands.options import add_link_options, link_of
+from pipros_fleet.commands.options import add_link_options, link_of
+from pipros_tools.cli.runner import CommandError, option_parser
 
 if TYPE_CHECKING:
-    from pipros.fleet.directory import Directory, DirectoryEntry
-    from pipros.fleet.status import Counters
-    from pipros.fleet.zenoh_session import SessionLink
+    from pipros_fleet.directory import Directory, DirectoryEntry
+    from pipros_fleet.status import Counters
+    from pipros_fleet.zenoh_session import SessionLink
 
 INTERVAL_S = 2.0
 
@@ -23,8 +23,8 @@ def list_members(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")
-    from pipros.fleet.keys import VERSION
-    from pipros.fleet.status import present
+    from pipros_fleet.keys import VERSION
+    from pipros_fleet.status import present
 
     with link_of(options) as link:
         found = present(link)
@@ -41,7 +41,7 @@ def list_members(argv: Sequence[str]) -> int:
 
 
 def _summary(link: SessionLink, member: str) -> str:
-    from pipros.fleet.status import directory_of
+    from pipros_fleet.status import directory_of
 
     directory = directory_of(link, member)
     if directory is None:
@@ -62,8 +62,8 @@ def info(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) != 1:
         parser.error("exactly one member name is required")
-    from pipros.fleet.keys import member_name
-    from pipros.fleet.status import counters_of, directory_of
+    from pipros_fleet.keys import member_name
+    from pipros_fleet.status import counters_of, directory_of
 
     member = member_name(arguments[0])
     with link_of(options) as link:
@@ -118,7 +118,7 @@ def top(argv: Sequence[str]) -> int:
 
 
 def _counters(link: SessionLink) -> dict[str, Counters]:
-    from pipros.fleet.status import counters_of, present
+    from pipros_fleet.status import counters_of, present
 
     members = {each.member for each in present(link)}
     found = {member: counters_of(link, member) for member in sorted(members)}
@@ -126,7 +126,7 @@ def _counters(link: SessionLink) -> dict[str, Counters]:
 
 
 def _table(before: dict[str, Counters], after: dict[str, Counters], passed_s: float) -> Iterator[str]:
-    from pipros.fleet.status import rates
+    from pipros_fleet.status import rates
 
     yield f"{'topic':40} {'msg/s':>9} {'kB/s':>9} {'dropped':>8} {'unsent':>8}"
     for member, counters in after.items():

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 import zenoh
 
-from pipros.fleet import keys
-from pipros.fleet.access import ROUTER, FleetRole, access_rules
+from pipros_fleet import keys
+from pipros_fleet.access import ROUTER, FleetRole, access_rules
 
 MEMBERS = {"robot": FleetRole.MEMBER, "visitor": FleetRole.OBSERVER}
 

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from pipros.basics.errors import LimitExceeded, ProtocolError
-from pipros.fleet.directory import (
+from pipros_fleet.directory import (
     Directory,
     DirectoryEntry,
     TopicRequests,
@@ -47,7 +47,7 @@ def test_a_directory_of_another_member_raises() -> None:
 
 
 def test_a_directory_that_is_too_large_raises() -> None:
-    with pytest.raises(LimitExceeded, match="fleet_directory_bytes"):
+    with pytest.raises(LimitExceeded, match="the limit is 10 bytes"):
         from_json(to_json(Directory("r1", "0" * 16)), "r1", limit_bytes=10)
 
 

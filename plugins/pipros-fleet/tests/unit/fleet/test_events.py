@@ -6,8 +6,8 @@ import logging
 
 import pytest
 
-from pipros.fleet.events import Events
-from pipros.fleet.warnings_once import WarningsOnce
+from pipros_fleet.events import Events
+from pipros_fleet.warnings_once import WarningsOnce
 
 
 def handled(events: Events) -> list[str]:

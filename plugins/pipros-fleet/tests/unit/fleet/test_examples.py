@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from pipros.fleet.fleet_file import read_fleet_file
+from pipros_fleet.fleet_file import read_fleet_file
 from tests.support.environments import REPOSITORY
-from tests.support.project import EXTRAS, PROGRAMS, PROJECT
+from tests.support.project import PLUGIN_PROJECTS, PROGRAMS
 
 EXAMPLES = REPOSITORY / "examples" / "fleet"
 UNITS = sorted(EXAMPLES.glob("*.service"))
@@ -57,9 +57,8 @@ def test_the_container_runs_a_pipros_command(tmp_path: Path) -> None:
     assert instructions["USER"] == "nobody"
     assert f"-p {instructions['EXPOSE']}:{instructions['EXPOSE']}" in lines[3]
 
-    (requirement,) = [word for word in shlex.split(instructions["RUN"]) if "[" in word]
-    assert requirement == f"{PROJECT['project']['name']}[fleet]"
-    assert "fleet" in EXTRAS
+    (requirement,) = [word for word in shlex.split(instructions["RUN"]) if word.startswith("pipros")]
+    assert requirement in PLUGIN_PROJECTS
 
     program, *arguments = json.loads(instructions["ENTRYPOINT"])
     module, _, function = PROGRAMS[program].partition(":")

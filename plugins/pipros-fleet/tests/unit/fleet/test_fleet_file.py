@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros.fleet.fleet_file import BadFleetFile, parse_fleet_file, read_fleet_file
-from pipros.fleet.fleet_rules import FleetFile, Priority, matches
+from pipros_fleet.fleet_file import BadFleetFile, parse_fleet_file, read_fleet_file
+from pipros_fleet.fleet_rules import FleetFile, Priority, matches
 
 FULL = """
 router: tls/fleet.example.org:7447
@@ -156,7 +156,7 @@ def test_large_files_are_refused_before_they_are_parsed(tmp_path: Path) -> None:
 
 
 def test_the_example_of_the_module_is_valid() -> None:
-    from pipros.fleet import fleet_file
+    from pipros_fleet import fleet_file
 
     head = (fleet_file.__doc__ or "").partition("\n\n")[2].partition("\n\nThe first rule")[0]
     assert parse_fleet_file(head).bandwidth_kbit == 1000

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_rules import FleetRule
-from pipros.fleet.frames import MAX_FRAMES, TF_TYPE, FrameChange, frame_change
 from pipros.msg import load_message_class
+from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.fleet_rules import FleetRule
+from pipros_fleet.frames import MAX_FRAMES, TF_TYPE, FrameChange, frame_change
 
 TFMessage: Any = load_message_class(TF_TYPE)
 TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")

@@ -10,11 +10,9 @@ from typing import Any
 
 import pytest
 
-from pipros.bag.connection import Connection
-from pipros.bag.mcap_files import McapReader
-from pipros.bag.opening import open_bag
 from pipros.basics.limits import process_limits
-from pipros.fleet.history_files import (
+from pipros.msg import load_message_class
+from pipros_fleet.history_files import (
     COMPLETION_S,
     FILE_BYTES,
     SMALLEST_LIMIT_BYTES,
@@ -23,9 +21,12 @@ from pipros.fleet.history_files import (
     is_file_name,
     read_rows,
 )
-from pipros.fleet.limits import FleetLimits
-from pipros.msg import load_message_class
-from pipros.web.bags.folder import BagFolder
+from pipros_fleet.limits import FleetLimits
+from pipros_page.bags.folder import BagFolder
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.mcap_files import McapReader
+from pipros_tools.bag.opening import open_bag
+from tests.support.constants import Constants
 from tests.support.full_disk import files_limited_to
 
 String: Any = load_message_class("std_msgs/String")
@@ -116,7 +117,7 @@ def test_files_are_described_while_another_thread_writes(
             assert not writer.is_alive()
             super().__init__(path)
 
-    monkeypatch.setattr("pipros.fleet.history_files.McapReader", SlowReader)
+    monkeypatch.setattr("pipros_fleet.history_files.McapReader", SlowReader)
     assert [each.messages for each in files.list("robot1")] == [1]
     files.close()
 
@@ -200,8 +201,9 @@ def test_files_of_a_killed_router_count_toward_the_limit(tmp_path: Path) -> None
     files.close()
 
 
-def test_the_member_with_the_most_files_loses_its_oldest_ones(tmp_path: Path) -> None:
-    limits = process_limits().with_table(FleetLimits(fleet_history_files=10))
+def test_the_member_with_the_most_files_loses_its_oldest_ones(tmp_path: Path, constants: Constants) -> None:
+    constants(FLEET_HISTORY_FILES=10)
+    limits = process_limits().with_table(FleetLimits())
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES, limits=limits)
     files.write("robot1", connection("/robot1/odom"), 0, body("few"))
     for number in range(30):

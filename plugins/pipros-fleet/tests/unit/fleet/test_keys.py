@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import InvalidName
-from pipros.fleet import keys
+from pipros_fleet import keys
 
 
 @pytest.mark.parametrize(

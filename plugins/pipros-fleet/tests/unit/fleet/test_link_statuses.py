@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.fleet.link_statuses import LinkTraffic, link_statuses
-from pipros.libraries.diagnostics.link_status import LinkLevel, LinkStatus
+from pipros_fleet.statistics import LinkTraffic, link_statuses
+from pipros_libraries.diagnostics.link_status import LinkLevel, LinkStatus
 
 
 def statuses(is_connected: bool = True, **before: LinkTraffic) -> list[LinkStatus]:

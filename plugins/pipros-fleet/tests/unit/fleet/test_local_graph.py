@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 
 import pytest
 
-from pipros.fleet.fleet_rules import FleetFile, FleetRule
-from pipros.fleet.local_graph import LocalGraph, graph_of
-from pipros.graph.definitions import Definition
-from pipros.graph.system_state import SystemState
+from pipros_fleet.fleet_rules import FleetFile, FleetRule
+from pipros_fleet.local_graph import LocalGraph, graph_of
+from pipros_tools.graph.definitions import Definition
+from pipros_tools.graph.system_state import SystemState
 
 ALL = (FleetRule("/**"),)
 FILE = FleetFile(accepted_topics=ALL, accepted_services=ALL)

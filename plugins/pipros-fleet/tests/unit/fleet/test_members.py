@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.fleet import keys
-from pipros.fleet.members import TOKENS_PER_MEMBER, Members, Token
+from pipros_fleet import keys
+from pipros_fleet.members import TOKENS_PER_MEMBER, Members, Token
 
 OLD, NEW = "0" * 16, "1" * 16
 

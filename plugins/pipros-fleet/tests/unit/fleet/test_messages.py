@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pipros.basics.errors import LimitExceeded, ProtocolError
-from pipros.fleet.messages import MessageAttachment, ReceivedMessage, compressed, decompressed, pack, unpack
+from pipros_fleet.messages import MessageAttachment, ReceivedMessage, compressed, decompressed, pack, unpack
 
 FIRST = MessageAttachment(3, "0123456789abcdef", 1, 5, "992ce8a1687cec8c8bd883ec73ca41d1")
 

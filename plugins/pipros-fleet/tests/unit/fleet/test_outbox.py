@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipros.fleet.fleet_rules import FleetRule, Priority
-from pipros.fleet.outbox import QUEUE, FleetOutbox
+from pipros_fleet.fleet_rules import FleetRule, Priority
+from pipros_fleet.outbox import QUEUE, FleetOutbox
 
 
 def outbox(limit_bytes: int = 1000, bandwidth_kbit: float = 0.0, **rules: FleetRule) -> FleetOutbox[str]:

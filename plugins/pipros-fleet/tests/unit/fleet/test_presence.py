@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pipros.fleet import keys
-from pipros.fleet.members import Token
-from pipros.fleet.presence import LEAVE_S, RETURN_S, Presence
+from pipros_fleet import keys
+from pipros_fleet.members import Token
+from pipros_fleet.presence import LEAVE_S, RETURN_S, Presence
 
 ME = "operator"
 EARLY, NOW, LATE = "0" * 16, "5" * 16, "9" * 16

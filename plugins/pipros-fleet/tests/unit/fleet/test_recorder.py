@@ -13,17 +13,18 @@ from typing import Any
 
 import pytest
 
-from pipros.bag.connection import Connection
-from pipros.bag.opening import open_bag
 from pipros.basics.limits import process_limits
-from pipros.fleet import keys
-from pipros.fleet.directory import Directory, DirectoryEntry, to_json
-from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFile, HistoryFiles
-from pipros.fleet.limits import FleetLimits
-from pipros.fleet.messages import MessageAttachment, pack
-from pipros.fleet.recorder import FleetRecorder
-from pipros.fleet.zenoh_session import FleetAnswer
 from pipros.msg import load_message_class
+from pipros_fleet import keys
+from pipros_fleet.directory import Directory, DirectoryEntry, to_json
+from pipros_fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFile, HistoryFiles
+from pipros_fleet.limits import FleetLimits
+from pipros_fleet.messages import MessageAttachment, pack
+from pipros_fleet.recorder import FleetRecorder
+from pipros_fleet.zenoh_session import FleetAnswer
+from pipros_tools.bag.connection import Connection
+from pipros_tools.bag.opening import open_bag
+from tests.support.constants import Constants
 from tests.support.waiting import wait_until
 
 DEADLINE_S = 60
@@ -147,10 +148,9 @@ def files(tmp_path: Path) -> Files:
 
 
 @pytest.fixture
-def recorder(link: FakeLink, files: Files) -> Iterator[FleetRecorder]:
-    limits = process_limits().with_table(
-        FleetLimits(fleet_members=2, fleet_topics=6, fleet_definition_bytes=5000)
-    )
+def recorder(link: FakeLink, files: Files, constants: Constants) -> Iterator[FleetRecorder]:
+    constants(FLEET_MEMBERS=2, FLEET_TOPICS=6, FLEET_DEFINITION_BYTES=5000)
+    limits = process_limits().with_table(FleetLimits())
     log = logging.getLogger("test")
     found = FleetRecorder(link, files, "11" * 8, ["/**"], log=log, limits=limits)  # type: ignore[arg-type]
     found.start()

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.basics.limits import process_limits
-from pipros.fleet.directory import DirectoryEntry
-from pipros.fleet.fleet_rules import FleetRule, Priority
-from pipros.fleet.outbox import QUEUE
-from pipros.fleet.sources import Sender, SentTopic, SourceMessage
 from pipros.node import Node
+from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.fleet_rules import FleetRule, Priority
+from pipros_fleet.outbox import QUEUE
+from pipros_fleet.sources import Sender, SentTopic, SourceMessage
 from tests.support.waiting import wait_until
 
 DEADLINE_S = 60
@@ -94,8 +94,8 @@ def test_a_topic_waiting_for_the_link_blocks_no_other(link: FakeLink, sender: Se
 def test_a_publisher_waits_for_its_earlier_messages_so_that_none_is_dropped(
     link: FakeLink, sender: Sender, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.fleet.sources.CATCH_UP_S", DEADLINE_S)
-    monkeypatch.setattr("pipros.fleet.sources.FULL_AFTER_S", DEADLINE_S)
+    monkeypatch.setattr("pipros_fleet.sources.CATCH_UP_S", DEADLINE_S)
+    monkeypatch.setattr("pipros_fleet.sources.FULL_AFTER_S", DEADLINE_S)
     link.full.add("images")
     images = source(sender, "images")
     for _ in range(QUEUE):

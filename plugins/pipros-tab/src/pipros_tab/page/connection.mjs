@@ -2,16 +2,13 @@
 
 import { bytesOf, joined, Kind, NOTHING, numberIn } from "./packets.mjs";
 
-const WINDOW_BYTES = 256 * 1024; // as in pipros/tab/network.py
+const WINDOW_BYTES = 256 * 1024; // as in pipros_tab/network.py
 const PACKET_BYTES = 64 * 1024;
-const TEXT = 1;
-const BINARY = 2;
-const CLOSE = 8;
-const PING = 9;
-const PONG = 10;
+const Frame = { TEXT: 1, BINARY: 2, CLOSE: 8, PING: 9, PONG: 10 }; // the kinds of a WebSocket's frames
 const MASKED = 0x80;
 const IS_LAST = 0x80;
 const LOST = 1006; // a WebSocket that ended without a close frame
+const ENDS = new Set([Kind.FINISH, Kind.RESET, Kind.REFUSED]);
 const encoder = new TextEncoder();
 const decoder = new TextDecoder();
 
@@ -53,13 +50,10 @@ export class Connection {
     } else if (kind === Kind.CREDIT) {
       this.#credit += numberIn(content);
       this.#flush();
-    } else if (kind === Kind.FINISH) {
-      this.close();
-      this.onEnd();
-    } else if (kind === Kind.RESET || kind === Kind.REFUSED) {
-      const wasOver = this.#isOver;
+    } else if (ENDS.has(kind) && !this.#isOver) {
+      if (kind === Kind.FINISH) this.close();
       this.#isOver = true;
-      if (!wasOver) this.onEnd();
+      this.onEnd();
     }
   }
 
@@ -75,34 +69,59 @@ export class Connection {
 const headOf = (port, path, more) =>
   encoder.encode([`GET ${path} HTTP/1.1`, `Host: localhost:${port}`, ...more, "", ""].join("\r\n"));
 
-/** Collects bytes, and returns those that follow the head of a response, with its first line and its headers, once it is whole. */
-class Head {
-  #bytes = new Uint8Array(0);
-
-  add(piece) {
-    this.#bytes = joined([this.#bytes, piece]);
-    const text = decoder.decode(this.#bytes);
-    const end = text.indexOf("\r\n\r\n"); // heads are ASCII, so positions in text and bytes agree
-    if (end < 0) return null;
-    const [first, ...lines] = text.slice(0, end).split("\r\n");
-    const headers = lines.map((line) => /** @type {[string, string]} */ (line.split(/: */, 2)));
-    return { status: Number(first.split(" ")[1]), headers, rest: this.#bytes.slice(end + 4) };
-  }
+/** Splits bytes after the head of a response. Returns null if it is not whole. @param {Uint8Array<ArrayBuffer>} bytes */
+function split(bytes) {
+  const text = decoder.decode(bytes);
+  const end = text.indexOf("\r\n\r\n"); // heads are ASCII, so positions in text and bytes agree
+  if (end < 0) return null;
+  const [first, ...lines] = text.slice(0, end).split("\r\n");
+  const headers = lines.map((line) => /** @type {[string, string]} */ (line.split(/: */, 2)));
+  return { status: Number(first.split(" ")[1]), headers, body: bytes.slice(end + 4) };
 }
 
-/** Requests a file from the server of a program. @param {Connection} connection @param {number} port @param {string} path
- * @returns {Promise<{status: number, headers: [string, string][], body: Uint8Array<ArrayBuffer>}>} */
-export function requestFile(connection, port, path) {
-  return new Promise((resolve, reject) => {
-    const pieces = [];
-    connection.onData = (bytes) => pieces.push(bytes);
-    connection.onEnd = () => {
-      const found = new Head().add(joined(pieces));
-      if (found) resolve({ status: found.status, headers: found.headers, body: found.rest });
-      else reject(new Error(`port ${port} does not answer`));
-    };
-    connection.write(headOf(port, path, ["Connection: close"]));
-  });
+const MOST_REQUESTS = 4;
+const ATTEMPTS = 3;
+
+/** Requests files of programs. A server closes connections whose requests wait for more than ten seconds, as those of a busy machine do
+ * if there are many: therefore only a few are made at the same time, and each one again if it gets no answer. */
+export class Requests {
+  #open = 0;
+  /** @type {(() => void)[]} */
+  #waiting = [];
+
+  /** @param {(port: number) => Connection | null} connect */
+  constructor(connect) {
+    this.connect = connect;
+  }
+
+  /** @param {number} port @param {string} path */
+  async get(port, path) {
+    if (this.#open >= MOST_REQUESTS) await new Promise((resolve) => this.#waiting.push(() => resolve(undefined)));
+    else this.#open++;
+    try {
+      for (let attempt = 1; attempt <= ATTEMPTS; attempt++) {
+        const answer = split(await this.#request(port, path));
+        if (answer) return answer;
+      }
+      throw new Error(`port ${port} does not answer`);
+    } finally {
+      const next = this.#waiting.shift();
+      if (next) next();
+      else this.#open--;
+    }
+  }
+
+  /** Sends a request, and returns all bytes that follow. @returns {Promise<Uint8Array<ArrayBuffer>>} */
+  #request(port, path) {
+    const connection = this.connect(port);
+    if (!connection) throw new Error(`no program listens at port ${port}`);
+    return new Promise((resolve) => {
+      const pieces = [];
+      connection.onData = (bytes) => pieces.push(bytes);
+      connection.onEnd = () => resolve(joined(pieces));
+      connection.write(headOf(port, path, ["Connection: close"]));
+    });
+  }
 }
 
 /** What the page's `live.js` uses of a WebSocket. The server sends each message in one frame. */
@@ -113,7 +132,6 @@ export class PortSocket {
   /** @type {(event: {code: number, reason: string}) => void} */
   onclose = () => {};
   binaryType = "arraybuffer";
-  #head = new Head();
   #isOpen = false;
   #received = new Uint8Array(0);
 
@@ -134,7 +152,7 @@ export class PortSocket {
 
   /** @param {string} text */
   send(text) {
-    this.#send(TEXT, encoder.encode(text));
+    this.#send(Frame.TEXT, encoder.encode(text));
   }
 
   close() {
@@ -142,12 +160,12 @@ export class PortSocket {
   }
 
   #take(bytes) {
-    if (this.#isOpen) this.#received = joined([this.#received, bytes]);
-    else {
-      const head = this.#head.add(bytes);
-      if (!head) return;
+    this.#received = joined([this.#received, bytes]);
+    if (!this.#isOpen) {
+      const answer = split(this.#received);
+      if (!answer) return;
       this.#isOpen = true;
-      this.#received = head.rest;
+      this.#received = answer.body;
       this.onopen();
     }
     for (let frame = this.#next(); frame; frame = this.#next()) this.#handle(...frame);
@@ -168,10 +186,10 @@ export class PortSocket {
   }
 
   #handle(kind, content) {
-    if (kind === TEXT) this.onmessage({ data: decoder.decode(content) });
-    else if (kind === BINARY) this.onmessage({ data: new this.realm.Uint8Array(content).buffer });
-    else if (kind === PING) this.#send(PONG, content);
-    else if (kind === CLOSE) {
+    if (kind === Frame.TEXT) this.onmessage({ data: decoder.decode(content) });
+    else if (kind === Frame.BINARY) this.onmessage({ data: new this.realm.Uint8Array(content).buffer });
+    else if (kind === Frame.PING) this.#send(Frame.PONG, content);
+    else if (kind === Frame.CLOSE) {
       const code = content.length < 2 ? LOST : content[0] * 256 + content[1];
       this.connection.close();
       this.onclose({ code, reason: decoder.decode(content.subarray(2)) });
@@ -181,13 +199,8 @@ export class PortSocket {
   /** Sends a frame whose mask is zero: nothing between the two ends could mistake it for HTTP. */
   #send(kind, content) {
     const size = content.length;
-    const length = size < 126 ? [MASKED | size] : [MASKED | (size < 65536 ? 126 : 127), ...sizeBytes(size)];
-    this.connection.write(joined([Uint8Array.of(IS_LAST | kind, ...length, 0, 0, 0, 0), content]));
+    const bytes = [size >> 24, size >> 16, size >> 8, size]; // the lowest eight bits of each
+    const [short, length] = size < 126 ? [size, []] : size < 65536 ? [126, bytes.slice(2)] : [127, [0, 0, 0, 0, ...bytes]];
+    this.connection.write(joined([Uint8Array.of(IS_LAST | kind, MASKED | short, ...length, 0, 0, 0, 0), content]));
   }
-}
-
-function sizeBytes(size) {
-  const bytes = new Uint8Array(8);
-  new DataView(bytes.buffer).setBigUint64(0, BigInt(size));
-  return size < 65536 ? bytes.slice(6) : bytes;
 }

@@ -3,7 +3,7 @@
 
 import { Connection } from "./connection.mjs";
 import { bytesOf, filePackets, joined, Kind, NOTHING, numberIn } from "./packets.mjs";
-import { eachPacket, Ring, RING_BYTES, sharedRing } from "./ring.mjs";
+import { eachPacket, Ring, RING_BYTES } from "./ring.mjs";
 
 const SIGKILL = 9;
 const STOPPED = 137;
@@ -23,8 +23,8 @@ class Process {
   /** @type {object | null} */ program = null;
   /** @type {Process | null} */ parent = null;
   /** @type {Set<Process>} */ children = new Set();
-  toHub = new Ring(sharedRing());
-  fromHub = new Ring(sharedRing());
+  toHub = new Ring();
+  fromHub = new Ring();
   /** A signal's number, and how many characters of output are not shown yet. */
   interrupts = new Int32Array(new SharedArrayBuffer(8));
   /** @type {Uint8Array[]} of the file that arrives */ pieces = [];
@@ -53,57 +53,46 @@ export class Hub {
   /** The page's own connections, as those of a program without rings. @type {any} */
   #page = { ends: new Map(), connections: new Map() };
   #nextConnection = 1;
-  /** @type {Process[]} */ #spares = [];
+  /** Starts Python before it has a program, so that programs start sooner. @type {Process | null} */ #spare = null;
   /** Where workers start from; null until it is made. @type {import("./image.mjs").Image | null} */
   #image = null;
-  /** Workers that wait for the image. @type {Set<Process>} */
-  #unstarted = new Set();
   /** @type {Map<number, Process>} */ #ports = new Map();
   #nextProcess = 1;
   #nextPort = FIRST_PORT;
   #buffer = new Uint8Array(RING_BYTES);
 
-  /**
-   * @param {(data: object, onMessage: (message: any) => void) => Worker_} startWorker
-   * @param {number} spares how many workers start Python before they have a program, so that programs start sooner
-   */
-  constructor(startWorker, spares = 1) {
+  /** @param {(data: object, onMessage: (message: any) => void) => Worker_} startWorker */
+  constructor(startWorker) {
     this.startWorker = startWorker;
-    this.spares = spares;
     const maker = startWorker({ makesImage: true }, ({ image, output, exit }) => {
-      for (const each of this.#unstarted) if (output) each.onOutput(output);
+      for (const each of this.processes.values()) if (output && !each.worker) each.onOutput(output);
       if (exit !== undefined) maker.terminate();
       if (!image) return;
       this.#image = image;
-      for (const each of this.#unstarted) this.#startWorker(each);
-      this.#unstarted.clear();
-      this.#makeSpares();
+      for (const each of this.processes.values()) this.#startWorker(each);
+      this.#spare = this.#makeWorker();
     });
   }
 
-  /** Starts a program. `program` is passed to `pipros.tab.program.Worker.run`; `onOutput` gets what it prints.
+  /** Starts a program. `program` is passed to `pipros_tab.program.Worker.run`; `onOutput` gets what it prints.
    * @param {any} program @param {(text: string) => void} onOutput @param {Process | null} parent @returns {Process} */
   start(program, onOutput, parent = null) {
-    const process = this.#spares.shift() ?? this.#makeWorker();
+    const process = this.#spare ?? this.#makeWorker();
+    this.#spare = null;
     this.processes.set(process.number, process);
     Object.assign(process, { onOutput, parent });
     parent?.children.add(process);
     const files = { ...Object.fromEntries(this.files), ...program.files };
     process.program = { ...program, files, number: process.number };
     process.worker?.postMessage(process.program);
-    if (this.#image) setTimeout(() => this.#makeSpares(), NEXT_SPARE_MS);
+    if (this.#image) setTimeout(() => (this.#spare ??= this.#makeWorker()), NEXT_SPARE_MS);
     return process;
   }
 
-  #makeSpares() {
-    while (this.#spares.length < this.spares) this.#spares.push(this.#makeWorker());
-  }
-
-  /** Starts a worker that waits for a program. */
+  /** Starts a worker that waits for a program, as soon as there is an image. */
   #makeWorker() {
     const process = new Process(this.#nextProcess++);
     if (this.#image) this.#startWorker(process);
-    else this.#unstarted.add(process);
     return process;
   }
 
@@ -157,7 +146,7 @@ export class Hub {
   writeFile(path, content, mode = 0o644) {
     const state = content === null ? null : /** @type {[number, Uint8Array]} */ ([this.files.get(path)?.[0] ?? mode, content]);
     this.#keepFile(path, state);
-    for (const each of this.processes.values()) this.#sendFile(each, path, state);
+    for (const piece of filePackets(path, state)) this.#sendToAll(Kind.FILE, piece);
   }
 
   #keepFile(path, state) {
@@ -166,8 +155,8 @@ export class Hub {
     this.onFile(path);
   }
 
-  #sendFile(process, path, state) {
-    for (const content of filePackets(path, state)) this.#send(process, Kind.FILE, 0, content);
+  #sendToAll(kind, content, sender = null) {
+    for (const each of this.processes.values()) if (each !== sender) this.#send(each, kind, 0, content);
   }
 
   /** A worker has changed a file: keep it once it is whole, and send the pieces to all others. */
@@ -178,17 +167,18 @@ export class Hub {
       process.pieces.push(content.slice(line + 1));
       if (head.is_last) this.#keepFile(head.path, [head.mode, joined(process.pieces.splice(0))]);
     } else this.#keepFile(head.path, null);
-    for (const each of this.processes.values()) if (each !== process) this.#send(each, Kind.FILE, 0, content);
+    this.#sendToAll(Kind.FILE, content, process);
   }
 
   #remove(process, code) {
     if (!this.processes.delete(process.number)) return;
     this.#receive(process);
     process.worker?.terminate();
-    this.#unstarted.delete(process);
-    for (const peer of process.ends.values()) this.#send(peer.process, Kind.RESET, peer.number, NOTHING);
+    for (const peer of process.ends.values()) {
+      this.#send(peer.process, Kind.RESET, peer.number, NOTHING);
+      peer.process.ends.delete(peer.number);
+    }
     for (const port of process.ports) this.#close(port);
-    for (const peer of process.ends.values()) peer.process.ends.delete(peer.number);
     process.ends.clear();
     for (const child of process.children) this.stop(child);
     process.parent?.children.delete(process);
@@ -210,9 +200,8 @@ export class Hub {
       const child = this.start(JSON.parse(decoder.decode(content)), process.onOutput, process);
       this.#send(process, Kind.STARTED, end, bytesOf(child.number));
     } else if (kind === Kind.SIGNAL) {
-      for (const child of process.children) {
-        if (child.number === end) numberIn(content) === SIGKILL ? this.stop(child) : this.interrupt(child);
-      }
+      const child = this.processes.get(end);
+      if (child?.parent === process) numberIn(content) === SIGKILL ? this.stop(child) : this.interrupt(child);
     } else if (kind === Kind.FILE) {
       this.#receiveFile(process, content);
     } else if (kind === Kind.CLOSE_PORT) {
@@ -245,11 +234,9 @@ export class Hub {
   }
 
   #open(process, wanted) {
-    let port = wanted;
-    if (!wanted) {
-      while (this.#ports.has(this.#nextPort)) this.#nextPort = this.#nextPort < LAST_PORT ? this.#nextPort + 1 : FIRST_PORT;
-      port = this.#nextPort;
-    } else if (this.#ports.has(port)) return 0;
+    if (this.#ports.has(wanted)) return 0;
+    while (this.#ports.has(this.#nextPort)) this.#nextPort = this.#nextPort < LAST_PORT ? this.#nextPort + 1 : FIRST_PORT;
+    const port = wanted || this.#nextPort;
     this.#ports.set(port, process);
     process.ports.add(port);
     return port;

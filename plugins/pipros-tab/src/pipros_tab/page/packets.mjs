@@ -1,10 +1,10 @@
-// The kinds of packets between workers and the hub, as in pipros/tab/packets.py, and their content.
+// The kinds of packets between workers and the hub, as in pipros_tab/packets.py, and their content.
 
 export const Kind = {
   LISTEN: 1, LISTENING: 2, CLOSE_PORT: 3, CONNECT: 4, CONNECTED: 5, REFUSED: 6, ACCEPT: 7, DATA: 8, CREDIT: 9, FINISH: 10, RESET: 11,
   START: 12, STARTED: 13, ENDED: 14, SIGNAL: 15, FILE: 16, TYPED: 17,
 };
-const IS_FOLDER = 0o040000;
+export const IS_FOLDER = 0o040000;
 const PIECE_BYTES = 48 * 1024;
 export const NOTHING = new Uint8Array(0);
 const encoder = new TextEncoder();

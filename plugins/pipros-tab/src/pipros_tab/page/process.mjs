@@ -7,12 +7,13 @@ const CONTENT_BYTES = 64 * 1024;
 const ROOM_MS = 100;
 const MOST_UNSHOWN = 16 * 1024; // characters
 
-/** The rings, as `pipros.tab.program` uses them. */
+/** The rings, as `pipros_tab.program` uses them. */
 class Rings {
+  /** @param {{toHub: SharedArrayBuffer, fromHub: SharedArrayBuffer, interrupts: Int32Array}} shared @param {Function} post */
   constructor({ toHub, fromHub, interrupts }, post) {
     this.toHub = new Ring(toHub);
     this.fromHub = new Ring(fromHub);
-    this.interrupts = new Int32Array(interrupts);
+    this.interrupts = interrupts;
     this.post = post;
     this.content = new Uint8Array(CONTENT_BYTES);
     this.received = new Uint8Array(RING_BYTES);
@@ -43,7 +44,7 @@ class Rings {
 
 async function makeImage(startPython) {
   const prepared = await startPython({ _makeSnapshot: true });
-  prepared.runPython("from pipros.tab import program; program.prepare()");
+  prepared.runPython("from pipros_tab import program; program.prepare()");
   return imageOf(prepared);
 }
 
@@ -79,9 +80,9 @@ export async function runProcess(data, program, post, loadPyodide, startPython, 
     const pyodide = await startFrom(data.image, loadPyodide);
     pyodide.setStdout(output);
     pyodide.setStderr(output);
-    const rings = new Rings({ ...data, interrupts: interrupts.buffer }, post);
-    pyodide.setInterruptBuffer(rings.interrupts);
-    const worker = pyodide.pyimport("pipros.tab.program").start(rings);
+    const rings = new Rings({ ...data, interrupts }, post);
+    pyodide.setInterruptBuffer(interrupts);
+    const worker = pyodide.pyimport("pipros_tab.program").start(rings);
     code = worker.run(pyodide.toPy(await program));
   } catch (error) {
     write(`${error.message ?? error}\n`);

@@ -1,5 +1,5 @@
 // A queue of packets in shared memory, from one worker to the hub or back: one side writes, the other reads.
-// A packet is three 32-bit numbers (size of the content, kind, end of a connection) and its content; see pipros/tab/packets.py.
+// A packet is three 32-bit numbers (size of the content, kind, end of a connection) and its content; see pipros_tab/packets.py.
 
 export const RING_BYTES = 1 << 20; // a power of two, because positions are uint32 and wrap around
 const STATE_BYTES = 16;
@@ -8,18 +8,12 @@ const WRITTEN = 0; // position of the writer
 const READ = 1; // position of the reader
 const FLAG = 2; // set by the writer if the reader is to be notified, or by a writer that waits for room
 
-export function sharedRing() {
-  return new SharedArrayBuffer(STATE_BYTES + RING_BYTES);
-}
-
 export class Ring {
-  /** @param {SharedArrayBuffer} shared from `sharedRing` */
-  constructor(shared) {
+  /** @param {SharedArrayBuffer} shared that of the other side, which has the same property */
+  constructor(shared = new SharedArrayBuffer(STATE_BYTES + RING_BYTES)) {
     this.shared = shared;
     this.state = new Int32Array(shared, 0, 4);
     this.data = new Uint8Array(shared, STATE_BYTES);
-    this.head = new Uint32Array(3);
-    this.headBytes = new Uint8Array(this.head.buffer);
   }
 
   get used() {
@@ -40,11 +34,8 @@ export class Ring {
   write(kind, end, content) {
     const size = HEAD_BYTES + content.length;
     if (this.used + size > RING_BYTES) return false;
-    this.head[0] = content.length;
-    this.head[1] = kind;
-    this.head[2] = end;
     const start = Atomics.load(this.state, WRITTEN);
-    this.#put(start, this.headBytes);
+    this.#put(start, new Uint8Array(Uint32Array.of(content.length, kind, end).buffer));
     this.#put(start + HEAD_BYTES, content);
     Atomics.store(this.state, WRITTEN, (start + size) | 0);
     Atomics.notify(this.state, WRITTEN);

@@ -1,4 +1,4 @@
-// Reads the output of a terminal: text, colours, and marks; see pipros/tab/terminal.py. Knows nothing of the page.
+// Reads the output of a terminal: text, colours, and marks; see pipros_tab/terminal.py. Knows nothing of the page.
 
 /* eslint-disable no-control-regex -- escape sequences consist of them */
 const SEQUENCE = /\x1b\[([\d;?]*)([A-Za-z])|\x1b\]([^\x07\x1b]*)(?:\x07|\x1b\\)|\r\n|\r|\n/g;
@@ -47,13 +47,4 @@ function styled(style, numbers) {
     else if (number >= 30 && number <= 39) classes = [...classes.filter((each) => !each.startsWith("c")), `c${number}`];
   }
   return classes.join(" ");
-}
-
-/** Completes the last word of a line as far as all words agree. @param {string} line @param {string[]} words */
-export function completed(line, words) {
-  if (words.length === 0) return line;
-  let common = words[0];
-  for (const word of words) while (!word.startsWith(common)) common = common.slice(0, -1);
-  const end = words.length === 1 && !/[/=]$/.test(common) ? " " : "";
-  return line.slice(0, line.lastIndexOf(" ") + 1) + common + end;
 }

@@ -6,7 +6,9 @@ import { xml } from "@codemirror/lang-xml";
 import { bracketMatching, defaultHighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
 import { EditorState } from "@codemirror/state";
 import { EditorView, drawSelection, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
+import { download, h, replace } from "./dom.js";
 import { Hub } from "./hub.mjs";
+import { IS_FOLDER } from "./packets.mjs";
 import { Pictures } from "./pictures.js";
 import { keepFiles } from "./store.js";
 import { Terminal } from "./terminal.js";
@@ -15,8 +17,11 @@ const HOME = "/home/student";
 const PACKED = `${HOME}/.ros/student.zip`; // neither listed nor kept
 const OPENED = "/tmp/opened.zip"; // in one worker alone
 const TERMINALS = 3;
-const IS_FOLDER = 0o040000;
-const NOT_LISTED = /\/\.ros(\/|$)|\/(build|devel)\//;
+const NO_USE = /\/(build|devel|\.catkin_workspace|\.ros)(\/|$)/; // not listed, as they are made by commands
+const WELCOME = "This is a computer with ROS 1 in your browser. Nothing is installed, and your files stay in this browser.\n" +
+  "\x1b[32mhelp\x1b[0m lists the commands. Steps, beside the files, leads through the first package, from " +
+  "\x1b[32mmkdir feature\x1b[0m on.";
+const RAN = "pipros-tab-steps";
 const RELOADED = "pipros-tab-reloaded";
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
 const say = (text) => ($("state").textContent = text);
@@ -31,17 +36,16 @@ function startWorker(data, onMessage) {
 
 /** Returns whether the page may share memory; if not, says why, or reloads with the headers of the service worker. */
 async function isIsolated() {
+  const registered = navigator.serviceWorker?.register(new URL("headers.js", import.meta.url));
   if (crossOriginIsolated) {
     sessionStorage.removeItem(RELOADED);
-    void navigator.serviceWorker?.register(new URL("headers.js", import.meta.url));
     return true;
   }
   if (!isSecureContext) say("Browsers share memory only on https pages, and on localhost: use one of these addresses.");
-  else if (!navigator.serviceWorker || sessionStorage.getItem(RELOADED)) {
-    say("This browser does not let pages share memory: try another one.");
-  } else {
+  else if (!registered || sessionStorage.getItem(RELOADED)) say("This browser does not let pages share memory: try another one.");
+  else {
     sessionStorage.setItem(RELOADED, "yes");
-    await navigator.serviceWorker.register(new URL("headers.js", import.meta.url));
+    await registered;
     await navigator.serviceWorker.ready;
     location.reload();
   }
@@ -61,7 +65,8 @@ class Editor {
     this.save();
     this.path = path;
     $("editor").hidden = false;
-    $("editor-name").textContent = path.replace(`${HOME}/`, "");
+    $("editor-name").title = path.replace(`${HOME}/`, "");
+    $("editor-name").textContent = `\u200e${$("editor-name").title}`; // written from left to right, although the start is cut
     const doc = new TextDecoder().decode(this.hub.files.get(path)?.[1]);
     this.view.setState(EditorState.create({ doc, extensions: this.#extensions(path) }));
     this.saved = this.view.state.doc;
@@ -72,7 +77,7 @@ class Editor {
     const { doc } = this.view.state;
     if (this.saved && !doc.eq(this.saved)) {
       this.hub.writeFile(this.path, new TextEncoder().encode(doc.toString()));
-      say(`saved ${$("editor-name").textContent}`);
+      say(`saved ${$("editor-name").title}`);
     }
     this.saved = doc;
     return true;
@@ -92,37 +97,51 @@ class Editor {
 }
 
 function listFiles(hub, editor) {
-  const paths = [...hub.files.keys()].filter((path) => !NOT_LISTED.test(path)).sort();
-  $("files").replaceChildren(
-    ...paths.map((path) => {
-      const name = path.slice(HOME.length + 1);
-      const isFolder = Boolean((hub.files.get(path)?.[0] ?? 0) & IS_FOLDER);
-      const depth = name.split("/").length - 1;
-      const item = Object.assign(document.createElement(isFolder ? "div" : "button"), { title: name });
-      item.textContent = name.split("/").at(-1) + (isFolder ? "/" : "");
-      item.style.marginLeft = `${depth * 0.9}rem`;
-      if (!isFolder) item.onclick = () => editor.open(path);
-      return item;
-    }),
-  );
+  const paths = [...hub.files.keys()].filter((path) => !NO_USE.test(path)).sort();
+  replace($("files"), paths.map((path) => {
+    const name = path.slice(HOME.length + 1);
+    const parents = name.split("/");
+    const text = parents.pop();
+    const attributes = { title: name, style: `margin-left: ${parents.length * 0.9}rem` };
+    if ((hub.files.get(path)?.[0] ?? 0) & IS_FOLDER) return h("div", attributes, `${text}/`);
+    return h("button", { ...attributes, onclick: () => editor.open(path) }, text);
+  }));
+}
+
+/** Ticks the steps of the case study: `data-ran` is the line that a step asks for, `data-file` a file, and `data-has` what it contains. */
+function tickSteps(hub, line = "") {
+  const lines = JSON.parse(localStorage.getItem(RAN) ?? "[]"); // what steps have asked for, and has been done
+  const texts = [...hub.files].map(([path, [, content]]) => [path, content]);
+  for (const step of /** @type {any} */ (document.querySelectorAll("#steps li"))) {
+    const { ran, file, has = "" } = step.dataset;
+    const isIn = ([path, content]) => path.endsWith(`/${file}`) && new RegExp(has, "m").test(new TextDecoder().decode(content));
+    if (ran && new RegExp(ran).test(line) && !lines.includes(ran)) lines.push(ran);
+    step.classList.toggle("done", file ? texts.some(isIn) : lines.includes(ran));
+  }
+  localStorage.setItem(RAN, JSON.stringify(lines));
+}
+
+/** Removes all files and the history after a question. */
+function startAnew(hub) {
+  if (!confirm("Remove all files of this tab, and start anew? Download files keeps a copy.")) return;
+  localStorage.clear();
+  for (const path of [...hub.files.keys()]) hub.writeFile(path, null);
+  location.reload();
 }
 
 /** Packs or unpacks an archive with Python. Returns what it prints. */
 async function archive(hub, order, path, files = {}) {
   let printed = "";
-  const argv = ["python3", "-m", "pipros.tab.archives", order, path];
-  await hub.start({ argv, files }, (text) => (printed += text)).ended;
+  await hub.start({ argv: ["python3", "-m", "pipros_tab.archives", order, path], files }, (text) => (printed += text)).ended;
   return printed.trim();
 }
 
-async function download(hub) {
+async function downloadFiles(hub) {
   say(await archive(hub, "pack", PACKED));
   const packed = hub.files.get(PACKED);
   if (!packed) return; // it said why
-  const href = URL.createObjectURL(new Blob([packed[1]], { type: "application/zip" }));
   hub.writeFile(PACKED, null);
-  Object.assign(document.createElement("a"), { href, download: "student.zip" }).click();
-  setTimeout(() => URL.revokeObjectURL(href), 10_000);
+  download("student.zip", packed[1], "application/zip");
 }
 
 async function openZip(hub, file) {
@@ -135,21 +154,27 @@ async function main() {
   const hub = new Hub(startWorker);
   const editor = new Editor(hub);
   const keep = await keepFiles(hub.files, (error) => say(`files are not kept (${error?.name}): download them, and remove some`));
+  const showFiles = () => {
+    listFiles(hub, editor);
+    tickSteps(hub);
+  };
   let listing = 0;
   hub.onFile = (path) => {
     keep(path);
     clearTimeout(listing);
-    listing = setTimeout(() => listFiles(hub, editor), 100);
+    listing = setTimeout(showFiles, 100);
   };
-  listFiles(hub, editor);
+  showFiles();
   let count = 0;
   const pictures = new Pictures(hub, $("side"), $("choices"));
   const edit = (path) => {
-    pictures.show(null);
+    pictures.show("files");
     editor.open(path);
   };
   const open = () => {
-    const terminal = new Terminal(hub, `Terminal ${++count}`, edit, (line) => pictures.open(line));
+    const shown = (line) => pictures.open(line);
+    const welcome = count ? "\x1b[32mhelp\x1b[0m lists the commands." : WELCOME;
+    const terminal = new Terminal(hub, `Terminal ${++count}`, edit, shown, (line) => tickSteps(hub, line), welcome);
     $("terminals").append(terminal.element);
     return terminal;
   };
@@ -159,7 +184,8 @@ async function main() {
     const name = prompt("Path of the file in the home folder");
     if (name) edit(`${HOME}/${name}`);
   };
-  $("download").onclick = () => download(hub);
+  $("anew").onclick = () => startAnew(hub);
+  $("download").onclick = () => downloadFiles(hub);
   $("open-zip").onchange = () => openZip(hub, $("open-zip").files[0]);
   document.querySelectorAll("header [disabled]").forEach((each) => each.removeAttribute("disabled"));
   say("");

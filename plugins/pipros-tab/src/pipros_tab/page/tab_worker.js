@@ -7,6 +7,27 @@ import { start } from "./start.mjs";
 const FILES = new URL("files/", import.meta.url);
 const MADE_FROM = ["pyodide-lock.json", "pipros.whl", "libraries.zip"];
 
+/** Says how much of Python has arrived: `fetch` counts the bytes of every answer. */
+function countFetched() {
+  const { fetch } = self;
+  let bytes = 0;
+  let said = 0;
+  self.fetch = async (...request) => {
+    const response = await fetch(...request);
+    const counted = new TransformStream({
+      transform(piece, controller) {
+        bytes += piece.length;
+        if (bytes - said > 500_000) {
+          said = bytes;
+          self.postMessage({ output: `Starting Python: ${(bytes / 1e6).toFixed(1)} MB have arrived …\r` });
+        }
+        controller.enqueue(piece);
+      },
+    });
+    return new Response(response.body?.pipeThrough(counted), response);
+  };
+}
+
 async function read(name) {
   const response = await fetch(new URL(name, FILES));
   if (!response.ok) throw new Error(`${name}: ${response.status} ${response.statusText}`);
@@ -32,6 +53,7 @@ async function openImages() {
 }
 
 self.onmessage = ({ data }) => {
+  if (data.makesImage) countFetched();
   const program = new Promise((resolve) => (self.onmessage = (message) => resolve(message.data)));
   const load = async (options) => {
     const { loadPyodide } = await import(new URL("pyodide.mjs", FILES).href);

@@ -1,6 +1,7 @@
 // One terminal of the page: shows the output of its shell, and sends it what is typed.
 
-import { completed, Output } from "./screen.mjs";
+import { h } from "./dom.js";
+import { Output } from "./screen.mjs";
 
 const LINES = 3000;
 const LINE_CHARACTERS = 16384;
@@ -15,34 +16,33 @@ export class Terminal {
   #at = history.length;
   #startsAnew = false;
   #length = 0; // of the line that is being written
-  #isDrawn = true; // false until the next frame
-  #height = 0; // of the screen before it is resized
 
   /** @param {import("./hub.mjs").Hub} hub @param {string} name @param {(path: string) => void} edit
-   * @param {(line: string) => boolean} open shows the page whose address a line contains, if any */
-  constructor(hub, name, edit, open) {
+   * @param {(line: string) => void} open shows the page whose address a line contains, if any
+   * @param {(line: string) => void} done is called with each line whose commands have succeeded
+   * @param {string} welcome the first lines */
+  constructor(hub, name, edit, open, done, welcome) {
+    this.done = done;
     this.open = open;
     this.hub = hub;
     this.edit = edit;
-    this.screen = make("div", "screen");
-    this.prompt = make("span", "");
-    this.input = Object.assign(make("input", ""), { spellcheck: false, autocomplete: "off", ariaLabel: name });
-    this.entry = make("div", "entry", this.prompt, this.input);
+    this.prompt = h("span");
+    this.input = h("input", { spellcheck: "false", autocomplete: "off", "aria-label": name, onkeydown: (event) => this.#key(event),
+      onpaste: (event) => this.#paste(event) });
+    this.entry = h("div", { class: "entry" }, this.prompt, this.input);
+    this.screen = h("div", { class: "screen" }, this.entry);
+    this.scroller = h("div", { class: "scroller", onclick: () => getSelection()?.isCollapsed && this.input.focus() }, this.screen);
+    const button = (text, title, onclick) => h("button", { type: "button", title, onclick }, text);
     const stop = button("Stop", "End the program at once", () => hub.type(this.process, { stop: true }));
     const close = button("×", "Close the terminal", () => hub.stop(this.process));
-    this.element = make("section", "terminal", make("div", "head", make("b", "", name), stop, close), this.screen);
-    this.screen.append(this.entry);
-    this.line = this.#newLine();
-    this.input.addEventListener("keydown", (event) => this.#key(event));
-    this.input.addEventListener("paste", (event) => this.#paste(event));
-    this.screen.addEventListener("click", () => getSelection()?.isCollapsed && this.input.focus());
-    new ResizeObserver(() => this.#keepEnd()).observe(this.screen);
+    this.element = h("section", { class: "terminal" }, h("div", { class: "head" }, h("b", {}, name), stop, close), this.scroller);
+    this.#newLine();
+    this.show(`${welcome}\nStarting Python …\r`);
     this.process = hub.start({ argv: ["bash"] }, (text) => this.show(text));
     this.process.ended.then(() => this.element.remove());
   }
 
   show(text) {
-    if (this.#isDrawn) this.#follow();
     for (const piece of this.#output.read(text)) {
       if ("text" in piece) this.#write(piece.text, piece.style);
       else if ("line" in piece) this.#endLine();
@@ -52,63 +52,45 @@ export class Terminal {
     }
   }
 
-  /** Scrolls to the end with the next frame if the end is seen now. To ask it at each piece of output would take most of the time. */
-  #follow() {
-    const isAtEnd = this.#isAtEnd();
-    this.#isDrawn = false;
-    requestAnimationFrame(() => {
-      this.#isDrawn = true;
-      if (isAtEnd) this.screen.scrollTop = this.screen.scrollHeight;
-    });
-  }
-
-  /** A further terminal makes the others smaller: if the end was seen before, it is seen after. */
-  #keepEnd() {
-    if (this.#isAtEnd()) this.screen.scrollTop = this.screen.scrollHeight;
-    this.#height = this.screen.clientHeight;
-  }
-
-  #isAtEnd() {
-    const { scrollTop, scrollHeight, clientHeight } = this.screen;
-    return scrollTop + Math.max(clientHeight, this.#height) > scrollHeight - 40;
-  }
-
   #write(text, style) {
     if (this.#startsAnew) this.line.replaceChildren();
     this.#length = text.length + (this.#startsAnew ? 0 : this.#length);
     this.#startsAnew = false;
-    this.line.append(make("span", style, text));
-    if (this.#length > LINE_CHARACTERS) this.line = this.#newLine();
+    this.line.append(h("span", { class: style }, text));
+    if (this.#length > LINE_CHARACTERS) this.#newLine();
+  }
+
+  /** Shows a line that no program has printed. */
+  #print(text) {
+    this.#write(text, "");
+    this.#newLine();
   }
 
   #endLine() {
-    const { line } = this;
-    if (this.open(line.textContent ?? "")) {
-      line.classList.add("link");
-      line.title = "Show the page again";
-      line.onclick = () => this.open(line.textContent ?? "");
-    }
-    this.line = this.#newLine();
+    this.open(this.line.textContent);
+    this.#newLine();
   }
 
   #newLine() {
     this.#startsAnew = false;
     this.#length = 0;
-    const line = make("div", "");
-    this.entry.before(line);
+    this.line = h("div");
+    this.entry.before(this.line);
     while (this.screen.childElementCount > LINES) this.screen.firstElementChild?.remove();
-    return line;
   }
 
   #clear() {
     this.screen.replaceChildren(this.entry);
-    this.line = this.#newLine();
+    this.#newLine();
   }
 
   #mark(letter, value) {
     if (letter === "E") this.edit(value);
     if (letter === "C") this.#complete(JSON.parse(value));
+    if (letter === "D") this.done(value);
     if (letter !== "P") return;
+    if (this.#startsAnew) this.line.replaceChildren();
+    this.#startsAnew = false;
     this.#isReady = true;
     this.prompt.textContent = value;
     const next = this.#waiting.shift();
@@ -116,8 +98,7 @@ export class Terminal {
   }
 
   #run(line) {
-    this.#write(`${this.prompt.textContent}${line}`, "");
-    this.line = this.#newLine();
+    this.#print(`${this.prompt.textContent}${line}`);
     this.#isReady = false;
     this.prompt.textContent = "";
     if (line.trim() && history.at(-1) !== line) {
@@ -128,15 +109,13 @@ export class Terminal {
     this.hub.type(this.process, { line });
   }
 
-  #complete(words) {
-    const line = completed(this.input.value, words);
-    if (line === this.input.value && words.length > 1) {
-      this.#write(`${this.prompt.textContent}${line}`, "");
-      this.line = this.#newLine();
-      this.#write(words.join("  "), "");
-      this.line = this.#newLine();
+  #complete({ typed, completed, words }) {
+    if (this.input.value !== typed) return; // the user has typed more
+    if (completed === typed && words.length > 1) {
+      this.#print(`${this.prompt.textContent}${typed}`);
+      this.#print(words.join("  "));
     }
-    this.input.value = line;
+    this.input.value = completed;
   }
 
   #key(event) {
@@ -177,25 +156,13 @@ export class Terminal {
     this.input.value = "";
     if (this.#isReady) this.#run(line);
     else this.#waiting.push(line);
-    this.screen.scrollTop = this.screen.scrollHeight;
+    this.scroller.scrollTop = 0; // the end, as its content is laid out from the end
   }
 
   #interrupt() {
-    this.#write(`${this.prompt.textContent}${this.input.value}^C`, "");
-    this.line = this.#newLine();
+    this.#print(`${this.prompt.textContent}${this.input.value}^C`);
     this.input.value = "";
     this.#waiting = [];
     if (!this.#isReady) this.hub.interrupt(this.process);
   }
-}
-
-function make(name, className, ...children) {
-  const made = document.createElement(name);
-  made.className = className;
-  made.append(...children);
-  return made;
-}
-
-function button(text, title, onclick) {
-  return Object.assign(make("button", "", text), { type: "button", title, onclick });
 }

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.tab.archives import main, pack, unpack
+from pipros_tab.archives import main, pack, unpack
 
 METHODS = {"odd": zipfile.ZIP_LZMA, "stored": zipfile.ZIP_STORED}
 """How files with these names are compressed."""

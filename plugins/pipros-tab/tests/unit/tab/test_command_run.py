@@ -6,7 +6,7 @@ import platform
 
 import pytest
 
-from pipros.tab.command_run import run_words
+from pipros_tab.command_run import run_words
 
 
 def test_python_prints_its_version(capsys: pytest.CaptureFixture[str]) -> None:

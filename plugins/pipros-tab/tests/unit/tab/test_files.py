@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.tab.files import PIECE_BYTES, SharedFiles
+from pipros_tab.files import PIECE_BYTES, SharedFiles
 
 
 @pytest.fixture

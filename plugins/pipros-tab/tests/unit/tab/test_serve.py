@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import gzip
 import http.client
 import socket
 import threading
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.tab import serve
+from pipros_tab import serve
 from tests.support.waiting import wait_until
 
 CONNECTIONS = 8
@@ -20,6 +21,8 @@ CONNECTIONS = 8
 @pytest.fixture
 def port(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     (tmp_path / "index.html").write_text("the page")
+    (tmp_path / "python.wasm").write_bytes(b"whole")
+    (tmp_path / "python.wasm.gz").write_bytes(gzip.compress(b"packed"))
     monkeypatch.setattr(serve, "connections_that_fit", lambda _share: CONNECTIONS)
     server = serve._Server(("127.0.0.1", 0), functools.partial(serve._Files, directory=str(tmp_path)))
     threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
@@ -66,3 +69,17 @@ def test_a_request_that_does_not_end_is_not_kept(port: int) -> None:
             except ConnectionError:
                 break
         wait_until(lambda: is_closed(client))
+
+
+@pytest.mark.parametrize(("accepted", "sent"), [({"Accept-Encoding": "gzip, br"}, b"packed"), ({}, b"whole")])
+def test_a_compressed_file_is_sent_to_browsers_that_accept_it(
+    port: int, accepted: dict[str, str], sent: bytes
+) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    connection.request("GET", "/python.wasm", headers=accepted)
+    answer = connection.getresponse()
+    content = answer.read()
+    assert (gzip.decompress(content) if answer.headers["Content-Encoding"] == "gzip" else content) == sent
+    assert answer.headers["Content-Type"] == "application/wasm"
+    assert page_of(connection) == b"the page"
+    connection.close()

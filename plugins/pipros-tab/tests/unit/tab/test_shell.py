@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from pipros.tab import shell
-from pipros.tab.filters import run_before
-from pipros.tab.shell import run_line
-from pipros.workspace.overlays import MARKER
+from pipros_tab import shell
+from pipros_tab.filters import run_before
+from pipros_tab.shell import run_line
+from pipros_workspace.overlays import MARKER
 
 
 @pytest.fixture(autouse=True)
@@ -39,6 +39,15 @@ def test_folders_and_files_are_made_listed_and_shown(home: Path, capsys: pytest.
     )
     assert codes == [0] * 5
     assert capsys.readouterr().out == f"{home}/ws/src\nint64  num\nNum.msg\nsrc\n"
+
+
+def test_help_names_the_commands_and_nothing_needs_to_be_installed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert typed("help", "sudo apt install ros-noetic-desktop", "pip install rospy") == [0, 1, 1]
+    shown = capsys.readouterr()
+    assert all(name in shown.out for name in ("catkin_make", "rosrun", "gedit", "Steps"))
+    assert shown.err.count("nothing to install") == 2
 
 
 def test_output_is_appended_and_files_are_removed(home: Path) -> None:

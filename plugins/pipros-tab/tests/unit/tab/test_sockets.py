@@ -10,10 +10,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.tab import sockets
-from pipros.tab.network import WINDOW_BYTES, Network
-from pipros.tab.sockets import TabPoll, TabSelector, getaddrinfo, socketpair, wait_for_any
-from pipros.tab.tab_socket import HERE, TabSocket
+from pipros_tab import sockets
+from pipros_tab.network import WINDOW_BYTES, Network
+from pipros_tab.sockets import TabPoll, TabSelector, getaddrinfo, socketpair, wait_for_any
+from pipros_tab.tab_socket import HERE, TabSocket
 from tests.support.tab_hub import MemoryPort, Switch
 
 

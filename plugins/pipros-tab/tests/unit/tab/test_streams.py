@@ -7,8 +7,8 @@ from types import FrameType
 
 import pytest
 
-from pipros.tab.network import WINDOW_BYTES, Network, Stream
-from pipros.tab.packets import Kind
+from pipros_tab.network import WINDOW_BYTES, Network, TabStream
+from pipros_tab.packets import PacketKind
 from tests.support.tab_hub import MemoryPort, Switch
 
 
@@ -26,7 +26,7 @@ class Ends:
         self.port, self.arrived = self.server_network.listen(0)
         self.client = self.client_network.connect(self.port)
         self.pass_packets()
-        self.server: Stream = self.arrived.popleft()
+        self.server: TabStream = self.arrived.popleft()
 
     def pass_packets(self) -> None:
         self.client_network.receive(0.0)
@@ -38,7 +38,7 @@ def ends(switch: Switch) -> Ends:
     return Ends(switch)
 
 
-def read(stream: Stream, count: int = 1 << 20) -> bytes:
+def read(stream: TabStream, count: int = 1 << 20) -> bytes:
     buffer = bytearray(count)
     return bytes(buffer[: stream.read_into(memoryview(buffer))])
 
@@ -97,8 +97,8 @@ def test_what_was_sent_before_the_end_can_be_read(ends: Ends) -> None:
     with pytest.raises(BrokenPipeError):
         ends.server.write(memoryview(b"x"))
     ends.server.close()
-    assert ends.ports[0].sent.count(Kind.RESET) == 1
-    assert Kind.RESET not in ends.ports[1].sent
+    assert ends.ports[0].sent.count(PacketKind.RESET) == 1
+    assert PacketKind.RESET not in ends.ports[1].sent
 
 
 def test_after_finish_the_other_direction_works(ends: Ends) -> None:
@@ -109,7 +109,7 @@ def test_after_finish_the_other_direction_works(ends: Ends) -> None:
     ends.server.write(memoryview(b"answer"))
     ends.pass_packets()
     assert read(ends.client) == b"answer"
-    assert ends.ports[0].sent.count(Kind.FINISH) == 1
+    assert ends.ports[0].sent.count(PacketKind.FINISH) == 1
 
 
 def test_a_stream_that_stopped_receiving_discards_data(ends: Ends) -> None:
@@ -145,7 +145,7 @@ def test_a_listener_that_does_not_accept_gets_a_limited_number_of_connections(sw
 
 
 def test_a_silent_hub_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.tab.network._HUB_S", 0.01)
+    monkeypatch.setattr("pipros_tab.network._HUB_S", 0.01)
     switch = Switch()
     port = MemoryPort(switch)
     monkeypatch.setattr(port, "send", lambda *_: None)

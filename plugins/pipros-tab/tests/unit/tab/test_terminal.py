@@ -1,4 +1,4 @@
-"""Completion in the terminals of a tab, and the commands of docs/tab.md."""
+"""Completion in the terminals of a tab, and the commands of docs/start/tab.md."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.tab.terminal import completions, edit_in_package
+from pipros_tab.terminal import completed, completions, edit_in_package
 from tests.support.environments import REPOSITORY
 
 
@@ -35,6 +35,13 @@ def test_commands_files_and_programs_of_packages_are_completed(home: Path) -> No
     assert twist == [f'"{{linear: {zero}, angular: {zero}}}"']
 
 
+def test_a_line_is_completed_as_far_as_all_words_agree() -> None:
+    assert completed("rosno", ["rosnode"]) == "rosnode "
+    assert completed("cd feat", ["feature/"]) == "cd feature/"
+    assert completed("roslaunch a b sp", ["speed:=", "speedy"]) == "roslaunch a b speed"
+    assert completed("rosparam set x", []) == "rosparam set x"
+
+
 def test_rosed_opens_a_file_of_a_package(capsys: pytest.CaptureFixture[str]) -> None:
     assert edit_in_package(["rospy_tutorials", "AddTwoInts.srv"]) == 0
     shown = capsys.readouterr().out
@@ -44,8 +51,8 @@ def test_rosed_opens_a_file_of_a_package(capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_the_case_study_of_the_docs_is_typed_in_pyodide() -> None:
-    shown = (REPOSITORY / "docs/tab.md").read_text(encoding="utf-8")
-    typed = (REPOSITORY / "packages/pipros-tab/tests/pyodide/test_terminal.py").read_text(encoding="utf-8")
+    shown = (REPOSITORY / "plugins/pipros-tab/docs/start/tab.md").read_text(encoding="utf-8")
+    typed = (REPOSITORY / "plugins/pipros-tab/tests/pyodide/test_terminal.py").read_text(encoding="utf-8")
     lines = re.findall(r"^\$ (.+)$", shown, re.MULTILINE)
     assert len(lines) > 20
     names = {"~/feature/buse_nur_emir_07042023/catkin_ws": "~/{WORKSPACE}"}

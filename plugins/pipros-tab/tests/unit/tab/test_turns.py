@@ -10,10 +10,10 @@ import time
 
 import pytest
 
-from pipros.tab.network import Network
-from pipros.tab.sockets import TabSelector, socketpair
-from pipros.tab.tab_socket import TabSocket
-from pipros.tab.turns import DEEPEST, END_S, WorkerTurns, distinct_ns
+from pipros_tab.network import Network
+from pipros_tab.sockets import TabSelector, socketpair
+from pipros_tab.tab_socket import TabSocket
+from pipros_tab.turns import DEEPEST, END_S, WorkerTurns, distinct_ns
 from tests.support.tab_hub import MemoryPort, Switch
 
 
@@ -116,7 +116,7 @@ def test_the_last_job_runs_where_no_job_waits_after_a_moment(turns: WorkerTurns)
 def test_jobs_that_end_by_themselves_are_not_ended(
     turns: WorkerTurns, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.tab.turns.END_S", 3.0)
+    monkeypatch.setattr("pipros_tab.turns.END_S", 3.0)
     done: list[str] = []
 
     def job() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 
 @command
@@ -21,7 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("folder", type=Path, metavar="FOLDER")
     arguments = parser.parse_args(argv)
-    from pipros.wheels.index import LOCK_FILE, write_index
+    from pipros_wheels.index import LOCK_FILE, write_index
 
     errors: list[str] = []
     try:

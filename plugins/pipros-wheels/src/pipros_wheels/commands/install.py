@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 if TYPE_CHECKING:
-    from pipros.wheels.plan import PlanStep
+    from pipros_wheels.plan import PlanStep
 
 
 @command
@@ -55,12 +55,12 @@ def _parser() -> ArgumentParser:
 
 
 def _install(arguments: Namespace, folder: Path) -> int:
-    from pipros.wheels.folder_wheels import split_requirement
-    from pipros.wheels.installer import Installer, find_installer
-    from pipros.wheels.plan import Places, Provider, make_plan, plan_table
-    from pipros.wheels.python_keys import read_keys
-    from pipros.wheels.sources import source_folders
-    from pipros.wheels.wheel_build import WheelOptions, build_wheels, source_packages
+    from pipros_wheels.folder_wheels import split_requirement
+    from pipros_wheels.installer import Installer, find_installer
+    from pipros_wheels.plan import Places, Provider, make_plan, plan_table
+    from pipros_wheels.python_keys import read_keys
+    from pipros_wheels.sources import source_folders
+    from pipros_wheels.wheel_build import WheelOptions, build_wheels, source_packages
 
     for name in ("clones", "wheels"):
         (folder / name).mkdir()
@@ -81,7 +81,7 @@ def _install(arguments: Namespace, folder: Path) -> int:
         for wheel in build.wheels:
             for note in wheel.notes:
                 print(f"{wheel.package.name}: {note}")
-        for line in build.left_out:
+        for line in [*build.missing(), *build.left_out]:
             print(line)
         files = {wheel.file: "" for wheel in build.wheels}
         files |= {step.wheel.file: step.wheel.sha256 for step in plan if step.wheel}
@@ -96,7 +96,7 @@ def _install(arguments: Namespace, folder: Path) -> int:
 
 
 def _print_advice(plan: Sequence[PlanStep]) -> None:
-    from pipros.wheels.plan import Provider
+    from pipros_wheels.plan import Provider
 
     debian = sorted({step.target for step in plan if step.provider is Provider.DEBIAN})
     if debian:

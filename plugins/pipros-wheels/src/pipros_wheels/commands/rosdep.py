@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import open_file
 from pipros.basics.interrupts import forget_handlers
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 _OUTPUT_LIMIT_S = 10.0
 
@@ -29,9 +30,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.verb in ("init", "update"):
         print("nothing to do: the table of Python keys comes with pipros")
         return 0
-    from pipros.wheels.plan import Places, Provider, make_plan, plan_table
-    from pipros.wheels.python_keys import read_keys
-    from pipros.wheels.wheel_build import source_packages
+    from pipros_wheels.plan import Places, Provider, make_plan, plan_table
+    from pipros_wheels.python_keys import read_keys
+    from pipros_wheels.wheel_build import source_packages
 
     try:
         keys = read_keys(options.keys)
@@ -66,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 else "#All required rosdeps installed successfully"
             )
             return code
-        from pipros.wheels.installer import Installer, find_installer
+        from pipros_wheels.installer import Installer, find_installer
 
         Installer(find_installer()).install(requirements, {})
     except (PiprosError, OSError) as error:
@@ -137,7 +138,7 @@ def _become(words: list[str]) -> None:
 
 def _is_ours(program: str) -> bool:
     try:
-        with open(program, "rb") as file:
+        with open_file(program) as file:
             return b"pipros" in file.read(2000)
     except OSError:
         return True

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
+from pipros_tools.cli.entry_point import command
 
 
 @command
@@ -38,10 +38,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     if arguments.ros2:
         return _build_for_ros2(arguments)
-    from pipros.wheels.init_file import ADVICE, write_build_system
-    from pipros.wheels.python_keys import read_keys
-    from pipros.wheels.sources import source_folders
-    from pipros.wheels.wheel_build import WheelOptions, build_wheels, source_packages
+    from pipros_wheels.init_file import ADVICE, write_build_system
+    from pipros_wheels.python_keys import read_keys
+    from pipros_wheels.sources import source_folders
+    from pipros_wheels.wheel_build import WheelOptions, build_wheels, source_packages
 
     try:
         with tempfile.TemporaryDirectory(prefix="pipros-sources-") as clones:
@@ -59,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 for note in wheel.notes:
                     print(f"{wheel.package.name}: {note}")
                 print(wheel.file)
-            for line in build.left_out:
+            for line in [*build.missing(), *build.left_out]:
                 print(line)
             nothing = [] if build.wheels or space.errors or build.errors else ["no wheel was built"]
             return _report([*space.errors, *build.errors, *nothing])
@@ -68,9 +68,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _build_for_ros2(arguments: Namespace) -> int:
-    from pipros.wheels.ros2_wheel import Ros2Wheels
-    from pipros.wheels.wheel_build import source_packages
-    from pipros.workspace.layout import SourceSpace
+    from pipros_wheels.ros2_wheel import Ros2Wheels
+    from pipros_wheels.wheel_build import source_packages
+    from pipros_workspace.layout import SourceSpace
 
     names = [word for word in arguments.sources if not Path(word).is_dir()]
     folders = [Path(word) for word in arguments.sources if Path(word).is_dir()]

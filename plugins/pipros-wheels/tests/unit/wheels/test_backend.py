@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.wheels import backend
-from pipros.wheels.init_file import BUILD_SYSTEM, write_build_system
+from pipros_wheels import backend
+from pipros_wheels.init_file import BUILD_SYSTEM, write_build_system
 from tests.support.workspaces import Workspace
 
 CMAKE = "catkin_package()\ninstall(DIRECTORY launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"

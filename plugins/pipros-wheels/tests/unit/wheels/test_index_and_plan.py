@@ -14,16 +14,16 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.errors import InvalidName, PiprosError
-from pipros.wheels import installer, plan
-from pipros.wheels.commands import index as index_command
-from pipros.wheels.commands import install as install_command
-from pipros.wheels.commands import rosdep
-from pipros.wheels.commands import wheel as wheel_command
-from pipros.wheels.index import read_wheel_name, write_index
-from pipros.wheels.names import distribution_name, is_requirement
-from pipros.wheels.plan import Places, PlanStep, Provider, make_plan
-from pipros.wheels.python_keys import PYTHON_KEYS, read_keys
-from pipros.wheels.wheel_build import source_packages
+from pipros_wheels import installer, plan
+from pipros_wheels.commands import index as index_command
+from pipros_wheels.commands import install as install_command
+from pipros_wheels.commands import rosdep
+from pipros_wheels.commands import wheel as wheel_command
+from pipros_wheels.index import read_wheel_name, write_index
+from pipros_wheels.names import distribution_name, is_requirement
+from pipros_wheels.plan import Places, PlanStep, Provider, make_plan
+from pipros_wheels.python_keys import PYTHON_KEYS, read_keys
+from pipros_wheels.wheel_build import source_packages
 from tests.support.workspaces import Workspace
 
 
@@ -346,7 +346,7 @@ def test_a_genuine_rosdep_is_run_instead(tmp_path: Path) -> None:
     genuine = tmp_path / "rosdep"
     genuine.write_text('#!/bin/sh\necho "genuine $*"\n')
     genuine.chmod(0o755)
-    code = "from pipros.wheels.commands.rosdep import main; main(['check', '--os=x'])"
+    code = "from pipros_wheels.commands.rosdep import main; main(['check', '--os=x'])"
     ended = subprocess.run(
         [sys.executable, "-c", code], env={"PATH": str(tmp_path)}, capture_output=True, text=True
     )

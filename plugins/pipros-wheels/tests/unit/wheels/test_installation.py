@@ -15,8 +15,8 @@ from threading import Thread
 
 import pytest
 
-from pipros.wheels import installer
-from pipros.wheels.commands import install, rosdep
+from pipros_wheels import installer
+from pipros_wheels.commands import install, rosdep
 from tests.support.workspaces import Workspace
 
 USER = (
@@ -157,7 +157,7 @@ def test_what_the_plan_names_is_installed_and_no_other_name_is_asked_of_the_inde
     }
     assert "dep_msgs        wheel in a folder  ros1-dep-msgs==1.0.0   user_pkg" in shown.out
     assert "Unknown, and not installed: ghost_msgs ros1-lost-msgs." in shown.out
-    assert "user_pkg: does not require ghost_msgs, because" in shown.out
+    assert "user_pkg does not require ghost_msgs, because" in shown.out
     assert "ros1_base_msgs-9.0-py3-none-any.whl is not a wheel" in shown.err
     assert code == 1
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from pipros.cli import rosmsg, rospack
 from pipros.packages import crawl as crawl_module
 from pipros.packages.crawl import crawl
-from pipros.wheels import installer
-from pipros.wheels.commands import index, install, rosdep, wheel
+from pipros_tools.cli import rosmsg, rospack
+from pipros_wheels import installer
+from pipros_wheels.commands import index, install, rosdep, wheel
 from tests.support.bad_packages import FAULTS, GOOD, NO_PACKAGE, POSITIONS, write_bad_package
 from tests.support.workspaces import Workspace
 from tests.unit.wheels.test_installation import add_wheel

@@ -1,4 +1,4 @@
-"""`pipros wheel --ros2`, which `pipros.ros2` translates for, where something is missing.
+"""`pipros wheel --ros2`, which `pipros_ros2` translates for, where something is missing.
 
 # needs the rooms: ros2
 """
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.wheels.commands.wheel import main
+from pipros_wheels.commands.wheel import main
 
 
 def test_one_line_says_which_compiler_to_install(

@@ -9,10 +9,8 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits
-from pipros.wheels import sources
-from pipros.wheels.limits import WheelLimits
-from pipros.wheels.sources import Repository, read_repositories, read_repository, source_folders
+from pipros_wheels.sources import Repository, read_repositories, read_repository, source_folders
+from tests.support.constants import Constants
 
 needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 
@@ -122,11 +120,9 @@ def test_malformed_lists_are_refused(name: str, text: str, message: str, tmp_pat
         read_repositories(file)
 
 
-def test_lists_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        sources, "process_limits", lambda: Limits().with_table(WheelLimits(wheel_repositories=1))
-    )
+def test_lists_have_a_limit(tmp_path: Path, constants: Constants) -> None:
+    constants(WHEEL_REPOSITORIES=1)
     file = tmp_path / "a.repos"
     file.write_text(LISTS["a.repos"])
-    with pytest.raises(PiprosError, match="lists 2 repositories; the limit wheel_repositories is 1"):
+    with pytest.raises(PiprosError, match="lists 2 repositories; the limit is 1"):
         read_repositories(file)

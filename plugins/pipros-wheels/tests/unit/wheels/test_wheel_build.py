@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import csv
 import hashlib
 import os
 import re
+import shutil
 import zipfile
 from email.parser import HeaderParser
 from pathlib import Path
@@ -14,10 +16,11 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import Limits
-from pipros.wheels import file_tree, package_build
-from pipros.wheels.limits import WheelLimits
-from pipros.wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
+from pipros_wheels import package_build
+from pipros_wheels.dependencies import dependencies_of
+from pipros_wheels.file_tree import WheelRefused
+from pipros_wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
+from tests.support.constants import Constants
 from tests.support.wheel_forms import FORMS, write_forms
 from tests.support.workspaces import Workspace
 
@@ -197,7 +200,7 @@ def test_message_packages_that_are_absent_are_named_and_not_checked(
     workspace.add("arm_msgs", cmake, "other_msgs", msg__State_dot_msg="other_msgs/Hand[] hands")
     wheel = wheels(workspace)["arm_msgs"]
     assert required(wheel) == ["pipros"]  # anyone could register ros1-other-msgs
-    assert "does not require other_msgs, because no such package is" in wheel.notes[-1]
+    assert wheel.missing == ("other_msgs",)
     assert "Dependencies that pip does not install: other_msgs" in content(wheel, "METADATA")
     (tmp_path / "ros1_other_msgs-1.0-py3-none-any.whl").touch()
     monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
@@ -244,6 +247,60 @@ def test_a_package_for_ros_2_gets_advice(workspace: Workspace) -> None:
             note for note in wheels(workspace)["arm"].notes if "for ROS 2 (build type ament_python)" in note
         ]
         assert bool(found) == is_advised
+
+
+def test_a_package_for_ros2_has_one_note(workspace: Workspace) -> None:
+    """It is recognized by its build tool, if it exports no build type."""
+    cmake = "find_package(ament_cmake REQUIRED)\nament_export_dependencies(rclpy)\nament_package()"
+    manifest = workspace.add("arm", cmake) / "package.xml"
+    text = manifest.read_text()
+    manifest.write_text(text.replace(">catkin</buildtool_depend>", ">ament_cmake</buildtool_depend>"))
+    [note] = wheels(workspace)["arm"].notes
+    assert note.startswith("is a package for ROS 2 (build type ament_cmake)")
+
+
+@pytest.mark.parametrize(
+    ("first", "expected"),
+    [
+        ("#!/usr/bin/env python", "#!python"),
+        ("#! /usr/bin/python3.8 -u\r", "#!python\r"),
+        ("#!/usr/bin/env -S python3 -u", "#!python"),
+        ("#!/usr/bin/env python2", "#!/usr/bin/env python2"),
+        ("#!/bin/sh", "#!/bin/sh"),
+        ("#!/usr/bin/env pythonista", "#!/usr/bin/env pythonista"),
+    ],
+)
+def test_scripts_of_setup_py_run_with_the_interpreter_of_the_environment(
+    workspace: Workspace, first: str, expected: str
+) -> None:
+    """pip replaces the first line `#!python`."""
+    setup = "from catkin_pkg.python_setup import generate_distutils_setup\nfrom setuptools import setup\n"
+    setup += "setup(**generate_distutils_setup(scripts=['bin/tool']))\n"
+    cmake = "find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()"
+    folder = workspace.add("arm", cmake, setup_dot_py=setup, bin__tool="")
+    (folder / "bin/tool").write_bytes(f"{first}\n#!/usr/bin/env python\n".encode())
+    with zipfile.ZipFile(wheels(workspace)["arm"].file) as archive:
+        [name] = [each for each in archive.namelist() if each.endswith(".data/scripts/tool")]
+        assert archive.read(name) == f"{expected}\n#!/usr/bin/env python\n".encode()
+
+
+def test_requirements_that_the_manifest_exports_for_pip_are_required(workspace: Workspace) -> None:
+    """catkin_virtualenv installs them."""
+    folder = workspace.add("arm", "find_package(catkin REQUIRED)\ncatkin_package()")
+    manifest, export = folder / "package.xml", "<export><pip_requirements>requirements.txt</pip_requirements>"
+    manifest.write_text(manifest.read_text().replace("</package>", f"{export}</export></package>"))
+    with pytest.raises(WheelRefused, match=r"cannot read .*requirements\.txt: No such file"):
+        dependencies_of(source_packages([workspace.base]).packages[0], None, lambda _name: False, {})
+    (folder / "requirements.txt").write_text(
+        "# pinned\nmatplotlib==3.8 \\\n    --hash=sha256:0\nrequests[s] >=2 ; python_version < '4' # x\n"
+        "-e .\nmine @ https://example.org/mine.zip\n"
+    )
+    with zipfile.ZipFile(wheels(workspace)["arm"].file) as archive:
+        [name] = [each for each in archive.namelist() if each.endswith("METADATA")]
+        metadata = archive.read(name).decode()
+    required = [line.partition(": ")[2] for line in metadata.splitlines() if line.startswith("Requires-Dist")]
+    assert required == ["pipros", "matplotlib==3.8", "requests[s] >=2 ; python_version < '4'"]
+    assert "does not install: -e . (requirements.txt), mine @ https://example.org/mine.zip" in metadata
 
 
 def test_a_package_that_installs_nothing_is_added_as_a_whole(workspace: Workspace) -> None:
@@ -463,10 +520,10 @@ def test_two_packages_cannot_install_one_file(workspace: Workspace) -> None:
         wheels(workspace)
 
 
-def test_a_wheel_has_a_limited_size(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(file_tree, "process_limits", lambda: Limits().with_table(WheelLimits(1000)))
+def test_a_wheel_has_a_limited_size(workspace: Workspace, constants: Constants) -> None:
+    constants(WHEEL_BYTES=1000)
     workspace.add("arm", big_dot_stl="x" * 1001)
-    with pytest.raises(PiprosError, match=r"exceed 1000 bytes \(wheel_bytes\)"):
+    with pytest.raises(PiprosError, match=r"exceed 1000 bytes"):
         wheels(workspace)
 
 
@@ -527,14 +584,14 @@ def test_data_files_of_a_setup_py_are_not_written_outside_of_the_installation(wo
 
 
 def test_a_folder_that_is_too_large_is_refused_before_it_is_copied(
-    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch, constants: Constants
 ) -> None:
-    monkeypatch.setattr(file_tree, "process_limits", lambda: Limits().with_table(WheelLimits(10_000)))
+    constants(WHEEL_BYTES=10_000)
     copied: list[object] = []
     monkeypatch.setattr(package_build, "install_package", lambda *arguments: copied.append(arguments))
     cmake = "catkin_package()\ninstall(DIRECTORY bags DESTINATION share/arm PATTERN *.log EXCLUDE)"
     workspace.add("arm", cmake, bags__a_dot_bag="x" * 10_001)
-    with pytest.raises(PiprosError, match=r"CMakeLists.txt:4: the files exceed 10000 bytes \(wheel_bytes\)"):
+    with pytest.raises(PiprosError, match=r"CMakeLists.txt:4: the files exceed 10000 bytes"):
         wheels(workspace)
     assert copied == []
 
@@ -568,3 +625,80 @@ def test_extras_of_another_package_are_used_in_any_order(
         ("tools", "between", user), ()
     )
     assert f"share/{user}/lab/a.txt" in names(built[user])
+
+
+@pytest.mark.parametrize("kind", EXTRAS)
+def test_extras_of_an_installed_package_are_used(
+    workspace: Workspace, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ending, _ = EXTRAS[kind]
+    form = {
+        "": "{0}",
+        ".in": "set(lab_in @PROJECT_NAME@)\n{0}",
+        ".em": "{0}@[if INSTALLSPACE]@\nset(lab_in tools)\n@[end if]@\n",
+    }[ending]
+    text = form.format(
+        "include(${tools_DIR}/more.cmake)\n"
+        "macro(lab_install name)\n"
+        "  install(FILES ${name} DESTINATION share/${PROJECT_NAME}/${lab}${lab_in})\nendmacro()\n"
+    )
+    cmake = "find_package(catkin REQUIRED)\ncatkin_package(CFG_EXTRAS lab.cmake)\n"
+    cmake += "install(FILES cmake/more.cmake DESTINATION share/${PROJECT_NAME}/cmake)"
+    folder = workspace.add("tools", cmake, cmake__more_dot_cmake="set(lab lab)")
+    (folder / "cmake" / f"lab.cmake{ending}").write_text(text)
+    built = wheels(workspace)["tools"]
+    prefix = workspace.base / "installed"
+    with zipfile.ZipFile(built.file) as archive:
+        for name in archive.namelist():
+            if ".data/data/" in name:
+                target = prefix / name.partition(".data/data/")[2]
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(archive.read(name))
+    assert {"lab.cmake", "more.cmake"} <= {each.name for each in (prefix / "share/tools/cmake").iterdir()}
+    shutil.rmtree(folder)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(prefix / "share"))
+    cmake = "find_package(catkin REQUIRED COMPONENTS tools)\ncatkin_package()\nlab_install(a.txt)"
+    workspace.add("user", cmake, "tools", a_dot_txt="")
+    where = "lab" if kind == "plain" else "labtools"
+    assert f"share/user/{where}/a.txt" in names(wheels(workspace)["user"])
+
+
+@pytest.mark.parametrize("has_other", [False, True])
+def test_each_rosbuild_package_is_named(
+    workspace: Workspace, caplog: pytest.LogCaptureFixture, has_other: bool
+) -> None:
+    folders = [workspace.base / "src" / name for name in ("old", "older")]
+    for folder in folders:
+        folder.mkdir(parents=True)
+        (folder / "manifest.xml").write_text("<package/>")
+    if has_other:
+        workspace.add("arm", "")
+    with contextlib.nullcontext() if has_other else pytest.raises(WheelRefused, match=r"no package\.xml in "):
+        space = source_packages([workspace.base / "src"])
+        assert [package.name for package in space.packages] == ["arm"]
+        assert not space.errors
+    why = "is left out: a package for rosbuild, which catkin replaced in 2012"
+    assert caplog.messages == [f"{folder} {why}" for folder in folders]
+
+
+def test_a_missing_package_is_named_once(workspace: Workspace) -> None:
+    cmake = MESSAGES.replace("std_msgs", "other_msgs")
+    for name in ("a_msgs", "b_msgs", "c_msgs", "d_msgs", "e_msgs"):
+        workspace.add(name, cmake, "other_msgs", msg__State_dot_msg="other_msgs/Hand[] hands")
+    space = source_packages([workspace.base])
+    built = build_wheels(space.packages, workspace.base / "dist", WheelOptions(), workspace.lines.append)
+    [line] = [each for each in built.missing() if "other_msgs" in each]
+    assert line.startswith("a_msgs, b_msgs, c_msgs and 2 more do not require other_msgs, because no such")
+
+
+def test_modules_for_python_2_are_named_once(workspace: Workspace) -> None:
+    cmake = "find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()"
+    setup = "from catkin_pkg.python_setup import generate_distutils_setup\nfrom setuptools import setup\n"
+    setup += "setup(**generate_distutils_setup(packages=['arm'], package_dir={'': 'src'}))\n"
+    folder = workspace.add("arm", cmake, setup_dot_py=setup, src__arm__new_dot_py="print('new')\n")
+    (folder / "src/arm/__init__.py").touch()
+    for number in range(6):
+        (folder / f"src/arm/old{number}.py").write_text("x = 1\nprint 'old'\n")
+    [note] = [each for each in wheels(workspace)["arm"].notes if "Python 3" in each]
+    files = ", ".join(f"arm/old{n}.py:2" for n in range(5))
+    assert note == f"not valid in Python 3, as if written for Python 2: {files} and 1 more"
