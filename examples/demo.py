@@ -17,7 +17,7 @@ from pipros.basics.env import DEFAULT_MASTER_URI, InvalidEnvironment, split_mast
 from pipros.basics.interrupts import interrupt_main_thread
 from pipros.basics.posix import NEW_GROUP
 from pipros.basics.windows import ON_WINDOWS
-from pipros.cli import roslaunch
+from pipros_tools.cli import roslaunch
 
 _REPOSITORY = Path(__file__).resolve().parents[1]
 _EXAMPLES = _REPOSITORY / "examples" / "catkin_ws" / "src"
@@ -69,7 +69,7 @@ def end():
     sys.stdin.read()
     os.kill(os.getpid(), signal.SIGTERM)
 threading.Thread(target=end, daemon=True).start()
-from pipros.web.commands.rqt_graph import main
+from pipros_page.commands.rqt_graph import main
 main()
 """
 

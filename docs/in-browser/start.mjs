@@ -1,4 +1,5 @@
-// Starts Python with pipros from the folder of `script/pyodide_files.py`. Used by the worker and by packages/pipros/tests/pyodide.
+// Starts Python with pipros from a folder that plugins/pipros-tab/tests/support/pyodide_files.py has written.
+// Used by the worker and by packages/pipros/tests/pyodide.
 
 /**
  * @param {(options: object) => Promise<any>} loadPyodide
