@@ -1,4 +1,4 @@
-@rem What script/test does on Linux; see windows_here.py.
+@rem What script/test does on Linux; see tests.support.windows_here.
 @set PYTHON=python
 @for %%p in (py.exe) do @if not "%%~$PATH:p"=="" set PYTHON=py
-@%PYTHON% "%~dp0windows_here.py" test %*
+@%PYTHON% "%~dp0..\packages\pipros\tests\support\windows_here.py" test %*
