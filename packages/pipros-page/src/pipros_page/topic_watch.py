@@ -153,16 +153,11 @@ class TopicWatch:
     def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
         """Call `listener` with leading messages (see `note`) and each message received within the context.
 
-        If `from_newest` is true, also begin with the newest message of each latching publisher and the newest
-        message received so far.
+        If `from_newest` is true, begin with the current messages instead; see `current_messages`.
         """
         with self._lock:
             self._listeners.append(listener)
-            first, newest = list(self._leading), self.newest
-            if from_newest:
-                first += self._latched.values()
-        if from_newest and newest is not None and not (first and first[-1][0] is newest.message):
-            first.append((newest.message, newest.wall_s))
+            first = self._current() if from_newest else list(self._leading)
         try:
             for message, wall_s in first:
                 listener(message, wall_s)
@@ -170,6 +165,17 @@ class TopicWatch:
         finally:
             with self._lock:
                 self._listeners.remove(listener)
+
+    def current_messages(self) -> list[tuple[AnyMsg, float]]:
+        """Return the leading messages (see `note`), each latching publisher's newest, and the newest one."""
+        with self._lock:
+            return self._current()
+
+    def _current(self) -> list[tuple[AnyMsg, float]]:
+        found, newest = [*self._leading, *self._latched.values()], self.newest
+        if newest is not None and not (found and found[-1][0] is newest.message):
+            found.append((newest.message, newest.wall_s))
+        return found
 
     def decode(self, message: AnyMsg) -> object:
         """Decode a message with its publisher's definition. Raise `PiprosError` if that fails."""

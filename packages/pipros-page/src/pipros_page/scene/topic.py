@@ -11,15 +11,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import process_limits
 from pipros.node.any_msg import AnyMsg
 from pipros_page.bounded_list import PAGE_VIEW_BYTES
-from pipros_page.limits import PageLimits
 from pipros_page.messages.layout import message_layout
+from pipros_page.topic_watch import TopicWatch
 
 LONGEST_QUEUE: Final = 10_000
-MAX_LATCHED: Final = 1000
-"""Maximum number of latching publishers of a topic whose newest messages are kept."""
 MAX_SENDERS: Final = 200
 """Maximum number of publishers of a topic whose names are sent to one browser."""
 LONGEST_SENDER: Final = 300
@@ -29,22 +26,21 @@ _MESSAGE: Final = struct.Struct("<dIH")
 class SceneTopic:
     """A topic that browsers show.
 
-    A new browser first receives the newest message of each latching publisher, and the other messages of the
-    last `history_s` seconds. Messages are added by the threads that receive them.
+    A new browser first receives the watch's current messages, and the other messages of the last `history_s`
+    seconds: a paused bag sends no further ones. Messages are added by the threads that receive them.
 
     Attributes:
         layout: the publishers' `type` with its layout (`types`) or an `error`; None before the first message.
     """
 
-    def __init__(self, history_s: float) -> None:
+    def __init__(self, watch: TopicWatch, history_s: float) -> None:
+        self._watch = watch
         self.layout: Mapping[str, Any] | None = None
         self._history_s = history_s
         self._md5 = ""
         self._lock = threading.Lock()
         self._queues: list[PendingMessages] = []
-        self._latched: dict[str, tuple[AnyMsg, float]] = {}
         self._recent = PendingMessages(LONGEST_QUEUE)
-        self._max_bytes = process_limits().of(PageLimits).page_message_bytes
 
     def add(self, message: AnyMsg, wall_s: float) -> None:
         """Pass a message to all browsers."""
@@ -53,29 +49,23 @@ class SceneTopic:
             if header.get("md5sum", "") != self._md5 or self.layout is None:
                 self._md5 = header.get("md5sum", "")
                 self.layout = _layout_of(header)
-            if header.get("latching") == "1":
-                self._keep_latched(header.get("callerid", ""), message, wall_s)
-            elif self._history_s:
+            if self._history_s and header.get("latching") != "1":
                 self._recent.add(message, wall_s)
                 self._recent.drop_before(wall_s - self._history_s)
             for queue in self._queues:
                 queue.add(message, wall_s)
-
-    def _keep_latched(self, sender: str, message: AnyMsg, wall_s: float) -> None:
-        """Keep a publisher's newest message. If the limits are exceeded, drop the oldest kept messages."""
-        self._latched.pop(sender, None)
-        self._latched[sender] = message, wall_s
-        size = sum(len(kept.body) for kept, _ in self._latched.values())
-        while len(self._latched) > 1 and (size > self._max_bytes or len(self._latched) > MAX_LATCHED):
-            oldest, _ = self._latched.pop(next(iter(self._latched)))
-            size -= len(oldest.body)
 
     @contextlib.contextmanager
     def queued(self, limit: int) -> Iterator[PendingMessages]:
         """Provide a queue of at most `limit` messages, beginning with the messages kept for new browsers."""
         queue = PendingMessages(limit)
         with self._lock:
-            for message, wall_s in (*self._latched.values(), *self._recent.messages()):
+            recent = self._recent.messages()
+            known = {id(message) for message, _ in recent}
+            for message, wall_s in self._watch.current_messages():
+                if id(message) not in known:
+                    queue.add(message, wall_s)
+            for message, wall_s in recent:
                 queue.add(message, wall_s)
             self._queues.append(queue)
         try:

@@ -207,7 +207,7 @@ class SceneViews:
     @contextlib.contextmanager
     def _open(self, name: str) -> Iterator[SceneTopic]:
         with self._system.topics.watch(name) as watch:
-            topic = SceneTopic(_TF_HISTORY_S if name in _TF_TOPICS else 0.0)
+            topic = SceneTopic(watch, _TF_HISTORY_S if name in _TF_TOPICS else 0.0)
             with watch.listening(topic.add, from_newest=True):
                 yield topic
 

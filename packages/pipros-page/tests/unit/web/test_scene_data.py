@@ -18,14 +18,15 @@ from pipros_libraries.pictures.cloud_columns import cloud_columns, point_columns
 from pipros_page.messages.layout import message_layout
 from pipros_page.scene.layout_file import SceneFile
 from pipros_page.scene.services import permitted_path
-from pipros_page.scene.topic import MAX_LATCHED, PendingMessages, SceneTopic
+from pipros_page.scene.topic import PendingMessages, SceneTopic
 from pipros_page.shared import Shared
-from pipros_page.topic_watch import Newest
+from pipros_page.topic_watch import Newest, TopicWatch
 from pipros_page.views.scene import LEAST_POINTS, CloudTopic, SceneViews, fitting_points
 from pipros_page.views.scene_robots import read_named_file
 from pipros_page.watched_system import WatchedSystem
 from pipros_server.daemon_pool import DaemonPool
 from pipros_server.view_server import RequestRefused
+from pipros_tools.graph.raw_decoder import RawDecoder
 from tests.support.full_disk import files_limited_to
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
@@ -174,38 +175,42 @@ def message(body: bytes, sender: str, *, is_latched: bool) -> AnyMsg:
     return made
 
 
-def test_a_later_browser_gets_the_newest_message_of_each_latching_publisher() -> None:
-    topic = SceneTopic(0.0)
+def watched_topic(history_s: float = 0.0) -> tuple[SceneTopic, TopicWatch]:
+    watch = TopicWatch("/a", RawDecoder())
+    topic = SceneTopic(watch, history_s)
+    watch._listeners.append(topic.add)
+    return topic, watch
+
+
+def bodies(queue: PendingMessages) -> list[bytes]:
+    return [each.body for each, _ in queue.pop_all()[0]]
+
+
+def test_a_later_browser_gets_what_the_first_one_got_and_the_newest_message() -> None:
+    """A view that is opened again while a bag is paused may come before the first one is closed."""
+    topic, watch = watched_topic()
+    watch.note(message(b"0", "/a", is_latched=False), 1.0, is_leading=True)
     for body, sender in ((b"1", "/a"), (b"2", "/a"), (b"3", "/b")):
-        topic.add(message(body, sender, is_latched=True), 1.0)
-    topic.add(message(b"4", "/c", is_latched=False), 2.0)
-    with topic.queued(10) as queue:
-        assert [each.body for each, _ in queue.pop_all()[0]] == [b"2", b"3"]
-        topic.add(message(b"5", "/c", is_latched=False), 3.0)
-        assert [each.body for each, _ in queue.pop_all()[0]] == [b"5"]
-
-
-def test_messages_of_too_many_latching_publishers_are_dropped() -> None:
-    topic = SceneTopic(0.0)
-    for number in range(MAX_LATCHED + 2):
-        topic.add(message(b"%d" % number, f"/{number}", is_latched=True), 1.0)
-    with topic.queued(2 * MAX_LATCHED) as queue:
-        bodies = [each.body for each, _ in queue.pop_all()[0]]
-    assert (len(bodies), bodies[0]) == (MAX_LATCHED, b"2")
+        watch.note(message(body, sender, is_latched=True), 1.0)
+    watch.note(message(b"4", "/c", is_latched=False), 2.0)
+    with topic.queued(10) as first, topic.queued(10) as queue:
+        assert bodies(first) == bodies(queue) == [b"0", b"2", b"3", b"4"]
+        watch.note(message(b"5", "/c", is_latched=False), 3.0)
+        assert bodies(queue) == [b"5"]
 
 
 def test_a_later_browser_gets_the_transforms_of_the_last_seconds() -> None:
-    topic = SceneTopic(10.0)
+    topic, watch = watched_topic(10.0)
     for second in range(20):
-        topic.add(message(b"%d" % second, "/a", is_latched=False), float(second))
+        watch.note(message(b"%d" % second, "/a", is_latched=False), float(second))
     with topic.queued(1000) as queue:
-        assert [each.body for each, _ in queue.pop_all()[0]] == [b"%d" % second for second in range(9, 20)]
+        assert bodies(queue) == [b"%d" % second for second in range(9, 20)]
 
 
 def test_a_layout_precedes_messages_that_arrive_while_a_browser_is_answered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    topic = SceneTopic(0.0)
+    topic, _ = watched_topic()
     pop_all = PendingMessages.pop_all
 
     def arrive_and_pop(queue: PendingMessages) -> Any:
@@ -227,7 +232,7 @@ def test_a_layout_precedes_messages_that_arrive_while_a_browser_is_answered(
 
 
 def test_a_full_queue_drops_the_oldest_messages_and_counts_them() -> None:
-    topic = SceneTopic(0.0)
+    topic, _ = watched_topic()
     with topic.queued(2) as queue:
         for body in (b"1", b"2", b"3"):
             topic.add(message(body, "/a", is_latched=False), 1.0)
@@ -236,7 +241,7 @@ def test_a_full_queue_drops_the_oldest_messages_and_counts_them() -> None:
 
 
 def test_a_broken_definition_becomes_the_layout_s_error() -> None:
-    topic = SceneTopic(0.0)
+    topic, _ = watched_topic()
     broken = message(b"", "/a", is_latched=False)
     broken._connection_header = {"type": "a_msgs/A", "message_definition": "nonsense", "md5sum": "2"}
     topic.add(broken, 1.0)
