@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import socket
 from collections.abc import Iterable, Sequence
+from enum import Enum
 from functools import cache
 from typing import Any
 from xmlrpc.client import MultiCall, ServerProxy
@@ -227,10 +228,12 @@ class Node:
     """
 
     __slots__ = (
-        "args", "cwd", "env_args", "filename", "launch_prefix", "machine", "machine_name", "name",
-        "namespace", "output", "package", "process_name", "remap_args", "required", "respawn",
-        "respawn_delay", "type",
-    )  # fmt: skip
+        *(each.library for each in model.NODE_SETTINGS if each.library),
+        "_rest",
+        "filename",
+        "machine",
+        "process_name",
+    )
 
     def __init__(
         self,
@@ -267,6 +270,7 @@ class Node:
         self.filename = filename
         self.process_name: str | None = None
         self.machine: Machine | None = None
+        self._rest: dict[str, Any] = {}
         self._check()
 
     def _check(self) -> None:
@@ -284,51 +288,32 @@ class Node:
 
     def to_model(self) -> model.LaunchNode:
         """Return the corresponding pipros object. A node without a name gets an anonymous name."""
-        return model.LaunchNode(
-            package=self.package,
-            type=self.type,
-            name=self.name or names.anonymous(self.type.replace(".", "_")),
-            namespace=self.namespace,
-            arguments=self.args,
-            remappings=tuple((source, target) for source, target in self.remap_args),
-            environment=tuple((str(key), str(value)) for key, value in self.env_args),
-            machine=self.machine_name or "",
-            respawn=self.respawn,
-            respawn_delay_s=self.respawn_delay,
-            required=self.required,
-            output=model.Output(self.output) if self.output else None,
-            working_folder=model.WorkingFolder(self.cwd) if self.cwd else None,
-            launch_prefix=self.launch_prefix or "",
-        )
+        name = self.name or names.anonymous(self.type.replace(".", "_"))
+        found: dict[str, Any] = {**self._rest, "name": name}
+        for each in model.NODE_SETTINGS:
+            if each.field not in found and (value := getattr(self, each.library, None)):
+                if isinstance(each.default, tuple):
+                    value = tuple((str(key), str(word)) for key, word in value)
+                found[each.field] = each.choices(value) if each.choices else value
+        return model.LaunchNode(**found)
 
     @classmethod
     def from_model(cls, node: model.LaunchNode) -> Node:
         """Create a Node from the corresponding pipros object."""
-        made = Node(
-            node.package,
-            node.type,
-            node.name,
-            node.namespace,
-            **_shared(node),
-            respawn=node.respawn,
-            respawn_delay=node.respawn_delay_s,
-            required=node.required,
-        )
-        made.output = node.output.value if node.output else None
+        made = Node(node.package, node.type)
+        made._take(node)
         return made
 
-
-def _shared(node: model.LaunchNode) -> dict[str, Any]:
-    """Return the arguments common to `Node` and `Test`, except names."""
-    return {
-        "machine_name": node.machine or None,
-        "args": node.arguments,
-        "remap_args": [list(pair) for pair in node.remappings],
-        "env_args": [tuple(pair) for pair in node.environment],
-        "cwd": node.working_folder.value if node.working_folder else None,
-        "launch_prefix": node.launch_prefix or None,
-        "filename": node.place.file if node.place else "<unknown>",
-    }
+    def _take(self, node: model.LaunchNode) -> None:
+        """Set all attributes that are not empty in `node`. `_rest` has those that Noetic does not know."""
+        for each in model.NODE_SETTINGS:
+            value = getattr(node, each.field)
+            if not each.library:
+                self._rest[each.field] = value
+            elif value:
+                setattr(self, each.library, value.value if isinstance(value, Enum) else value)
+        self.remap_args, self.env_args = [list(pair) for pair in node.remappings], [*node.environment]
+        self.filename = node.place.file if node.place else "<unknown>"
 
 
 class Test(Node):
@@ -384,17 +369,10 @@ class Test(Node):
     @classmethod
     def from_test(cls, test: model.Test) -> Test:
         """Create a Test from the corresponding pipros object."""
-        node = test.node
-        return cls(
-            test.test_name,
-            node.package,
-            node.type,
-            node.name,
-            node.namespace,
-            **_shared(node),
-            time_limit=test.time_limit_s,
-            retry=test.retry,
-        )
+        node, limit_s = test.node, test.time_limit_s
+        made = cls(test.test_name, node.package, node.type, time_limit=limit_s, retry=test.retry)
+        made._take(node)
+        return made
 
 
 class Executable:

@@ -117,17 +117,17 @@ def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _values(managed: ManagedNode) -> Mapping[str, Any]:
-    info = managed.info()
+    info, node = managed.info(), managed.node
     return {
         "name": managed.name,
-        "node": managed.node.full_name,
-        "program": f"{info.package}/{managed.node.type}",
+        "node": node.full_name,
+        "program": f"{node.package}/{node.type}",
         "state": managed.state.value,
         "pid": info.pid,
         "exit_code": info.exit_code,
         "starts": info.spawn_count,
-        "respawn": info.respawn,
-        "required": info.required,
+        "respawn": node.respawn,
+        "required": node.required,
     }
 
 

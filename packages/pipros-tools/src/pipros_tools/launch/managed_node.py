@@ -23,15 +23,12 @@ class ProcessInfo(NamedTuple):
     """
 
     name: str
-    package: str
+    node: LaunchNode
     pid: int
     exit_code: int | None
     spawn_count: int
     arguments: tuple[str, ...]
     environment: Mapping[str, str]
-    respawn: bool = False
-    respawn_delay_s: float = 0.0
-    required: bool = False
     has_log: bool = True
 
     @property
@@ -42,15 +39,15 @@ class ProcessInfo(NamedTuple):
         """Return the result of the call `process_info`, with Noetic's names."""
         struct = {
             "name": self.name,
-            "package": self.package,
+            "package": self.node.package,
             "pid": self.pid,
             "alive": self.is_alive,
             "spawn_count": self.spawn_count,
             "args": list(self.arguments),
             "env": dict(self.environment),
-            "respawn": self.respawn,
-            "respawn_delay": self.respawn_delay_s,
-            "required": self.required,
+            "respawn": self.node.respawn,
+            "respawn_delay": self.node.respawn_delay_s,
+            "required": self.node.required,
             "log_output": self.has_log,
         }
         return struct if self.exit_code is None else {**struct, "exit_code": self.exit_code}
@@ -120,14 +117,11 @@ class ManagedNode:
         assert self.latest is not None  # noqa: S101  # was started
         return ProcessInfo(
             name=self.name,
-            package=self.node.package,
+            node=self.node,
             pid=self.latest.pid,
             exit_code=self.latest.exit_code,
             spawn_count=self.spawn_count,
             arguments=self.command.argv,
             environment=self.command.overlay,
-            respawn=self.node.respawn,
-            respawn_delay_s=self.node.respawn_delay_s,
-            required=self.node.required,
             has_log=self.output is Output.LOG,
         )

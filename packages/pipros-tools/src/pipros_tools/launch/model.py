@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 from pipros.basics.errors import PiprosError
@@ -55,15 +55,25 @@ class Output(enum.Enum):
 
 
 class WorkingFolder(enum.Enum):
-    """The working directory of a node."""
+    """The working directory of a node. As in Noetic, `ros_home` is the only other spelling of a value."""
 
     ROS_HOME = "ROS_HOME"
     NODE = "node"
 
+    @classmethod
+    def _missing_(cls, value: object) -> WorkingFolder | None:
+        return cls.ROS_HOME if value == "ros_home" else None
+
+
+def _named(
+    xml: str = "", library: str = "", ros2: str = "", choices: type[enum.Enum] | None = None
+) -> dict[str, Any]:
+    return {"xml": xml, "library": library, "ros2": ros2, "choices": choices}
+
 
 @dataclass(frozen=True, slots=True)
 class LaunchNode:
-    """A process to start.
+    """A process to start. `NODE_SETTINGS` has the names of the fields elsewhere.
 
     Attributes:
         namespace: the namespace, with a leading and a trailing slash.
@@ -77,27 +87,59 @@ class LaunchNode:
         ros2_python: the Python that runs a script for rclpy; empty for that of its first line.
     """
 
-    package: str
-    type: str
-    name: str
-    namespace: str = "/"
-    arguments: str = ""
-    remappings: tuple[tuple[str, str], ...] = ()
-    environment: tuple[tuple[str, str], ...] = ()
-    machine: str = ""
-    respawn: bool = False
-    respawn_delay_s: float = 0.0
-    required: bool = False
-    output: Output | None = None
-    working_folder: WorkingFolder | None = None
-    launch_prefix: str = ""
-    ros2_python: str = ""
-    place: Place | None = field(default=None, compare=False)
+    package: str = field(metadata=_named("pkg", "package", "package"))
+    type: str = field(metadata=_named("type", "type", "executable"))
+    name: str = field(metadata=_named("name", "name", "name"))
+    namespace: str = field(default="/", metadata=_named("ns", "namespace", "namespace"))
+    arguments: str = field(default="", metadata=_named("args", "args", "arguments"))
+    remappings: tuple[tuple[str, str], ...] = field(
+        default=(), metadata=_named("", "remap_args", "remappings")
+    )
+    environment: tuple[tuple[str, str], ...] = field(
+        default=(), metadata=_named("", "env_args", "additional_env")
+    )
+    launch_prefix: str = field(default="", metadata=_named("launch-prefix", "launch_prefix", "prefix"))
+    output: Output | None = field(default=None, metadata=_named("output", "output", "output", Output))
+    respawn: bool = field(default=False, metadata=_named("respawn", "respawn", "respawn"))
+    respawn_delay_s: float = field(
+        default=0.0, metadata=_named("respawn_delay", "respawn_delay", "respawn_delay")
+    )
+    required: bool = field(default=False, metadata=_named("required", "required", "on_exit"))
+    machine: str = field(default="", metadata=_named("machine", "machine_name"))
+    working_folder: WorkingFolder | None = field(
+        default=None, metadata=_named("cwd", "cwd", "", WorkingFolder)
+    )
+    ros2_python: str = field(default="", metadata=_named())
+    place: Place | None = field(default=None, compare=False, metadata=_named())
 
     @property
     def full_name(self) -> str:
         """The name in the graph: `/ns/name`."""
         return self.namespace + self.name
+
+
+class NodeSetting(NamedTuple):
+    """A field of `LaunchNode`, and its names elsewhere, which are empty if it has none.
+
+    Attributes:
+        default: the default of the field; `dataclasses.MISSING` if it must be given.
+        xml: the attribute of `<node>`.
+        library: the attribute of nodes in Noetic's Python library.
+        ros2: the argument of `Node` in Python launch files of ROS 2.
+        choices: the values that it may have; None if it may have any of its type.
+    """
+
+    field: str
+    default: Any
+    xml: str
+    library: str
+    ros2: str
+    choices: type[enum.Enum] | None
+
+
+NODE_SETTINGS = tuple(NodeSetting(each.name, each.default, **each.metadata) for each in fields(LaunchNode))
+NODE_ATTRIBUTES = (*(each.xml for each in NODE_SETTINGS if each.xml), "clear_params")
+"""The attributes of `<node>`, besides `if` and `unless`."""
 
 
 class Test(NamedTuple):

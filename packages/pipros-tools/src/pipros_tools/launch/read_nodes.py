@@ -6,31 +6,30 @@ from dataclasses import replace
 from typing import Any
 
 from pipros.basics import names
-from pipros_tools.launch.model import LaunchError, LaunchNode, Output, Test, WorkingFolder
+from pipros_tools.launch.model import (
+    NODE_ATTRIBUTES,
+    NODE_SETTINGS,
+    LaunchError,
+    LaunchNode,
+    NodeSetting,
+    Output,
+    Test,
+)
 from pipros_tools.launch.read_params import read_param, read_rosparam
 from pipros_tools.launch.read_scope import read_env, read_remap
 from pipros_tools.launch.reader import ElementReader
 from pipros_tools.launch.ros2_node import ARGUMENT as ROS2_PYTHON
 from pipros_tools.launch.scope import LaunchScope
 
-_SHARED = ("pkg", "type", "machine", "args", "ns", "clear_params", "cwd", "launch-prefix", "required")
-_NODE_ONLY = ("name", "respawn", "respawn_delay", "output")
-_TEST_ONLY = ("test-name", "name", "time-limit", "retry")
+_TEST_ONLY = ("test-name", "time-limit", "retry")
 _REFUSED_IN_TEST = ("output", "respawn", "respawn_delay")
 
 
 def read_node(reader: ElementReader) -> None:
     """Read a `<node>`, and add the node and its parameters to the launch."""
-    reader.allow(*_SHARED, *_NODE_ONLY)
+    reader.allow(*NODE_ATTRIBUTES)
     try:
         node = _read(reader, reader.required("name"))
-        node = replace(
-            node,
-            respawn=reader.flag("respawn"),
-            respawn_delay_s=reader.number("respawn_delay", 0.0),
-            required=reader.flag("required"),
-            output=reader.choice("output", Output),
-        )
         if node.respawn and node.required:
             raise reader.error("respawn and required cannot both be set to true")
     except LaunchError as error:
@@ -40,14 +39,15 @@ def read_node(reader: ElementReader) -> None:
 
 def read_test(reader: ElementReader) -> None:
     """Read a `<test>`, and add the test and its parameters to the launch."""
-    reader.allow(*_SHARED, *_TEST_ONLY, *_REFUSED_IN_TEST)
+    reader.allow(*NODE_ATTRIBUTES, *_TEST_ONLY)
     try:
         test_name = reader.required("test-name")
-        reader.flag("required")  # it has no effect, but Noetic refuses an invalid value
         for refused in _REFUSED_IN_TEST:
             if reader.has(refused):
                 raise reader.error(f"<test> tags cannot have '{refused}' attribute")
-        node = replace(_read(reader, reader.text("name") or test_name), output=Output.LOG)
+        node = _read(reader, reader.text("name") or test_name)
+        # `required` has no effect, but Noetic refuses an invalid value.
+        node = replace(node, output=Output.LOG, required=False)
         limit_s = reader.positive("time-limit", 60.0) if reader.text("time-limit") else 60.0
         test = Test(node, test_name, limit_s, reader.whole_number("retry", 0))
     except LaunchError as error:
@@ -76,30 +76,31 @@ def _read(reader: ElementReader, name: str) -> LaunchNode:
         raise reader.error(str(error)) from None
     if reader.text("clear_params") and reader.flag("clear_params"):
         reader.builder.clear_params(private.namespace)
-    machine = reader.text("machine") or reader.scope.default_machine
     _read_children(reader, inner, private)
-    return LaunchNode(
-        package=package,
-        type=type_name,
-        name=name,
-        namespace=inner.namespace,
-        arguments=reader.text("args") or "",
-        remappings=tuple(inner.remappings.values()),
-        environment=tuple(inner.environment),
-        machine=machine,
-        required=False,
-        working_folder=_working_folder(reader),
-        launch_prefix=reader.text("launch-prefix") or "",
-        ros2_python=inner.arguments.get(ROS2_PYTHON) or "",
-        place=reader.place,
-    )
+    found: dict[str, Any] = {
+        "package": package,
+        "type": type_name,
+        "name": name,
+        "namespace": inner.namespace,
+        "remappings": tuple(inner.remappings.values()),
+        "environment": tuple(inner.environment),
+        "machine": reader.text("machine") or reader.scope.default_machine,
+        "ros2_python": inner.arguments.get(ROS2_PYTHON) or "",
+        "place": reader.place,
+    }
+    rest = {each.field: _value(reader, each) for each in NODE_SETTINGS if each.field not in found}
+    return LaunchNode(**found, **rest)
 
 
-def _working_folder(reader: ElementReader) -> WorkingFolder | None:
-    # Besides `ROS_HOME`, Noetic accepts only this spelling.
-    if reader.text("cwd") == "ros_home":
-        return WorkingFolder.ROS_HOME
-    return reader.choice("cwd", WorkingFolder)
+def _value(reader: ElementReader, setting: NodeSetting) -> Any:
+    """Return the value of an attribute, which has the type of its default."""
+    if setting.choices is not None:
+        return reader.choice(setting.xml, setting.choices)
+    if isinstance(setting.default, bool):
+        return reader.flag(setting.xml)
+    if isinstance(setting.default, float):
+        return reader.number(setting.xml, setting.default)
+    return reader.text(setting.xml) or setting.default
 
 
 def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchScope) -> None:

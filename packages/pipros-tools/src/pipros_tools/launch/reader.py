@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from enum import Enum
 from typing import NamedTuple, TypeVar
 
 from pipros.safe.xml import Element
 from pipros_tools.launch.builder import LaunchBuilder
 from pipros_tools.launch.load_context import LoadContext
-from pipros_tools.launch.model import LaunchError, Output, Place, WorkingFolder
+from pipros_tools.launch.model import LaunchError, Place
 from pipros_tools.launch.param_types import convert_bool
 from pipros_tools.launch.scope import LaunchScope
 from pipros_tools.launch.substitute import UnsetArgument
 
 _SHOWN_CHARACTERS = 200
 
-_Choice = TypeVar("_Choice", Output, WorkingFolder)
+_Choice = TypeVar("_Choice", bound=Enum)
 
 
 class ElementReader(NamedTuple):
@@ -110,12 +111,11 @@ class ElementReader(NamedTuple):
         text = self.text(name)
         if text is None:
             return None
-        choices = list(kind)
-        for choice in choices:
-            if choice.value == text:
-                return choice
-        allowed = ", ".join(f"'{choice.value}'" for choice in choices)
-        raise self.error(f"{name} must be one of {allowed}")
+        try:
+            return kind(text)
+        except ValueError:
+            allowed = ", ".join(f"'{choice.value}'" for choice in kind)
+            raise self.error(f"{name} must be one of {allowed}") from None
 
     def is_wanted(self) -> bool:
         """Return whether the element applies, according to its `if` or `unless`; True if it has neither."""

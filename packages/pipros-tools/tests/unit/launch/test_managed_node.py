@@ -41,7 +41,7 @@ def test_a_running_process_is_described_under_noetics_names(managed: ManagedNode
 
 
 def test_a_process_that_has_ended_has_an_exit_code() -> None:
-    ended = ProcessInfo("n-1", "p", 1, exit_code=-2, spawn_count=1, arguments=(), environment={})
+    ended = ProcessInfo("n-1", LaunchNode("p", "t", "n"), 1, -2, 1, arguments=(), environment={})
     assert not ended.is_alive
     assert ended.as_struct()["exit_code"] == -2
 

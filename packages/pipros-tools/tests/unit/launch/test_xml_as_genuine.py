@@ -17,7 +17,7 @@ import pytest
 
 from pipros.basics.errors import NotFound
 from pipros_tools.launch.load_context import LoadContext
-from pipros_tools.launch.model import Launch, LaunchError, LaunchNode, Output, WorkingFolder
+from pipros_tools.launch.model import NODE_SETTINGS, Launch, LaunchError, LaunchNode, Output, WorkingFolder
 from pipros_tools.launch.xml import load
 from tests.support.environments import file_of_tests
 
@@ -63,19 +63,11 @@ def plain(value: Any) -> Any:
 
 
 def fields(node: LaunchNode) -> dict[str, Any]:
+    plain = [each.field for each in NODE_SETTINGS if each.library and not each.choices]
     return {
-        "package": node.package,
-        "type": node.type,
-        "name": node.name,
-        "namespace": node.namespace,
-        "arguments": node.arguments,
-        "machine": node.machine,
-        "respawn": node.respawn or "",
-        "respawn_delay_s": node.respawn_delay_s or "",
-        "required": node.required or "",
+        **{name: getattr(node, name) or "" for name in plain},
         "output": (node.output or Output.LOG).value,
         "cwd": (node.working_folder or WorkingFolder.ROS_HOME).value,
-        "launch_prefix": node.launch_prefix,
         "remappings": [list(pair) for pair in node.remappings],
         "environment": [list(pair) for pair in node.environment],
     }

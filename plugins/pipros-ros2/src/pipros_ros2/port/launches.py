@@ -11,7 +11,7 @@ from pipros.basics.errors import PiprosError
 from pipros.safe.yaml import YamlError
 from pipros.safe.yaml import load as load_yaml
 from pipros_tools.launch.load_context import LoadContext, NotRun
-from pipros_tools.launch.model import Launch, LaunchNode
+from pipros_tools.launch.model import NODE_SETTINGS, Launch, LaunchNode
 from pipros_tools.launch.ros2_node import ros2_params, ros2_yaml
 from pipros_tools.launch.xml import load
 
@@ -121,21 +121,20 @@ class LaunchDrafts:
             if node.package == self._package:
                 self._values.setdefault((node.type, key), []).append(value)
             params.append(f"{key!r}: {self._value(value)}")
-        options = {
-            "package": repr(node.package),
-            "executable": repr(node.type),
-            "name": repr(node.name),
+        texts = {
             "namespace": repr(node.namespace.rstrip("/")),
             "arguments": f"[{words}]",
             "remappings": repr(list(node.remappings)),
-            "parameters": f"[{', '.join(params) and '{' + ', '.join(params) + '}'}]",
             "additional_env": repr(dict(node.environment)),
-            "prefix": repr(node.launch_prefix),
             "output": repr(node.output.value if node.output else ""),
-            "respawn": repr(node.respawn),
-            "respawn_delay": repr(node.respawn_delay_s),
             "on_exit": "Shutdown()" if node.required else "''",
         }
+        options = {
+            each.ros2: texts.get(each.ros2, repr(getattr(node, each.field)))
+            for each in NODE_SETTINGS
+            if each.ros2
+        }
+        options["parameters"] = f"[{', '.join(params) and '{' + ', '.join(params) + '}'}]"
         empty = ("''", "[]", "{}", "False", "0.0")
         given = ", ".join(f"{key}={text}" for key, text in options.items() if text not in empty)
         return "".join(f"        {line}\n" for line in (*lines, f"Node({given}),"))

@@ -16,7 +16,9 @@ import pytest
 from pipros.safe.xml import parse
 from pipros_ros2.commands.port import main
 from pipros_ros2.port.draft import Draft, NotPortable, draft_of
+from pipros_ros2.port.launches import LaunchDrafts
 from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_tools.launch.model import NODE_SETTINGS, NodeSetting
 
 NODES = {
     name: text
@@ -390,6 +392,16 @@ def test_launch_files_keep_names_remappings_and_parameters(
     node = (out / "nodes" / "drive.py").read_text()
     assert "a = get_param('speed', 2), get_param('id', \"\")\n" in node
     assert "b = get_param('limits.low', -1.5), get_param('map', 'm')\n" in node
+
+
+@pytest.mark.parametrize("setting", [each for each in NODE_SETTINGS if each.xml and each.ros2])
+def test_each_setting_of_nodes_that_ros2_has_is_in_a_draft(setting: NodeSetting, tmp_path: Path) -> None:
+    text = {bool: "true", float: "2.5"}.get(type(setting.default), "log")
+    attributes = {"pkg": "p", "type": "t", "name": "n", setting.xml: text}
+    written = " ".join(f"{name}='{value}'" for name, value in attributes.items())
+    (tmp_path / "a.launch").write_text(f"<launch><node {written}/></launch>")
+
+    assert f"{setting.ros2}=" in LaunchDrafts(tmp_path, "p").files["a.launch.py"]
 
 
 def test_a_folder_with_a_package_of_its_own_keeps_it(
