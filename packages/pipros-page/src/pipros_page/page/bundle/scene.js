@@ -1563,15 +1563,16 @@ r},h||"automatic")));if(t==="colour")return y("input",{type:"color",value:On(r),
 toString(36).slice(2)}`},c.map(h=>y("option",{value:h})));return y("span",{},y("input",{type:"text",value:r,list:l.id,onchange:h=>o(h.target.value)}),l)}},Uo=(a,t)=>!!a.
 displays?.some(e=>e===t||Uo(e,t)),wn=a=>a.split("/").at(-1);var Nh=500;function Oh(a,t,e){let s=y("canvas",{class:"scene-canvas",tabindex:0,role:"img","aria-label":"Scene"}),i=yn(),n=y("div",{class:"scene-status",role:"s\
 tatus"}),r=y("div",{class:"scene-images"}),o=y("div",{class:"scene-lost",hidden:!0},"The graphics card was reset; the picture returns when it is ready."),c;try{
-c=new li(e,s,()=>g())}catch(b){return i.show(`The scene needs WebGL 2, which this browser does not provide: ${b.message}`),a.append(y("div",{class:"column"},i.element)),
-{}}c.images=r;let l=new mi(c,s,n,e),h=new gi(c,e),u=Ch(c),d=y("button",{onclick:()=>m(),disabled:!e.control},"Save"),f=y("button",{"aria-pressed":"true",onclick:()=>{
-h.element.hidden=!h.element.hidden,f.setAttribute("aria-pressed",String(!h.element.hidden))}},"Displays");a.append(y("div",{class:"column"},An({title:"Scene",class:"\
-scene-bar"},f,l.element,y("span",{class:"spring"}),u,y("button",{onclick:()=>c.view.home()},"Zero"),y("button",{onclick:()=>c.reset()},"Reset"),y("button",{onclick:()=>Lh(
-c,s)},"Save PNG"),Mn("Link",()=>w.address(),i.show),d),i.element,y("div",{class:"scene"},h.element,y("div",{class:"scene-stage"},s,l.rectangle.element,r,l.selection.
-element,o,n,Pn(c,e.signal))))),innerWidth<700&&f.click();let m=()=>i.attempt(async()=>l.say(`saved as ${await w.save()}`)),p=0;function g(){o.hidden=!c.isLost,p||=
-setTimeout(()=>{p=0,h.showStatus()},Nh)}let w=Hn(c,t,e,{problem:i.show,file:({path:b})=>{d.title=e.control?`Save as ${b}`:"Saving needs --control"},load:b=>{u.value=
-_h(c),l.load(),h.load(),b["Window Geometry"]?.["Hide Left Dock"]==="true"&&!h.element.hidden&&f.click()}});return Ih(c,s,e.signal),a.scene=c,{go:b=>w.go(b)}}function Ch(a){
-let t=y("select",{"aria-label":"View",onchange:()=>{let e=a.config.Views.Current;a.setView({...e,Class:t.value,Name:"Current View",Value:`${t.value.slice(5)} (r\
-viz)`})}},Object.keys(Wt).map(e=>y("option",{value:e},e.slice(5))));return t}var _h=a=>Object.keys(Wt).find(t=>t.slice(5)===(a.config.Views.Current.Class??"").split(
-"/").at(-1))??"rviz/Orbit";function Lh(a,t){a.draw(),t.toBlob(e=>xn("scene.png",e))}function Ih(a,t,e){e.addEventListener("abort",()=>{a.hide(),a.close()}),new IntersectionObserver(
-([i])=>i.isIntersecting?a.show():a.hide()).observe(t),new ResizeObserver(()=>a.invalidate()).observe(t)}var um=()=>"";export{Oh as open,um as subject};
+c=new li(e,s,()=>w())}catch(x){return i.show(`The scene needs WebGL 2, which this browser does not provide: ${x.message}`),a.append(y("div",{class:"column"},i.element)),
+{}}c.images=r;let l=new mi(c,s,n,e),h=new gi(c,e),u=Ch(c),d=y("button",{onclick:()=>p(),disabled:!e.control},"Save"),f=y("button",{"aria-pressed":"true",onclick:()=>{
+h.element.hidden=!h.element.hidden,f.setAttribute("aria-pressed",String(!h.element.hidden))}},"Displays"),m=y("div",{class:"column scene-loading"},An({title:"Sc\
+ene",class:"scene-bar"},f,l.element,y("span",{class:"spring"}),u,y("button",{onclick:()=>c.view.home()},"Zero"),y("button",{onclick:()=>c.reset()},"Reset"),y("b\
+utton",{onclick:()=>Lh(c,s)},"Save PNG"),Mn("Link",()=>b.address(),i.show),d),i.element,y("div",{class:"scene"},h.element,y("div",{class:"scene-stage"},s,l.rectangle.
+element,r,l.selection.element,o,n,Pn(c,e.signal))));a.append(m),innerWidth<700&&f.click();let p=()=>i.attempt(async()=>l.say(`saved as ${await b.save()}`)),g=0;
+function w(){o.hidden=!c.isLost,g||=setTimeout(()=>{g=0,h.showStatus()},Nh)}let b=Hn(c,t,e,{problem:i.show,file:({path:x})=>{d.title=e.control?`Save as ${x}`:"S\
+aving needs --control"},load:x=>{m.classList.remove("scene-loading"),u.value=_h(c),l.load(),h.load(),x["Window Geometry"]?.["Hide Left Dock"]==="true"&&!h.element.
+hidden&&f.click()}});return Ih(c,s,e.signal),a.scene=c,{go:x=>b.go(x)}}function Ch(a){let t=y("select",{"aria-label":"View",onchange:()=>{let e=a.config.Views.Current;
+a.setView({...e,Class:t.value,Name:"Current View",Value:`${t.value.slice(5)} (rviz)`})}},Object.keys(Wt).map(e=>y("option",{value:e},e.slice(5))));return t}var _h=a=>Object.
+keys(Wt).find(t=>t.slice(5)===(a.config.Views.Current.Class??"").split("/").at(-1))??"rviz/Orbit";function Lh(a,t){a.draw(),t.toBlob(e=>xn("scene.png",e))}function Ih(a,t,e){
+e.addEventListener("abort",()=>{a.hide(),a.close()}),new IntersectionObserver(([i])=>i.isIntersecting?a.show():a.hide()).observe(t),new ResizeObserver(()=>a.invalidate()).
+observe(t)}var um=()=>"";export{Oh as open,um as subject};

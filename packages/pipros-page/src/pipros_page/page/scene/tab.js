@@ -35,7 +35,8 @@ export function open(view, argument, context) {
     tree.element.hidden = !tree.element.hidden;
     dock.setAttribute("aria-pressed", String(!tree.element.hidden));
   } }, "Displays");
-  view.append(h("div", { class: "column" },
+  // Until the configuration has arrived, there is nothing that a control could change.
+  const column = h("div", { class: "column scene-loading" },
     toolbar({ title: "Scene", class: "scene-bar" }, dock, tools.element, h("span", { class: "spring" }), kinds,
       h("button", { onclick: () => scene.view.home() }, "Zero"),
       h("button", { onclick: () => scene.reset() }, "Reset"),
@@ -43,7 +44,8 @@ export function open(view, argument, context) {
       copyButton("Link", () => file.address(), error.show), save),
     error.element,
     h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, tools.rectangle.element, images,
-      tools.selection.element, lost, status, budgetLine(scene, context.signal)))));
+      tools.selection.element, lost, status, budgetLine(scene, context.signal))));
+  view.append(column);
   if (innerWidth < 700) dock.click();
 
   const keep = () => error.attempt(async () => tools.say(`saved as ${await file.save()}`));
@@ -61,6 +63,7 @@ export function open(view, argument, context) {
     problem: error.show,
     file: ({ path }) => { save.title = context.control ? `Save as ${path}` : "Saving needs --control"; },
     load: (config) => {
+      column.classList.remove("scene-loading");
       kinds.value = kindOf(scene);
       tools.load();
       tree.load();
