@@ -2,7 +2,7 @@
 
 `script/hunt` repeats every test that starts a process, thread or socket more often than the others, and
 prints failure rates. `script/hunt --again FILE` repeats the tests that failed in one run, which decides
-whether CI passes: it does if each of them passes at least eight of ten repetitions on busy processors. The
+whether CI passes: it does if each of them passes at least four of five repetitions on busy processors. The
 next commit must mend such a test, or list it in tests/quarantine.toml.
 """
 
@@ -24,9 +24,9 @@ from tests.support.environments import REPOSITORY, file_of_tests
 from tests.support.outcomes import Outcome, read_outcomes
 from tests.support.project import load_toml
 
-AGAIN_TIMES = 10
+AGAIN_TIMES = 5
 """Repetitions of a test that failed in CI."""
-AGAIN_FAILURES = 2
+AGAIN_FAILURES = 1
 """Failed repetitions with which CI still passes."""
 AGAIN_LIMIT = 10
 """Maximum number of files with failed tests to repeat. More are unlikely to come from unreliable tests, while
