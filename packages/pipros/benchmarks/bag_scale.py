@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
-"""Bags at scale: `info` on 10 GB, and memory; genuine rosbag in the same run.
+"""Bags at scale: `info` on 10 GB, memory, and processor time of `play`; genuine rosbag in the same run.
 
-    script/bench bag_scale [--only info,memory] [--dir FOLDER]
+    script/bench bag_scale [--only info,memory,play] [--dir FOLDER]
 
 `info` creates sparse bags, in which all records exist but the messages are holes. `memory` prints the maximum
-resident size. Each part takes 20 to 60 seconds.
+resident size, `play` the medians of processor seconds, of which each start of Python takes 0.15, beside the
+genuine program in C++. Each part takes 20 to 60 seconds.
 """
 
+import contextlib
+import io
 import os
 import re
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -33,6 +37,14 @@ sum(1 for _ in merged([BagReader(path) for path in sys.argv[1:]]))
 """
 OURS = str(Path(sys.executable).parent / "rosbag")
 GENUINE = "/usr/bin/rosbag"
+GENUINE_PLAY = "/usr/lib/rosbag/play"
+SUBSCRIBE = """
+import sys
+import rospy
+rospy.init_node("subscriber")
+rospy.Subscriber(sys.argv[1], rospy.AnyMsg, lambda _: None, queue_size=1000, buff_size=2**24)
+rospy.spin()
+"""
 SIDES = (("pipros", OURS), ("genuine", GENUINE))
 
 
@@ -133,7 +145,61 @@ def memory(folder):
                 print(f"{what:8} of {megabytes:4} MB {'':13} {side:8} {used:19.0f} MB", flush=True)
 
 
-PARTS = {"info": info, "memory": memory}
+def processor_s(argv, folder):
+    """Run a program. Return its processor time in seconds."""
+    process = subprocess.Popen(
+        argv, cwd=folder, env=environment(argv[0]), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+    )
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise RuntimeError(f"{argv} ended with {process.returncode}")
+    return used.ru_utime + used.ru_stime
+
+
+def play(folder):
+    """Play 100 s of small messages and of images: at once, and to a subscriber at 20 times the speed."""
+    string = (100).to_bytes(4, "little") + bytes(100)
+    make_bag(folder / "small.bag", "/small", "std_msgs/String", string, range(10**12, 10**12 + 10**11, 10**6))
+    image = io.BytesIO()
+    load_message_class("sensor_msgs/Image")(
+        height=600, width=800, step=2400, data=bytes(1_440_000)
+    ).serialize(image)
+    make_bag(
+        folder / "large.bag",
+        "/large",
+        "sensor_msgs/Image",
+        image.getvalue(),
+        range(10**12, 10**12 + 10**11, 5 * 10**8),
+    )
+    for name in ("small", "large"):
+        for what, options in ((f"{name} -i", ["-i"]), (f"{name} -r 20, subscribed", ["-r", "20"])):
+            used = {side: [] for side, _ in SIDES}
+            for _ in range(3):
+                for side, program in (("pipros", [OURS, "play"]), ("genuine", [GENUINE_PLAY])):
+                    with subscriber(f"/{name}", is_wanted="-r" in options):
+                        used[side].append(processor_s([*program, "-q", *options, f"{name}.bag"], folder))
+            ours, genuine = (statistics.median(used[side]) for side in ("pipros", "genuine"))
+            print(
+                f"play {what:28} pipros {ours:6.2f} s  genuine {genuine:6.2f} s  {ours / genuine:.2f}",
+                flush=True,
+            )
+
+
+@contextlib.contextmanager
+def subscriber(topic, *, is_wanted):
+    """Run a process that receives the messages of a topic and does not decode them."""
+    if not is_wanted:
+        yield
+        return
+    with subprocess.Popen([sys.executable, "-c", SUBSCRIBE, topic]) as process:
+        try:
+            yield
+        finally:
+            process.terminate()
+
+
+PARTS = {"info": info, "memory": memory, "play": play}
 
 
 def main():
