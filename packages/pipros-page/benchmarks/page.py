@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
 """The page under load: point clouds, cameras, curves, and a graph with many nodes.
 
-    script/bench page [--seconds 30] [--only clouds,cameras,curves,graph]
+    script/bench page [--seconds 30] [--only opening,clouds,cameras,curves,graph]
 
-Prints animation frames and pictures a second, the processor time of the server and of Chromium (with all its
-processes) as percentages of a core, and their memory at the end. Chromium is driven through its own protocol,
-because Playwright copies all data of WebSockets. Without a graphics card, Chromium draws in software.
+First, prints how the page opens in a new browser whose processor is slowed four times: requests, kB
+transferred, and ms until the first text and until the graph or scene of a simulated robot is drawn. Then, for
+each load, prints animation frames and pictures a second, the processor time of the server and of Chromium
+(with all its processes) as percentages of a core, and their memory at the end. Chromium is driven through its
+own protocol, because Playwright copies all data of WebSockets. Without a graphics card, Chromium draws in
+software.
 """
 
 import itertools
 import json
 import re
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -34,6 +38,22 @@ CLOUDS, POINTS, CLOUD_HZ = 5, 300_000, 10
 CAMERAS, SIZE, CAMERA_HZ = 8, (640, 480), 30
 CURVES, CURVE_HZ = 100, 20
 NODES = 300
+SLOWED = 4
+NOTE_DRAWN = """(() => {
+  const look = () => {
+    const scene = document.querySelector(".tab-scene")?.scene;
+    if (!globalThis.drawn_ && (document.querySelector("svg .vertex") || scene?.figures?.pictures)) {
+      globalThis.drawn_ = performance.now();
+    }
+    setTimeout(look, 10);
+  };
+  look();
+})()"""
+OPENED = """JSON.stringify((() => {
+  const loaded = [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")];
+  return [loaded.length, loaded.reduce((sum, each) => sum + each.transferSize, 0),
+    performance.getEntriesByName("first-contentful-paint")[0]?.startTime, globalThis.drawn_];
+})())"""
 SCENE = """\
 Visualization Manager:
   Displays: [{displays}]
@@ -87,7 +107,7 @@ def send(kind, number):
 class Chromium:
     """A headless Chromium with one tab, driven through its protocol."""
 
-    def __init__(self, programs, url):
+    def __init__(self, programs, url, slowed=1):
         folder = programs.enter_context(tempfile.TemporaryDirectory(ignore_cleanup_errors=True))
         port = free_port()
         options = ("--headless", "--no-sandbox", f"--user-data-dir={folder}", "--window-size=1440,900")
@@ -101,6 +121,9 @@ class Chromium:
             connect(tab["webSocketDebuggerUrl"], max_size=None, proxy=None, ping_interval=None)
         )
         self._number = 0
+        self.call("Emulation.setCPUThrottlingRate", rate=slowed)
+        self.call("Page.enable")
+        self.call("Page.addScriptToEvaluateOnNewDocument", source=NOTE_DRAWN)
         self.call("Page.navigate", url=url)
 
     def call(self, method, **params):
@@ -172,12 +195,41 @@ def place_of(kind, programs):
     return ["rqt"], "graph"
 
 
+def serve(programs, *command):
+    """Start the page's server. Return its process and address."""
+    server = programs.start(*command, "--no-browser", stderr=subprocess.PIPE)
+    return server, re.search(r"http\S+?#token=[\w-]+", server.stderr.readline())[0]
+
+
+def open_pages():
+    """Print how each page opens in a new browser."""
+    print(f"| opened, slowed {SLOWED} times | requests | kB | first text, ms | drawn, ms |")
+    print("| --- | ---: | ---: | ---: | ---: |")
+    with Programs() as programs:
+        programs.start("rosrun", "pipros_sim", "sim", "_headless:=true")
+        time.sleep(5)
+        pages = (("rqt_graph", "rqt_graph", "graph"), ("Overview", "rqt", ""), ("Scene", "rviz", "scene"))
+        for name, command, place in pages:
+            _, url = serve(programs, command)
+            runs = []
+            for _ in range(3):
+                chromium = Chromium(programs, f"{url}/{place}".removesuffix("/"), SLOWED)
+                time.sleep(15)
+                runs.append(json.loads(chromium.evaluate(OPENED)))
+                chromium.end()
+            cells = [statistics.median(each or 0 for each in column) for column in zip(*runs, strict=True)]
+            print(
+                f"| {name} | {cells[0]:.0f} | {cells[1] / 1e3:.0f} | {cells[2]:.0f} | {cells[3]:.0f} |",
+                flush=True,
+            )
+    print()
+
+
 def measure(kind, seconds):
     """Print the row of one load."""
     with Programs() as programs:
         command, place = place_of(kind, programs)
-        server = programs.start(*command, "--no-browser", stderr=subprocess.PIPE)
-        url = re.search(r"http\S+?#token=[\w-]+", server.stderr.readline())[0]
+        server, url = serve(programs, *command)
         chromium = Chromium(programs, f"{url}/{place}")
         time.sleep(min(seconds, 15))  # until all is shown
         chromium.evaluate(COUNT_FRAMES)
@@ -203,10 +255,16 @@ def measure(kind, seconds):
 
 
 def main():
-    options = options_of(__doc__, seconds=30, only="clouds,cameras,curves,graph")
+    options = options_of(__doc__, seconds=30, only="opening,clouds,cameras,curves,graph")
+    loads = options.only.split(",")
+    if "opening" in loads:
+        open_pages()
+        loads.remove("opening")
+    if not loads:
+        return
     print("| load | frames/s | pictures/s | server | Chromium | server MB | Chromium MB | heap MB | parts |")
     print("| --- |" + " ---: |" * 8)
-    for kind in options.only.split(","):
+    for kind in loads:
         measure(kind, options.seconds)
 
 
