@@ -79,17 +79,43 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False, kind
         is_element: whether the rule applies to all elements of an array.
         kind: the type of the field, for `one_of`; empty if it is unknown.
     """
-    unit_name = spec.text("unit", "")
-    if unit_name not in UNITS:
-        raise spec.error("unit", f"must be one of {', '.join(filter(None, UNITS))}, got {unit_name!r}")
-    unit = Unit(unit_name, UNITS[unit_name])
-    if not is_number and (
-        known := [key for key in (*NUMERIC, "unit", "change_per_s", "start") if key in spec.values]
-    ):
-        raise spec.error(known[0], "applies to numbers only")
+    unit = _unit(spec)
+    numeric = [key for key in (*NUMERIC, "unit", "change_per_s", "start") if key in spec.values]
+    if numeric and not is_number:
+        raise spec.error(numeric[0], "applies to numbers only")
     if "range" in spec.values and "one_of" in spec.values:
         raise spec.error("one_of", "must not be combined with range")
     least, most = _range(spec, "range")
+    one_of = _one_of(spec, kind, unit.factor, is_number=is_number)
+    change = spec.number("change_per_s", 0, least=0) * unit.factor if "change_per_s" in spec.values else None
+    if change is not None and one_of:
+        raise spec.error("change_per_s", "must not be combined with one_of")
+    if "start" in spec.values and change is None:
+        raise spec.error("start", "needs the key change_per_s")
+    start = spec.number("start", 0, least=-math.inf) * unit.factor
+    count = _count(spec, is_element=is_element)
+    _check_bounded(spec)
+    return FieldRule(
+        place=place_of(spec),
+        least=least * unit.factor,
+        most=most * unit.factor,
+        one_of=one_of,
+        unit=unit,
+        change_per_s=change,
+        start=start,
+        count=count,
+    )
+
+
+def _unit(spec: Settings) -> Unit:
+    name = spec.text("unit", "")
+    if name not in UNITS:
+        raise spec.error("unit", f"must be one of {', '.join(filter(None, UNITS))}, got {name!r}")
+    return Unit(name, UNITS[name])
+
+
+def _one_of(spec: Settings, kind: str, factor: float, *, is_number: bool) -> tuple[Any, ...]:
+    """Return the values under the key `one_of`; numbers are multiplied by `factor`."""
     values = spec.values.get("one_of", [])
     if not isinstance(values, list) or ("one_of" in spec.values and not values):
         raise spec.error("one_of", f"must be a non-empty list of values, got {values!r}")
@@ -101,36 +127,26 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False, kind
     numbers = [each for each in values if isinstance(each, int | float)]
     if not all(abs(each) <= sys.float_info.max for each in numbers):
         raise spec.error("one_of", f"must contain finite numbers, got {numbers!r}")
-    scaled = [
-        each * unit.factor if unit.factor != 1.0 and not isinstance(each, str) else each for each in values
-    ]
-    change = spec.number("change_per_s", 0, least=0) * unit.factor if "change_per_s" in spec.values else None
-    if change is not None and values:
-        raise spec.error("change_per_s", "must not be combined with one_of")
-    if "start" in spec.values and change is None:
-        raise spec.error("start", "needs the key change_per_s")
-    start = spec.number("start", 0, least=-math.inf) * unit.factor
-    count = None
-    if "count" in spec.values:
-        if not is_element:
-            raise spec.error("count", "applies only to all elements of an array, such as points[]")
-        count = whole(spec, "count", 1_000_000)
-    elif spec.key.startswith(("topics", "services", "actions", "launch")) and not (
-        "range" in spec.values or values or change is not None
-    ):
-        if spec.key.startswith("launch"):
-            raise spec.error("", "must have range or one_of")
+    if factor == 1.0:
+        return tuple(values)
+    return tuple(each if isinstance(each, str) else each * factor for each in values)
+
+
+def _count(spec: Settings, *, is_element: bool) -> int | None:
+    if "count" not in spec.values:
+        return None
+    if not is_element:
+        raise spec.error("count", "applies only to all elements of an array, such as points[]")
+    return whole(spec, "count", 1_000_000)
+
+
+def _check_bounded(spec: Settings) -> None:
+    if any(key in spec.values for key in ("range", "one_of", "change_per_s", "count")):
+        return
+    if spec.key.startswith("launch"):
+        raise spec.error("", "must have range or one_of")
+    if spec.key.startswith(("topics", "services", "actions")):
         raise spec.error("", "must have range, one_of, change_per_s or count; `any` allows all values")
-    return FieldRule(
-        place=place_of(spec),
-        least=least * unit.factor,
-        most=most * unit.factor,
-        one_of=tuple(scaled),
-        unit=unit,
-        change_per_s=change,
-        start=start,
-        count=count,
-    )
 
 
 def _kinds_of(kind: str, *, is_number: bool) -> tuple[type, ...]:

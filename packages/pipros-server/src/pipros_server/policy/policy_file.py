@@ -309,42 +309,55 @@ _CONDITIONS = (*_SIDES, *VALUES)
 
 def read_conditions(top: Settings) -> Iterator[Condition]:
     """Read the section `conditions`. Raise `BadSettings` for an invalid value."""
-    for section in top.section("conditions").sections():
-        section.only(("topic", "type", "field", "max_age_s", *BOUNDS, *_SIDES))
-        name = section.key.rpartition(".")[2]
-        topic = section.text("topic")
-        if not (names.is_legal_topic(topic) and names.is_global(topic)) or names.canonicalize(topic) != topic:
-            raise section.error("topic", f"must be a legal global name, such as /battery, got {topic!r}")
-        message_class = loaded_message(section, section.text("type"))
-        path: tuple[str | int, ...] = ()
-        kind = "string"
-        given = [key for key in _CONDITIONS if key in section.values]
-        if len(given) > 1:
-            raise section.error(given[1], f"must not be combined with {given[0]}")
-        if "field" in section.values:
-            path, kind = field_path(section, section.text("field"), message_class, "field")
-            if (kind not in ORDERED and kind not in PLAIN) or EACH in path:
-                text = "must name one number, string or boolean, such as buttons[4]"
-                raise section.error("field", text)
-            if kind in TIMES:
-                raise section.error("field", "must not be a time; max_age_s limits the age of messages")
-            if not given:
-                bounds = f"{', '.join(_CONDITIONS[:-1])} or {_CONDITIONS[-1]}"
-                raise section.error("", f"must have {bounds} for its field")
-        elif given:
-            raise section.error(given[0], "needs the key field")
-        is_number = kind in ORDERED
-        rule = read_rule(section, is_number=is_number or not path, kind=kind)
-        if "above" in section.values or "below" in section.values:
-            if not is_number:
-                raise section.error("field", f"must be a number, got the type {kind}")
-            least, most = (
-                section.number(key, end, least=-math.inf) * rule.unit.factor if key in section.values else end
-                for key, end in (("above", -math.inf), ("below", math.inf))
-            )
-            rule = replace(rule, least=least, most=most)
-        age_s = section.number("max_age_s", None, least=0.01)
-        yield Condition(place_of(section), name, topic, message_class, path, rule, age_s)
+    yield from map(_condition, top.section("conditions").sections())
+
+
+def _condition(section: Settings) -> Condition:
+    section.only(("topic", "type", "field", "max_age_s", *BOUNDS, *_SIDES))
+    topic = section.text("topic")
+    is_global = names.is_legal_topic(topic) and names.is_global(topic)
+    if not is_global or names.canonicalize(topic) != topic:
+        raise section.error("topic", f"must be a legal global name, such as /battery, got {topic!r}")
+    message_class = loaded_message(section, section.text("type"))
+    path: tuple[str | int, ...] = ()
+    kind = "string"
+    bounds = [key for key in _CONDITIONS if key in section.values]
+    if len(bounds) > 1:
+        raise section.error(bounds[1], f"must not be combined with {bounds[0]}")
+    if "field" in section.values:
+        path, kind = _plain_field(section, message_class)
+        if not bounds:
+            choices = f"{', '.join(_CONDITIONS[:-1])} or {_CONDITIONS[-1]}"
+            raise section.error("", f"must have {choices} for its field")
+    elif bounds:
+        raise section.error(bounds[0], "needs the key field")
+    rule = read_rule(section, is_number=kind in ORDERED or not path, kind=kind)
+    if any(key in section.values for key in _SIDES):
+        rule = _with_sides(rule, section, kind)
+    name = section.key.rpartition(".")[2]
+    age_s = section.number("max_age_s", None, least=0.01)
+    return Condition(place_of(section), name, topic, message_class, path, rule, age_s)
+
+
+def _plain_field(section: Settings, message_class: Any) -> tuple[tuple[str | int, ...], str]:
+    """Return the path and the type of a condition's field, which must be one value, and not a time."""
+    path, kind = field_path(section, section.text("field"), message_class, "field")
+    if (kind not in ORDERED and kind not in PLAIN) or EACH in path:
+        raise section.error("field", "must name one number, string or boolean, such as buttons[4]")
+    if kind in TIMES:
+        raise section.error("field", "must not be a time; max_age_s limits the age of messages")
+    return path, kind
+
+
+def _with_sides(rule: FieldRule, section: Settings, kind: str) -> FieldRule:
+    """Return the rule with the bounds `above` and `below`, of which the section has at least one."""
+    if kind not in ORDERED:
+        raise section.error("field", f"must be a number, got the type {kind}")
+    least, most = (
+        section.number(key, end, least=-math.inf) * rule.unit.factor if key in section.values else end
+        for key, end in (("above", -math.inf), ("below", math.inf))
+    )
+    return replace(rule, least=least, most=most)
 
 
 def loaded_message(section: Settings, type_name: str) -> Any:

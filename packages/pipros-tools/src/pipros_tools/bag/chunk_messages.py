@@ -13,7 +13,7 @@ from pipros_tools.bag.contents import BagContents
 from pipros_tools.bag.errors import BagFormatError
 from pipros_tools.bag.records import U32, Op, checked_time, field_bytes, op_of, parse_head
 from pipros_tools.bag.records import number as number_of
-from pipros_tools.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
+from pipros_tools.bag.runs import Entry, EntryRun, Span, runs_in_time_order, sorted_entries
 
 _MESSAGE_HEADER_BYTES = 38
 """Size of the message record header that rosbag and rosbag_storage write."""
@@ -42,9 +42,9 @@ def fields_of_chunks(
     spans = _spans(bag, ranks, start_ns, end_ns)
     order = [span.number for span in sorted(spans, key=lambda span: (span.start_ns, span.number))]
     next_of = {number: at + 1 for at, number in enumerate(order)}
-    known = [(connection, *usual_headers(connection.id)) for connection in connections]
+    headed = [(connection, *usual_headers(connection.id)) for connection in connections]
     store = ChunkStore(bag.source, bag.chunk_header, limits)
-    left: dict[int, int] = {}  # number of message bytes still allowed in each chunk
+    left_in_chunks: dict[int, int] = {}  # number of message bytes still allowed in each chunk
     unpack = U32.unpack_from
 
     def loaded(number: int) -> list[Entry]:
@@ -56,44 +56,41 @@ def fields_of_chunks(
             on_damage((each.topic for each in connections if each.id in counts), advised)
             return []
 
+    def forget(number: int) -> None:
+        store.drop(number)
+        left_in_chunks.pop(number, None)
+
     try:
         for run in runs_in_time_order(spans, loaded):
             number = run.number
-            entries: Iterable[Entry] = run.entries
-            if run.begin or run.end < len(run.entries):
-                entries = islice(run.entries, run.begin, run.end)
-            if where is not None:
-                entries = (each for each in entries if where(connections[each[1]], each[0]))
-                first = next(entries, None)
-                if first is None:
-                    if run.is_last:
-                        store.drop(number)
-                        left.pop(number, None)
-                    continue
-                entries = chain((first,), entries)
+            entries = _selected_entries(run, connections, where)
+            if entries is None:
+                if run.is_last:
+                    forget(number)
+                continue
             size = bag.chunk_header(number).size
             is_view = as_views and are_large(size, len(run.entries))
             upcoming = order[next_of[number] : next_of[number] + 8]
             try:
                 data = store.get(number, upcoming, is_reusable=is_view)
             except BagFormatError as error:
-                on_damage((known[rank][0].topic for _, rank, _ in run.entries), error)
+                on_damage((connections[rank].topic for _, rank, _ in run.entries), error)
                 continue
-            view: Any = memoryview(data) if as_views and data is not None else data
-            content: Any = view if is_view else data
+            of_large: Any = memoryview(data) if as_views and data is not None else data
+            of_small: Any = of_large if is_view else data
             place = bag.layout.chunks[number].position if has_places else 0
-            whole = 0 if data is None else len(data)
-            left_bytes = left.get(number, size)
+            data_bytes = 0 if data is None else len(data)
+            left_bytes = left_in_chunks.get(number, size)
             for time_ns, rank, offset in entries:
-                connection, usual, as_in_cpp = known[rank]
+                connection, usual, as_in_cpp = headed[rank]
                 if data is not None and (
                     data.startswith(usual, offset) or data.startswith(as_in_cpp, offset)
                 ):
                     begin = offset + _MESSAGE_HEADER_BYTES + 8
-                    after = begin + unpack(data, begin - 4)[0] if begin <= whole else whole + 1
-                    if after > whole:
+                    after = begin + unpack(data, begin - 4)[0] if begin <= data_bytes else data_bytes + 1
+                    if after > data_bytes:
                         raise _misplaced(bag, number, offset, "the message is truncated")
-                    body = (view if after - begin > VIEW_BYTES else content)[begin:after]
+                    body = (of_large if after - begin > VIEW_BYTES else of_small)[begin:after]
                     left_bytes += begin - after
                 else:
                     body = _message_at(bag, number, data, offset, connection)
@@ -101,12 +98,28 @@ def fields_of_chunks(
                 if left_bytes < 0:
                     raise _misplaced(bag, number, offset, "the messages are larger than their chunk")
                 yield connection, time_ns, body, place, offset if has_places else 0
-            left[number] = left_bytes
+            left_in_chunks[number] = left_bytes
             if run.is_last:
-                store.drop(number)
-                del left[number]
+                forget(number)
     finally:
         store.close()
+
+
+def _selected_entries(
+    run: EntryRun, connections: Sequence[Connection], where: Callable[[Connection, int], bool] | None
+) -> Iterable[Entry] | None:
+    """Return the entries of a run that `where` selects, or None if it selects none of them.
+
+    `where` is called for entries up to the first selected one at once, and for the others during iteration.
+    """
+    entries: Iterable[Entry] = run.entries
+    if run.begin or run.end < len(run.entries):
+        entries = islice(run.entries, run.begin, run.end)
+    if where is None:
+        return entries
+    selected = (each for each in entries if where(connections[each[1]], each[0]))
+    first = next(selected, None)
+    return None if first is None else chain((first,), selected)
 
 
 def _spans(

@@ -6,7 +6,7 @@ Layers keep their order and distances. An arrow to the next row runs through the
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
 from pipros_tools.graph.drawing.layered_layout import Box, GraphLayout, Key
@@ -68,55 +68,85 @@ def _breaks(columns: Sequence[Point], width: float) -> Sequence[float]:
 
 def _in_rows(layout: GraphLayout[Key], breaks: Sequence[float]) -> GraphLayout[Key] | None:
     """Return the layout with a new row after each of the given x coordinates; None if that is unreadable."""
-    rows: list[list[Point]] = [[] for _ in range(len(breaks) + 1)]  # the points of boxes and arrows
+    crossings = _crossings(layout.routes, breaks)
+    if crossings is None or max(crossings, default=0) > MOST_CROSSING:
+        return None
+    rows = _Rows(layout, breaks, crossings)
+    boxes = {
+        key: Box(*rows.moved((box.x, box.y)), box.width, box.height) for key, box in layout.boxes.items()
+    }
+    routes = [rows.moved_route(route) for route in layout.routes]
+    return GraphLayout(boxes, routes, {}, rows.width, rows.height)
+
+
+def _crossings(routes: Iterable[Sequence[Point]], breaks: Sequence[float]) -> list[int] | None:
+    """Return the number of arrows across each break; None if an arrow would skip a row."""
     crossings = [0] * len(breaks)
-    for box in layout.boxes.values():
-        corners = ((box.x + side * box.width / 2, box.y + side * box.height / 2) for side in (-1, 1))
-        rows[bisect_left(breaks, box.x)] += corners
-    for route in layout.routes:
-        for point in route:
-            rows[bisect_left(breaks, point[0])].append(point)
+    for route in routes:
         for (start, _), (end, _) in pairwise(route):
             first, last = sorted((bisect_left(breaks, start), bisect_left(breaks, end)))
             if last - first > 1:
                 return None
             if last > first:
                 crossings[first] += 1
-    if max(crossings, default=0) > MOST_CROSSING:
-        return None
-    indent = _EDGE + _ARROW_GAP * max(crossings, default=0)
-    shifts: list[Point] = []
-    gutters: list[float] = []
-    bottom = 0.0
-    for row, points in enumerate(rows):
-        top = bottom - min(y for _, y in points)
-        shifts.append((indent - min(x for x, _ in points), top))
-        bottom = top + max(y for _, y in points)
-        gutters.append(bottom + _ROW_GAP / 2)
-        bottom += _ROW_GAP + _ARROW_GAP * (crossings[row] if row < len(crossings) else 0)
-    inner = max(max(x for x, _ in points) + shift[0] for points, shift in zip(rows, shifts, strict=True))
+    return crossings
 
-    def moved(point: Point) -> Point:
-        shift = shifts[bisect_left(breaks, point[0])]
-        return point[0] + shift[0], point[1] + shift[1]
 
-    turned = [0] * len(breaks)
+class _Rows:
+    """Where the points of a layout are, after it was broken into rows."""
 
-    def moved_route(route: Sequence[Point]) -> Sequence[Point]:
-        points = [moved(route[0])]
+    def __init__(self, layout: GraphLayout[Key], breaks: Sequence[float], crossings: Sequence[int]) -> None:
+        self._breaks = breaks
+        self._left = _EDGE + _ARROW_GAP * max(crossings, default=0)
+        self._right = 0.0
+        self._shifts: list[Point] = []
+        self._gutters: list[float] = []  # the y coordinate of the first arrow below each row
+        self._turned = [0] * len(breaks)  # number of arrows below each row so far
+        bottom = 0.0
+        for points, crossing in zip(self._points(layout), (*crossings, 0), strict=True):
+            xs, ys = zip(*points, strict=True)
+            across, down = self._left - min(xs), bottom - min(ys)
+            self._shifts.append((across, down))
+            self._right = max(self._right, max(xs) + across)
+            bottom = down + max(ys)
+            self._gutters.append(bottom + _ROW_GAP / 2)
+            bottom += _ROW_GAP + _ARROW_GAP * crossing
+        self.width, self.height = self._right + self._left, bottom - _ROW_GAP
+
+    def _row_of(self, x: float) -> int:
+        return bisect_left(self._breaks, x)
+
+    def _points(self, layout: GraphLayout[Key]) -> Sequence[Sequence[Point]]:
+        """Return the corners of boxes and the points of arrows in each row."""
+        rows: list[list[Point]] = [[] for _ in range(len(self._breaks) + 1)]
+        for box in layout.boxes.values():
+            corners = ((box.x + side * box.width / 2, box.y + side * box.height / 2) for side in (-1, 1))
+            rows[self._row_of(box.x)] += corners
+        for route in layout.routes:
+            for point in route:
+                rows[self._row_of(point[0])].append(point)
+        return rows
+
+    def moved(self, point: Point) -> Point:
+        across, down = self._shifts[self._row_of(point[0])]
+        return point[0] + across, point[1] + down
+
+    def moved_route(self, route: Sequence[Point]) -> Sequence[Point]:
+        points = [self.moved(route[0])]
         for start, end in pairwise(route):
-            first, last = (bisect_left(breaks, x) for x, _ in (start, end))
-            if first != last:
-                row = min(first, last)
-                away = _EDGE + _ARROW_GAP * turned[row]
-                y = gutters[row] + _ARROW_GAP * turned[row]
-                turned[row] += 1
-                right, left = inner + away, indent - away
-                before, after = (right, left) if first < last else (left, right)
-                points += [(before, moved(start)[1]), (before, y), (after, y), (after, moved(end)[1])]
-            points.append(moved(end))
+            if self._row_of(start[0]) != self._row_of(end[0]):
+                points += self._turn(start, end)
+            points.append(self.moved(end))
         return points
 
-    boxes = {key: Box(*moved((box.x, box.y)), box.width, box.height) for key, box in layout.boxes.items()}
-    routes = [moved_route(route) for route in layout.routes]
-    return GraphLayout(boxes, routes, {}, inner + indent, bottom - _ROW_GAP)
+    def _turn(self, start: Point, end: Point) -> Sequence[Point]:
+        """Return the corners of an arrow to another row: it runs around the ends, between both rows."""
+        first, last = self._row_of(start[0]), self._row_of(end[0])
+        row = min(first, last)
+        aside = _ARROW_GAP * self._turned[row]
+        away = _EDGE + aside
+        y = self._gutters[row] + aside
+        self._turned[row] += 1
+        right, left = self._right + away, self._left - away
+        before, after = (right, left) if first < last else (left, right)
+        return [(before, self.moved(start)[1]), (before, y), (after, y), (after, self.moved(end)[1])]
