@@ -429,41 +429,44 @@ class _Build:
         if not natives:
             return
         chosen = [item for item in packages if item.name in names and item.name not in self._failed]
-        failed: dict[str, str] = {}
-        is_said = True
+        is_reason_said, has_catkin_built = True, False
         try:
-            tools = native_tools.find_tools(self._variables)
-            components = {
-                package.name: [name for name, _ in self._result.projects[package.name].components]
-                for package in chosen
-            }
-            failed = genuine_catkin.build(
-                tools, chosen, self._layout, self._options, self._say, self._variables, components
-            )
+            failed = self._run_genuine_catkin(chosen)
+            has_catkin_built = True
         except native_tools.MissingTools as error:
-            is_said = False  # the reason is long, and is printed with the errors
-            for package in natives:
-                reasons = self._result.projects[package.name].needs_cmake
-                target = next((reason for reason in reasons if reason.target), reasons[0])
-                place = f"{target.file}:{target.line}"
-                failed[package.name] = f"{place}: the package [{package.name}] {target.what}, but {error}"
-                if shipped := shipped_programs(package.name):
-                    failed[package.name] += f". Until then, these run from pipros: {', '.join(shipped)}"
+            is_reason_said = False  # the reason is long, and is printed with the errors
+            failed = {package.name: self._why_not_compiled(package, error) for package in natives}
         except NativeBuildFailed as error:
             failed = {package.name: str(error) for package in natives}
-            names = set(failed)  # the other packages are built without genuine catkin
         for package in chosen:
-            reason = failed.get(package.name)
-            if reason:
-                self._fail_native(package, reason, is_said=is_said)
-            elif reason is not None:
-                self._is_broken(package)  # reports the package as skipped
-            elif package.name in names:
+            if has_catkin_built and package.name not in failed:
                 write_over_genuine(self._result.projects[package.name], self._layout.devel)
                 self._result.built.append(package.name)
                 self._state.pop(package.name, None)
-                continue
+                continue  # all others are built without genuine catkin
+            if reason := failed.get(package.name):
+                self._fail_native(package, reason, is_said=is_reason_said)
+            elif package.name in failed:
+                self._is_broken(package)  # reports the package as skipped
             self._build_package(package, definitions)
+
+    def _run_genuine_catkin(self, packages: Sequence[SourcePackage]) -> dict[str, str]:
+        """Return the packages that genuine catkin could not build, with the reasons."""
+        tools = native_tools.find_tools(self._variables)
+        components = {
+            package.name: [name for name, _ in self._result.projects[package.name].components]
+            for package in packages
+        }
+        return genuine_catkin.build(
+            tools, packages, self._layout, self._options, self._say, self._variables, components
+        )
+
+    def _why_not_compiled(self, package: SourcePackage, error: native_tools.MissingTools) -> str:
+        reasons = self._result.projects[package.name].needs_cmake
+        target = next((reason for reason in reasons if reason.target), reasons[0])
+        text = f"{target.file}:{target.line}: the package [{package.name}] {target.what}, but {error}"
+        shipped = shipped_programs(package.name)
+        return f"{text}. Until then, these run from pipros: {', '.join(shipped)}" if shipped else text
 
     def _install(
         self, packages: Sequence[SourcePackage], underlays: Sequence[Path], definitions: Definitions

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from io import TextIOWrapper
 from pathlib import Path
 
@@ -49,35 +49,43 @@ def workspace_environment(
         extend: whether to keep the entries of previously sourced workspaces, after the new entries.
         own_programs: a folder to put first in `PATH` unless `PATH` contains it.
     """
-    known = [workspace.prefix for workspace in built_workspaces(variables)]
-    chain = [folder for folder in ([prefix] if prefix else []) if folder is not None]
-    chain += [folder for folder in underlays if folder not in chain]
+    removed = [] if extend else [workspace.prefix for workspace in built_workspaces(variables)]
+    added = list(underlays) if prefix is None else [prefix, *(each for each in underlays if each != prefix)]
     changed: dict[str, str] = {}
     for name, below in _LISTS.items():
         entries = [entry for entry in variables.get(name, "").split(os.pathsep) if entry]
         if name == "CMAKE_PREFIX_PATH":
             entries = [entry for entry in entries if os.path.isdir(entry)]
-        if not extend:
-            taken_out = {str(Path(folder, below)) for folder in known}
-            entries = [entry for entry in entries if entry.rstrip(_SEPARATORS) not in taken_out]
-        added = [str(Path(folder, below)) for folder in chain]
-        present = {entry.rstrip(_SEPARATORS) for entry in entries}
-        added = [folder for folder in added if os.path.isdir(folder) and folder not in present]
-        entries = [*added, *entries]
+        entries = _without(entries, {str(Path(folder, below)) for folder in removed})
+        entries = _with_first(entries, [str(Path(folder, below)) for folder in added])
         if name == "PATH" and own_programs is not None and str(own_programs) not in entries:
             entries.insert(0, str(own_programs))
         if entries or variables.get(name):
             changed[name] = os.pathsep.join(entries)
-    visible = built_workspaces({**variables, **changed})
-    packages = []
-    for workspace in visible:
-        packages += [str(source) for source in workspace.sources] or [str(workspace.prefix / "share")]
-    changed["ROS_PACKAGE_PATH"] = os.pathsep.join(dict.fromkeys([*packages, *map(str, SHIPPED_FOLDERS)]))
+    changed["ROS_PACKAGE_PATH"] = _package_path({**variables, **changed})
     changed |= DISTRIBUTION
     changed["ROS_ROOT"] = str(SHARED_PACKAGES / "ros")
     changed["ROS_ETC_DIR"] = str(SHARED_PACKAGES.parent / "etc" / "ros")
     changed.setdefault("ROS_MASTER_URI", variables.get("ROS_MASTER_URI") or "http://localhost:11311")
     return {name: value for name, value in changed.items() if variables.get(name) != value}
+
+
+def _without(entries: Sequence[str], removed: Collection[str]) -> list[str]:
+    return [entry for entry in entries if entry.rstrip(_SEPARATORS) not in removed]
+
+
+def _with_first(entries: Sequence[str], folders: Sequence[str]) -> list[str]:
+    """Return the entries after those of the folders that exist and are not among them."""
+    present = {entry.rstrip(_SEPARATORS) for entry in entries}
+    return [*(each for each in folders if os.path.isdir(each) and each not in present), *entries]
+
+
+def _package_path(variables: Mapping[str, str]) -> str:
+    """Return the value of `ROS_PACKAGE_PATH` for the workspaces in these variables."""
+    folders: list[str] = []
+    for workspace in built_workspaces(variables):
+        folders += [str(source) for source in workspace.sources] or [str(workspace.prefix / "share")]
+    return os.pathsep.join(dict.fromkeys([*folders, *map(str, SHIPPED_FOLDERS)]))
 
 
 def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]:

@@ -44,55 +44,85 @@ def build(
         NativeBuildFailed: a tool failed, but its output names no package as the cause.
         OSError: the build space cannot be written.
     """
-    folder = layout.build / "pipros" / "native"
-    source, binary = folder / "src", folder / "build"
-    binary.mkdir(parents=True, exist_ok=True)
-    variables = native_environment(tools, variables)
-    # If this workspace is sourced, catkin would read all of its manifests, and stop at a bad one.
-    own = (str(layout.devel), str(layout.install))
-    prefixes = variables["CMAKE_PREFIX_PATH"].split(os.pathsep)
-    underlays = os.pathsep.join(prefix for prefix in prefixes if prefix not in own)
-    command = [
-        tools.cmake,
-        str(source),
-        f"-DCATKIN_DEVEL_PREFIX={layout.devel}",
-        f"-DCMAKE_INSTALL_PREFIX={layout.install}",
-        f"-DPYTHON_EXECUTABLE={PYTHON}",
-        "-G",
-        "Unix Makefiles",
-        *(f"-D{name}={value}" for name, value in options.definitions.items()),
-    ]
-    failed: dict[str, str] = {}
-    rest = list(packages)
-    while rest:
-        wanted = {name for package in rest for name in components.get(package.name, ())}
-        provided = _link_sources(tools, rest, folder, underlays, say, wanted)
-        variables["CMAKE_PREFIX_PATH"] = os.pathsep.join([underlays, str(provided)])
-        _announce(command, binary, say)
-        rejected = configure(command, binary, variables, {package.name: package.folder for package in rest})
-        if not rejected:
-            break
-        _add_failed(rest, rejected, failed)
-        for package in rest:
-            if not failed.keys().isdisjoint(package.all_dependencies):
-                failed.setdefault(package.name, "")
-        rest = [package for package in rest if package.name not in failed]
-    if rest:
-        jobs = options.jobs or (f"-j{os.cpu_count() or 1}",)
-        _announce(["make", *jobs], binary, say)
-        incomplete = make_all(jobs, binary, variables, [package.name for package in rest])
-        _add_failed(rest, incomplete, failed)
-        rest = [package for package in rest if package.name not in failed]
+    native = _NativeBuild(tools, packages, layout, options, say, variables)
+    native.configure_packages(components)
+    if native.rest:
+        native.make_packages()
         if options.installs:
-            # `make install` would first make the packages that failed.
-            folders = [binary / package.name for package in rest] if failed else [binary]
-            for built in folders:
-                install = [tools.cmake, "-P", str(built / "cmake_install.cmake")]
-                _announce(install, binary, say)
-                run(install, binary, variables)
+            native.install_packages()
     for prefix in (layout.devel, layout.install):
         use_python_of_environment(prefix)
-    return failed
+    return native.failed
+
+
+class _NativeBuild:
+    """A build with genuine catkin, step by step. Each step moves packages from `rest` to `failed`."""
+
+    def __init__(
+        self,
+        tools: NativeTools,
+        packages: Sequence[SourcePackage],
+        layout: WorkspaceFolders,
+        options: BuildOptions,
+        say: Callable[[str], object],
+        variables: Mapping[str, str],
+    ) -> None:
+        self.rest = list(packages)
+        self.failed: dict[str, str] = {}
+        self._tools, self._layout, self._options, self._say = tools, layout, options, say
+        self._folder = layout.build / "pipros" / "native"
+        self._binary = self._folder / "build"
+        self._binary.mkdir(parents=True, exist_ok=True)
+        self._variables = native_environment(tools, variables)
+
+    def configure_packages(self, components: Mapping[str, Collection[str]]) -> None:
+        """Run CMake, and again without the packages that it rejects, until it rejects none."""
+        # If this workspace is sourced, catkin would read all of its manifests, and stop at a bad one.
+        own = (str(self._layout.devel), str(self._layout.install))
+        prefixes = self._variables["CMAKE_PREFIX_PATH"].split(os.pathsep)
+        underlays = os.pathsep.join(prefix for prefix in prefixes if prefix not in own)
+        command = [
+            self._tools.cmake,
+            str(self._folder / "src"),
+            f"-DCATKIN_DEVEL_PREFIX={self._layout.devel}",
+            f"-DCMAKE_INSTALL_PREFIX={self._layout.install}",
+            f"-DPYTHON_EXECUTABLE={PYTHON}",
+            "-G",
+            "Unix Makefiles",
+            *(f"-D{name}={value}" for name, value in self._options.definitions.items()),
+        ]
+        while self.rest:
+            wanted = {name for package in self.rest for name in components.get(package.name, ())}
+            provided = _link_sources(self._tools, self.rest, self._folder, underlays, self._say, wanted)
+            self._variables["CMAKE_PREFIX_PATH"] = os.pathsep.join([underlays, str(provided)])
+            _announce(command, self._binary, self._say)
+            folders = {package.name: package.folder for package in self.rest}
+            rejected = configure(command, self._binary, self._variables, folders)
+            if not rejected:
+                return
+            _add_failed(self.rest, rejected, self.failed)
+            for package in self.rest:
+                if not self.failed.keys().isdisjoint(package.all_dependencies):
+                    self.failed.setdefault(package.name, "")
+            self._drop_failed()
+
+    def make_packages(self) -> None:
+        jobs = self._options.jobs or (f"-j{os.cpu_count() or 1}",)
+        _announce(["make", *jobs], self._binary, self._say)
+        names = [package.name for package in self.rest]
+        _add_failed(self.rest, make_all(jobs, self._binary, self._variables, names), self.failed)
+        self._drop_failed()
+
+    def install_packages(self) -> None:
+        # `make install` would first make the packages that failed.
+        folders = [self._binary / each.name for each in self.rest] if self.failed else [self._binary]
+        for built in folders:
+            command = [self._tools.cmake, "-P", str(built / "cmake_install.cmake")]
+            _announce(command, self._binary, self._say)
+            run(command, self._binary, self._variables)
+
+    def _drop_failed(self) -> None:
+        self.rest = [package for package in self.rest if package.name not in self.failed]
 
 
 def _link_sources(

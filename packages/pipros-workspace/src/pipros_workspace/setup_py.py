@@ -114,6 +114,34 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
         SetupPyError: the file failed or exceeded the time limit. After a failure, the message includes the
             last lines of the error output.
     """
+    recorded = _recorded(folder, limit_s)
+    _check_elsewhere(folder, recorded)
+    package_names, module_names = (recorded.get(key) or [] for key in ("packages", "py_modules"))
+    for name in (*package_names, *module_names):
+        _check_inside(folder, name)
+    folders = recorded.get("package_dir") or {}
+
+    def path_of(name: str) -> str:
+        return os.path.normpath(os.path.join(folder, _folder_of(name, folders)))
+
+    packages = {name: path_of(name) for name in package_names}
+    _check_parents(folder, packages)
+    lone_modules = (
+        name
+        for name in module_names
+        if not any(name == package or name.startswith(f"{package}.") for package in packages)
+    )
+    return PythonSetup(
+        packages,
+        [os.path.join(folder, script) for script in recorded.get("scripts") or []],
+        {name: f"{path_of(name)}.py" for name in lone_modules},
+        list(_data_files(folder, recorded.get("data_files") or [])),
+        *_entry_points(recorded.get("entry_points")),
+    )
+
+
+def _recorded(folder: str, limit_s: float) -> dict[str, Any]:
+    """Run a `setup.py`, and return the arguments that it passes to `setup()`."""
     try:
         check_working_folder(folder)
         ended = subprocess.run(  # noqa: S603
@@ -133,37 +161,26 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
         last_lines = ended.stderr.strip().splitlines()[-3:]
         reason = "\n  ".join(last_lines) or f"it ended with exit status {ended.returncode}"
         raise SetupPyError(f"{folder}/setup.py failed:\n  {reason}")
-    recorded = json.loads(ended.stdout.rpartition("\0")[2])
-    _check_elsewhere(folder, recorded)
-    for name in (*(recorded.get("packages") or ()), *(recorded.get("py_modules") or ())):
-        below = os.path.normpath(os.path.join(*name.split(".")))
-        if os.path.isabs(below) or below.split(os.sep)[0] == os.pardir:
-            raise SetupPyError(
-                f"{folder}/setup.py: the name of a package or module must not lead out of the folder of all "
-                f"modules, got {name!r}"
-            )
-    folders = recorded.get("package_dir") or {}
-    packages = {
-        name: os.path.normpath(os.path.join(folder, _folder_of(name, folders)))
-        for name in recorded.get("packages") or []
-    }
-    _check_parents(folder, packages)
-    return PythonSetup(
-        packages,
-        [os.path.join(folder, script) for script in recorded.get("scripts") or []],
-        {
-            name: os.path.normpath(os.path.join(folder, _folder_of(name, folders))) + ".py"
-            for name in recorded.get("py_modules") or []
-            if not any(name == package or name.startswith(f"{package}.") for package in packages)
-        },
-        [
-            (target, os.path.join(folder, file))
-            for pair in recorded.get("data_files") or []
-            for target, files in [("", [pair]) if isinstance(pair, str) else pair]
-            for file in files
-        ],
-        *_entry_points(recorded.get("entry_points")),
-    )
+    recorded: dict[str, Any] = json.loads(ended.stdout.rpartition("\0")[2])
+    return recorded
+
+
+def _check_inside(folder: str, name: str) -> None:
+    """Refuse a name whose file would be outside of the folder of all modules."""
+    below = os.path.normpath(os.path.join(*name.split(".")))
+    if os.path.isabs(below) or below.split(os.sep)[0] == os.pardir:
+        raise SetupPyError(
+            f"{folder}/setup.py: the name of a package or module must not lead out of the folder of all "
+            f"modules, got {name!r}"
+        )
+
+
+def _data_files(folder: str, declared: Sequence[Any]) -> Iterator[tuple[str, str]]:
+    """Yield the target folder and the path of each file. As in setuptools, a lone file has no target."""
+    for each in declared:
+        target, files = ("", [each]) if isinstance(each, str) else each
+        for file in files:
+            yield target, os.path.join(folder, file)
 
 
 def _entry_points(declared: object) -> tuple[dict[str, str], list[str]]:

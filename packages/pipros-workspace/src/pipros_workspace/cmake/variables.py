@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from pipros_workspace.cmake.language import split_list
 from pipros_workspace.cmake.scope import Scope
 
@@ -81,7 +83,8 @@ def get_property(words: list[str], scope: Scope) -> None:
 
 def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
     """Execute `cmake_parse_arguments(prefix options one_value_keywords multi_value_keywords args…)`."""
-    if words[:1] == ["PARSE_ARGV"]:
+    keeps_lists = words[:1] == ["PARSE_ARGV"]  # only then does a word that is a list remain one element
+    if keeps_lists:
         _, first, prefix, options, single, multiple = words
         count = int(scope.values.get("ARGC", "0"))
         arguments = [scope.values[f"ARGV{n}"] for n in range(int(first), count)]
@@ -89,42 +92,47 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
         prefix, options, single, multiple, *arguments = words
     else:
         raise ValueError("must be called with at least 4 arguments")
-    switches = split_list(options)
-    one, many = split_list(single), split_list(multiple)
-    # Only with PARSE_ARGV does a word that is a list remain one element.
-    keeps_lists = words[0] == "PARSE_ARGV"
-    found: dict[str, list[str]] = {}
-    given: set[str] = set()
-    missing: set[str] = set()
-    unparsed: list[str] = []
-    current = ""
-    for word in arguments:
-        is_keyword = bool(word) and word in (*switches, *one, *many)
-        if is_keyword and current and not found.get(current):
-            missing.add(current)
-        if is_keyword and word in switches:
-            given.add(word)
-            current = ""
-        elif is_keyword:
-            current = word
-        elif current and current in many:
-            found.setdefault(current, []).append(_element(word) if keeps_lists else word)
-        elif current:
-            found[current] = [word]
-            current = ""
-        else:
-            unparsed.append(_element(word) if keeps_lists else word)
-    if current and (current in one or not found.get(current)):
-        missing.add(current)
+    switches, one, many = split_list(options), split_list(single), split_list(multiple)
+    element = _element if keeps_lists else str
+    given, values_of = _values_of_keywords(arguments, switches, one, many, element)
     for name in filter(None, switches):
         scope.values[f"{prefix}_{name}"] = "TRUE" if name in given else "FALSE"
-    results = {name: found.get(name, []) for name in filter(None, (*one, *many))}
-    results |= {"UNPARSED_ARGUMENTS": unparsed, "KEYWORDS_MISSING_VALUES": sorted(missing)}
-    for name, values in results.items():
-        if values:
+    for name in (*filter(None, (*one, *many)), "UNPARSED_ARGUMENTS", "KEYWORDS_MISSING_VALUES"):
+        if values := values_of.get(name):
             scope.values[f"{prefix}_{name}"] = ";".join(values)
         else:
             scope.unset(f"{prefix}_{name}")
+
+
+def _values_of_keywords(
+    arguments: Sequence[str],
+    switches: Sequence[str],
+    one: Sequence[str],
+    many: Sequence[str],
+    element: Callable[[str], str],
+) -> tuple[set[str], dict[str, list[str]]]:
+    """Return the keywords that occur, and the values of each, of those without values, and of no keyword."""
+    values: dict[str, list[str]] = {}
+    given: set[str] = set()
+    missing: set[str] = set()
+    unparsed: list[str] = []
+    keyword = ""
+    for word in arguments:
+        if word and word in (*switches, *one, *many):
+            if keyword and not values.get(keyword):
+                missing.add(keyword)
+            given.add(word)
+            keyword = "" if word in switches else word
+        elif not keyword:
+            unparsed.append(element(word))
+        elif keyword in many:
+            values.setdefault(keyword, []).append(element(word))
+        else:
+            values[keyword] = [word]
+            keyword = ""
+    if keyword and (keyword in one or not values.get(keyword)):
+        missing.add(keyword)
+    return given, values | {"UNPARSED_ARGUMENTS": unparsed, "KEYWORDS_MISSING_VALUES": sorted(missing)}
 
 
 def _element(word: str) -> str:

@@ -122,30 +122,37 @@ def crawl(root: str, unreadable: list[str] | None = None) -> Crawl:
             if folder != root:
                 left_out.append(f"{folder}: {error.strerror}")
             continue
-        package = None
-        if not _IGNORE_MARKERS & entries.keys():
-            if MANIFEST in entries:
-                package = read_package(folder, newest_trusted_ns)
-                if package is None and not _is_folder(entries[MANIFEST]):
-                    left_out.append(f"{entries[MANIFEST].path}: cannot be read, or is not a regular file")
-            elif DRY_MANIFEST in entries:
-                package = _dry_package(entries[DRY_MANIFEST], folder, newest_trusted_ns)
+        is_ignored = not _IGNORE_MARKERS.isdisjoint(entries)
+        package = None if is_ignored else _package_in(folder, entries, newest_trusted_ns, left_out)
         if package is not None:
             packages.append(package)
-            if package.kind != DRY:
-                continue
-        # The folder of a dry package is also recorded, because a package.xml may be added to it.
-        changed_ns = status.st_mtime_ns
-        folders.append((folder, changed_ns if changed_ns < newest_trusted_ns else 0))
-        if package is not None:
-            continue
-        if _NO_DESCENT_MARKER in entries or _IGNORE_MARKERS & entries.keys():
-            continue
-        # `pending` is a stack, so the reverse order makes the walk alphabetical.
-        for name in sorted(entries, reverse=True):
-            if not name.startswith(".") and _is_folder(entries[name]):
-                pending.append(entries[name].path)
+        if package is None or package.kind == DRY:
+            # The folder of a dry package is also recorded, because a package.xml may be added to it.
+            changed_ns = status.st_mtime_ns
+            folders.append((folder, changed_ns if changed_ns < newest_trusted_ns else 0))
+        if package is None and not is_ignored and _NO_DESCENT_MARKER not in entries:
+            pending += _folders_in(entries)
     return Crawl(root, tuple(folders), tuple(packages))
+
+
+def _package_in(
+    folder: str, entries: dict[str, os.DirEntry[str]], newest_trusted_ns: int, left_out: list[str]
+) -> CrawledPackage | None:
+    """Return the package whose manifest is among the entries of a folder, if any."""
+    if MANIFEST in entries:
+        package = read_package(folder, newest_trusted_ns)
+        if package is None and not _is_folder(entries[MANIFEST]):
+            left_out.append(f"{entries[MANIFEST].path}: cannot be read, or is not a regular file")
+        return package
+    if DRY_MANIFEST in entries:
+        return _dry_package(entries[DRY_MANIFEST], folder, newest_trusted_ns)
+    return None
+
+
+def _folders_in(entries: dict[str, os.DirEntry[str]]) -> list[str]:
+    """Return the folders to visit in reverse order, so that a stack of them makes the walk alphabetical."""
+    names = (name for name in sorted(entries, reverse=True) if not name.startswith("."))
+    return [entries[name].path for name in names if _is_folder(entries[name])]
 
 
 def _is_folder(entry: os.DirEntry[str]) -> bool:
