@@ -16,7 +16,7 @@ import re
 import shutil
 import stat
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -81,8 +81,6 @@ def _misuse(reason: str) -> int:
 def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
     """Run a command, and the filters after it."""
     name = words[0] if words else "bash"
-    environment = {}
-    before = dict(os.environ)
     try:
         words, output = _redirection(words)
         filters: list[list[str]] = []
@@ -93,28 +91,44 @@ def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
             if name not in FILTERS:
                 return _misuse(f"after |, a browser tab has only {', '.join(FILTERS)}, not {name}")
             Pipe(filters[0], io.StringIO())  # reports invalid options before anything runs
-        while words and (found := _ASSIGNMENT.fullmatch(words[0])):
-            environment[found[1]] = "".join(_arguments([found[2]]) if found[2] else ())
-            words = words[1:]
+        assigned, words = _assignments(words)
         name, *arguments = _arguments(words) or [""]
         if not name:
-            _variables.update(environment)
-            before.update({each: value for each, value in environment.items() if each in before})
+            _variables.update(assigned)
+            os.environ.update({each: value for each, value in assigned.items() if each in os.environ})
             return 0
-        os.environ.update(environment)
         built_in = functools.partial(_source, run=run) if name in _SOURCES else BUILT_IN.get(name)
-        if built_in is None:
-            return run([name, *arguments], output, waits=waits, filters=filters)
-        with open(output or os.devnull, "a", encoding="utf-8") as file:
-            out = file if output else sys.stdout
-            return run_before(filters, functools.partial(built_in, arguments), out)
+        with _in_environment_with(assigned):
+            if built_in is None:
+                return run([name, *arguments], output, waits=waits, filters=filters)
+            with open(output or os.devnull, "a", encoding="utf-8") as file:
+                out = file if output else sys.stdout
+                return run_before(filters, functools.partial(built_in, arguments), out)
     except BrokenPipeError:
         return 0  # `head` needs no more lines
     except (OSError, ValueError) as error:
         complain(f"bash: {name}" if name in ("cd", *_SOURCES) else name, error)
         return 2 if name == "grep" else 1
+
+
+def _assignments(words: Sequence[str]) -> tuple[dict[str, str], Sequence[str]]:
+    """Split the assignments from the beginning of a command. A word `NAME=VALUE` is one."""
+    assigned = {}
+    while words and (found := _ASSIGNMENT.fullmatch(words[0])):
+        assigned[found[1]] = "".join(_arguments([found[2]]) if found[2] else ())
+        words = words[1:]
+    return assigned, words
+
+
+@contextlib.contextmanager
+def _in_environment_with(assigned: Mapping[str, str]) -> Iterator[None]:
+    """Set variables of this process. Afterwards, all are as before, if there were any to set."""
+    before = dict(os.environ)
+    os.environ.update(assigned)
+    try:
+        yield
     finally:
-        if environment:
+        if assigned:
             os.environ.clear()
             os.environ.update(before)
 

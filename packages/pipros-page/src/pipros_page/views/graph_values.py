@@ -26,6 +26,9 @@ MAX_DRAWN = 3000
 MAX_CHARACTERS = 300_000
 """Maximum total length of the names in a drawing, in characters."""
 
+_Sums = dict[tuple[Key, Key, str], list[float]]
+"""What `traffic_values` returns of each edge: its ends and its topic, with its values."""
+
 
 def hidden_count(observation: GraphObservation, graph: NodeGraph) -> int:
     """Return how many nodes and topics of the system are neither in the graph nor in one of its boxes."""
@@ -112,39 +115,42 @@ def traffic_values(
     publisher to its topic has the traffic of the topic, if it is in `of_topics`. A fourth value means that
     the topic is latched, and that no rate is expected.
     """
-    sums: dict[tuple[Key, Key, str], list[float]] = {}
+    sums: _Sums = {}
     for connection, traffic in observation.connections.items():
-        if traffic is None:
-            continue
-        publisher, topic, subscriber = (
-            Key("node", connection.publisher),
-            Key("topic", connection.topic),
-            Key("node", connection.subscriber),
-        )
-        for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
-            total = sums.setdefault((start, end, connection.topic), [0.0, 0.0, math.inf])
-            # A message from a publisher to its topic counts once, however many subscribers there are.
-            joined = max if start == publisher and end == topic else operator.add
-            age_s = traffic.quiet_s if is_stale(traffic.quiet_s, traffic.interval_s) else 0.0
-            total[:] = (
-                joined(total[0], traffic.rate),
-                joined(total[1], traffic.bandwidth),
-                min(total[2], age_s),
-            )
+        if traffic is not None:
+            _add_traffic(sums, connection, traffic)
     for name, known in (of_topics or {}).items():
         publishers = observation.state.publishers.get(name, ())
-        for node in publishers if len(publishers) == 1 else ():
-            edge = sums.get((Key("node", node), Key("topic", name), name))
-            if edge is not None and known.rate is not None and known.bandwidth is not None:
-                edge[:2] = known.rate, known.bandwidth
-            if edge is not None and known.is_latched and not known.rate:
-                edge.append(1.0)
-    return [
-        [round(value, 2) for value in found]
-        if (found := sums.get((arrow.start, arrow.end, arrow.topic)))
-        else None
-        for arrow, _, _ in scene.arrows
-    ]
+        if len(publishers) == 1:
+            _set_traffic(sums.get((Key("node", publishers[0]), Key("topic", name), name)), known)
+    of_arrows = (sums.get((arrow.start, arrow.end, arrow.topic)) for arrow, _, _ in scene.arrows)
+    return [None if each is None else [round(value, 2) for value in each] for each in of_arrows]
+
+
+def _add_traffic(sums: _Sums, connection: TopicConnection, traffic: Traffic) -> None:
+    """Add a connection to the edges that may draw it: in two parts, or as one between nodes."""
+    publisher = Key("node", connection.publisher)
+    topic = Key("topic", connection.topic)
+    subscriber = Key("node", connection.subscriber)
+    age_s = traffic.quiet_s if is_stale(traffic.quiet_s, traffic.interval_s) else 0.0
+    for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
+        total = sums.setdefault((start, end, connection.topic), [0.0, 0.0, math.inf])
+        # A message from a publisher to its topic counts once, however many subscribers there are.
+        joined = max if end == topic else operator.add
+        total[:] = (
+            joined(total[0], traffic.rate),
+            joined(total[1], traffic.bandwidth),
+            min(total[2], age_s),
+        )
+
+
+def _set_traffic(edge: list[float] | None, known: TopicTraffic) -> None:
+    if edge is None:
+        return
+    if known.rate is not None and known.bandwidth is not None:
+        edge[:2] = known.rate, known.bandwidth
+    if known.is_latched and not known.rate:
+        edge.append(1.0)
 
 
 def _with_types(observation: GraphObservation, topics: Iterable[str]) -> list[list[str]]:

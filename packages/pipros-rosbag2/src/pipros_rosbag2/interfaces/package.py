@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -24,6 +25,8 @@ _NEEDS = {
 
 _PARTS = {"msg": ("",), "srv": ("_Request", "_Response"), "action": ("_Goal", "_Result", "_Feedback")}
 """What follows the name of a definition in the names of its messages."""
+
+_Files = dict[str, Sequence[Ros2Message]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,22 +54,18 @@ def ros2_package(name: str, distribution: str, definitions: Definitions) -> Ros2
     """
     ros1 = Ros1Definitions(definitions.message, definitions.service)
     catalog = Catalog(Distribution(distribution), ros1, derive=True)
-    files: dict[str, Sequence[Ros2Message]] = {}
     lines: list[str] = []
-    for kind, new in _bundled(name, Distribution(distribution)):
-        files[_file(kind, new)] = [catalog.message(f"{new}{part}") for part in _PARTS[kind]]
-    for kind, old in () if files else _of_ros1(name, definitions):
-        new, specs = type_name_of(old, kind), _specs(definitions, kind, old)
-        files[_file(kind, new)] = [derived_message(spec) for spec in specs]
-        if kind == "msg":
-            catalog.add({new: derived_message(specs[0])})
-        lines += [f"{old} becomes {new}"] if new != old.replace("/", f"/{kind}/") else []
-        lines += [line for spec in specs for line in changes(spec)]
+    files: _Files = {
+        _file(kind, new): [catalog.message(f"{new}{part}") for part in _PARTS[kind]]
+        for kind, new in _bundled(name, Distribution(distribution))
+    }
+    if not files:
+        files, lines = _translated(name, definitions, catalog)
     if not files:
         raise NotFound(f"package {name} has no messages, services or actions")
     needs = {need for file in files for need in _NEEDS[file.partition("/")[0]]}
     for file, parts in files.items():
-        for embedded in (each for part in parts for each in embedded_names(part)):
+        for embedded in itertools.chain.from_iterable(map(embedded_names, parts)):
             try:
                 catalog.message(embedded)
             except NotFound as error:
@@ -75,6 +74,22 @@ def ros2_package(name: str, distribution: str, definitions: Definitions) -> Ros2
     texts = {file: "---\n".join(part.text() for part in parts) for file, parts in files.items()}
     own = member_name(name)
     return Ros2Package(own, texts, tuple(lines), frozenset(needs - {own}))
+
+
+def _translated(name: str, definitions: Definitions, catalog: Catalog) -> tuple[_Files, list[str]]:
+    """Return the files of a translated package, and what differs. Its messages are added to the catalog."""
+    files: _Files = {}
+    lines: list[str] = []
+    for kind, old in _of_ros1(name, definitions):
+        new, specs = type_name_of(old, kind), _specs(definitions, kind, old)
+        messages = [derived_message(spec) for spec in specs]
+        files[_file(kind, new)] = messages
+        if kind == "msg":
+            catalog.add({new: messages[0]})
+        if new != old.replace("/", f"/{kind}/"):
+            lines.append(f"{old} becomes {new}")
+        lines += [line for spec in specs for line in changes(spec)]
+    return files, lines
 
 
 def _file(kind: str, type_name: str) -> str:

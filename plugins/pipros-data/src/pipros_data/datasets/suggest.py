@@ -41,30 +41,17 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     left_out, episodes = [], "file  # or {topic: /episode}, with std_msgs/Bool or String"
     for topic in bags.topics():
         kind = bags.connections_of(topic)[0][1].type
-        is_camera = kind in _CAMERAS
         if kind in ("std_msgs/Bool", "std_msgs/String") and "episode" in topic:
             episodes = f"{{topic: {json.dumps(topic)}}}  # or file: each bag is an episode"
             continue
-        is_usual = (is_camera or kind in USUAL_FIELDS) and not topic.startswith("/rosout")
+        is_usual = kind in (*_CAMERAS, *USUAL_FIELDS) and not topic.startswith("/rosout")
         if not is_usual or bags.count(topic) < 2:
             left_out.append(f"{listed(topic)} ({listed(kind)})")
             continue
-        group = "cameras" if is_camera else "actions" if _ACTION.search(topic) else "observations"
         table = next(bags.batches(topic)).take(slice(rows))
-        steps = np.diff(table.times())
-        rate = 1e9 / float(np.median(steps)) if len(steps) and np.median(steps) > 0 else 1.0
-        name = _name(topic, taken)
-        lines = [f"  {name}:", f"    topic: {json.dumps(topic)}  # {kind}, {rate:.3g} Hz"]
-        if not is_camera:
-            lines += _fields(table, kind)
-            lines.append("    # unit: …, min: …, max: …")
-        elif kind == _CAMERAS[0]:
-            lines.append("    store: video  # or jpeg, which keeps the pictures as they are")
-        if STAMP not in table or not table[STAMP].any():
-            lines.append("    time: receipt  # there are no stamps")
-        if rate < _RARE_HZ:
-            lines.append(f"    tolerance: {2 / rate:.3g}  # s; the messages are rare")
-        parts[group] += lines
+        rate = _rate(table)
+        group = _group(topic, kind)
+        parts[group] += [f"  {_name(topic, taken)}:", *_signal(topic, kind, table, rate)]
         rates[group].append(rate)
     found = rates["cameras"] or rates["observations"] or rates["actions"]
     if not found:
@@ -81,6 +68,33 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     for group, lines in parts.items():
         head += [f"{group}:" if lines else f"{group}: {{}}", *lines]
     return "\n".join([*head, f"# left out: {', '.join(left_out) or 'nothing'}"]) + "\n"
+
+
+def _rate(table: Table) -> float:
+    """Return the usual rate of a topic's messages in Hz; 1 if they have no usual distance in time."""
+    steps = np.diff(table.times())
+    step_ns = float(np.median(steps)) if len(steps) else 0.0
+    return 1e9 / step_ns if step_ns > 0 else 1.0
+
+
+def _group(topic: str, kind: str) -> str:
+    if kind in _CAMERAS:
+        return "cameras"
+    return "actions" if _ACTION.search(topic) else "observations"
+
+
+def _signal(topic: str, kind: str, table: Table, rate: float) -> list[str]:
+    """Return the lines that describe a topic, without its name."""
+    lines = [f"    topic: {json.dumps(topic)}  # {kind}, {rate:.3g} Hz"]
+    if kind not in _CAMERAS:
+        lines += [*_fields(table, kind), "    # unit: …, min: …, max: …"]
+    elif kind == _CAMERAS[0]:
+        lines.append("    store: video  # or jpeg, which keeps the pictures as they are")
+    if STAMP not in table or not table[STAMP].any():
+        lines.append("    time: receipt  # there are no stamps")
+    if rate < _RARE_HZ:
+        lines.append(f"    tolerance: {2 / rate:.3g}  # s; the messages are rare")
+    return lines
 
 
 def _name(topic: str, taken: set[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import Any, Final
@@ -17,6 +17,7 @@ from pipros_rosbag2.interfaces.catalog import Ros1Definitions
 
 _IMPORTS: Final = "IMPORTS_OF_THE_DRAFT"
 _START: Final = "START_OF_THE_DRAFT"
+_GONE: Final = ("rospy", "roslib")
 
 
 class NotPortable(PiprosError):
@@ -76,7 +77,7 @@ class _Porter(PortedCalls):
 
     def draft(self) -> Draft:
         text = self._render(self._tree, 0, len(self._source))
-        uses = any(name.split(".")[0] in ("rospy", "roslib") for name in self._kinds.modules.values())
+        uses = any(name.split(".")[0] in _GONE for name in self._kinds.modules.values())
         if not self._changes and not uses:
             return Draft((), self._source.decode())
         needs = set(self._needs)
@@ -182,45 +183,44 @@ class _Porter(PortedCalls):
         return new
 
     def _import(self, node: ast.Import | ast.ImportFrom) -> str | None:
-        column = " " * node.col_offset
-        gone = ("rospy", "roslib")
-        modules = (
-            [node.module or ""] if isinstance(node, ast.ImportFrom) else [each.name for each in node.names]
-        )
-        for module in sorted({each.partition(".")[0] for each in modules} & {*NOT_ON_PYPI}):
-            self._todo(node, f"{module} exists in ROS 2, but not on PyPI")
-        members = (
-            [f"{node.module}.{each.name}" for each in node.names]
-            if isinstance(node, ast.ImportFrom)
-            else modules
-        )
-        for member in members:
-            reason = unsure(f"{member}.")
-            if reason is not None and member.partition(".")[0] not in gone:
-                self._todo(node, reason)
-            elif self._kinds.is_of_action(member):
-                self._todo(node, f"{member}: goals, results and feedback are parts of an action in ROS 2")
         if isinstance(node, ast.ImportFrom):
-            package, _, middle = (node.module or "").partition(".")
-            if package in gone:
-                return self._rclpy_import(node, "")
-            if middle != "srv":
-                return None
-            names = []
-            for each in node.names:
-                found = self._kinds.interface(f"{node.module}.{each.name}")
-                names.append(
-                    found[0].partition("/")[2] if found and found[0][:4] in ("req:", "res:") else each.name
-                )
-            new = f"from {node.module} import {', '.join(dict.fromkeys(names))}"
-            if len(set(names)) != len(node.names):
-                self._change(node, new)
-            return new if [each.name for each in node.names] != names else None
-        others = [each for each in node.names if each.name.partition(".")[0] not in gone]
+            return self._import_from(node)
+        modules = [each.name for each in node.names]
+        self._note_imports(node, modules, modules)
+        others = [each for each in node.names if each.name.partition(".")[0] not in _GONE]
         if len(others) == len(node.names):
             return None
         kept = ", ".join(f"{each.name} as {each.asname}" if each.asname else each.name for each in others)
-        return self._rclpy_import(node, f"import {kept}\n{column}" if kept else "")
+        return self._rclpy_import(node, f"import {kept}\n{' ' * node.col_offset}" if kept else "")
+
+    def _import_from(self, node: ast.ImportFrom) -> str | None:
+        module, old = node.module or "", [each.name for each in node.names]
+        self._note_imports(node, [module], [f"{node.module}.{name}" for name in old])
+        package, _, middle = module.partition(".")
+        if package in _GONE:
+            return self._rclpy_import(node, "")
+        if middle != "srv":
+            return None
+        new = []
+        for name in old:
+            found = self._kinds.interface(f"{module}.{name}")
+            kind, _, service = found[0].partition("/") if found else ("", "", "")
+            new.append(service if kind.startswith(("req:", "res:")) else name)
+        text = f"from {module} import {', '.join(dict.fromkeys(new))}"
+        if len(set(new)) != len(old):
+            self._change(node, text)
+        return text if new != old else None
+
+    def _note_imports(self, node: ast.stmt, modules: Sequence[str], members: Sequence[str]) -> None:
+        """Add a TODO for each module that a person must install, and each member to decide about."""
+        for module in sorted({each.partition(".")[0] for each in modules} & {*NOT_ON_PYPI}):
+            self._todo(node, f"{module} exists in ROS 2, but not on PyPI")
+        for member in members:
+            reason = unsure(f"{member}.")
+            if reason is not None and member.partition(".")[0] not in _GONE:
+                self._todo(node, reason)
+            elif self._kinds.is_of_action(member):
+                self._todo(node, f"{member}: goals, results and feedback are parts of an action in ROS 2")
 
     def _rclpy_import(self, node: ast.stmt, before: str) -> str:
         self._change(node, "import rclpy")
@@ -234,41 +234,36 @@ class _Porter(PortedCalls):
 
         A program without init_node, which only calls services, has only the first.
         """
-
-        def search(
-            body: Sequence[ast.stmt], owner: ast.FunctionDef | None, block: Sequence[ast.stmt]
-        ) -> object:
-            for each in body:
-                if isinstance(each, ast.Expr) and self._called(each.value) == "rospy.init_node":
-                    return each, next(item for item in block if not _is_docstring(item)), owner
-                inner = getattr(each, "body", None)
-                if isinstance(inner, list):
-                    is_block = isinstance(each, (ast.FunctionDef, ast.If)) and (
-                        owner is None or isinstance(each, ast.FunctionDef)
-                    )
-                    function = each if isinstance(each, ast.FunctionDef) else owner
-                    found = search(inner, function, inner if is_block else block)
-                    if found:
-                        return found
-            return None
-
         body = self._tree.body
-        start = next(
-            (
-                number
-                for number, each in enumerate(body)
-                if not isinstance(each, (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.ClassDef))
-                and not _is_docstring(each)
-            ),
-            0,
+        definitions = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.ClassDef)
+        program = (
+            number
+            for number, each in enumerate(body)
+            if not isinstance(each, definitions) and not _is_docstring(each)
         )
-        found = search(body, None, body[start:])
-        if found:
-            return found  # type: ignore[return-value]
-        programs = (
-            each for each in body if isinstance(each, ast.If) and "__main__" in ast.unparse(each.test)
-        )
-        return None, next((each.body[0] for each in programs), None), None
+        for init, block, owner in self._inits(body, body[next(program, 0) :], None):
+            return init, next(each for each in block if not _is_docstring(each)), owner
+        mains = (each for each in body if isinstance(each, ast.If) and "__main__" in ast.unparse(each.test))
+        return None, next((each.body[0] for each in mains), None), None
+
+    def _inits(
+        self, body: Sequence[ast.stmt], block: Sequence[ast.stmt], owner: ast.FunctionDef | None
+    ) -> Iterator[tuple[ast.stmt, Sequence[ast.stmt], ast.FunctionDef | None]]:
+        """Yield each statement with init_node in and below `body`, with its block and its function.
+
+        Blocks are those of functions, and outside of functions those of `if`.
+        """
+        for each in body:
+            if isinstance(each, ast.Expr) and self._called(each.value) == "rospy.init_node":
+                yield each, block, owner
+            inner = getattr(each, "body", None)
+            if not isinstance(inner, list):
+                continue
+            if isinstance(each, ast.FunctionDef):
+                yield from self._inits(inner, inner, each)
+            else:
+                is_block = isinstance(each, ast.If) and owner is None
+                yield from self._inits(inner, inner if is_block else block, owner)
 
     def _opening(self, indent: str) -> str:
         call = getattr(self._init, "value", None)

@@ -51,25 +51,32 @@ class Kinds:
             self._callback(call)
         for _ in range(2):  # a variable may get the value of another one
             for function in self.functions.values():
-                for each in ast.walk(function):
-                    if isinstance(each, ast.Return) and each.value is not None:
-                        self._add(f"{function.name}()", self.of(each.value))
+                self._returns(function)
             for each in ast.walk(tree):
-                if isinstance(each, ast.Assign):
-                    for target in each.targets:
-                        self._assign(target, each.value)
-                elif isinstance(each, ast.ClassDef):
-                    for member in each.body:
-                        if isinstance(member, ast.Assign) and isinstance(member.targets[0], ast.Name):
-                            self._add(f"self.{member.targets[0].id}", self.of(member.value))
-                elif isinstance(each, (ast.For, ast.comprehension)):
-                    self._loop(each.target, each.iter)
-                elif isinstance(each, ast.Call):
-                    self._pass(each)
+                self._bind(each)
 
     def _add(self, key: str, kind: str) -> None:
         if key:
             self._variables.setdefault(key, set()).add(kind)
+
+    def _returns(self, function: ast.FunctionDef) -> None:
+        for each in ast.walk(function):
+            if isinstance(each, ast.Return) and each.value is not None:
+                self._add(f"{function.name}()", self.of(each.value))
+
+    def _bind(self, node: ast.AST) -> None:
+        """Remember the kinds of the variables that get their values here."""
+        if isinstance(node, ast.Assign):
+            for target in node.targets:
+                self._assign(target, node.value)
+        elif isinstance(node, ast.ClassDef):
+            for each in node.body:
+                if isinstance(each, ast.Assign) and isinstance(each.targets[0], ast.Name):
+                    self._add(f"self.{each.targets[0].id}", self.of(each.value))
+        elif isinstance(node, (ast.For, ast.comprehension)):
+            self._loop(node.target, node.iter)
+        elif isinstance(node, ast.Call):
+            self._pass(node)
 
     def _assign(self, target: ast.expr, value: ast.expr) -> None:
         key, items = self._key(target), _elements(value)

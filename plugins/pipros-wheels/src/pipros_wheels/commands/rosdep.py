@@ -6,14 +6,18 @@ import importlib.util
 import os
 import subprocess
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import open_file
 from pipros.basics.interrupts import forget_handlers
 from pipros_tools.cli.entry_point import command
+
+if TYPE_CHECKING:
+    from pipros_wheels.plan import PlanStep
 
 _OUTPUT_LIMIT_S = 10.0
 
@@ -30,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.verb in ("init", "update"):
         print("nothing to do: the table of Python keys comes with pipros")
         return 0
-    from pipros_wheels.plan import Places, Provider, make_plan, plan_table
+    from pipros_wheels.plan import Places, Provider, make_plan
     from pipros_wheels.python_keys import read_keys
     from pipros_wheels.wheel_build import source_packages
 
@@ -39,41 +43,52 @@ def main(argv: Sequence[str] | None = None) -> int:
         space = source_packages(options.from_paths or [Path.cwd()])
         for error in space.errors:
             print(f"rosdep: {error}", file=sys.stderr)
-        code = 1 if space.errors else 0
-        plan = [
-            step
-            for step in make_plan(space.packages, Places((), None, keys), [])
-            if step.provider is not Provider.SOURCE
-        ]
-        if options.verb == "keys":
-            print("\n".join(step.name for step in plan))
-            return code
-        wanted = [step for step in plan if step.provider is Provider.PYPI and not _is_installed(step.target)]
-        others = [step for step in plan if step.provider in (Provider.DEBIAN, Provider.UNKNOWN)]
-        if options.verb == "check":
-            if not wanted and not others:
-                print("All system dependencies have been satisfied")
-                return code
-            print("System dependencies have not been satisfied:")
-            print("\n".join(plan_table([*wanted, *others])))
-            return 1
-        for step in others:
-            print(f"{step.name}: {step.provider.value} {step.target}".rstrip())
-        requirements = list(dict.fromkeys(step.target for step in wanted))
-        if options.simulate or not requirements:
-            print(
-                f"pip install {' '.join(requirements)}"
-                if requirements
-                else "#All required rosdeps installed successfully"
-            )
-            return code
-        from pipros_wheels.installer import Installer, find_installer
-
-        Installer(find_installer()).install(requirements, {})
+        plan = make_plan(space.packages, Places((), None, keys), [])
+        needed = [step for step in plan if step.provider is not Provider.SOURCE]
+        code = _carry_out(options, needed)
     except (PiprosError, OSError) as error:
         print(f"rosdep: {error}", file=sys.stderr)
         return 1
-    return code
+    return 1 if space.errors else code
+
+
+def _carry_out(options: Namespace, needed: Sequence[PlanStep]) -> int:
+    from pipros_wheels.plan import Provider
+
+    if options.verb == "keys":
+        print("\n".join(step.name for step in needed))
+        return 0
+    missing = [step for step in needed if step.provider is Provider.PYPI and not _is_installed(step.target)]
+    others = [step for step in needed if step.provider in (Provider.DEBIAN, Provider.UNKNOWN)]
+    if options.verb == "check":
+        return _check([*missing, *others])
+    for step in others:
+        print(f"{step.name}: {step.provider.value} {step.target}".rstrip())
+    _install(list(dict.fromkeys(step.target for step in missing)), is_simulated=options.simulate)
+    return 0
+
+
+def _check(unsatisfied: Sequence[PlanStep]) -> int:
+    from pipros_wheels.plan import plan_table
+
+    if not unsatisfied:
+        print("All system dependencies have been satisfied")
+        return 0
+    print("System dependencies have not been satisfied:")
+    print("\n".join(plan_table(unsatisfied)))
+    return 1
+
+
+def _install(requirements: Sequence[str], *, is_simulated: bool) -> None:
+    if not requirements:
+        print("#All required rosdeps installed successfully")
+        return
+    if is_simulated:
+        print(f"pip install {' '.join(requirements)}")
+        return
+    from pipros_wheels.installer import Installer, find_installer
+
+    Installer(find_installer()).install(requirements, {})
 
 
 def _parser() -> ArgumentParser:

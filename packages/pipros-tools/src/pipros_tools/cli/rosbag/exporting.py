@@ -105,7 +105,7 @@ def _export(
     left_out: LeftOut,
 ) -> None:
     """Write the messages of some topics. What cannot be written is left out, and affects nothing else."""
-    sinks: dict[int, _Sink] = {}
+    sinks = _sinks(bag, of_topic, paths, form, left_out)
     failed: set[_Sink] = set()
 
     def attempt(sink: _Sink, action: Callable[[], int | None]) -> int:
@@ -118,24 +118,6 @@ def _export(
             left_out.whole(sink.topic, error)
             return 0
 
-    for topic, connections in of_topic.items():
-        first = connections[0]
-        try:
-            full_text = bag.class_of(first)._full_text
-            sink = _sink(first, full_text, paths[topic], form, left_out)
-        except (BagError, MessageException, OSError) as error:
-            left_out.whole(topic, error)
-            continue
-        for each in connections:
-            if _kind(each) == _kind(first):
-                try:
-                    bag.class_of(each)
-                    sinks[each.id] = sink
-                except (BagError, MessageException) as error:
-                    left_out.message(topic, error)
-            else:
-                wrong, right = (" ".join(_kind(side)) for side in (each, first))
-                left_out.message(topic, f"their type is {wrong}, not {right}")
     wanted = [each for connections in of_topic.values() for each in connections if each.id in sinks]
     used, waiting = list(dict.fromkeys(sinks.values())), 0
     try:
@@ -152,6 +134,35 @@ def _export(
     for sink in used:
         if sink not in failed:
             print(f"{sink.topic}: {sink.count} messages to {sink.path}")
+
+
+def _sinks(
+    bag: BagReader,
+    of_topic: Mapping[str, Sequence[Connection]],
+    paths: Mapping[str, Path],
+    form: str,
+    left_out: LeftOut,
+) -> dict[int, _Sink]:
+    """Return the sink of each connection: one per topic, with the type of the topic's first connection."""
+    sinks: dict[int, _Sink] = {}
+    for topic, connections in of_topic.items():
+        first = connections[0]
+        try:
+            sink = _sink(first, bag.class_of(first)._full_text, paths[topic], form, left_out)
+        except (BagError, MessageException, OSError) as error:
+            left_out.whole(topic, error)
+            continue
+        for each in connections:
+            if _kind(each) != _kind(first):
+                wrong, right = (" ".join(_kind(side)) for side in (each, first))
+                left_out.message(topic, f"their type is {wrong}, not {right}")
+                continue
+            try:
+                bag.class_of(each)
+                sinks[each.id] = sink
+            except (BagError, MessageException) as error:
+                left_out.message(topic, error)
+    return sinks
 
 
 def _kind(connection: Connection) -> tuple[str, str]:

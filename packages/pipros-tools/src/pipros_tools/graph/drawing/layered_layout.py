@@ -333,32 +333,38 @@ class _LayeredLayout(Generic[Key]):
         """Return the y coordinate of each vertex, and the top and bottom of each group's band."""
         heights = [0.0] * len(self._layer)
         bands: dict[int, tuple[float, float]] = {}
-        top = 0.0
-        rows_of: dict[int, list[list[int]]] = {group: [] for group in sorted(set(self._group))}
-        for layer in self._order:  # the vertices of a group follow each other in a layer
-            for group, together in itertools.groupby(layer, key=self._group.__getitem__):
-                rows_of[group].append(list(together))
         isolated: dict[int, list[int]] = {}
         for vertex in self._isolated:
             isolated.setdefault(self._group[vertex], []).append(vertex)
-        for group, rows in rows_of.items():
+        top = 0.0
+        for group, rows in self._rows_of_groups().items():
             self._fit(rows, heights)
             margin = BAND_GAP / 2 if self._group_names[group] else 0.0
-            bottom = top + margin
-            if any(rows):
-                upper = min(heights[vertex] - self._sizes[vertex][1] / 2 for row in rows for vertex in row)
-                lower = max(heights[vertex] + self._sizes[vertex][1] / 2 for row in rows for vertex in row)
-                shift = bottom - upper
-                for row in rows:
-                    for vertex in row:
-                        heights[vertex] += shift
-                bottom = lower + shift
+            bottom = self._move([vertex for row in rows for vertex in row], top + margin, heights)
             if alone := isolated.get(group):
-                begin = bottom + (2 * ROW_GAP if any(rows) else 0)
-                bottom = self._place_grid(alone, begin, grid_width, heights)
+                gap = 2 * ROW_GAP if rows else 0
+                bottom = self._place_grid(alone, bottom + gap, grid_width, heights)
             bands[group] = top, bottom + margin
             top = bottom + margin + ROW_GAP
         return heights, bands
+
+    def _rows_of_groups(self) -> dict[int, list[list[int]]]:
+        """Return the vertices of each group in each layer; they follow each other there."""
+        rows: dict[int, list[list[int]]] = {group: [] for group in sorted(set(self._group))}
+        for layer in self._order:
+            for group, together in itertools.groupby(layer, key=self._group.__getitem__):
+                rows[group].append(list(together))
+        return rows
+
+    def _move(self, vertices: Sequence[int], top: float, heights: list[float]) -> float:
+        """Move vertices together so that the uppermost begins at `top`. Return where the lowest ends."""
+        if not vertices:
+            return top
+        upper = min(heights[vertex] - self._sizes[vertex][1] / 2 for vertex in vertices)
+        lower = max(heights[vertex] + self._sizes[vertex][1] / 2 for vertex in vertices)
+        for vertex in vertices:
+            heights[vertex] += top - upper
+        return lower + (top - upper)
 
     def _fit(self, rows: Sequence[Sequence[int]], heights: list[float]) -> None:
         """Move a group's vertices towards their neighbours, keeping their order and minimum distances."""
