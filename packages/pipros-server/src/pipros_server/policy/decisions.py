@@ -13,7 +13,16 @@ from pipros.basics.printable import printable
 from pipros.basics.similar_names import similar_names
 from pipros.msg.base import Message
 from pipros_server.policy.field_check import POLICY_VALUES, FieldCheck, check_changes, check_value
-from pipros_server.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, FieldTree, Policy
+from pipros_server.policy.model import (
+    RUNS,
+    ActKind,
+    ActRefused,
+    ActRule,
+    Condition,
+    FieldRule,
+    FieldTree,
+    Policy,
+)
 
 MINUTE_S: Final = 60.0
 PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str": str}
@@ -83,41 +92,16 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     if rule.stop is not None and act.value == rule.stop:
         note_stop(rule, state)
         return rule
-    check = FieldCheck(act.name, rule.place)
-    if isinstance(act.value, Message):
-        check.message(act.value, rule.fields)
-    elif act.kind is ActKind.PARAMETER:
-        _check_parameter(act, rule)
-    elif act.kind in RUNS:
-        for name, value in act.value.items():
-            tree = rule.fields.below.get(name, FieldTree())
-            if tree.rule is None:
-                raise ActRefused(
-                    f"the policy has no rule for the argument {name!a:.60} of {act.name}", rule.place
-                )
-            check_value(value, tree.rule, f"{name} of {act.name}")
-    else:
-        raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
-    before = state.accepted.get((act.kind, act.name)) or Accepted()
-    idle_s = now_s - before.last_s  # infinite before the first act: nothing was to be stopped
-    if rule.stop is not None and (rule.time_limit_s or math.inf) <= idle_s < math.inf:
-        before.values = {**before.values, **stopped_values(rule)}  # by now, the guardian has sent the stop
-    check_changes(check.limited, before.values, idle_s, act.name)
-    values = {**before.values, **{path: value for path, (value, _) in check.limited.items()}}
-    if len(values) > (most := POLICY_VALUES):
-        reason = f"{act.name}: {len(values)} fields or elements with change_per_s would be stored"
-        raise ActRefused(f"{reason}; the limit is {most}", rule.place)
+    limited = _check_value_of(act, rule)
+    accepted = state.accepted.get((act.kind, act.name)) or Accepted()
+    values = _changed_values(rule, limited, accepted, now_s - accepted.last_s)
     for name in rule.requires:
         check_condition(policy.conditions[name], state.readings.get(name), now_s)
     if rule.per_minute is not None:
-        while before.times and before.times[0] <= now_s - MINUTE_S:
-            before.times.popleft()
-        if len(before.times) >= rule.per_minute:
-            raise ActRefused(f"{act.name} exceeds the limit of {rule.per_minute} per minute", rule.place)
-        before.times.append(now_s)
-    before.last_s = now_s
-    before.values = values
-    state.accepted[act.kind, act.name] = before
+        _count_in_minute(rule, rule.per_minute, accepted.times, now_s)
+    accepted.last_s = now_s
+    accepted.values = values
+    state.accepted[act.kind, act.name] = accepted
     return rule
 
 
@@ -138,6 +122,45 @@ def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5s
             raise ActRefused(f"{name}: the definition of {shown} differs from the installed one", rule.place)
         raise ActRefused(f"{name} must have the type {rule.type}, got {shown}", rule.place)
     return rule
+
+
+def _check_value_of(act: Act, rule: ActRule) -> Mapping[str, tuple[float, FieldRule]]:
+    """Check the value of an act. Return the values whose change is limited, with their rules, by path."""
+    if isinstance(act.value, Message):
+        check = FieldCheck(act.name, rule.place)
+        check.message(act.value, rule.fields)
+        return check.limited
+    if act.kind is ActKind.PARAMETER:
+        _check_parameter(act, rule)
+    elif act.kind in RUNS:
+        _check_arguments(act, rule)
+    else:
+        raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
+    return {}
+
+
+def _changed_values(
+    rule: ActRule, limited: Mapping[str, tuple[float, FieldRule]], accepted: Accepted, idle_s: float
+) -> Mapping[str, float]:
+    """Check the changes of values since the last act, `idle_s` ago. Return all values after the act."""
+    before = accepted.values
+    # `idle_s` is infinite before the first act: nothing was to be stopped.
+    if rule.stop is not None and (rule.time_limit_s or math.inf) <= idle_s < math.inf:
+        before = {**before, **stopped_values(rule)}  # by now, the guardian has sent the stop
+    check_changes(limited, before, idle_s, rule.name)
+    values = {**before, **{path: value for path, (value, _) in limited.items()}}
+    if len(values) > (most := POLICY_VALUES):
+        reason = f"{rule.name}: {len(values)} fields or elements with change_per_s would be stored"
+        raise ActRefused(f"{reason}; the limit is {most}", rule.place)
+    return values
+
+
+def _count_in_minute(rule: ActRule, limit: int, times: deque[float], now_s: float) -> None:
+    while times and times[0] <= now_s - MINUTE_S:
+        times.popleft()
+    if len(times) >= limit:
+        raise ActRefused(f"{rule.name} exceeds the limit of {limit} per minute", rule.place)
+    times.append(now_s)
 
 
 def note_stop(rule: ActRule, state: PolicyState) -> None:
@@ -196,3 +219,13 @@ def _check_parameter(act: Act, rule: ActRule) -> None:
         raise ActRefused(f"{act.name} must have the type {rule.type}, got {got}", rule.place)
     if rule.fields.rule is not None:
         check_value(act.value, rule.fields.rule, act.name)
+
+
+def _check_arguments(act: Act, rule: ActRule) -> None:
+    for name, value in act.value.items():
+        argument = rule.fields.below.get(name, FieldTree()).rule
+        if argument is None:
+            raise ActRefused(
+                f"the policy has no rule for the argument {name!a:.60} of {act.name}", rule.place
+            )
+        check_value(value, argument, f"{name} of {act.name}")
