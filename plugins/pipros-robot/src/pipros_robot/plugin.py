@@ -36,6 +36,7 @@ PLUGIN = Plugin(
     limits="pipros_robot.navigation.limits:NavigationLimits",
     offers={
         "disparity_view": "pipros_robot.perception.images.disparity_view:main",
+        "planner_limit": "pipros_robot.navigation.move_base.limit_names:meaning",
         "pytest": "pipros_robot.navigation.pytest_world",
         "windows": "pipros_robot.perception.windows.replacement:show_windows_on_page",
     },

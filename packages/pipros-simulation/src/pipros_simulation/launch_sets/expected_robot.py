@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
+from pipros.basics.plugin_table import why_no_package
+from pipros.basics.plugins import offered
+from pipros.packages.nodelets import package_of
 from pipros_libraries.robot_model.urdf import Robot, UrdfError, read_robot
 from pipros_simulation.launch_sets.footprints import free_pose, inner_radius, is_number
 from pipros_simulation.launch_sets.node_topics import FILTERS, NodeView, params_below, views_of
@@ -34,8 +37,6 @@ _MAPPERS: Final = ("gmapping/slam_gmapping", "hector_mapping/hector_mapping")
 _LOCALIZERS: Final = (*_MAPPERS, "amcl/amcl", "fake_localization/fake_localization")
 _STATIC: Final = ("tf/static_transform_publisher", "tf2_ros/static_transform_publisher")
 _LASER_WORDS: Final = ("laser", "scan", "lidar", "hokuyo", "sick", "rplidar", "velodyne")
-_SPEEDS: Final = ("max_vel_x", "max_vel_trans", "max_trans_vel")
-_TURNS: Final = ("max_vel_theta", "max_rot_vel", "max_rotational_vel")
 
 
 @dataclass
@@ -288,6 +289,7 @@ class _Reader:
     def size(self) -> None:
         """Find the robot's radius and its greatest velocities."""
         robot: dict[str, Any] = {}
+        meaning: Callable[[str], str | None] = offered("planner_limit") or str
         for view in self._of("move_base/move_base"):
             self._drive(view, robot)
             for key, value in view.params.items():
@@ -296,9 +298,11 @@ class _Reader:
                     robot["radius"] = float(value)
                 elif name == "footprint" and (radius := inner_radius(value)):
                     robot["radius"] = radius
-                elif name in _SPEEDS and is_number(value):
+                elif not is_number(value):
+                    continue
+                elif (limit := meaning(name)) in ("max_vel_x", "max_vel_trans"):
                     robot["max_linear"] = max(robot.get("max_linear", 0.5), FASTER * float(value))
-                elif name in _TURNS and is_number(value):
+                elif limit == "max_vel_theta":
                     robot["max_angular"] = max(robot.get("max_angular", 2.5), FASTER * float(value))
         if "radius" not in robot:
             self.found.unknown.append("the robot's radius: move_base has no footprint; 0.15 m is used")
@@ -358,8 +362,11 @@ class _Reader:
 
     def others(self) -> None:
         """Report the nodes and properties that this program does not know."""
-        unknown = [f"{view.node.full_name} ({view.kind})" for view in self._views if not view.is_known]
+        unknown = [view for view in self._views if not view.is_known]
         if unknown:
-            self.found.unknown.append(f"topics of {', '.join(unknown)}; if one drives hardware, leave it out")
+            nodes = ", ".join(f"{view.node.full_name} ({view.kind})" for view in unknown)
+            self.found.unknown.append(f"topics of {nodes}; if one drives hardware, leave it out")
+        reasons = dict.fromkeys(why_no_package(package_of(view.kind)) for view in unknown)
+        self.found.unknown += [f"topics of a node: {reason}" for reason in reasons if reason]
         if any(key.rpartition("/")[2] == "tf_prefix" and value for key, value in self._launch.params.items()):
             self.found.unknown.append("tf_prefix has no effect on the simulated robot")

@@ -5,54 +5,33 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
 from pipros.basics.words import split_words
+from pipros.packages import shipped_folder
+from pipros.packages.nodelets import package_of
 from pipros.safe import yaml
+from pipros.safe.xml import Element
 from pipros_tools.launch.model import Launch, LaunchNode
 from pipros_tools.launch.nodelet_choice import arguments_of
+from pipros_workspace.manifest import read_manifest
 
-_NO_TOPICS: Final[Mapping[str, str]] = {}
-_IMU_FILTER: Final = ({"imu/data_raw": "imu"}, {"imu/data": "imu"})
-_TOPICS: Final[dict[str, tuple[Mapping[str, str], Mapping[str, str]]]] = {
-    "amcl/amcl": ({"scan": "scan"}, _NO_TOPICS),
-    "controller_manager/spawner": (_NO_TOPICS, _NO_TOPICS),
-    "depthimage_to_laserscan/depthimage_to_laserscan": ({"image": "depth image"}, {"scan": "scan"}),
-    "explore_lite/explore": (_NO_TOPICS, _NO_TOPICS),
-    "fake_localization/fake_localization": ({"base_pose_ground_truth": "true pose"}, _NO_TOPICS),
-    "gmapping/slam_gmapping": ({"scan": "scan"}, _NO_TOPICS),
-    "hector_mapping/hector_mapping": ({"scan": "scan"}, _NO_TOPICS),
-    "imu_complementary_filter/complementary_filter_node": _IMU_FILTER,
-    "imu_filter_madgwick/ImuFilterNodelet": _IMU_FILTER,
-    "imu_filter_madgwick/imu_filter_node": _IMU_FILTER,
-    "interactive_marker_twist_server/marker_server": (_NO_TOPICS, {"~cmd_vel": "cmd_vel"}),
-    "joint_state_publisher/joint_state_publisher": (_NO_TOPICS, {"joint_states": "joints"}),
-    "kobuki_safety_controller/SafetyControllerNodelet": (_NO_TOPICS, {"~cmd_vel": "cmd_vel"}),
-    "laser_filters/scan_to_scan_filter_chain": ({"scan": "scan"}, {"scan_filtered": "scan"}),
-    "laser_scan_matcher/laser_scan_matcher_node": ({"scan": "scan"}, _NO_TOPICS),
-    "map_server/map_server": (_NO_TOPICS, _NO_TOPICS),
-    "move_base/move_base": ({"odom": "odom"}, {"cmd_vel": "cmd_vel"}),
-    "nodelet/nodelet": (_NO_TOPICS, _NO_TOPICS),
-    "pointcloud_to_laserscan/pointcloud_to_laserscan_node": ({"cloud_in": "cloud"}, {"scan": "scan"}),
-    "robot_localization/ekf_localization_node": (_NO_TOPICS, {"odometry/filtered": "odom"}),
-    "robot_localization/ukf_localization_node": (_NO_TOPICS, {"odometry/filtered": "odom"}),
-    "robot_pose_ekf/robot_pose_ekf": ({"odom": "odom", "imu_data": "imu"}, _NO_TOPICS),
-    "robot_state_publisher/robot_state_publisher": ({"joint_states": "joints"}, _NO_TOPICS),
-    "rviz/rviz": (_NO_TOPICS, _NO_TOPICS),
-    "tf/static_transform_publisher": (_NO_TOPICS, _NO_TOPICS),
-    "tf2_ros/static_transform_publisher": (_NO_TOPICS, _NO_TOPICS),
-    "topic_tools/relay": (_NO_TOPICS, _NO_TOPICS),
-    "twist_mux/twist_mux": (_NO_TOPICS, {"cmd_vel_out": "cmd_vel"}),
-    "yocs_cmd_vel_mux/CmdVelMuxNodelet": (_NO_TOPICS, _NO_TOPICS),
-    "yocs_velocity_smoother/VelocitySmootherNodelet": (
-        {"~raw_cmd_vel": "cmd_vel"},
-        {"~smooth_cmd_vel": "cmd_vel"},
-    ),
+_KINDS: Final = {
+    "geometry_msgs/Twist": "cmd_vel",
+    "nav_msgs/Odometry": "odom",
+    "sensor_msgs/Image": "depth image",
+    "sensor_msgs/Imu": "imu",
+    "sensor_msgs/JointState": "joints",
+    "sensor_msgs/LaserScan": "scan",
+    "sensor_msgs/PointCloud2": "cloud",
 }
-"""What a program or nodelet reads and writes: kinds of data by the topic's name before remapping."""
+"""Kinds of data by type of message."""
+_TRUE_POSE: Final = "base_pose_ground_truth"
 
 FILTERS: Final = ("robot_localization/ekf_localization_node", "robot_localization/ukf_localization_node")
 _FILTER_INPUT = re.compile(r"(odom|imu)\d+")
@@ -89,7 +68,7 @@ class NodeView:
 
     @property
     def is_known(self) -> bool:
-        return self.kind in _TOPICS
+        return _declaration(self.kind) is not None
 
     def topic(self, name: str) -> str:
         """Return the full name of a topic, after remapping."""
@@ -110,8 +89,7 @@ class NodeView:
 
     def reads(self) -> Iterator[tuple[str, str]]:
         """Yield the kind and the full name of each topic that the node reads."""
-        for name, kind in _TOPICS.get(self.kind, (_NO_TOPICS, _NO_TOPICS))[0].items():
-            yield kind, self.topic(str(self.params.get("scan_topic", name)) if kind == "scan" else name)
+        yield from self._declared("subscribes")
         if self.kind in FILTERS:
             for key, value in self.params.items():
                 if found := _FILTER_INPUT.fullmatch(key):
@@ -127,12 +105,19 @@ class NodeView:
 
     def writes(self) -> Iterator[tuple[str, str]]:
         """Yield the kind and the full name of each topic that the node writes."""
-        for name, kind in _TOPICS.get(self.kind, (_NO_TOPICS, _NO_TOPICS))[1].items():
-            yield kind, self.topic(name)
+        yield from self._declared("publishes")
         if self.kind == "topic_tools/relay" and len(self.words()) == 2:
             yield "any", self.topic(self.words()[1])
         elif self.kind == "yocs_cmd_vel_mux/CmdVelMuxNodelet":
             yield "cmd_vel", self.topic(names.join("~", str(self._configured("publisher") or "output")))
+
+    def _declared(self, tag: str) -> Iterator[tuple[str, str]]:
+        """Yield the kind and the full name of each topic in a list of the node's declaration."""
+        declaration = _declaration(self.kind)
+        for each in declaration.all(tag) if declaration is not None else ():
+            name = each.attributes["topic"]
+            kind = "true pose" if name == _TRUE_POSE else _KINDS[each.attributes["type"]]
+            yield kind, self.topic(str(self.params.get(each.attributes.get("param", ""), name)))
 
     def _inputs(self, given: object, namespace: str = "") -> Iterator[str]:
         """Yield the input topics of a multiplexer, which are in a list of mappings."""
@@ -162,6 +147,18 @@ class NodeView:
                     _number(self.params.get(f"{below}/min_obstacle_height"), 0.0),
                     _number(self.params.get(f"{below}/max_obstacle_height"), 2.0),
                 )
+
+
+@cache
+def _declaration(kind: str) -> Element | None:
+    """Return the `<pipros node="…">` of a program or nodelet in its package.xml, or None.
+
+    Packages that pipros and its plugins ship declare there the topics of data from and for robots.
+    """
+    folder, name = shipped_folder(package_of(kind)), kind.partition("/")[2]
+    exports = read_manifest(Path(folder)).exports if folder else ()
+    declared = (each for each in exports if each.tag == "pipros" and each.attributes.get("node") == name)
+    return next(declared, None)
 
 
 def views_of(launch: Launch) -> list[NodeView]:
