@@ -84,9 +84,9 @@ def test_ctrl_c_in_init_node_prints_no_traceback(ros: RosSystem, node: str) -> N
 def test_every_installed_program_is_ended_here() -> None:
     started = {command.split()[0] for command in COMMANDS}
     assert set(console_commands()) - {"rosrun"} <= started
-    nodes = {node.split()[1].removesuffix(".py") for node in NODES}
-    shipped = {name.removesuffix(".py") for _, name in shipped_nodes() if name not in NOT_STARTED}
-    others = shipped - nodes - {name.removesuffix(".py") for name in started}
+    nodes = {tuple(word.removesuffix(".py") for word in node.split()[:2]) for node in NODES}
+    shipped = {(home, name.removesuffix(".py")) for home, name in shipped_nodes() if name not in NOT_STARTED}
+    others = {name for _, name in shipped - nodes} - {name.removesuffix(".py") for name in started}
     assert others <= {"rosbridge_websocket", "play", "record", "ros2_gateway", "rosrun"}, others
 
 

@@ -139,6 +139,8 @@ urdf_to_graphviz robot.urdf
 NODES = """
 actionlib axclient.py /x
 actionlib axserver.py /x actionlib/TestAction
+actionlib_tools axclient.py /x
+actionlib_tools axserver.py /x actionlib/TestAction
 actionlib_tutorials averaging_client
 actionlib_tutorials averaging_server
 actionlib_tutorials fibonacci_client

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import inf
 from optparse import OptionParser, OptionValueError, Values
 from typing import Any
 
@@ -62,10 +63,10 @@ def play(argv: Sequence[str]) -> int:
 
 def _chosen(parser: OptionParser, options: Values) -> PlayOptions:
     for name in ("rate", "hz"):
-        if getattr(options, name) <= 0:
+        if not 0 < getattr(options, name) < inf:
             parser.error(f"{name} must be greater than zero, got {getattr(options, name)}")
     for name in ("delay", "start", "queue"):
-        if getattr(options, name) < 0:
+        if not 0 <= getattr(options, name) < inf:
             parser.error(f"{name} must not be less than zero, got {getattr(options, name)}")
     return PlayOptions(
         prefix=options.prefix,
