@@ -12,7 +12,7 @@ def test_public_classes_of_the_library_have_different_names() -> None:
     found: dict[str, list[str]] = defaultdict(list)
     for file in source_files():
         if any(file.is_relative_to(folder) for folder in SOURCES):
-            for node in ast.parse(file.read_text()).body:
+            for node in ast.walk(ast.parse(file.read_text())):
                 if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                     found[node.name].append(str(import_path(file)))
     assert len(found) > 1500

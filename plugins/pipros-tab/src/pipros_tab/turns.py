@@ -1,4 +1,4 @@
-"""Runs event loops, links and callbacks of a worker where its only thread waits; see `one_thread.Turns`.
+"""Runs event loops, links and callbacks of a worker where its only thread waits; see `one_thread.OnlyThread`.
 
 Theory of operation. A turn handles received packets, runs each event loop until it has nothing more to do,
 and then calls jobs: links that can be read, and what would be a thread elsewhere. A job may wait. Its wait

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any, Protocol
 
-    class Turns(Protocol):
+    class OnlyThread(Protocol):
         """Runs the work of a process in its only thread. A turn runs everything that is due."""
 
         def wait(self, is_over: Callable[[], bool], timeout_s: float | None) -> bool:
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
             """Return a function that calls `publish`, and then takes a turn."""
 
 
-turns: Turns | None = None
+turns: OnlyThread | None = None
 
 
 def has_threads() -> bool:
@@ -67,7 +67,7 @@ def start_thread(function: Callable[..., object], *args: Any, name: str) -> None
 
 
 def start_work(run: Callable[[], object], turn: Callable[[], float | None], *, name: str) -> None:
-    """Call `run` in a new daemon thread; without threads, `turn` again and again: see `Turns.repeat`."""
+    """Call `run` in a new daemon thread; without threads, `turn` again and again: see `OnlyThread.repeat`."""
     if turns is None:
         start_thread(run, name=name)
     else:
@@ -75,7 +75,7 @@ def start_work(run: Callable[[], object], turn: Callable[[], float | None], *, n
 
 
 def start_reader(sock: socket.socket, thread: threading.Thread, turn: Callable[[], bool | None]) -> None:
-    """Start a thread that reads a socket; without threads, call `turn` when it can be read: `Turns.read`."""
+    """Start a thread to read a socket; without threads, call `turn` if readable: `OnlyThread.read`."""
     if turns is None:
         thread.start()
     else:
