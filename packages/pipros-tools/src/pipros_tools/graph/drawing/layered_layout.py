@@ -19,6 +19,8 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
+from pipros_tools.graph.drawing.layering import back_arrows, layers_of, nearest_layers
+
 Key = TypeVar("Key", bound=Hashable)
 
 LAYER_GAP = 60.0
@@ -107,13 +109,13 @@ class _LayeredLayout(Generic[Key]):
         self._group_names = ["", *sorted({groups.get(key, "") for key in self._keys} - {""})]
         number_of = {name: index for index, name in enumerate(self._group_names)}
         self._group = [number_of[groups.get(key, "")] for key in self._keys]
-        self._reversed = _back_arrows(len(self._keys), self._arrows)
+        self._reversed = back_arrows(len(self._keys), self._arrows)
         connected = {vertex for arrow in self._arrows for vertex in arrow}
         self._isolated = [vertex for vertex in range(len(self._keys)) if vertex not in connected]
         self._grid: dict[int, float] = {}
-        self._layer = self._layers()
+        self._layer = layers_of(len(self._keys), self._directed())
         if max(self._layer) > _LAYERS_PER_ROOT * math.isqrt(len(self._keys)) + 6:
-            self._layer = self._nearest_layers()
+            self._layer = nearest_layers(len(self._keys), self._arrows)
             self._reversed = {
                 index
                 for index, (start, end) in enumerate(self._arrows)
@@ -130,58 +132,6 @@ class _LayeredLayout(Generic[Key]):
             if start != end
         }
         return sorted(pairs)
-
-    def _layers(self) -> list[int]:
-        """Assign layers from left to right.
-
-        Each vertex is to the right of its predecessors, and each source is directly before its nearest
-        successor.
-        """
-        count = len(self._keys)
-        after: list[list[int]] = [[] for _ in range(count)]
-        missing = [0] * count
-        for start, end in self._directed():
-            after[start].append(end)
-            missing[end] += 1
-        layer = [0] * count
-        ready = [vertex for vertex in range(count) if not missing[vertex]]
-        is_source = [not missing[vertex] for vertex in range(count)]
-        order = []
-        while ready:
-            vertex = ready.pop()
-            order.append(vertex)
-            for end in after[vertex]:
-                layer[end] = max(layer[end], layer[vertex] + 1)
-                missing[end] -= 1
-                if not missing[end]:
-                    ready.append(end)
-        for vertex in reversed(order):  # a source is placed just before its nearest successor
-            if is_source[vertex] and after[vertex]:
-                layer[vertex] = min(layer[end] for end in after[vertex]) - 1
-        return layer
-
-    def _nearest_layers(self) -> list[int]:
-        """Assign each vertex to a layer by its distance from the nearest vertex without predecessors."""
-        count = len(self._keys)
-        after: list[list[int]] = [[] for _ in range(count)]
-        is_source = [True] * count
-        for start, end in self._arrows:
-            after[start].append(end)
-            is_source[end] = False
-        layer = [-1] * count
-        starts = [
-            [vertex for vertex in range(count) if is_source[vertex]],
-            *([vertex] for vertex in range(count)),
-        ]
-        for reached in starts:
-            reached = [vertex for vertex in reached if layer[vertex] < 0]
-            distance = 0
-            while reached:
-                for vertex in reached:
-                    layer[vertex] = distance
-                distance += 1
-                reached = sorted({end for vertex in reached for end in after[vertex] if layer[end] < 0})
-        return layer
 
     def _add_bends(self) -> list[list[int]]:
         """Add the bends for long arrows. Return the vertices along each arrow, from left to right."""
@@ -414,36 +364,6 @@ class _LayeredLayout(Generic[Key]):
         points += [(columns[self._layer[vertex]], heights[vertex]) for vertex in chain[1:-1]]
         points.append((columns[self._layer[right]] - self._sizes[right][0] / 2, heights[right]))
         return points[::-1] if index in self._reversed else points
-
-
-def _back_arrows(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
-    """Return the indices of the arrows to a vertex on the current path of a depth-first search."""
-    leaving: list[list[tuple[int, int]]] = [[] for _ in range(count)]
-    incoming = [0] * count
-    for index, (start, end) in enumerate(arrows):
-        if start != end:
-            leaving[start].append((index, end))
-            incoming[end] += 1
-    closing = set()
-    state = [0] * count  # 1: on the path, 2: done
-    for first in sorted(range(count), key=lambda vertex: (incoming[vertex] > 0, vertex)):
-        if state[first]:
-            continue
-        state[first] = 1
-        way = [(first, iter(leaving[first]))]
-        while way:
-            vertex, rest = way[-1]
-            for index, end in rest:
-                if state[end] == 1:
-                    closing.add(index)
-                elif not state[end]:
-                    state[end] = 1
-                    way.append((end, iter(leaving[end])))
-                    break
-            else:
-                state[vertex] = 2
-                way.pop()
-    return closing
 
 
 def _ascending(wanted: Sequence[float]) -> list[float]:
