@@ -12,7 +12,7 @@ from pipros.basics.limits import limit_text
 from pipros.msg.errors import MessageException
 from pipros.msg.time import NS_PER_S
 from pipros_libraries.pictures.image_message import IMAGE_TYPES
-from pipros_page.bags.playback import newest_before
+from pipros_page.bags.newest import newest_before
 from pipros_tools.bag.connection import Connection, StoredMessage
 from pipros_tools.bag.errors import BagError
 from pipros_tools.bag.images import image_file

@@ -9,37 +9,31 @@ one chunk at a time.
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 import functools
-import itertools
 import threading
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
+from pipros_page.bags.bag_system import BagSystem, BagTopics
+from pipros_page.bags.newest import IsOver, newest_before
 from pipros_page.bags.rewind import Recording
 from pipros_page.bounded_list import PAGE_VIEW_BYTES
-from pipros_page.topic_watch import WINDOW, TopicWatch
-from pipros_page.topic_watches import TopicWatches
-from pipros_page.watched_system import POLL_INTERVAL_S, WatchedSystem
-from pipros_server.view_server import RequestRefused
+from pipros_page.topic_watch import TopicWatch
+from pipros_page.watched_system import WatchedSystem
 from pipros_tools.bag.connection import Connection, StoredMessage
-from pipros_tools.bag.errors import BagError, NoMessages
+from pipros_tools.bag.errors import BagError
 from pipros_tools.bag.layout import BagLayout
 from pipros_tools.bag.playback_clock import PlaybackClock
 from pipros_tools.bag.reader import BagReader
 from pipros_tools.graph.observer import GraphObservation
 from pipros_tools.graph.system_state import SystemState
 
-FIRST_WINDOW_NS: Final = NS_PER_S // 10
-"""Length of the first time window that is searched for the newest message before a moment."""
-WINDOW_GROWTH: Final = 4
 LEAD_S: Final[Mapping[str, float | None]] = {
     "/tf": 2.0,
     "/tf_static": None,
@@ -75,9 +69,6 @@ TICK_S: Final = 0.1
 LOWEST_SPEED: Final = 0.01
 HIGHEST_SPEED: Final = 100.0
 
-IsOver = Callable[[], bool]
-"""Returns whether the messages being read are no longer needed."""
-
 
 @dataclass(frozen=True, slots=True)
 class PlaybackState:
@@ -96,67 +87,6 @@ class PlaybackState:
     speed: float
     loop: bool
     error: str
-
-
-class BagSystem(WatchedSystem):
-    """Stand-in for the running system that provides a bag's topics at the playback's moment."""
-
-    def __init__(self, live: WatchedSystem, topics: TopicWatches, now_s: Callable[[], float]) -> None:
-        super().__init__(live.graph, live.node)
-        self.topics = topics
-        self.questions, self.computations = live.questions, live.computations
-        self._now_s = now_s
-
-    @property
-    def is_live(self) -> bool:
-        return False
-
-    def now_s(self) -> float:
-        return self._now_s()
-
-    async def observations(self) -> AsyncIterator[GraphObservation]:
-        """Periodically yield the topics of the bag, with the nodes that published them."""
-        while True:
-            yield self.observation
-            await asyncio.sleep(POLL_INTERVAL_S)
-
-
-class BagTopics(TopicWatches):
-    """Watched topics whose messages are provided by a playback.
-
-    `on_change` is called after a topic has been added or removed. `recorded` contains the topics that can be
-    watched; None for all.
-    """
-
-    def __init__(
-        self,
-        live: WatchedSystem,
-        on_change: Callable[[], None],
-        now_s: Callable[[], float],
-        recorded: Collection[str] | None = None,
-    ) -> None:
-        super().__init__(live.node)
-        self._on_change = on_change
-        self._now_s = now_s
-        self._recorded = recorded
-
-    @contextlib.contextmanager
-    def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
-        """Watch a topic in the bag.
-
-        Raises:
-            RequestRefused: `recorded` does not contain the topic.
-        """
-        if self._recorded is not None and topic not in self._recorded:
-            raise not_recorded(topic)
-        with super().watch(topic, queue_size=queue_size) as watch:
-            yield watch
-
-    def update(self) -> None:
-        self._on_change()
-
-    def _new_watch(self, topic: str, queue_size: int) -> TopicWatch:
-        return TopicWatch(topic, self._decoder, queue_size, self._limits, self._now_s)
 
 
 class BagPlayback:
@@ -450,38 +380,6 @@ class BagPlayback:
                     "message_definition": kind._full_text,
                 }
                 watch.note(message, moment_ns / NS_PER_S, is_leading=is_leading)
-
-
-def not_recorded(what: str) -> RequestRefused:
-    """Return the error for a topic or a field that a `Recording` does not contain."""
-    return RequestRefused(f"{what} was not recorded: no view showed it in the recorded time")
-
-
-def newest_before(
-    reader: BagReader,
-    connections: Sequence[Connection],
-    moment_ns: int,
-    is_over: IsOver = lambda: False,
-) -> StoredMessage | None:
-    """Return the newest message at or before a time, or None if there is none or `is_over` returns True.
-
-    Reads backwards, in time windows of increasing length.
-    """
-    try:
-        begin_ns = reader.range_ns[0]
-    except NoMessages:
-        return None
-    end_ns, window_ns = moment_ns, FIRST_WINDOW_NS
-    while connections and end_ns >= begin_ns:
-        first_ns = max(begin_ns, end_ns - window_ns)
-        messages = reader.stored_messages(connections, first_ns, end_ns)
-        newest = deque(itertools.takewhile(lambda _: not is_over(), messages), maxlen=1)
-        if is_over():
-            return None
-        if newest:
-            return newest[0]
-        end_ns, window_ns = first_ns - 1, window_ns * WINDOW_GROWTH
-    return None
 
 
 def _header(connection: Connection) -> dict[str, str]:

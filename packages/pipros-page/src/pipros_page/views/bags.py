@@ -20,13 +20,15 @@ from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros_libraries.pictures.image_message import IMAGE_TYPES
+from pipros_page.bags.bag_system import not_recorded
 from pipros_page.bags.curve import BagSamples, Take
 from pipros_page.bags.export import FORMATS, export
 from pipros_page.bags.folder import BagFolder
 from pipros_page.bags.marks import BagMarks
+from pipros_page.bags.newest import newest_before
 from pipros_page.bags.notes import BadNotes, BagNotes, Note
 from pipros_page.bags.open_bags import OpenBags
-from pipros_page.bags.playback import LOG_TOPICS, BagPlayback, newest_before, not_recorded
+from pipros_page.bags.playback import LOG_TOPICS, BagPlayback
 from pipros_page.bags.rewind import KEPT_TOPICS, NAME, RecentMessages, Recording
 from pipros_page.bags.tracks import BINS, tracks
 from pipros_page.bounded_list import bounded_list

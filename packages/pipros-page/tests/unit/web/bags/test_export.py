@@ -13,7 +13,7 @@ import pytest
 
 from pipros.msg import load_message_class
 from pipros_page.bags.export import FORMATS, export
-from pipros_page.bags.playback import newest_before
+from pipros_page.bags.newest import newest_before
 from pipros_tools.bag import BagError, BagReader, BagWriter
 from tests.support.bags import bag_bytes
 
