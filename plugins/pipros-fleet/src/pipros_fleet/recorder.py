@@ -30,7 +30,6 @@ from pipros_fleet.directory import (
     FLEET_MEMBERS,
     FLEET_TOPICS,
     Directory,
-    DirectoryEntry,
     TopicRequests,
     from_json,
     requests_to_json,
@@ -39,61 +38,23 @@ from pipros_fleet.directory import (
 from pipros_fleet.events import Events
 from pipros_fleet.fleet_rules import matches_any
 from pipros_fleet.history_files import FILE_BYTES, HistoryFiles
+from pipros_fleet.history_topic import MAX_PUBLISHERS, HistoryTopic
 from pipros_fleet.limits import FleetLimits
 from pipros_fleet.members import Members
-from pipros_fleet.messages import ReceivedMessage, decompressed, unpack
+from pipros_fleet.messages import decompressed, unpack
 from pipros_fleet.shown_member import FLEET_DEFINITION_BYTES, read_definition
 from pipros_fleet.sources import FLEET_LATCHED_BYTES
 from pipros_fleet.warnings_once import WarningsOnce
 from pipros_fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuestion
-from pipros_tools.bag.connection import Connection
 
 _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
-_MAX_PUBLISHERS: Final = 100
-"""Maximum number of publishers per topic that are recorded separately."""
 _MAX_REQUESTS: Final = 32
 """Maximum number of history requests that are queued or being answered."""
 _LATCHED_BYTES: Final = FILE_BYTES // 4
 """Maximum size of a member's latched messages, so that the files have room for other messages."""
 _HEADER_BYTES: Final = 256
 """Approximate size of a connection in a file, without the definition."""
-
-
-class _RecordedTopic:
-    """A recorded topic of one agent instance."""
-
-    def __init__(self, member: str, entry: DirectoryEntry, instance: str, latched: dict[int, int]) -> None:
-        """Create a topic. `latched` maps publishers to the sizes of their latched messages."""
-        self.member = member
-        self.entry = entry
-        self.instance = instance
-        self.latched = latched
-        self.received = ReceivedMessage()
-        self.definition: bytes | None = None
-        self.taken_bytes = 0  # reserved for the definition
-        self.is_forgotten = False
-        self.connections: dict[tuple[int, bool], Connection] = {}
-
-    def connection(self, source: int, *, is_latched: bool) -> Connection:
-        """Return the connection that represents a publisher in the files.
-
-        Publishers beyond `_MAX_PUBLISHERS` share a connection.
-        """
-        if len(self.connections) >= _MAX_PUBLISHERS and (source, is_latched) not in self.connections:
-            source, is_latched = _MAX_PUBLISHERS, False
-        if (source, is_latched) not in self.connections:
-            header = {
-                "type": self.entry.type,
-                "md5sum": self.entry.md5sum,
-                "callerid": f"/{self.member}/{source}",
-                "latching": "1" if is_latched else "0",
-            }
-            fields = {name: value.encode() for name, value in header.items()}
-            fields["message_definition"] = self.definition or b""
-            name = f"/{self.member}{self.entry.name}"
-            self.connections[source, is_latched] = Connection(len(self.connections), name, fields)
-        return self.connections[source, is_latched]
 
 
 class FleetRecorder:
@@ -132,7 +93,7 @@ class FleetRecorder:
         self._workers = Workers("requests of a recorder", 4)
         self._members = Members(FLEET_MEMBERS)
         self._directories: dict[str, Directory] = {}
-        self._topics: dict[tuple[str, str], _RecordedTopic] = {}
+        self._topics: dict[tuple[str, str], HistoryTopic] = {}
         self._topic_requests: dict[str, TopicRequests] = {}
         self._revisions = itertools.count(1)
         self._definition_bytes = Budget(FLEET_DEFINITION_BYTES)
@@ -232,7 +193,7 @@ class FleetRecorder:
         except LinkFailed as error:
             self._warn(str(error))
 
-    def _prepare(self, topic: _RecordedTopic) -> None:
+    def _prepare(self, topic: HistoryTopic) -> None:
         """Obtain the definition of a topic, then its latched messages."""
         entry, text = topic.entry, ""
         found = installed_class(entry.type)
@@ -250,7 +211,7 @@ class FleetRecorder:
             self._warn(str(error))
         self._events.post("requests", topic.member, lambda: self._publish_requests(topic.member))
 
-    def _keep_definition(self, topic: _RecordedTopic, definition: bytes) -> None:
+    def _keep_definition(self, topic: HistoryTopic, definition: bytes) -> None:
         with self._lock:
             if topic.is_forgotten:
                 return
@@ -319,7 +280,7 @@ class FleetRecorder:
         if gone:
             self._files.forget_latched(member, {f"/{member}{name}" for _, name in gone})
 
-    def _forget_definition(self, topic: _RecordedTopic) -> None:
+    def _forget_definition(self, topic: HistoryTopic) -> None:
         with self._lock:
             topic.is_forgotten = True
             self._definition_bytes.give_back(topic.taken_bytes)
@@ -344,7 +305,7 @@ class FleetRecorder:
                 self._topic(member, entry.name)
         self._publish_requests(member)
 
-    def _topic(self, member: str, name: str) -> _RecordedTopic | None:
+    def _topic(self, member: str, name: str) -> HistoryTopic | None:
         """Return a topic, added if necessary, or None if it is not shared or there are too many topics."""
         directory = self._directories.get(member)
         entries = directory.shared if directory is not None else ()
@@ -360,7 +321,7 @@ class FleetRecorder:
             latched = topic.latched if topic is not None else {}
             if topic is not None:
                 self._forget_definition(topic)
-            self._topics[member, name] = topic = _RecordedTopic(member, entry, directory.instance, latched)
+            self._topics[member, name] = topic = HistoryTopic(member, entry, directory.instance, latched)
             self._workers.run(self._prepare, topic)
         return topic
 
@@ -402,10 +363,10 @@ class FleetRecorder:
             connection = topic.connection(found.source, is_latched=is_latched)
             self._files.write(member, connection, time.time_ns(), body)
 
-    def _may_keep(self, topic: _RecordedTopic, source: int, body_bytes: int) -> bool:
+    def _may_keep(self, topic: HistoryTopic, source: int, body_bytes: int) -> bool:
         """Reserve room to repeat a latched message in later files. Return False if there is no room."""
         size = body_bytes + len(topic.definition or b"") + _HEADER_BYTES
-        if source not in topic.latched and len(topic.latched) >= _MAX_PUBLISHERS:
+        if source not in topic.latched and len(topic.latched) >= MAX_PUBLISHERS:
             return False
         added = size - topic.latched.get(source, 0)
         if (
