@@ -20,7 +20,7 @@ from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
-from pipros.packages.well_known import why_not_here
+from pipros.packages.well_known import why_no_command, why_not_here
 from pipros_tools.launch.budget import LaunchBudget
 from pipros_tools.launch.substitute import FindResource, anonymous_name
 from pipros_workspace.index import PackageIndex
@@ -134,7 +134,10 @@ def _run_command(command_line: str) -> str:
         raise CommandFailed(f"{error} [{command}]") from None
     except OSError as error:
         reason = "no such command" if isinstance(error, FileNotFoundError) else str(error)
-        raise CommandFailed(f"{reason} [{command}]") from None
+        folder, name = os.path.split(command[0])
+        why = why_not_here(os.path.basename(folder), (), name) if folder else why_no_command(name)
+        text = f"{reason} [{command}]. {why or ''}"
+        raise CommandFailed(text.rstrip(". ")) from None
     if process.returncode != 0:
         raise CommandFailed(f"command [{command}] returned with code [{process.returncode}]")
     try:

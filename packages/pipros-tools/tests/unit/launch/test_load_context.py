@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros_tools.launch.load_context import LoadContext
+from pipros_tools.launch.load_context import CommandFailed, LoadContext
 
 PYTHON = f'"{Path(sys.executable).as_posix()}"'
 
@@ -26,3 +26,11 @@ def test_on_windows_the_variable_home_names_the_users_folder(monkeypatch: pytest
     assert LoadContext.of_process().environment["HOME"] == expected
     monkeypatch.setenv("HOME", "/chosen")
     assert LoadContext.of_process().environment["HOME"] == "/chosen"
+
+
+def test_an_absent_xacro_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "pipros_tools.launch.load_context.program_environment", lambda _: {"PATH": "/nowhere"}
+    )
+    with pytest.raises(CommandFailed, match=r"no such command .* comes from PyPI: .*pip install .*urdf"):
+        LoadContext.of_process().run_command("xacro robot.xacro")

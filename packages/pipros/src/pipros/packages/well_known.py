@@ -159,6 +159,10 @@ def why_no_command(name: str) -> str | None:
 
     if why := plugin_table.why_no_command(name):
         return why
+    if name == "xacro":
+        from pipros.basics.extras import install_command
+
+        return f"xacro is not installed. It comes from PyPI: {install_command('urdf')}"
     if name in _PYPI:
         return f"{name} is not part of pipros, but is on PyPI: pip install {_PYPI[name]}"
     return why_not_here(_PACKAGE_OF_COMMAND.get(name, ""))

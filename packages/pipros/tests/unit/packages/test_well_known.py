@@ -54,6 +54,7 @@ def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
     ("name", "says"),
     [
         ("gazebo", "On this machine, roslaunch pipros_sim sim.launch simulates robots"),
+        ("xacro", "xacro is not installed. It comes from PyPI: "),
         ("catkin", "catkin is not part of pipros, but is on PyPI: pip install catkin-tools"),
     ],
 )
