@@ -319,14 +319,15 @@ def test_a_signal_ends_the_server_and_its_node(system: RosSystem, number: int) -
         assert "pipros_mcp" not in names()
 
 
-def test_without_the_library_one_line_says_what_to_install(ros: RosSystem) -> None:
-    hidden = ros.home / "hidden" / "mcp"
+@pytest.mark.parametrize("library", ["mcp", "uvicorn"])
+def test_without_a_library_one_line_says_what_to_install(ros: RosSystem, library: str) -> None:
+    hidden = ros.home / "hidden" / library
     hidden.mkdir(parents=True)
-    (hidden / "__init__.py").write_text("raise ModuleNotFoundError('No module named mcp', name='mcp')\n")
-    ended = ros.pipros.run("pipros", "mcp", PYTHONPATH=str(hidden.parent))
+    (hidden / "__init__.py").write_text(f"raise ModuleNotFoundError('absent', name={library!r})\n")
+    ended = ros.pipros.run("pipros", "mcp", "--http", "0", PYTHONPATH=str(hidden.parent))
     assert ended.returncode == 1
     [line] = ended.stderr
-    assert line.startswith("ERROR: pipros mcp needs mcp, which is not installed. Try: ")
+    assert line.startswith(f"ERROR: pipros mcp needs {library}, which is not installed. Try: ")
     assert "pipros-assistants" in line
 
 

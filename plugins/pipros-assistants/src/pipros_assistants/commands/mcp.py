@@ -91,6 +91,9 @@ def _serve(options: Namespace) -> int:
         raise CommandError(f"--bags must be a folder, got {options.bags}")
     try:
         from pipros_assistants.server import make_server
+
+        if options.http is not None:
+            from pipros_assistants.http_server import serve_http
     except ImportError as error:
         from pipros.basics.extras import install_command
 
@@ -120,8 +123,6 @@ def _serve(options: Namespace) -> int:
             stack.callback(acts.close)
         server = make_server(robot, options.bags, acts)
         if options.http is not None:
-            from pipros_assistants.http_server import serve_http
-
             return serve_http(server, options.http, options.token_file)
         import asyncio
 
