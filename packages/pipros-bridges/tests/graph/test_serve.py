@@ -55,6 +55,31 @@ def test_a_foxglove_server_ends_with_ctrl_c(ros: RosSystem) -> None:
     assert server.stderr[-1].startswith("Clients can only read")
 
 
+def test_the_foxglove_launch_file_limits_what_clients_publish_and_fetch(
+    ros: RosSystem, tmp_path: Path
+) -> None:
+    ros.serve_master()
+    names = {
+        "port": "0",
+        "client_topic_whitelist": "['/cmd.*']",
+        "asset_uri_allowlist": "['package://mine/.*']",
+    }
+    unused = dict.fromkeys(("num_threads", "service_type_retrieval_timeout_ms", "use_compression"), "0")
+    passed = "".join(f'<arg name="{name}" value="{value}"/>' for name, value in (names | unused).items())
+    file = tmp_path / "robot.launch"
+    bridge = "$(find foxglove_bridge)/launch/foxglove_bridge.launch"
+    file.write_text(f'<launch><include file="{bridge}">{passed}</include></launch>')
+    launch = ros.pipros.start("roslaunch", file)
+    with connected(launch.wait_for(r"ws://\S+")[0]) as client:
+        for number, topic in enumerate(("/other", "/cmd_vel")):
+            channel = {"id": number, "topic": topic, "encoding": "json", "schemaName": "std_msgs/String"}
+            client.send("advertise", channels=[channel])
+        assert "does not allow topic [/other]" in client.next("status", level=2)["message"]
+        client.send("fetchAsset", uri="package://rviz/default.rviz", requestId=1)
+        assert b"asset_uri_allowlist does not allow [package://rviz/default.rviz]" in client.next_binary(4)
+        wait_until(lambda: "/cmd_vel" in ros.pipros.run("rostopic", "list").stdout)
+
+
 def test_the_node_ends_while_connections_and_protocols_end(master: Master) -> None:
     node = Node("bridge", environment=Environment(master_uri=master.uri))
     node_ends = threading.Event()

@@ -96,6 +96,8 @@ def _node_main(argv: Sequence[str]) -> int:
         has_control=True,
         capabilities=given.texts("capabilities", list(CAPABILITIES)),
         max_poll_s=given.number("max_update_ms", MAX_UPDATE_MS) / 1000,
+        published=compiled(given.texts("client_topic_whitelist", everything)),
+        assets=compiled(given.texts("asset_uri_allowlist", everything)),
     )
     return serve_foxglove(Node("foxglove_bridge", argv=argv, limits=limits), options, rules)
 

@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any, Final, Generic, TypeVar
 
 from pipros.basics.errors import Refused
+from pipros.basics.printable import printable
 from pipros.msg.time import NS_PER_S
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.clock import SimulatedClock
 from pipros.node.open_calls import OpenCalls
-from pipros.packages.assets import read_asset
+from pipros.packages.assets import AssetRefused, read_asset
 from pipros_bridges.call_turns import CallTurns
 from pipros_bridges.client import BridgeClient
 from pipros_bridges.foxglove import frames
@@ -67,6 +68,8 @@ class Rules:
 
     Attributes:
         topics, services, parameters: patterns that must match the whole name.
+        published: patterns that the topics on which clients publish must match, too.
+        assets: patterns that must match the whole URI of an asset.
         has_control: whether clients may publish, call services and set parameters.
         capabilities: the offered subset of `CAPABILITIES`.
         max_poll_s: maximum interval between two queries of the graph.
@@ -78,6 +81,8 @@ class Rules:
     has_control: bool = False
     capabilities: Sequence[str] = CAPABILITIES
     max_poll_s: float = 5.0
+    published: Sequence[re.Pattern[str]] = (re.compile(".*"),)
+    assets: Sequence[re.Pattern[str]] = (re.compile(".*"),)
 
 
 class FoxgloveHandler:
@@ -181,6 +186,9 @@ class FoxgloveHandler:
     def allows_topic(self, name: str) -> bool:
         return is_allowed(name, self._rules.topics)
 
+    def allows_publishing(self, name: str) -> bool:
+        return self.allows_topic(name) and is_allowed(name, self._rules.published)
+
     def allows_parameter(self, name: str) -> bool:
         return is_allowed(name, self._rules.parameters)
 
@@ -209,6 +217,8 @@ class FoxgloveHandler:
 
     def read_asset(self, uri: str) -> Asset:
         """Return an asset. Blocks; raises `AssetRefused`."""
+        if not is_allowed(uri, self._rules.assets):
+            raise AssetRefused(f"asset_uri_allowlist does not allow [{printable(uri)}]")
         return read_asset(uri, self._folders_of, BRIDGE_ASSET_BYTES, self._assets.read)
 
     def _folders_of(self, package: str) -> Sequence[Path]:

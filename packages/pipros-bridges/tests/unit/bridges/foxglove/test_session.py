@@ -87,7 +87,7 @@ class FakeBridge:
     def offers(self, capability: str) -> bool:
         return self.has_control or capability not in ("clientPublish", "services")
 
-    def allows_topic(self, name: str) -> bool:
+    def allows_publishing(self, name: str) -> bool:
         return name != "/hidden"
 
     def allows_parameter(self, name: str) -> bool:
