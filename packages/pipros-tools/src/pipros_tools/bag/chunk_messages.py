@@ -18,6 +18,9 @@ from pipros_tools.bag.runs import Entry, EntryRun, Span, runs_in_time_order, sor
 _MESSAGE_HEADER_BYTES = 38
 """Size of the message record header that rosbag and rosbag_storage write."""
 
+_READ_AHEAD = 8
+"""Maximum number of chunks that may be read ahead of the current one."""
+
 
 def fields_of_chunks(
     bag: BagContents,
@@ -40,10 +43,8 @@ def fields_of_chunks(
     """
     ranks = {connection.id: rank for rank, connection in enumerate(connections)}
     spans = _spans(bag, ranks, start_ns, end_ns)
-    order = [span.number for span in sorted(spans, key=lambda span: (span.start_ns, span.number))]
-    next_of = {number: at + 1 for at, number in enumerate(order)}
     headed = [(connection, *usual_headers(connection.id)) for connection in connections]
-    store = ChunkStore(bag.source, bag.chunk_header, limits)
+    chunks = _ChunksInOrder(bag, spans, limits)
     left_in_chunks: dict[int, int] = {}  # number of message bytes still allowed in each chunk
     unpack = U32.unpack_from
 
@@ -57,7 +58,7 @@ def fields_of_chunks(
             return []
 
     def forget(number: int) -> None:
-        store.drop(number)
+        chunks.store.drop(number)
         left_in_chunks.pop(number, None)
 
     try:
@@ -70,9 +71,8 @@ def fields_of_chunks(
                 continue
             size = bag.chunk_header(number).size
             is_view = as_views and are_large(size, len(run.entries))
-            upcoming = order[next_of[number] : next_of[number] + 8]
             try:
-                data = store.get(number, upcoming, is_reusable=is_view)
+                data = chunks.get(number, is_reusable=is_view)
             except BagFormatError as error:
                 on_damage((connections[rank].topic for _, rank, _ in run.entries), error)
                 continue
@@ -102,7 +102,21 @@ def fields_of_chunks(
             if run.is_last:
                 forget(number)
     finally:
-        store.close()
+        chunks.store.close()
+
+
+class _ChunksInOrder:
+    """A store of chunks that are read in the order of their first messages."""
+
+    def __init__(self, bag: BagContents, spans: Sequence[Span], limits: Limits) -> None:
+        self.store = ChunkStore(bag.source, bag.chunk_header, limits)
+        self._order = [each.number for each in sorted(spans, key=lambda each: (each.start_ns, each.number))]
+        self._place_of = {number: place for place, number in enumerate(self._order)}
+
+    def get(self, number: int, *, is_reusable: bool) -> bytes | bytearray | None:
+        """Return what `ChunkStore.get` returns, which may read the next chunks ahead."""
+        after = self._place_of[number] + 1
+        return self.store.get(number, self._order[after : after + _READ_AHEAD], is_reusable=is_reusable)
 
 
 def _selected_entries(
