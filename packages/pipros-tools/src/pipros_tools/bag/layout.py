@@ -17,6 +17,7 @@ from pipros_tools.bag.index import (
     parse_index,
 )
 from pipros_tools.bag.records import (
+    BAG_HEADER_BYTES,
     ENTRY,
     HEADER_END,
     MAGIC,
@@ -240,7 +241,7 @@ class _Block:
         begin = position - self._start
         size = int.from_bytes(self._bytes[begin : begin + 4], "little")
         end = begin + 8 + size
-        if begin + 4 > len(self._bytes) or end > len(self._bytes):
+        if begin + 4 > len(self._bytes) or end > len(self._bytes) or size > BAG_HEADER_BYTES:
             return self._source.header(position)
         fields = parse_fields(self._bytes[begin + 4 : end - 4], self._source.at(position))
         return fields, self._start + end, int.from_bytes(self._bytes[end - 4 : end], "little")

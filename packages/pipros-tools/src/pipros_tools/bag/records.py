@@ -32,6 +32,9 @@ ENTRY = Struct("<III")
 TIMES_NS = (1 << 32) * NS_PER_S
 """First timestamp (ns) beyond the format's range."""
 
+BAG_HEADER_BYTES = 1024 * 1024
+"""Limit: the header of one record in a bag. Beyond it, the record is refused, with its position."""
+
 Fields = dict[str, bytes]
 
 
@@ -73,6 +76,14 @@ def parse_version(line: bytes) -> Version | None:
     return None
 
 
+def check_header_size(size: int, where: str) -> None:
+    """Raise `BagFormatError` if the header of a record is larger than allowed."""
+    if size > BAG_HEADER_BYTES:
+        raise BagFormatError(
+            f"{where}: a record's header must be at most {BAG_HEADER_BYTES} bytes long, got {size}"
+        )
+
+
 def parse_fields(header: bytes, where: str) -> Fields:
     """Parse the fields of a header.
 
@@ -105,6 +116,7 @@ def parse_head(read: Callable[[int, int], bytes], position: int, where: str) -> 
         read: function that takes a position and a number of bytes, and returns the bytes at that position.
     """
     head_size = int.from_bytes(read(position, 4), "little")
+    check_header_size(head_size, where)
     fields = parse_fields(read(position + 4, head_size), where)
     after = position + 4 + head_size
     return fields, after + 4, int.from_bytes(read(after, 4), "little")

@@ -18,6 +18,7 @@ from pipros_tools.bag.errors import BagFormatError, UnusableConnection
 from pipros_tools.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header
 from pipros_tools.bag.layout import BagLayout, check_not_encrypted
 from pipros_tools.bag.records import (
+    BAG_HEADER_BYTES,
     ENTRY,
     Op,
     Version,
@@ -195,7 +196,7 @@ def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
         if len(head) < 8:
             break
         header_size = int.from_bytes(head[:4], "little")
-        if header_size > size - position - 8:
+        if header_size > min(size - position - 8, BAG_HEADER_BYTES):
             break
         if header_size + 8 > len(head):
             head = read(position, header_size + 8)

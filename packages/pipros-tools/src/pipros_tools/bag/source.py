@@ -12,12 +12,16 @@ from threading import Lock
 from typing import Protocol
 
 from pipros_tools.bag.errors import BagFormatError, ClosedBag
-from pipros_tools.bag.records import Fields, parse_fields
+from pipros_tools.bag.records import Fields, check_header_size, parse_fields
 
-BAG_HEADER_BYTES = 1024 * 1024
-"""Limit: the header of one record in a bag. Beyond it, the record is refused, with its position."""
 BAG_CONNECTION_BYTES = 16 * 1024 * 1024
 """Limit: a connection header, or the list of a chunk's connections, in a bag. Beyond it, the record is
+refused, with its position.
+"""
+
+
+BAG_RECORD_BYTES = 2048 * 1024 * 1024
+"""Limit: one message or attachment, or one compressed chunk, in a bag or MCAP file. Beyond it, the record is
 refused, with its position.
 """
 
@@ -105,6 +109,10 @@ class Source:
                 f"{self.at(position)}: {size} bytes must follow, got {max(0, self.size - position)}; "
                 "the file is truncated or damaged"
             )
+        if size > BAG_RECORD_BYTES:
+            raise BagFormatError(
+                f"{self.at(position)}: a record must be at most {BAG_RECORD_BYTES} bytes long, got {size}"
+            )
 
     def header(self, position: int) -> tuple[Fields, int, int]:
         """Return the header of the record at `position`, and the position and size of its data.
@@ -120,11 +128,7 @@ class Source:
             raise BagFormatError(
                 f"{self.at(position)}: the file ends within the length field of a record's header"
             )
-        if size > BAG_HEADER_BYTES:
-            raise BagFormatError(
-                f"{self.at(position)}: a record's header must be at most {BAG_HEADER_BYTES} "
-                f"bytes long, got {size}"
-            )
+        check_header_size(size, self.at(position))
         whole = start if len(start) >= size + 8 else start[:4] + self.read(position + 4, size + 4)
         data_size = int.from_bytes(whole[4 + size : 8 + size], "little")
         return parse_fields(whole[4 : 4 + size], self.at(position)), position + 8 + size, data_size

@@ -4,8 +4,12 @@ import io
 
 import pytest
 
-from pipros_tools.bag import BagError, BagReader
+from pipros_tools.bag import BagError, BagFormatError, BagReader
+from pipros_tools.bag.records import U32, Op, parse_head, record_bytes, time_bytes
+from pipros_tools.bag.scan import _walk
+from pipros_tools.bag.source import Source
 from tests.support.bags import bag_bytes, rows_of, some_rows, values
+from tests.support.constants import Constants
 from tests.support.examples import examples
 
 ROWS = some_rows(12)
@@ -65,6 +69,30 @@ def test_chunks_behind_a_damaged_place_are_found() -> None:
     lost = sum(layout.chunks[1].counts.values())
     assert len(rows_of(bag)) == len(ROWS) - lost
     assert f"byte {second}" in bag.damage[0]
+
+
+def test_a_header_in_a_chunk_has_the_limit_of_all_headers(constants: Constants) -> None:
+    fields = {"op": bytes([Op.MESSAGE]), "conn": U32.pack(0), "time": time_bytes(10**9)}
+    whole = record_bytes(fields, b"data")  # with a header of 38 bytes
+
+    def read(at: int, size: int) -> bytes:
+        return whole[at : at + size]
+
+    assert _walk(read, len(whole)).size == len(whole)
+    constants(BAG_HEADER_BYTES=37)
+    assert _walk(read, len(whole)).size == 0
+    with pytest.raises(BagFormatError, match="x: a record's header must be at most 37 bytes long, got 38"):
+        parse_head(read, 0, "x")
+
+
+def test_a_record_larger_than_the_limit_is_refused_before_it_is_read(constants: Constants) -> None:
+    source = Source(io.BytesIO(bytes(200)), "run.mcap")
+    constants(BAG_RECORD_BYTES=100)
+    assert len(source.read(7, 100)) == 100
+    with pytest.raises(
+        BagFormatError, match=r"mcap, byte 7: a record must be at most 100 bytes long, got 101"
+    ):
+        source.read(7, 101)
 
 
 def test_progress_is_reported() -> None:
