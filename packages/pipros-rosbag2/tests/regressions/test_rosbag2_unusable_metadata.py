@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ import rospy
 from pipros_tools.cli.rosbag import main
 
 
-@pytest.mark.parametrize("fault", ["empty", "cut", "a list", "binary", "renamed file"])
+@pytest.mark.parametrize("fault", ["empty", "cut", "a list", "binary", "too large", "renamed file"])
 def test_the_files_of_a_bag_with_unusable_metadata_are_read(
     fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -24,6 +25,8 @@ def test_the_files_of_a_bag_with_unusable_metadata_are_read(
     content = metadata.read_bytes()
     contents = {"empty": b"", "cut": content[:90], "a list": b"- 1\n", "binary": b"\xff"}
     metadata.write_bytes(contents.get(fault, content))
+    if fault == "too large":
+        os.truncate(metadata, 1 << 32)
     if fault == "renamed file":
         Path("run/run_0.db3").rename("run/monday.db3")
     capsys.readouterr()

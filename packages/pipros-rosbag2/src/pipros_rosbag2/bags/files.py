@@ -68,6 +68,8 @@ def _listed_files(path: Path, where: Path) -> tuple[BagMetadata, list[Path]]:
         text = read_text(os.fspath(where), process_limits().file_bytes)
     except UnicodeDecodeError as error:
         raise BagFormatError(f"{where}: {error}") from None
+    except OSError as error:
+        raise BagFormatError(f"{where}: {error.strerror or error}") from None
     metadata = parse_metadata(text, os.fspath(where))
     # Old versions of rosbag2 include the folder name in the paths.
     paths = list(dict.fromkeys(path / Path(name).name for name in metadata.files))

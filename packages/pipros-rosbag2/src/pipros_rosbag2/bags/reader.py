@@ -38,6 +38,8 @@ from pipros_tools.bag.times import received_at
 
 _LAST_WITHOUT_DISTRIBUTION = 5
 _CUSTOM = "custom data"
+_NAMED = 10
+"""Number of topics without a name that are left out one by one; the rest are counted."""
 _OPTIONS = "use --msgs to give the folders with ROS 2 definitions"
 
 
@@ -81,6 +83,8 @@ class Ros2BagReader(BagReader):
             self._catalog = Catalog(_distribution(metadata), self._ros1.definitions, folders)
             self._plans = Plans(self._catalog, self._ros1.definitions, rules)
             self._add_definitions()
+            self._fields: dict[str, dict[str, bytes]] = {}
+            self._known: dict[tuple[str, str, bool, bytes | None], Connection] = {}
             self._connections: list[dict[int, tuple[Connection, ConversionPlan]]] = []
             for storage in self._storages:
                 self._connections.append(self._connect(storage))
@@ -224,8 +228,13 @@ class Ros2BagReader(BagReader):
                 found[topic.id] = self._connection(topic)
             except PiprosError as error:
                 self.skipped.setdefault(topic.name, str(error))
-        for number in storage.count_by_topic.keys() - {topic.id for topic in storage.topics}:
+        nameless = sorted(storage.count_by_topic.keys() - {topic.id for topic in storage.topics})
+        for number in nameless[:_NAMED]:
             self.skipped.setdefault(f"topic {number}", "the file has messages on it, but no name and type")
+        if nameless[_NAMED:]:
+            self.skipped.setdefault(
+                f"each of {len(nameless) - _NAMED} more topics", "likewise, in the same file"
+            )
         return found
 
     def _connection(self, topic: StoredTopic) -> tuple[Connection, ConversionPlan]:
@@ -236,24 +245,29 @@ class Ros2BagReader(BagReader):
             )
         plan = self._plan(topic.type)
         plan.prepare()
-        definition = complete(self._ros1.message(plan.ros1_type), self._ros1.message)
-        header = {
-            "topic": topic.name,
-            "type": plan.ros1_type,
-            "md5sum": definition.md5(),
-            "message_definition": definition.full_text(),
-        }
+        header = {"topic": topic.name.encode(), **self._fields_of_type(plan.ros1_type)}
         if topic.is_latched:
-            header["latching"] = "1"
+            header["latching"] = b"1"
         if topic.qos.strip() not in ("", "[]"):
-            header[QOS_FIELD] = topic.qos
-        fields = {name: value.encode() for name, value in header.items()}
-        for known in self.layout.connections.values():
-            if known.topic == topic.name and known.header == fields:
-                return known, plan
-        connection = Connection(len(self.layout.connections), topic.name, fields)
-        self.layout.connections[connection.id] = connection
+            header[QOS_FIELD] = topic.qos.encode()
+        key = topic.name, plan.ros1_type, topic.is_latched, header.get(QOS_FIELD)
+        connection = self._known.get(key)
+        if connection is None:
+            connection = self._known[key] = Connection(len(self._known), topic.name, header)
+            self.layout.connections[connection.id] = connection
         return connection, plan
+
+    def _fields_of_type(self, ros1_type: str) -> dict[str, bytes]:
+        """Return the fields that the connections of a type share, so that each definition is kept once."""
+        if ros1_type not in self._fields:
+            definition = complete(self._ros1.message(ros1_type), self._ros1.message)
+            values = {
+                "type": ros1_type,
+                "md5sum": definition.md5(),
+                "message_definition": definition.full_text(),
+            }
+            self._fields[ros1_type] = {name: value.encode() for name, value in values.items()}
+        return self._fields[ros1_type]
 
     def _plan(self, ros2_type: str) -> ConversionPlan:
         """Return the plan for a type. For a type that only ROS 2 has, derive an equivalent ROS 1 type."""

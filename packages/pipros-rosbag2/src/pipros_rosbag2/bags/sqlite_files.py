@@ -9,6 +9,7 @@ import os
 import sqlite3
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +94,7 @@ def opened_database(path: Path) -> sqlite3.Connection:
         # signal handler with its own error, "interrupted".
         database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
         database.execute("PRAGMA trusted_schema = OFF")
+        database.text_factory = partial(str, encoding="utf-8", errors="replace")  # affects only one value
     return database
 
 

@@ -11,6 +11,9 @@ from typing import Any, BinaryIO
 from pipros_rosbag2.bags.sqlite_files import TABLES, check_tables, opened_database, writing
 from pipros_tools.bag.errors import BagFormatError
 
+_NEEDED = {"topics": {"id", "name", "type"}, "messages": {"topic_id", "timestamp", "data"}}
+"""The columns without which no message can be read, by table."""
+
 
 def recover(path: Path, file: BinaryIO) -> list[str]:
     """Copy the readable rows of the tables of a ROS 2 bag, and add the index.
@@ -43,14 +46,15 @@ def _columns(old: sqlite3.Connection, path: Path) -> dict[str, list[str]]:
     try:
         old.execute("PRAGMA writable_schema = ON")  # otherwise, SQLite refuses files that are too short
         check_tables(old, str(path))
-        found = {
-            table: [_column(*row) for row in old.execute(f"PRAGMA table_info({table})")] for table in TABLES
-        }
+        rows = {table: old.execute(f"PRAGMA table_info({table})").fetchall() for table in TABLES}
+        found = {table: [_column(*row) for row in columns] for table, columns in rows.items()}
     except sqlite3.Error as error:
         raise BagFormatError(f"{path} cannot be recovered: {error}") from error
-    for table in ("topics", "messages"):
-        if not found[table]:
-            raise BagFormatError(f"{path} cannot be recovered: the table {table} has no columns")
+    for table, needed in _NEEDED.items():
+        if lacking := needed - {row[1] for row in rows[table]}:
+            raise BagFormatError(
+                f"{path} cannot be recovered: the table {table} has no column {min(lacking)}"
+            )
     return {table: columns for table, columns in found.items() if columns}
 
 
@@ -58,7 +62,9 @@ def _column(_number: int, name: str, kind: str, not_null: int, _default: object,
     """Return a column's declaration. The file's own text is not executed, because it may be hostile."""
     quoted = '"' + name.replace('"', '""') + '"'
     known = kind.upper() if kind.upper() in ("INTEGER", "TEXT", "BLOB") else ""
-    return f"{quoted} {known}{' PRIMARY KEY' if key else ''}{' NOT NULL' if not_null else ''}"
+    return (
+        f"{quoted} {known}{' PRIMARY KEY' if key and name == 'id' else ''}{' NOT NULL' if not_null else ''}"
+    )
 
 
 def _copied(old: sqlite3.Connection, new: sqlite3.Connection, table: str) -> Iterator[str]:

@@ -532,3 +532,23 @@ def test_a_compressed_file_in_a_folder_is_named(capsys: pytest.CaptureFixture[st
     assert rosbag(["info", "out"]) == 1
 
     assert "out_0.db3.zstd is compressed with zstd; decompress it first" in capsys.readouterr().err
+
+
+def test_topics_share_the_definition_of_their_type_and_those_without_names_are_counted() -> None:
+    write_ros2(StoragePlugin.SQLITE3)
+    (file,) = Path("ros2").glob("*.db3")
+    with closing(sqlite3.connect(file)) as database:
+        columns = "type, serialization_format, offered_qos_profiles, type_description_hash"
+        query = f"INSERT INTO topics (name, {columns}) SELECT ?, {columns} FROM topics WHERE id = 1"  # noqa: S608
+        database.executemany(query, [(f"/more{number}",) for number in range(3)])
+        rows = [(number, 5) for number in range(1000, 1030)]
+        database.executemany("INSERT INTO messages VALUES (NULL, ?, ?, x'00')", rows)
+        database.commit()
+    with Ros2BagReader(file) as bag:
+        texts = [each.header["message_definition"] for each in bag.connections if "/more" in each.topic]
+        assert len(texts) == 3
+        assert all(text is texts[0] for text in texts)
+        assert [name for name in bag.skipped if "topic" in name][9:] == [
+            "topic 1009",
+            "each of 20 more topics",
+        ]

@@ -21,8 +21,10 @@ MESSAGES = "id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER
 def damaged(tmp_path: Path) -> Path:
     path = tmp_path / "run.db3"
     with closing(sqlite3.connect(path)) as database:
-        database.execute('CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, "odd ""name" whatever)')
-        database.execute("INSERT INTO topics VALUES (1, '/a', 5)")
+        database.execute(
+            'CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, "odd ""name" whatever, type TEXT)'
+        )
+        database.execute("INSERT INTO topics VALUES (1, '/a', 5, '')")
         database.execute(f"CREATE TABLE messages({MESSAGES})")
         rows = [(1, number, bytes(500)) for number in range(500)]
         database.executemany("INSERT INTO messages VALUES (NULL, ?, ?, ?)", rows)
@@ -123,6 +125,25 @@ def test_a_table_whose_text_was_changed_executes_nothing(damaged: Path) -> None:
         )
         database.commit()
     with pytest.raises(
-        BagFormatError, match=r"run\.db3 cannot be recovered: the table topics has no columns"
+        BagFormatError, match=r"run\.db3 cannot be recovered: the table topics has no column id"
     ):
         recovered(damaged)
+
+
+def test_columns_of_other_writers_are_copied_or_named(damaged: Path) -> None:
+    with closing(sqlite3.connect(damaged)) as database:
+        database.executescript(
+            "DROP TABLE messages; CREATE TABLE messages(id INTEGER, topic_id, timestamp, data, "
+            "PRIMARY KEY (id, topic_id)) WITHOUT ROWID; INSERT INTO messages VALUES (1, 1, 5, x'00');"
+        )
+        database.execute("ALTER TABLE topics RENAME COLUMN type TO kind")
+        with pytest.raises(BagFormatError, match="the table topics has no column type"):
+            recovered(damaged)
+        database.execute("ALTER TABLE topics RENAME COLUMN kind TO type")
+        database.execute("UPDATE topics SET name = CAST(x'2fff' AS TEXT) WHERE id = 1")
+        database.commit()
+    damage, copy = recovered(damaged)
+    with closing(copy):
+        assert damage == []
+        assert copy.execute("SELECT name FROM topics").fetchall() == [("/\ufffd",)]
+        assert copy.execute("SELECT timestamp FROM messages").fetchall() == [(5,)]
