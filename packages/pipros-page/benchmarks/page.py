@@ -11,9 +11,12 @@ own protocol, because Playwright copies all data of WebSockets. Without a graphi
 software.
 """
 
+import contextlib
 import itertools
 import json
+import os
 import re
+import signal
 import statistics
 import subprocess
 import sys
@@ -112,7 +115,9 @@ class Chromium:
         port = free_port()
         options = ("--headless", "--no-sandbox", f"--user-data-dir={folder}", "--window-size=1440,900")
         more = ("--enable-precise-memory-info", "--use-angle=swiftshader", f"--remote-debugging-port={port}")
-        self.process = subprocess.Popen([find_chromium(), *options, *more, "about:blank"], **QUIET)
+        self.process = subprocess.Popen(
+            [find_chromium(), *options, *more, "about:blank"], start_new_session=True, **QUIET
+        )
         programs.callback(self.end)
         wait_for_port(port)
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=30) as answer:  # noqa: S310
@@ -145,7 +150,10 @@ class Chromium:
         return psutil.Process(self.process.pid)
 
     def end(self):
-        self.process.terminate()
+        with contextlib.suppress(
+            ProcessLookupError
+        ):  # all of it: Debian's program is a shell that starts Chromium
+            os.killpg(self.process.pid, signal.SIGTERM)
         self.process.wait(30)
 
 
