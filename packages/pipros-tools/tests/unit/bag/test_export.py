@@ -291,6 +291,15 @@ def test_compressed_depths_of_floats_become_metres() -> None:
     assert numpy.nan_to_num(numpy.load(io.BytesIO(content)), nan=-1).tolist() == [[-1, 2]]
 
 
+def test_fields_may_have_the_names_of_numpys_parameters(bag: Path) -> None:
+    text = "string file\nbool allow_pickle\nint32 args"
+    log = message_classes_from_text("a_robot/Log", text)["a_robot/Log"]
+    bag.write_bytes(bag_bytes([("/rosout", log(file="a.py", args=7), 1, 0)]))
+    assert main(["export", "--format", "npz", "run.bag", "out"]) == 0
+    with numpy.load("out/rosout.npz") as found:
+        assert (found["file"].tolist(), found["args"].tolist()) == (["a.py"], [7])
+
+
 def test_images_become_arrays_in_one_npz_file(bag: Path) -> None:
     png = codec().encode(numpy.array([[7]], numpy.uint8), "png", 1)
     rows: list[Any] = [
