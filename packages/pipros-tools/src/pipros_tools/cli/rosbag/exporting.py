@@ -325,8 +325,9 @@ class _Arrays(_Sink):
         content = io.BytesIO()
         found["_time" if "time" in found else "time"] = self._numpy.array(self._times, "int64")
         # `savez_compressed` takes arrays as keywords, and fields may be named like its parameters
+        arrays: Any = self._numpy.lib.format
         with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, array in found.items():
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-                    self._numpy.lib.format.write_array(file, self._numpy.asanyarray(array))
+                    arrays.write_array(file, self._numpy.asanyarray(array))
         write_whole(self.path, content.getvalue())
