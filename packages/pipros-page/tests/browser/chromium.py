@@ -129,9 +129,11 @@ def go_to(tab: Tab, title: str) -> None:
     group = tab.locator("#tabs .group").filter(has=tab.locator(f"a:text-is('{title}')"))
 
     def is_clicked() -> bool:
-        if not link.is_visible():
-            group.locator(".name").hover()
         with contextlib.suppress(Waited):
+            if not link.is_visible():
+                group.locator(".name").hover(
+                    timeout=1_000
+                )  # invisible if the row is drawn meanwhile and has room
             link.click(timeout=10_000)
             return True
         return False
