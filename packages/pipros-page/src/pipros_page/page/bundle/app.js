@@ -633,7 +633,7 @@ for(let[E,S]of Object.entries(x.params))!m&&S!==f[E]&&d.set(E,T);m=!1,f=x.params
 l.show),{go:x=>{s.value=x,g()}}}function Eu(e,t,o){let{params:n,changed:s,control:l}=o;return i("ul",{class:"tree"},[...e].map(([r,{below:a,item:c}])=>{let f=`${t}\
 /${r}`;if(a.size)return i("li",{"data-key":`${r}/`},i("details",{"data-path":f},i("summary",{},`${r}/`),Eu(a,f,o)));let d=n[c],m=d.length>jg,p=[i("span",{class:"\
 key"},`${r}: `),m?null:d];return i("li",{"data-key":r,class:s.has(c)?"changed":""},l?i("button",{class:"plain",title:"Edit","data-name":c},p):p,m?i("details",{class:"\
-long-value","data-value":c},i("summary",{},`${d.slice(0,Hg)} \u2026 ${ft(d.length)}`),d):null)}))}var Nr={};Ye(Nr,{open:()=>y0});var Vg="uplot",Gg="u-hz",Ug="u-vt",qg="u-title",Kg="u-wrap",Yg="u-under",Xg="u-over",Jg="u-axis",Bn="u-off",Zg="u-select",Qg="u-cursor-x",eb="u-cursor-y",tb="u-\
+long-value","data-value":c},i("summary",{},`${d.slice(0,Hg)} \u2026 ${ft(d.length)}`),d):null)}))}var Nr={};Ye(Nr,{open:()=>v0});var Vg="uplot",Gg="u-hz",Ug="u-vt",qg="u-title",Kg="u-wrap",Yg="u-under",Xg="u-over",Jg="u-axis",Bn="u-off",Zg="u-select",Qg="u-cursor-x",eb="u-cursor-y",tb="u-\
 cursor-pt",nb="u-legend",ob="u-live",sb="u-inline",lb="u-series",ib="u-marker",Tu="u-label",rb="u-value",ts="width",ns="height";var $u="bottom",So="left",Ki="right",fr="#000",Lu=fr+"0",Yi="mousemove",Mu="mousedown",Xi="mouseup",Au="mouseenter",_u="mouseleave",Ou="dblclick",ab="resize",cb="\
 scroll",Cu="change",ol="dppxchange",pr="--",_o=typeof window<"u",tr=_o?document:null,To=_o?window:null,ub=_o?navigator:null,Me,Qs;function nr(){let e=devicePixelRatio;
 Me!=e&&(Me=e,Qs&&sr(Cu,Qs,nr),Qs=matchMedia(`(min-resolution: ${Me-.001}dppx) and (max-resolution: ${Me+.001}dppx)`),zn(Cu,Qs,nr),To.dispatchEvent(new CustomEvent(
@@ -986,36 +986,36 @@ exact.delete(t)}interrupt(t){this.times.push(t),this.values.push(null),this.last
 indexOf(t)]}textAt(t){let o=this.exact.get(this.times[this.indexOf(t)]);return o?`${o} (the curve is rounded)`:Wn(this.at(t))}},qw=e=>/[={]/.test(e)?$r(e):e.replace(
 /(?<=.)\/[^/]*$/,""),Ar=(e,t)=>hl(e,t,o=>o<=t)-1;function Kw({times:e,values:t},o){let n=Ar(e,o);if(e[n]===o)return t[n];if(n<0||n===e.length-1)return;if(t[n]===
 null||t[n+1]===null)return null;let s=(o-e[n])/(e[n+1]-e[n]);return t[n]+s*(t[n+1]-t[n])}function pp(e,t,[o,n]){let s=[];for(let l=Math.max(0,Ar(t.times,o));l<t.
-times.length&&t.times[l]<=n;l+=1){let r=Kw(e,t.times[l]);r!==void 0&&s.push(r===null||t.values[l]===null?null:[r,t.values[l],t.times[l]])}return s}var Yw=[0,2],gp=1e8,dp=.05,Xw=40,bp=160,hp="11px system-ui, sans-serif",Jw={4:"--warn",8:"--bad",16:"--bad"},No=e=>getComputedStyle(document.body).getPropertyValue(
+times.length&&t.times[l]<=n;l+=1){let r=Kw(e,t.times[l]);r!==void 0&&s.push(r===null||t.values[l]===null?null:[r,t.values[l],t.times[l]])}return s}var Yw=[0,2],gp=1e8,dp=.05,Xw=40,bp=160,Jw=20,hp="11px system-ui, sans-serif",Zw={4:"--warn",8:"--bad",16:"--bad"},No=e=>getComputedStyle(document.body).getPropertyValue(
 e),mp=(e,t)=>t>e?(t-e)*dp:Math.abs(t)*dp||1;function ml(e){return e<gp?`${Number(e.toFixed(2))} s`:new Date(e*1e3).toLocaleTimeString("en-GB",{hour:"2-digit",minute:"\
-2-digit",second:"2-digit",fractionalSecondDigits:2})}function Zw(e,t,o,n,s){let l="";return t.map(r=>{if(t.at(-1)<gp)return`${Number(r.toFixed(3))} s`;let a=new Date(
+2-digit",second:"2-digit",fractionalSecondDigits:2})}function Qw(e,t,o,n,s){let l="";return t.map(r=>{if(t.at(-1)<gp)return`${Number(r.toFixed(3))} s`;let a=new Date(
 r*1e3),c=a.toLocaleTimeString("en-GB",{hour:"2-digit",minute:"2-digit"});if(s>=60)return c;let f=s<1?`.${String(a.getMilliseconds()).padStart(3,"0")}`:"",d=`:${String(
 a.getSeconds()).padStart(2,"0")}${f}`;return c===l||e.height<bp?d:(l=c,`${d}
-${c}`)})}var Qw=e=>(t,o,n)=>{let s=t.height<bp;return t.axes[n].label=s?null:e,s?24:50},as=(e,t=[])=>(o,n,s)=>{let[l,r]=[Math.min(n,...t),Math.max(s,...t)];return[
+${c}`)})}var e0=e=>(t,o,n)=>{let s=t.height<bp;return t.axes[n].label=s?null:e,s?24:50},as=(e,t=[])=>(o,n,s)=>{let[l,r]=[Math.min(n,...t),Math.max(s,...t)];return[
 e[0]??l-mp(l,r),e[1]??r+mp(l,r)]};function wp(e,t,o,n){let{curves:s,isXy:l}=o,r={stroke:No("--pale"),font:hp,grid:{stroke:No("--line"),width:1},ticks:{stroke:No(
-"--line"),width:1}},a={...r,size:64,values:(T,E,S,v,L)=>ip(E,L)},c=l?s.slice(1):s,f=c.some(T=>T.isRight),d=!f||c.some(T=>!T.isRight),m=s.map(T=>({label:T.text,stroke:T.
-colour,width:1.5,spanGaps:!1,scale:T.isRight?"right":"y",...l?{paths:()=>null,points:{show:!1}}:{}})),p=l?o0:l0,w=d?"y":"right",g={setSelect:[n.zoom],setCursor:[
-n.point],draw:[T=>{p(T,o),i0(T,o.lines,w)}]},k=T=>T===w?o.lines:[],x={x:{time:!0},y:{range:as(o.limits,k("y"))},right:{range:as([null,null],k("right"))}};return new at(
-{...t,series:[{},...m],axes:[{...r,values:l?void 0:Zw,label:o.axis,labelSize:16,labelFont:hp,size:Qw(o.axis)},...d?[{...a,scale:"y"}]:[],...f?[{...a,scale:"righ\
-t",side:1,grid:d?{show:!1}:r.grid}]:[]],scales:l?t0(o):x,legend:{show:!1},cursor:{drag:{x:!l,y:!1},points:{show:!l},...l?{}:{move:n0(o)}},hooks:g},_r(o),e)}function _r(e){
-let{curves:t,isXy:o}=e;return o?[vp(e),...t.map(()=>[0,1])]:t.length===1?[t[0].times,t[0].values]:at.join(t.map(n=>[n.times,n.values]),t.map(()=>Yw))}var gl=({curves:e,
-span:t})=>e.slice(1).map(o=>({curve:o,points:pp(e[0],o,t())}));function e0(e){let[t,o]=[1/0,-1/0];for(let n of e)t=Math.min(t,n),o=Math.max(o,n);return t>o?[0,1]:
-[t,o]}var yp=(e,t)=>e0(e.flatMap(({points:o})=>o.filter(Boolean).map(n=>n[t]))),vp=e=>yp(gl(e),0);function t0(e){let t=o=>yp(gl(e).filter(({curve:n})=>n.isRight===
-o),1);return{x:{time:!1,range:()=>as([null,null])(null,...vp(e))},y:{range:()=>as(e.limits)(null,...t(!1))},right:{range:()=>as([null,null])(null,...t(!0))}}}var n0=({
-curves:e,marks:t})=>(o,n,s)=>{if(o.cursor.event?.buttons)return[n,s];let r=(n<0?[]:[Or(o,e,n),kp(o,t(),n)?.[0]??null]).filter(a=>a!==null).map(a=>o.valToPos(a,"\
-x"));return r.sort((a,c)=>Math.abs(a-n)-Math.abs(c-n)),[r[0]??n,s]};function Or(e,t,o){let[n,s]=[o,o+Xw].map(l=>e.posToVal(l,"x"));return ap(t,n,s-n)}function Cr(e,t){
-let{left:o,top:n,width:s,height:l}=e.bbox;e.ctx.save(),e.ctx.beginPath(),e.ctx.rect(o,n,s,l),e.ctx.clip(),t(e.ctx,{top:n,bottom:n+l}),e.ctx.restore()}function o0(e,t){
-Cr(e,o=>{for(let{curve:n,points:s}of gl(t)){o.beginPath(),o.strokeStyle=n.colour,o.lineWidth=1.5*devicePixelRatio;let l=!1;for(let r of s){if(r){let a=[e.valToPos(
-r[0],"x",!0),e.valToPos(r[1],n.isRight?"right":"y",!0)];l?o.lineTo(a[0],a[1]):o.moveTo(a[0],a[1])}l=!!r}o.stroke()}})}function s0(e,t,{left:o,top:n}){let[s,l]=[
-null,1/0];for(let{curve:r,points:a}of gl(t))for(let c of a.filter(Boolean)){let[f,d]=[e.valToPos(c[0],"x"),e.valToPos(c[1],r.isRight?"right":"y")],m=Math.hypot(
-f-o,d-n);m<l&&([s,l]=[c,m])}return s}function l0(e,{marks:t,moment:o}){let n=(s,{top:l,bottom:r},a,c,f)=>{let d=Math.round(e.valToPos(a,"x",!0))+.5;s.beginPath(),
-s.strokeStyle=c,s.lineWidth=devicePixelRatio,s.setLineDash(f),s.moveTo(d,l),s.lineTo(d,r),s.stroke()};Cr(e,(s,l)=>{for(let[r,a]of t())n(s,l,r,No(Jw[a]??"--pale"),
-[4,3]);o()!==null&&n(s,l,o(),No("--accent"),[])})}function i0(e,t,o){t.length&&Cr(e,n=>{let{left:s,width:l}=e.bbox;n.strokeStyle=n.fillStyle=No("--ink"),n.lineWidth=
-devicePixelRatio,n.setLineDash([6,4]),Object.assign(n,{textAlign:"left",textBaseline:"bottom"}),n.font=`${11*devicePixelRatio}px system-ui, sans-serif`;for(let r of t){
-let a=Math.round(e.valToPos(r,o,!0))+.5;n.beginPath(),n.moveTo(s,a),n.lineTo(s+l,a),n.stroke(),n.fillText(String(r),s+4*devicePixelRatio,a-3*devicePixelRatio)}})}
-var r0={4:"Warn",8:"Error",16:"Fatal"};function xp(e,t,{left:o,time:n,isSample:s}){if(o===null)return"";if(t.isXy){let r=s0(e,t,e.cursor);return r?`nearest samp\
-le ${Wn(r[0])}, ${Wn(r[1])} at ${ml(r[2])}`:""}let l=kp(e,t.marks(),o);return`${s?"sample ":""}at ${ml(n)}${l?`: ${r0[l[1]]??""} ${l[2]}`:""}`}function kp(e,t,o){
-let[s,l]=[null,6];for(let r of t){let a=Math.abs(e.valToPos(r[0],"x")-o);a<l&&([s,l]=[r,a])}return s}var a0=2e3,bl=class{constructor(t,o){this.context=t,this.on=o,this.curves=new Map,this.marks=[],this.closeMarks=()=>{},this.axis="received",this.hasMarks=!1,this.
+"--line"),width:1}},a={...r,size:64,values:(E,S,v,L,_)=>ip(S,_)},c=l?s.slice(1):s,f=c.some(E=>E.isRight),d=!f||c.some(E=>!E.isRight),m=s.length>Jw?1:1.5,p=s.map(
+E=>({label:E.text,stroke:E.colour,width:m,spanGaps:!1,scale:E.isRight?"right":"y",...l?{paths:()=>null,points:{show:!1}}:{}})),w=l?s0:i0,g=d?"y":"right",k={setSelect:[
+n.zoom],setCursor:[n.point],draw:[E=>{w(E,o),r0(E,o.lines,g)}]},x=E=>E===g?o.lines:[],T={x:{time:!0},y:{range:as(o.limits,x("y"))},right:{range:as([null,null],x(
+"right"))}};return new at({...t,series:[{},...p],axes:[{...r,values:l?void 0:Qw,label:o.axis,labelSize:16,labelFont:hp,size:e0(o.axis)},...d?[{...a,scale:"y"}]:
+[],...f?[{...a,scale:"right",side:1,grid:d?{show:!1}:r.grid}]:[]],scales:l?n0(o):T,legend:{show:!1},cursor:{drag:{x:!l,y:!1},points:{show:!l},...l?{}:{move:o0(o)}},
+hooks:k},_r(o),e)}function _r(e){let{curves:t,isXy:o}=e;return o?[vp(e),...t.map(()=>[0,1])]:t.length===1?[t[0].times,t[0].values]:at.join(t.map(n=>[n.times,n.values]),
+t.map(()=>Yw))}var gl=({curves:e,span:t})=>e.slice(1).map(o=>({curve:o,points:pp(e[0],o,t())}));function t0(e){let[t,o]=[1/0,-1/0];for(let n of e)t=Math.min(t,n),
+o=Math.max(o,n);return t>o?[0,1]:[t,o]}var yp=(e,t)=>t0(e.flatMap(({points:o})=>o.filter(Boolean).map(n=>n[t]))),vp=e=>yp(gl(e),0);function n0(e){let t=o=>yp(gl(
+e).filter(({curve:n})=>n.isRight===o),1);return{x:{time:!1,range:()=>as([null,null])(null,...vp(e))},y:{range:()=>as(e.limits)(null,...t(!1))},right:{range:()=>as(
+[null,null])(null,...t(!0))}}}var o0=({curves:e,marks:t})=>(o,n,s)=>{if(o.cursor.event?.buttons)return[n,s];let r=(n<0?[]:[Or(o,e,n),kp(o,t(),n)?.[0]??null]).filter(
+a=>a!==null).map(a=>o.valToPos(a,"x"));return r.sort((a,c)=>Math.abs(a-n)-Math.abs(c-n)),[r[0]??n,s]};function Or(e,t,o){let[n,s]=[o,o+Xw].map(l=>e.posToVal(l,"\
+x"));return ap(t,n,s-n)}function Cr(e,t){let{left:o,top:n,width:s,height:l}=e.bbox;e.ctx.save(),e.ctx.beginPath(),e.ctx.rect(o,n,s,l),e.ctx.clip(),t(e.ctx,{top:n,
+bottom:n+l}),e.ctx.restore()}function s0(e,t){Cr(e,o=>{for(let{curve:n,points:s}of gl(t)){o.beginPath(),o.strokeStyle=n.colour,o.lineWidth=1.5*devicePixelRatio;
+let l=!1;for(let r of s){if(r){let a=[e.valToPos(r[0],"x",!0),e.valToPos(r[1],n.isRight?"right":"y",!0)];l?o.lineTo(a[0],a[1]):o.moveTo(a[0],a[1])}l=!!r}o.stroke()}})}
+function l0(e,t,{left:o,top:n}){let[s,l]=[null,1/0];for(let{curve:r,points:a}of gl(t))for(let c of a.filter(Boolean)){let[f,d]=[e.valToPos(c[0],"x"),e.valToPos(
+c[1],r.isRight?"right":"y")],m=Math.hypot(f-o,d-n);m<l&&([s,l]=[c,m])}return s}function i0(e,{marks:t,moment:o}){let n=(s,{top:l,bottom:r},a,c,f)=>{let d=Math.round(
+e.valToPos(a,"x",!0))+.5;s.beginPath(),s.strokeStyle=c,s.lineWidth=devicePixelRatio,s.setLineDash(f),s.moveTo(d,l),s.lineTo(d,r),s.stroke()};Cr(e,(s,l)=>{for(let[
+r,a]of t())n(s,l,r,No(Zw[a]??"--pale"),[4,3]);o()!==null&&n(s,l,o(),No("--accent"),[])})}function r0(e,t,o){t.length&&Cr(e,n=>{let{left:s,width:l}=e.bbox;n.strokeStyle=
+n.fillStyle=No("--ink"),n.lineWidth=devicePixelRatio,n.setLineDash([6,4]),Object.assign(n,{textAlign:"left",textBaseline:"bottom"}),n.font=`${11*devicePixelRatio}\
+px system-ui, sans-serif`;for(let r of t){let a=Math.round(e.valToPos(r,o,!0))+.5;n.beginPath(),n.moveTo(s,a),n.lineTo(s+l,a),n.stroke(),n.fillText(String(r),s+
+4*devicePixelRatio,a-3*devicePixelRatio)}})}var a0={4:"Warn",8:"Error",16:"Fatal"};function xp(e,t,{left:o,time:n,isSample:s}){if(o===null)return"";if(t.isXy){let r=l0(
+e,t,e.cursor);return r?`nearest sample ${Wn(r[0])}, ${Wn(r[1])} at ${ml(r[2])}`:""}let l=kp(e,t.marks(),o);return`${s?"sample ":""}at ${ml(n)}${l?`: ${a0[l[1]]??
+""} ${l[2]}`:""}`}function kp(e,t,o){let[s,l]=[null,6];for(let r of t){let a=Math.abs(e.valToPos(r[0],"x")-o);a<l&&([s,l]=[r,a])}return s}var c0=2e3,bl=class{constructor(t,o){this.context=t,this.on=o,this.curves=new Map,this.marks=[],this.closeMarks=()=>{},this.axis="received",this.hasMarks=!1,this.
 wantsWhole=!1}get all(){return[...this.curves.values()]}get isXy(){return this.axis==="xy"}get times(){return this.isXy?"received":this.axis}get isWhole(){return this.
 wantsWhole&&!!U.bag}get oldest(){return this.all.reduce((t,o)=>Math.min(t,o.times[0]??1/0),1/0)}get newest(){return this.all.reduce((t,o)=>Math.max(t,o.times.at(
 -1)??0),0)}watch(t,o,n,s){let[l,r]=t,a={axis:this.times,...this.isWhole?{name:U.name}:{}};return this.context.watch(this.isWhole?r:l,{...o,...a},n,s,{always:!0})}add(t){
@@ -1024,8 +1024,8 @@ get(t).close(),this.curves.delete(t)}change(t,o){let n=new rs(sp({...t,...o}),t.
 this.curves.clear();for(let l of s)this.curves.set(l.text,l);this.follow(n)}follow(t){t.close(),t.forget(),t.close=this.watch(["plot","bag_curve"],{field:t.field},
 o=>{t.take(o),o.fields?.length&&!t.times.length&&this.curves.has(t.text)&&this.on.fields(t,o.fields),this.on.change()},o=>{t.problem=o,this.on.change()})}followMarks(){
 this.closeMarks(),this.closeMarks=()=>{},this.marks=[],this.hasMarks&&(this.closeMarks=this.watch(["log_marks","bag_marks"],{},t=>{this.marks=[...this.marks,...t.
-marks].slice(-a0),this.on.change()}))}restart(){for(let t of this.all)this.follow(t);this.followMarks()}forget(){for(let t of this.all)t.forget();this.marks=[]}};var c0=3e3;function Sp(e,t){let o=i("div",{class:"bar legend"}),n=go(t),s=i("div",{},o,n.element),l="",[r,a]=["",0];function c(p){p!==r&&(r=p,clearTimeout(a),n.
-offer(""),p&&(a=setTimeout(()=>n.offer(p),c0)))}function f(p){let w=i("b",{class:"swatch"});w.style.background=p.colour;let g=(E,S,v,L,_=null)=>i("button",{class:"\
+marks].slice(-c0),this.on.change()}))}restart(){for(let t of this.all)this.follow(t);this.followMarks()}forget(){for(let t of this.all)t.forget();this.marks=[]}};var u0=3e3;function Sp(e,t){let o=i("div",{class:"bar legend"}),n=go(t),s=i("div",{},o,n.element),l="",[r,a]=["",0];function c(p){p!==r&&(r=p,clearTimeout(a),n.
+offer(""),p&&(a=setTimeout(()=>n.offer(p),u0)))}function f(p){let w=i("b",{class:"swatch"});w.style.background=p.colour;let g=(E,S,v,L,_=null)=>i("button",{class:"\
 plain toggle","aria-pressed":String(v),"aria-label":_,title:S,onclick:()=>e.change(p,L)},E),k=Lr(p.field),x=i("input",{hidden:!0,size:28,value:k,placeholder:'m.\
 child_frame_id == "base_link"',spellcheck:"false","aria-label":`Only messages of ${p.topic} for which`,onchange:()=>e.change(p,{field:np(p.field,p.topic,x.value.
 trim())})}),T=i("button",{class:"plain toggle","aria-pressed":String(!!k),onclick:()=>{x.hidden=!x.hidden,x.focus()},title:"Only messages for which an expressio\
@@ -1035,22 +1035,22 @@ remove(p)},"\xD7"))}let d=p=>i("span",{class:"curve"},i("b",{class:"swatch line"
 onclick:()=>e.removeLine(p)},"\xD7"));function m(p,{time:w,place:g,isXy:k,lines:x}){let T=[...p.map(E=>`${E.text} ${E.colour}`),...x].join(`
 `);(T!==l||!o.childElementCount)&&N(o,p.map(f),x.map(d),p.length?i("span",{class:"key at"}):null),l=T,p.forEach((E,S)=>{let L=`${`${k&&S===0?"x: ":""}${E.field}${E.
 isRate?" d/dt":""}`}: ${E.textAt(w)}${E.lost?` (${E.lost} not shown)`:""} ${E.problem}`,_=o.children[S].children[1];_.textContent!==L&&(_.textContent=L)}),p.length&&
-(o.lastChild.textContent=g),c(p.find(E=>!E.times.length)?.topic??"")}return{element:s,draw:m}}var u0=/covariance\[\d+\]$/;function Ep(e){let t=i("div",{class:"bar offered",role:"group","aria-label":"Fields"});function o(n,s){let l=d=>{e(`${n}${d.startsWith(
-"[")?"":"/"}${d}`),N(t)},r=d=>i("button",{onclick:()=>l(d)},d),[a,c]=[!0,!1].map(d=>s.filter(m=>u0.test(m)===d)),f=a.length>1&&c.length>0;N(t,i("span",{class:"k\
+(o.lastChild.textContent=g),c(p.find(E=>!E.times.length)?.topic??"")}return{element:s,draw:m}}var f0=/covariance\[\d+\]$/;function Ep(e){let t=i("div",{class:"bar offered",role:"group","aria-label":"Fields"});function o(n,s){let l=d=>{e(`${n}${d.startsWith(
+"[")?"":"/"}${d}`),N(t)},r=d=>i("button",{onclick:()=>l(d)},d),[a,c]=[!0,!1].map(d=>s.filter(m=>f0.test(m)===d)),f=a.length>1&&c.length>0;N(t,i("span",{class:"k\
 ey"},`Numbers of ${n}:`),(f?c:s).map(r),f?i("details",{},i("summary",{},`${a.length} covariances`),a.map(r)):null,i("button",{class:"plain","aria-label":"Close \
-the choice",onclick:()=>N(t)},"\xD7"))}return{element:t,show:o}}var f0=10;function Tp(e){let t=[],o=l=>{t=[...new Set(l)].slice(-f0)},n=i("input",{size:6,placeholder:"value","aria-label":"Line at a value",onchange:()=>{let l=Number(
-n.value);n.value.trim()===""||!Number.isFinite(l)||(n.value="",o([...t,l]),e())}});return{input:n,values:()=>t,set:o,remove:l=>{o(t.filter(r=>r!==l)),e()}}}var p0=["Curve","Samples","Least","Largest","Mean","Deviation","Change","Rate"];function $p(){let e=i("div",{class:"statistics",role:"region","aria-label":"Stat\
-istics of the shown part",tabindex:0,hidden:!0},i("table",{}));function t(o,n){Ne(e.firstChild,i("table",{},i("thead",{},i("tr",{},p0.map((s,l)=>i("th",{class:l?
-"number":""},s)))),i("tbody",{},o.map(s=>d0(s,n)))))}return{element:e,draw:t}}function d0(e,t){let o=cp(e,t),{count:n=0,least:s,most:l,mean:r,deviation:a,change:c,
+the choice",onclick:()=>N(t)},"\xD7"))}return{element:t,show:o}}var p0=10;function Tp(e){let t=[],o=l=>{t=[...new Set(l)].slice(-p0)},n=i("input",{size:6,placeholder:"value","aria-label":"Line at a value",onchange:()=>{let l=Number(
+n.value);n.value.trim()===""||!Number.isFinite(l)||(n.value="",o([...t,l]),e())}});return{input:n,values:()=>t,set:o,remove:l=>{o(t.filter(r=>r!==l)),e()}}}var d0=["Curve","Samples","Least","Largest","Mean","Deviation","Change","Rate"];function $p(){let e=i("div",{class:"statistics",role:"region","aria-label":"Stat\
+istics of the shown part",tabindex:0,hidden:!0},i("table",{}));function t(o,n){Ne(e.firstChild,i("table",{},i("thead",{},i("tr",{},d0.map((s,l)=>i("th",{class:l?
+"number":""},s)))),i("tbody",{},o.map(s=>h0(s,n)))))}return{element:e,draw:t}}function h0(e,t){let o=cp(e,t),{count:n=0,least:s,most:l,mean:r,deviation:a,change:c,
 rate:f=null}=o??{};return i("tr",{"data-key":e.text},i("td",{},e.text),i("td",{class:"number"},String(n)),[s,l,r,a,c].map(d=>i("td",{class:"number"},Wn(d))),i("\
-td",{class:"number"},bt(f)))}var h0=60,m0=new Set(["actionlib_msgs/GoalID","rosgraph_msgs/Log","std_msgs/Empty","std_msgs/String","tf2_msgs/TFMessage"]);function Lp(e,t){let o=i("datalist",
+td",{class:"number"},bt(f)))}var m0=60,g0=new Set(["actionlib_msgs/GoalID","rosgraph_msgs/Log","std_msgs/Empty","std_msgs/String","tf2_msgs/TFMessage"]);function Lp(e,t){let o=i("datalist",
 {id:gt("plot-topics")}),n=i("div",{class:"choice",role:"group","aria-label":"Topics"});return e.watch("topics",{},({topics:s})=>{if(o.childElementCount===s.length)
-return;N(o,s.map(r=>i("option",{value:r.name})));let l=s.filter(({type:r})=>!m0.has(r)).slice(0,h0);N(n,l.map(({name:r})=>i("button",{title:`Plot numbers of ${r}`,
-onclick:()=>t(r)},r)))}),{names:o,buttons:n}}var Mp=[["received","time of arrival"],["stamp","header stamp"],["ros","ROS time"],["xy","first curve (x-y)"]],Ap=5,g0=[10,30,60,300,1800],b0="Type a topic and \
+return;N(o,s.map(r=>i("option",{value:r.name})));let l=s.filter(({type:r})=>!g0.has(r)).slice(0,m0);N(n,l.map(({name:r})=>i("button",{title:`Plot numbers of ${r}`,
+onclick:()=>t(r)},r)))}),{names:o,buttons:n}}var Mp=[["received","time of arrival"],["stamp","header stamp"],["ros","ROS time"],["xy","first curve (x-y)"]],Ap=5,b0=[10,30,60,300,1800],w0="Type a topic and \
 a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over t\
-he curves to zoom, double-click to follow again; or use +, -, the arrow keys and 0.",w0=e=>(U.isRewind||e.isWhole)&&!e.isXy&&e.axis!=="stamp"?U.moment??null:null;
-function y0(e,t,o){let n=new bl(o,{change:()=>{P=!0},fields:(G,J)=>{n.drop(G.text),A(),v.show(G.field,J)}}),s=Lp(o,G=>D(G)),l=i("input",{size:34,placeholder:"/t\
-opic/field or /topic/pose/x:y:z","aria-label":"Topic and field",spellcheck:"false",list:s.names.id}),r=i("select",{"aria-label":"Time span",onchange:()=>qe()},g0.
+he curves to zoom, double-click to follow again; or use +, -, the arrow keys and 0.",y0=e=>(U.isRewind||e.isWhole)&&!e.isXy&&e.axis!=="stamp"?U.moment??null:null;
+function v0(e,t,o){let n=new bl(o,{change:()=>{P=!0},fields:(G,J)=>{n.drop(G.text),A(),v.show(G.field,J)}}),s=Lp(o,G=>D(G)),l=i("input",{size:34,placeholder:"/t\
+opic/field or /topic/pose/x:y:z","aria-label":"Topic and field",spellcheck:"false",list:s.names.id}),r=i("select",{"aria-label":"Time span",onchange:()=>qe()},b0.
 map(G=>i("option",{value:G,selected:G===30},G<60?`${G} s`:`${G/60} min`))),a=i("input",{size:6,placeholder:"auto","aria-label":"Lowest value",onchange:()=>je()}),
 c=i("input",{size:6,placeholder:"auto","aria-label":"Highest value",onchange:()=>je()}),f=i("select",{"aria-label":"X axis",onchange:()=>{Z(),z()}},Mp.map(([G,J])=>i(
 "option",{value:G},J))),d=i("input",{type:"checkbox",onchange:()=>{ee(),z()}}),m=i("input",{type:"checkbox",onchange:()=>{P=R=!0,z()}}),p=Tp(()=>A()),w=i("input",
@@ -1058,11 +1058,11 @@ c=i("input",{size:6,placeholder:"auto","aria-label":"Highest value",onchange:()=
 utton",{type:"button","aria-pressed":"false",onclick:()=>Te(!K)},"Pause"),x=i("button",{type:"button",hidden:!0,title:"Show the newest samples again",onclick:()=>ie(
 null,!0)},"Follow"),T=pe(),E=Sp({change:(G,J)=>{n.change(G,J),A()},remove:G=>{n.drop(G.text),A()},removeLine:p.remove},o),S=$p(),v=Ep(G=>D(G)),L=i("div",{class:"\
 chart",tabindex:0,role:"application","aria-label":"Curves: the arrow keys move, + and - zoom, 0 follows again",onkeydown:G=>W(G)}),_=i("button",{type:"button",title:"\
-Save the samples; after a zoom, those of the shown part",onclick:()=>wt("rqt_plot.csv",up(n.all,et()),"text/csv")},"CSV"),F=_e("\u223F",b0,s.buttons);e.append(i(
+Save the samples; after a zoom, those of the shown part",onclick:()=>wt("rqt_plot.csv",up(n.all,et()),"text/csv")},"CSV"),F=_e("\u223F",w0,s.buttons);e.append(i(
 "div",{class:"column"},he({title:"Plot",tag:"form",onsubmit:G=>{G.preventDefault(),D(l.value)}},l,s.names,i("button",{},"Add"),k,x,i("label",{},"Show",r),i("lab\
 el",{},"x",f),i("label",{},"y from",a),i("label",{},"to",c),i("label",{title:"Show warnings and errors in the log as dashed lines"},d,"Log entries"),g,i("label",
 {title:"A horizontal line for reference"},"Line",p.input),i("label",{title:"Statistics of the samples shown"},m,"Statistics"),i("span",{class:"spring"}),_),T.element,
-v.element,E.element,S.element,F,L));let C=null;k0(L,()=>v0(n,C));let K=!1,M=!1,P=!1,R=!1,I=null,H=null,z=()=>o.remember(tp([...n.curves.keys()],f.value,d.checked,
+v.element,E.element,S.element,F,L));let C=null;S0(L,()=>x0(n,C));let K=!1,M=!1,P=!1,R=!1,I=null,H=null,z=()=>o.remember(tp([...n.curves.keys()],f.value,d.checked,
 {hasStatistics:m.checked,lines:p.values()})),A=()=>{z(),je()};function D(G){Tr(G).forEach(J=>n.add(J)),l.value="",A()}function ee(){n.hasMarks=d.checked,n.followMarks(),
 P=!0}let oe=null,q=()=>w.checked||!!U.bag?.rewind,X=()=>q()?U.bag:null;function Z(){let G=`${n.isWhole} ${n.times}`,J=oe===X();n.axis=f.value,n.wantsWhole=q(),oe=
 X(),(!J||`${n.isWhole} ${n.times}`!==G)&&n.restart(),M=!1,H=null,o.times?.forget(e),je()}function Q(G){let J=ep(G);if(J.at!==null&&!J.curves.length){me(J.at);return}
@@ -1082,12 +1082,12 @@ max(200,L.clientWidth-8),height:Math.max(40,L.clientHeight-10)});function qe(){i
  the first is x.":H!==null&&H<n.oldest?`There are no samples at ${ml(H)}: the curves begin later.`:""),x.hidden=!M,N(_,M?"CSV of the shown part":"CSV"),S.element.
 hidden=!m.checked||n.isXy,C.setData(_r(xe()),n.isXy),n.isXy))return;let[G,J]=j();m.checked&&S.draw(n.all,et()??[G,J]),M||!J?C.redraw():C.setScale("x",{min:G,max:J>
 G?J:G+1})}function Zt(){let G=C&&C.cursor.left>=0?C.cursor.left:null,J=G===null||n.isXy?null:Or(C,n.all,G),te=G===null||n.isXy?null:J??C.posToVal(G,"x"),Ae=xp(C,
-xe(),{left:G,time:te,isSample:J!==null});E.draw(n.all,{time:te??w0(n),place:Ae,isXy:n.isXy,lines:p.values()})}function Pt(){g.hidden=!U.bag||U.bag.rewind,X()!==
+xe(),{left:G,time:te,isSample:J!==null});E.draw(n.all,{time:te??y0(n),place:Ae,isXy:n.isXy,lines:p.values()})}function Pt(){g.hidden=!U.bag||U.bag.rewind,X()!==
 oe&&Z(),P||=n.isWhole}return o.onSource(()=>{n.isWhole||(n.forget(),o.times?.forget(e),P=!0)}),U.addEventListener("change",Pt,{signal:o.signal}),requestAnimationFrame(
 function G(){o.signal.aborted||((R||P&&!K)&&o.isShown&&qe(),requestAnimationFrame(G))}),new ResizeObserver(()=>C?.setSize(Nt())).observe(L),matchMedia("(prefers\
--color-scheme: dark)").addEventListener("change",je,{signal:o.signal}),Pt(),t&&Q(t),{go:Q}}function v0(e,t){t?.cursor.left>=0&&e.isWhole&&!e.isXy&&e.axis!=="sta\
-mp"&&U.jump(t.posToVal(t.cursor.left,"x"))}var x0=4;function k0(e,t){let o=0;e.addEventListener("pointerdown",({clientX:n})=>{o=n}),e.addEventListener("click",({
-clientX:n})=>{Math.abs(n-o)<x0&&t()},{capture:!0})}var Pr={};Ye(Pr,{open:()=>S0});function S0(e,t,o){let{control:n}=o,s=i("input",{placeholder:"/topic",value:t,"aria-label":"Topic",spellcheck:"false",list:gt("publish-topics"),onchange:()=>w()}),
+-color-scheme: dark)").addEventListener("change",je,{signal:o.signal}),Pt(),t&&Q(t),{go:Q}}function x0(e,t){t?.cursor.left>=0&&e.isWhole&&!e.isXy&&e.axis!=="sta\
+mp"&&U.jump(t.posToVal(t.cursor.left,"x"))}var k0=4;function S0(e,t){let o=0;e.addEventListener("pointerdown",({clientX:n})=>{o=n}),e.addEventListener("click",({
+clientX:n})=>{Math.abs(n-o)<k0&&t()},{capture:!0})}var Pr={};Ye(Pr,{open:()=>E0});function E0(e,t,o){let{control:n}=o,s=i("input",{placeholder:"/topic",value:t,"aria-label":"Topic",spellcheck:"false",list:gt("publish-topics"),onchange:()=>w()}),
 l=i("input",{placeholder:"std_msgs/String","aria-label":"Type",spellcheck:"false",onchange:()=>g()}),r=i("input",{type:"number",value:1,min:0,max:1e3,step:"any",
 "aria-label":"Rate in hertz",title:"0 publishes once"}),a=i("textarea",{rows:12,class:"mono","aria-label":"Message in YAML",spellcheck:"false",placeholder:"The \
 message in YAML. A topic or a type fills in its fields."}),c=i("datalist",{id:s.getAttribute("list")}),f=pe(),d=Cs(o.signal),m=[jt(o.signal),he({title:"Publish"}),
@@ -1098,28 +1098,28 @@ topped. Closing the page stops publishing.")),i("p",{class:"key"},"Texts that be
 counts the messages from 0."),d)));let p=[];o.watch("running_topics",{},x=>{p=x.topics,N(c,p.map(T=>i("option",{value:T.name}))),!l.value&&!a.value&&w()});function w(){
 let x=p.find(T=>T.name===s.value);x&&x.type!=="*"&&(l.value=x.type,g())}let g=()=>f.attempt(async()=>{let x=a.value,T=Rn(await o.act("message",{type:l.value}));
 a.value===x&&(a.value=T,document.activeElement===a&&a.select())});function k(){let x={name:s.value,type:l.value,message:a.value,rate:Number(r.value)};f.show(),ja(
-x,f.show)}return{go:x=>{x&&(s.value=x,w())}}}var Rr={};Ye(Rr,{open:()=>C0});function _p(e,{control:t,onChange:o,onState:n}){let s={control:t,onChange:o,onState:n,controls:new Map,groups:new Map};return{element:Op(e,o,s),showValue:(l,r)=>s.
-controls.get(l)?.show(r),showState:(l,r)=>s.groups.get(l)?.show(r)}}function Op(e,t,o){return i("div",{class:"group"},e.parameters.map(n=>T0(n,t,o)),e.groups.map(
-n=>E0(n,t,o)))}function E0(e,t,o){let n=!o.control,s=e.type==="collapse"||e.type==="hide",l={},r=Op(e,e.type==="apply"?(f,d)=>{l[f]=d}:t,o);e.type==="apply"&&r.
+x,f.show)}return{go:x=>{x&&(s.value=x,w())}}}var Rr={};Ye(Rr,{open:()=>N0});function _p(e,{control:t,onChange:o,onState:n}){let s={control:t,onChange:o,onState:n,controls:new Map,groups:new Map};return{element:Op(e,o,s),showValue:(l,r)=>s.
+controls.get(l)?.show(r),showState:(l,r)=>s.groups.get(l)?.show(r)}}function Op(e,t,o){return i("div",{class:"group"},e.parameters.map(n=>$0(n,t,o)),e.groups.map(
+n=>T0(n,t,o)))}function T0(e,t,o){let n=!o.control,s=e.type==="collapse"||e.type==="hide",l={},r=Op(e,e.type==="apply"?(f,d)=>{l[f]=d}:t,o);e.type==="apply"&&r.
 append(i("p",{},i("button",{disabled:n,onclick:()=>{for(let[f,d]of Object.entries(l))o.onChange(f,d);l={}}},"Apply")));let a=s?i("input",{type:"checkbox",disabled:n,
 "aria-label":`State of ${e.name}`,onchange:()=>o.onState(e.name,a.checked)}):null,c=i("details",{open:!0},i("summary",{},e.name.replaceAll("_"," ")),r);return o.
-groups.set(e.name,{show:f=>{a&&(a.checked=f,c.open=f,r.hidden=e.type==="hide"&&!f)}}),i("div",{class:"below"},c,a?i("label",{class:"state"},a,"on"):null)}function T0(e,t,o){
-let{name:n,type:s,constants:l}=e,r=!o.control,a=!1,c=()=>{a=!0},f=k=>{a=!1,t(n,k)},d=l.length?$0:{bool:L0,str:M0}[s]??A0,{parts:m,show:p}=d(e,r,f,c),w=i("button",
+groups.set(e.name,{show:f=>{a&&(a.checked=f,c.open=f,r.hidden=e.type==="hide"&&!f)}}),i("div",{class:"below"},c,a?i("label",{class:"state"},a,"on"):null)}function $0(e,t,o){
+let{name:n,type:s,constants:l}=e,r=!o.control,a=!1,c=()=>{a=!0},f=k=>{a=!1,t(n,k)},d=l.length?L0:{bool:M0,str:A0}[s]??_0,{parts:m,show:p}=d(e,r,f,c),w=i("button",
 {class:"plain reset",disabled:r,title:`Back to the default: ${e.default}`,"aria-label":`Reset ${n} to ${e.default}`,onclick:()=>t(n,e.default)},"\u21BA"),g=i("d\
 iv",{class:"setting"},i("span",{class:"label",title:e.description},n),i("span",{class:"control"},m),w,i("span",{class:"about"},e.description));return o.controls.
-set(n,{show:k=>{a&&g.contains(document.activeElement)||(p(k),w.style.visibility=k===e.default?"hidden":"")}}),g}function $0({name:e,constants:t},o,n){let s=i("s\
+set(n,{show:k=>{a&&g.contains(document.activeElement)||(p(k),w.style.visibility=k===e.default?"hidden":"")}}),g}function L0({name:e,constants:t},o,n){let s=i("s\
 elect",{disabled:o,"aria-label":e,onchange:()=>n(t[s.selectedIndex]?.value)},t.map(l=>i("option",{title:l.text},`${l.name} (${l.value})`)),i("option",{disabled:!0,
 hidden:!0}));return{parts:[s],show:l=>{let r=t.findIndex(a=>a.value===l);s.options[t.length].textContent=`${l} (not in the list)`,s.selectedIndex=r<0?t.length:r}}}
-function L0({name:e},t,o){let n=i("input",{type:"checkbox",disabled:t,"aria-label":e,onchange:()=>o(n.checked)});return{parts:[n],show:s=>{n.checked=s}}}function M0({
-name:e},t,o,n){let s=i("input",{disabled:t,"aria-label":e,spellcheck:"false",oninput:n,onchange:()=>o(s.value)});return{parts:[s],show:l=>{s.value=l}}}function A0({
-name:e,type:t,bounds:o},n,s,l){let r=i("input",{class:"numeric",disabled:n,inputmode:t==="int"?"numeric":"decimal","aria-label":e,oninput:l,onchange:()=>s(_0(r.
-value))}),a=o&&o[1]>o[0]?i("input",{type:"range",disabled:n,min:o[0],max:o[1],step:t==="int"?1:"any","aria-label":`${e}, slider`,oninput:()=>{r.value=O0(Number(
+function M0({name:e},t,o){let n=i("input",{type:"checkbox",disabled:t,"aria-label":e,onchange:()=>o(n.checked)});return{parts:[n],show:s=>{n.checked=s}}}function A0({
+name:e},t,o,n){let s=i("input",{disabled:t,"aria-label":e,spellcheck:"false",oninput:n,onchange:()=>o(s.value)});return{parts:[s],show:l=>{s.value=l}}}function _0({
+name:e,type:t,bounds:o},n,s,l){let r=i("input",{class:"numeric",disabled:n,inputmode:t==="int"?"numeric":"decimal","aria-label":e,oninput:l,onchange:()=>s(O0(r.
+value))}),a=o&&o[1]>o[0]?i("input",{type:"range",disabled:n,min:o[0],max:o[1],step:t==="int"?1:"any","aria-label":`${e}, slider`,oninput:()=>{r.value=C0(Number(
 a.value),t,o),s(Number(r.value))}}):null;return{show:f=>{r.value=f,a&&(a.value=f)},parts:[a?i("span",{class:"slide"},i("span",{class:"bound"},o[0]),a,i("span",{
-class:"bound"},o[1])):null,r]}}var _0=e=>e.trim()===""||Number.isNaN(Number(e))?e:Number(e);function O0(e,t,[o,n]){if(t==="int")return e;let s=Math.max(0,3-Math.
-floor(Math.log10(n-o)));return Math.min(n,Math.max(o,Number(e.toFixed(Math.min(s,20)))))}function C0(e,t,o){let{control:n}=o,s=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter servers",oninput:()=>g()}),l=pe(),r=i("ul",{class:"serv\
+class:"bound"},o[1])):null,r]}}var O0=e=>e.trim()===""||Number.isNaN(Number(e))?e:Number(e);function C0(e,t,[o,n]){if(t==="int")return e;let s=Math.max(0,3-Math.
+floor(Math.log10(n-o)));return Math.min(n,Math.max(o,Number(e.toFixed(Math.min(s,20)))))}function N0(e,t,o){let{control:n}=o,s=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter servers",oninput:()=>g()}),l=pe(),r=i("ul",{class:"serv\
 ers","aria-label":"Servers"}),a=i("div",{class:"scroll settings"},i("div",{class:"note"},fi));e.append(i("div",{class:"column"},jt(o.signal),he({title:"Reconfig\
 ure"},wn("reconfigure"),s,i("span",{class:"spring"}),i("span",{class:"key"},n?"":"Start with --control to change parameters.")),l.element,i("div",{class:"split"},
-r,a)));let c=[],f="",d=()=>{},m=null,p={values:{},states:{}},w=N0(o,()=>f,T,v=>{l.show(v),E(p)});function g(){let v=s.value.trim().toLowerCase(),L=c.filter(_=>_.
+r,a)));let c=[],f="",d=()=>{},m=null,p={values:{},states:{}},w=P0(o,()=>f,T,v=>{l.show(v),E(p)});function g(){let v=s.value.trim().toLowerCase(),L=c.filter(_=>_.
 toLowerCase().includes(v));N(r,L.length?L.map(_=>i("li",{},i("button",{class:"plain","aria-current":_===f?"true":null,onclick:()=>{o.remember(_),k(_)}},_))):i("\
 li",{class:"key"},c.length?"No server matches.":"No node offers dynamic_reconfigure."))}function k(v){d(),f=v,m=null,w.clear(),l.show(),N(a,i("div",{class:"note"},
 `Waiting for ${v} \u2026`)),g(),d=o.watch("reconfigure",{name:v},L=>{L.groups&&x(L.groups),L.values&&E(L)},l.show)}function x(v){m=_p(v,{control:n,onChange:(L,_)=>w.
@@ -1127,108 +1127,108 @@ change("changes",L,_),onState:(L,_)=>w.change("states",L,_)}),N(a,i("h2",{},f),m
 values},states:{...p.states,...v.states}};for(let[L,_]of Object.entries(v.values))w.isChanging("changes",L)||m?.showValue(L,_);for(let[L,_]of Object.entries(v.states))
 w.isChanging("states",L)||m?.showState(L,_)}let S=()=>`${f} is no longer offered.`;return o.watch("reconfigurable",{},v=>{let L=!c.length;(c.join()!==v.servers.
 join()||L)&&(c=v.servers,g()),f?l.show(c.includes(f)?l.element.textContent===S()?"":l.element.textContent:S()):t?k(t):c.length?k(c[0]):N(a)},l.show),{go:v=>{v&&
-k(v)}}}var Po=()=>({changes:{},states:{}});function N0(e,t,o,n){let s=Po(),l=Po(),r=!1;async function a(){if(!r){for(r=!0;Object.keys(s.changes).length||Object.
+k(v)}}}var Po=()=>({changes:{},states:{}});function P0(e,t,o,n){let s=Po(),l=Po(),r=!1;async function a(){if(!r){for(r=!0;Object.keys(s.changes).length||Object.
 keys(s.states).length;){let c={name:t(),...s};l=s,s=Po();try{let f=await e.act("set_reconfigured",c);l=Po(),c.name===t()&&o(f)}catch(f){l=Po(),c.name===t()&&n(f.
-message)}}r=!1}}return{change(c,f,d){s[c][f]=d,a()},clear(){s=Po()},isChanging:(c,f)=>f in s[c]||f in l[c]}}var Dr={};Ye(Dr,{open:()=>B0});var P0="/ROS 2/",R0={topics:"topic",services:"service",actions:"action"},D0=/^([\d.]+)\/s, (\d+) dropped(?:: (.*))?$/s,I0=[{title:"Name",text:({name:e})=>e,order:({
-name:e})=>e},{title:"Kind",text:({kind:e})=>R0[e]??e,order:({kind:e})=>e},{title:"Direction",text:({direction:e})=>e==="to_ros1"?"to ROS 1":"to ROS 2",order:({direction:e})=>e},
+message)}}r=!1}}return{change(c,f,d){s[c][f]=d,a()},clear(){s=Po()},isChanging:(c,f)=>f in s[c]||f in l[c]}}var Dr={};Ye(Dr,{open:()=>z0});var R0="/ROS 2/",D0={topics:"topic",services:"service",actions:"action"},I0=/^([\d.]+)\/s, (\d+) dropped(?:: (.*))?$/s,F0=[{title:"Name",text:({name:e})=>e,order:({
+name:e})=>e},{title:"Kind",text:({kind:e})=>D0[e]??e,order:({kind:e})=>e},{title:"Direction",text:({direction:e})=>e==="to_ros1"?"to ROS 1":"to ROS 2",order:({direction:e})=>e},
 {title:"Rate/s",kind:"number",text:({rate:e})=>e?.toFixed(1)??"\u2013",order:({rate:e})=>Tt(e)},{title:"Dropped",kind:"number",text:({dropped:e})=>e??"\u2013",order:({
 dropped:e})=>Tt(e)},{title:"Remark",kind:"long",text:({remark:e,isStale:t})=>t?vt(null,e):e,order:({remark:e})=>e},{title:"Gateway",text:({gateway:e})=>e,order:({
-gateway:e})=>e}];function F0(e,t,o,n){let[s,l,...r]=t.split(": "),[,a,c,f=""]=D0.exec(o)??[],d=n===null?a===void 0?o:f:`stale: no report for ${ao(n)}`;return{key:`${e}\
- ${t}`,gateway:e,kind:s,direction:l,name:r.join(": "),rate:a&&Number(a),dropped:c&&Number(c),remark:d,isStale:n!==null}}function B0(e,t,o){Hs(e,o,{title:"ROS 2",
-file:"ros2",prefix:P0,columns:I0,sortBy:"Name",sign:"\u2461",nothing:"No ROS 2 gateway reports. A gateway runs beside a master: pipros ros2."},(n,s)=>s,(n,s,l)=>{
-let{age:r,level:a}=uo(s,l);return s.values.map(([c,f])=>F0(n,c,f,Ms(a)?r:null))})}var Fr={};Ye(Fr,{open:()=>V0});var Cp={ArrowUp:[1,0],ArrowDown:[-1,0],ArrowLeft:[0,1],ArrowRight:[0,-1],w:[1,0],s:[-1,0],a:[0,1],d:[0,-1]},cs=.38,Np=e=>Math.max(-1,Math.min(1,e)),Ir=e=>e.key.
+gateway:e})=>e}];function B0(e,t,o,n){let[s,l,...r]=t.split(": "),[,a,c,f=""]=I0.exec(o)??[],d=n===null?a===void 0?o:f:`stale: no report for ${ao(n)}`;return{key:`${e}\
+ ${t}`,gateway:e,kind:s,direction:l,name:r.join(": "),rate:a&&Number(a),dropped:c&&Number(c),remark:d,isStale:n!==null}}function z0(e,t,o){Hs(e,o,{title:"ROS 2",
+file:"ros2",prefix:R0,columns:F0,sortBy:"Name",sign:"\u2461",nothing:"No ROS 2 gateway reports. A gateway runs beside a master: pipros ros2."},(n,s)=>s,(n,s,l)=>{
+let{age:r,level:a}=uo(s,l);return s.values.map(([c,f])=>B0(n,c,f,Ms(a)?r:null))})}var Fr={};Ye(Fr,{open:()=>G0});var Cp={ArrowUp:[1,0],ArrowDown:[-1,0],ArrowLeft:[0,1],ArrowRight:[0,-1],w:[1,0],s:[-1,0],a:[0,1],d:[0,-1]},cs=.38,Np=e=>Math.max(-1,Math.min(1,e)),Ir=e=>e.key.
 length===1?e.key.toLowerCase():e.key;function Pp(e,t){let o=i("div",{class:"knob"}),n=i("div",{class:"stick",tabindex:0,role:"application","aria-label":"Stick: \
 the arrow keys or W, A, S and D steer, the space bar stops"},o),s=new Set,l=!1;function r(d){let[m,p]=d;o.style.transform=`translate(${-p*cs*n.clientWidth}px, ${-m*
 cs*n.clientHeight}px)`,e(d)}let a=()=>{s.clear(),r([0,0])},c=()=>[...s].map(d=>Cp[d]).reduce((d,m)=>[d[0]+m[0],d[1]+m[1]],[0,0]);n.addEventListener("keydown",d=>{
 if(d.key===" ")a();else if(Ir(d)in Cp&&!d.ctrlKey&&!d.metaKey&&!d.altKey)s.add(Ir(d)),r(l?c().map(Np):[0,0]);else return;d.preventDefault()}),n.addEventListener(
 "keyup",d=>{s.delete(Ir(d))&&r(l?c().map(Np):[0,0])}),n.addEventListener("blur",a),addEventListener("blur",a,{signal:t}),document.addEventListener("visibilitych\
-ange",()=>{document.hidden&&a()},{signal:t});let f=d=>r(z0(d,n.getBoundingClientRect()));n.addEventListener("pointerdown",d=>{l&&(n.setPointerCapture(d.pointerId),
+ange",()=>{document.hidden&&a()},{signal:t});let f=d=>r(j0(d,n.getBoundingClientRect()));n.addEventListener("pointerdown",d=>{l&&(n.setPointerCapture(d.pointerId),
 f(d))}),n.addEventListener("pointermove",d=>{l&&n.hasPointerCapture(d.pointerId)&&f(d)});for(let d of["pointerup","pointercancel","lostpointercapture"])n.addEventListener(
-d,a);return{element:n,move:r,setOn(d){l=d,n.classList.toggle("on",l)}}}function z0(e,t){let[o,n]=[(e.clientX-t.left)/t.width-.5,(e.clientY-t.top)/t.height-.5],s=Math.
-max(1,Math.hypot(o,n)/cs);return[-n/cs/s,-o/cs/s]}var j0="Hold the arrow keys or W, A, S, D, or drag the knob. Letting go stops the robot. The server stops it, too, if this page is silent for half a second.",Rp="\
-geometry_msgs/Twist",H0="/cmd_vel",W0=100;function V0(e,t,o){let{control:n}=o,s=i("datalist",{id:gt("velocity-topics")}),l=i("input",{value:t||H0,list:s.id,"ari\
+d,a);return{element:n,move:r,setOn(d){l=d,n.classList.toggle("on",l)}}}function j0(e,t){let[o,n]=[(e.clientX-t.left)/t.width-.5,(e.clientY-t.top)/t.height-.5],s=Math.
+max(1,Math.hypot(o,n)/cs);return[-n/cs/s,-o/cs/s]}var H0="Hold the arrow keys or W, A, S, D, or drag the knob. Letting go stops the robot. The server stops it, too, if this page is silent for half a second.",Rp="\
+geometry_msgs/Twist",W0="/cmd_vel",V0=100;function G0(e,t,o){let{control:n}=o,s=i("datalist",{id:gt("velocity-topics")}),l=i("input",{value:t||W0,list:s.id,"ari\
 a-label":"Topic",spellcheck:"false",onchange:()=>{x=!0,S(!1),o.remember(l.value)}}),r=(M,P)=>i("input",{type:"number",value:P,min:0,step:.1,"aria-label":M,onchange:()=>{
 k&&v()}}),[a,c]=[r("Highest speed in m/s",.5),r("Highest turn rate in rad/s",1)],f=i("button",{disabled:!n,"aria-pressed":"false",onclick:()=>S(!k)},"Start"),d=Pp(
-M=>{E=M,F(),C()},o.signal),m=i("div",{class:"figures",role:"status"}),p=pe(),w=q0(o);e.append(i("div",{class:"column"},jt(o.signal),he({title:"Teleop"}),p.element,
+M=>{E=M,F(),C()},o.signal),m=i("div",{class:"figures",role:"status"}),p=pe(),w=K0(o);e.append(i("div",{class:"column"},jt(o.signal),he({title:"Teleop"}),p.element,
 i("div",{class:"scroll form steering"},n?null:i("p",{class:"note"},"This page is read-only. Start it with --control to steer."),i("label",{},"Topic",l),s,i("lab\
-el",{},"Speed limit, m/s",a),i("label",{},"Turn limit, rad/s",c),i("p",{},f),d.element,m,i("p",{class:"note"},j0))),w.element);let g=U0(o,M=>{k&&p.show(M)}),k=!1,
+el",{},"Speed limit, m/s",a),i("label",{},"Turn limit, rad/s",c),i("p",{},f),d.element,m,i("p",{class:"note"},H0))),w.element);let g=q0(o,M=>{k&&p.show(M)}),k=!1,
 x=!!t,T=null,E=[0,0];function S(M){k=M,f.setAttribute("aria-pressed",String(k)),N(f,k?"Stop":"Start"),d.setOn(k),g.end(),d.move([0,0]),k&&(v(),d.element.focus())}
 function v(){p.show();let M={linear:Number(a.value),angular:Number(c.value)};g.begin({name:l.value,...M},P=>{T=P.listeners,F()},L)}let L=M=>{S(!1),p.show(M)},_=()=>({
 linear:E[0]*Number(a.value),angular:E[1]*Number(c.value)});function F(){let{linear:M,angular:P}=_();N(m,`${M.toFixed(2)} m/s, ${P.toFixed(2)} rad/s`,k&&T!==null?
-`, ${T||"no"} subscriber${T===1?"":"s"}`:"")}let C=()=>{k&&ue.isCurrent&&g.send(_(),!E[0]&&!E[1])},K=setInterval(C,W0);o.signal.addEventListener("abort",()=>clearInterval(
+`, ${T||"no"} subscriber${T===1?"":"s"}`:"")}let C=()=>{k&&ue.isCurrent&&g.send(_(),!E[0]&&!E[1])},K=setInterval(C,V0);o.signal.addEventListener("abort",()=>clearInterval(
 K));for(let M of["state","silence"])ue.addEventListener(M,()=>{!k||ue.isCurrent||L(ue.isOpen?"The server does not answer. Unless it is suspended, it has stopped\
  the robot. Start again.":"The connection to the server was lost, and the robot was stopped. Start again.")},{signal:o.signal});return o.watch("running_topics",
-{},M=>{let P=M.topics.filter(R=>R.type===Rp).map(R=>R.name);N(s,P.map(R=>i("option",{value:R}))),!x&&!k&&(l.value=G0(M.topics,l.value)),w.look(Ta(M.topics)[0]??
-"")}),o.onShown=M=>{!M&&k&&S(!1)},F(),{go:M=>{M===l.value||!M||(S(!1),x=!0,l.value=M)}}}function G0(e,t){let o=e.filter(n=>n.type===Rp&&n.subscribers.length).map(
-n=>n.name);return o.includes(t)?t:o[0]??t}function U0(e,t){let o="",n=()=>{},s=!0,l=!1;function r(){n(),n=()=>{}}function a(f,d,m){r();let p=[...crypto.getRandomValues(
+{},M=>{let P=M.topics.filter(R=>R.type===Rp).map(R=>R.name);N(s,P.map(R=>i("option",{value:R}))),!x&&!k&&(l.value=U0(M.topics,l.value)),w.look(Ta(M.topics)[0]??
+"")}),o.onShown=M=>{!M&&k&&S(!1)},F(),{go:M=>{M===l.value||!M||(S(!1),x=!0,l.value=M)}}}function U0(e,t){let o=e.filter(n=>n.type===Rp&&n.subscribers.length).map(
+n=>n.name);return o.includes(t)?t:o[0]??t}function q0(e,t){let o="",n=()=>{},s=!0,l=!1;function r(){n(),n=()=>{}}function a(f,d,m){r();let p=[...crypto.getRandomValues(
 new Uint32Array(4))].join("-");o=p,n=e.watch("teleop",{session:o,...f},d,w=>{o===p&&w&&m(w)})}async function c(f,d){if(!(d?s:l)){s=d,l=!0;try{await e.act("steer",
-{session:o,...f})}catch(m){t(m.message)}finally{l=!1}}}return{begin:a,end:r,send:c}}function q0(e){let t=Qo("Camera"),o=_e("\u25A7"),n=null,s=()=>{};function l(r){
+{session:o,...f})}catch(m){t(m.message)}finally{l=!1}}}return{begin:a,end:r,send:c}}function K0(e){let t=Qo("Camera"),o=_e("\u25A7"),n=null,s=()=>{};function l(r){
 r!==n&&(n=r,s(),t.clear(),o.hidden=!1,N(o,r?`No image received yet on ${r}.`:"No camera to show beside the stick."),r&&(s=e.watch("image",{name:r},a=>{a instanceof
-DataView&&t.show(a).then(()=>{o.hidden=!0},c=>N(o,c.message))})))}return{element:i("div",{class:"beside"},o,t.area),look:l}}var zr={};Ye(zr,{open:()=>ty});var Br=">";function Ip(e,t){let o=i("datalist",{id:gt("frame-names")}),n=g=>i("input",{list:o.id,size:16,spellcheck:"false","aria-label":g,placeholder:g,onchange:()=>m()}),
+DataView&&t.show(a).then(()=>{o.hidden=!0},c=>N(o,c.message))})))}return{element:i("div",{class:"beside"},o,t.area),look:l}}var zr={};Ye(zr,{open:()=>ny});var Br=">";function Ip(e,t){let o=i("datalist",{id:gt("frame-names")}),n=g=>i("input",{list:o.id,size:16,spellcheck:"false","aria-label":g,placeholder:g,onchange:()=>m()}),
 [s,l]=[n("In frame"),n("Pose of frame")],r=he({title:"Frames"},i("span",{},"Pose of"),l,i("span",{},"in"),s,o),a=i("div",{}),c=i("div",{class:"pair",hidden:!0,role:"\
 region","aria-label":"Transform"},a),f=()=>{},d="";function m(){s.value&&l.value&&t(`${s.value}${Br}${l.value}`)}function p(g){g!==d&&(d=g,f(),f=()=>{},c.hidden=
-!g.includes(Br),!c.hidden&&([s.value,l.value]=g.split(Br),f=e.watch("transform",{target:s.value,source:l.value},k=>Ne(a,i("div",{},K0(k))),k=>N(a,k))))}function w(g){
+!g.includes(Br),!c.hidden&&([s.value,l.value]=g.split(Br),f=e.watch("transform",{target:s.value,source:l.value},k=>Ne(a,i("div",{},Y0(k))),k=>N(a,k))))}function w(g){
 let k=[...new Set(g.flatMap(x=>[x.frame,x.parent]))].sort();k.join()!==[...o.children].map(x=>x.value).join()&&N(o,k.map(x=>i("option",{value:x})))}return{bar:r,
-element:c,go:p,offer:w}}function K0(e){return[...e.error?[i("p",{class:"error"},e.error)]:[i("dl",{},wl("Translation (m)",e.translation),wl("Rotation (x, y, z, \
+element:c,go:p,offer:w}}function Y0(e){return[...e.error?[i("p",{class:"error"},e.error)]:[i("dl",{},wl("Translation (m)",e.translation),wl("Rotation (x, y, z, \
 w)",e.rotation),wl("Roll, pitch, yaw (\xB0)",e.angles),wl("Time (s)",e.stamp===0?["static"]:[e.stamp.toFixed(3)]))],i("p",{class:"key"},Dp(e.source)),i("p",{class:"\
 key"},Dp(e.target))]}var wl=(e,t)=>[i("dt",{},e),i("dd",{class:"mono"},t.join("  "))],Dp=e=>e.map((t,o)=>[`${o?"":`${t.frame}`} \u2190 ${t.parent} (${t.from||"u\
-nknown"}, ${t.age===null?"static":`${t.age} s ago`}`,t.stale?[", ",vt(t.age)]:null,")"]);var Y0=e=>e.static?"static":e.stale?vt(e.age):zt(bt(e.rate)),X0=e=>e.static?"":e.stale?vt(null,`${e.age.toFixed(1)} s`):`${e.age.toFixed(1)} s`,J0=3600,Z0=({delay:e})=>Math.
-abs(e)>J0?"other clock":Ss(e),Q0=[{title:"Frame",text:e=>e.frame,order:e=>e.frame},{title:"Parent",text:e=>e.parent,order:e=>e.parent},{title:"From",text:e=>e.authority,
-order:e=>e.authority},{title:"Rate",kind:"number",text:Y0,order:e=>e.rate},{title:"Age",kind:"number",text:X0,order:e=>e.age},{title:"Delay",kind:"number",text:e=>e.
-static||e.stale||e.delay===null?"":Z0(e),order:e=>e.delay}],ey="Frames whose transforms ended before this view was opened are not listed.";function ty(e,t,o){let n=t,
-s=Vs("Tree of frames",p=>d(Fp(p)===n?"":Fp(p))),l=rt(Q0,{label:"Frames",keyOf:p=>p.frame,onChoose:p=>d(p===n?"":p),sortBy:"Frame"}),r=pe(),a=_e("\u22B9","No tra\
-nsform received yet on /tf or /tf_static."),c=i("span",{class:"pale",title:ey}),f=Ip(o,p=>d(p));e.append(i("div",{class:"column graph"},f.bar,r.element,a,f.element,
+nknown"}, ${t.age===null?"static":`${t.age} s ago`}`,t.stale?[", ",vt(t.age)]:null,")"]);var X0=e=>e.static?"static":e.stale?vt(e.age):zt(bt(e.rate)),J0=e=>e.static?"":e.stale?vt(null,`${e.age.toFixed(1)} s`):`${e.age.toFixed(1)} s`,Z0=3600,Q0=({delay:e})=>Math.
+abs(e)>Z0?"other clock":Ss(e),ey=[{title:"Frame",text:e=>e.frame,order:e=>e.frame},{title:"Parent",text:e=>e.parent,order:e=>e.parent},{title:"From",text:e=>e.authority,
+order:e=>e.authority},{title:"Rate",kind:"number",text:X0,order:e=>e.rate},{title:"Age",kind:"number",text:J0,order:e=>e.age},{title:"Delay",kind:"number",text:e=>e.
+static||e.stale||e.delay===null?"":Q0(e),order:e=>e.delay}],ty="Frames whose transforms ended before this view was opened are not listed.";function ny(e,t,o){let n=t,
+s=Vs("Tree of frames",p=>d(Fp(p)===n?"":Fp(p))),l=rt(ey,{label:"Frames",keyOf:p=>p.frame,onChoose:p=>d(p===n?"":p),sortBy:"Frame"}),r=pe(),a=_e("\u22B9","No tra\
+nsform received yet on /tf or /tf_static."),c=i("span",{class:"pale",title:ty}),f=Ip(o,p=>d(p));e.append(i("div",{class:"column graph"},f.bar,r.element,a,f.element,
 i("div",{class:"stage"},s.element,i("div",{class:"corner"},c,s.zoomButtons())),i("div",{class:"scroll half"},l.element)));function d(p){o.remember(p),m(p)}function m(p){
 n=p,f.go(p),s.emphasise(p?`frame:${p}`:null),l.mark(p)}return o.watch("frames",{},p=>{a.hidden=p.frames.length>0,r.show(p.error),p.scene&&s.draw(p.scene);let w=p.
 frames.filter(g=>g.stale);s.markStale(w.map(g=>`frame:${g.frame}`)),N(c,`${p.frames.length} frames since this view was opened`,w.length?`, ${w.length} stale`:""),
 l.show(p.frames),f.offer(p.frames),s.emphasise(n?`frame:${n}`:null),l.mark(n)},r.show),e.addEventListener("keydown",p=>{if(!p.target.matches("input")){if(p.key===
-"Escape"&&n)d("");else if(!s.onKey(p))return;p.preventDefault()}}),n&&m(n),{go:m}}var Fp=e=>e.slice(6);var jr={};Ye(jr,{open:()=>cy});function Bp(e,t){let o=[...e].sort((n,s)=>n.name<s.name?-1:1);return zp(o,"/",0,t)}function zp(e,t,o,n){let s=new Map;for(let l of e){let r=l.name.indexOf("/",t.
+"Escape"&&n)d("");else if(!s.onKey(p))return;p.preventDefault()}}),n&&m(n),{go:m}}var Fp=e=>e.slice(6);var jr={};Ye(jr,{open:()=>uy});function Bp(e,t){let o=[...e].sort((n,s)=>n.name<s.name?-1:1);return zp(o,"/",0,t)}function zp(e,t,o,n){let s=new Map;for(let l of e){let r=l.name.indexOf("/",t.
 length),a=r<0?l.name:l.name.slice(0,r+1);s.set(a,[...s.get(a)??[],l])}return[...s].flatMap(([l,r])=>{if(r.length===1)return{...r[0],depth:o};let a={name:l,depth:o,
-count:r.length,isOpen:!n(l)};return[a,...a.isOpen?zp(r,l,o+1,n):[]]})}var ny=500,yl=50,oy="Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.",sy=5,jp=e=>(e??[]).
-map(Dn).join(", "),ly=[{title:"Topic",kind:"name",text:iy,order:e=>e.name},{title:"Type",kind:"name mono",text:e=>e.type??"",order:e=>e.type},{title:"Publishers",
+count:r.length,isOpen:!n(l)};return[a,...a.isOpen?zp(r,l,o+1,n):[]]})}var oy=500,yl=50,sy="Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.",ly=5,jp=e=>(e??[]).
+map(Dn).join(", "),iy=[{title:"Topic",kind:"name",text:ry,order:e=>e.name},{title:"Type",kind:"name mono",text:e=>e.type??"",order:e=>e.type},{title:"Publishers",
 kind:"name",text:e=>jp(e.publishers),order:e=>e.publishers.length},{title:"Subscribers",kind:"name",text:e=>jp(e.subscribers),order:e=>e.subscribers.length},{title:"\
-Rate",kind:"number",text:ry,order:e=>e.measured?.rate??e.rate},{title:"Bandwidth",kind:"number",text:e=>e.count?"":zt(ln((e.measured??e).bandwidth)),order:e=>(e.
-measured??e).bandwidth},{title:"Measure",kind:"number",text:ay}];function iy(e){if(e.depth===void 0)return e.wrong?i("span",{},Hp(e),e.name):e.name;let t=e.count?
-`${e.isOpen?"\u25BE":"\u25B8"} ${e.name} (${e.count})`:[Hp(e),e.name];return i("span",{class:`depth-${Math.min(e.depth,sy)}`,"aria-expanded":e.count?String(e.isOpen):
-null},t)}var Hp=({wrong:e})=>e?i("span",{class:"wrong-type",role:"img","aria-label":`Wrong type: ${e}`,title:e},"\u26A0 "):null;function ry(e){if(e.count)return"";
-let t=e.measured?e.measured.rate:e.rate,o=e.measured?.stale??e.stale;return o?vt(o):!t&&e.latched?co:i("span",{title:typeof t=="number"?null:oy},zt(bt(t)))}function ay(e){
+Rate",kind:"number",text:ay,order:e=>e.measured?.rate??e.rate},{title:"Bandwidth",kind:"number",text:e=>e.count?"":zt(ln((e.measured??e).bandwidth)),order:e=>(e.
+measured??e).bandwidth},{title:"Measure",kind:"number",text:cy}];function ry(e){if(e.depth===void 0)return e.wrong?i("span",{},Hp(e),e.name):e.name;let t=e.count?
+`${e.isOpen?"\u25BE":"\u25B8"} ${e.name} (${e.count})`:[Hp(e),e.name];return i("span",{class:`depth-${Math.min(e.depth,ly)}`,"aria-expanded":e.count?String(e.isOpen):
+null},t)}var Hp=({wrong:e})=>e?i("span",{class:"wrong-type",role:"img","aria-label":`Wrong type: ${e}`,title:e},"\u26A0 "):null;function ay(e){if(e.count)return"";
+let t=e.measured?e.measured.rate:e.rate,o=e.measured?.stale??e.stale;return o?vt(o):!t&&e.latched?co:i("span",{title:typeof t=="number"?null:sy},zt(bt(t)))}function cy(e){
 return e.count?"":i("button",{class:"plain measure","data-topic":e.name,"aria-label":`Measure ${e.name}`,title:e.isChosen?"Stop measuring":"Measure","aria-press\
-ed":String(!!e.isChosen)},e.isChosen?"\u25A0":"\u25F7")}function cy(e,t,o){let n=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter topics",oninput:()=>x()}),
-s=pe(),l=_e("\u224B"),r=i("aside",{hidden:!0,tabindex:0,"aria-label":"Topic"}),a=rt(ly,{label:"Topics",keyOf:v=>v.name,onChoose:T,onSort:()=>x(),most:ny,sortBy:"\
+ed":String(!!e.isChosen)},e.isChosen?"\u25A0":"\u25F7")}function uy(e,t,o){let n=i("input",{type:"search",placeholder:"Filter","aria-label":"Filter topics",oninput:()=>x()}),
+s=pe(),l=_e("\u224B"),r=i("aside",{hidden:!0,tabindex:0,"aria-label":"Topic"}),a=rt(iy,{label:"Topics",keyOf:v=>v.name,onChoose:T,onSort:()=>x(),most:oy,sortBy:"\
 Topic"});a.element.classList.add("fixed","topics"),a.element.addEventListener("click",v=>{let L=v.target.closest("button.measure");L&&(v.stopPropagation(),p.toggle(
 L.dataset.topic))},{capture:!0}),a.element.addEventListener("keydown",v=>{v.target.closest("button.measure")&&v.stopPropagation()},{capture:!0}),e.addEventListener(
 "keydown",v=>{v.key==="Escape"&&m&&!v.target.matches("input")&&E("")});let c=i("input",{type:"checkbox",onchange:()=>x()}),f=i("button",{title:`Subscribe to the\
  first ${yl} topics of the list`,onclick:()=>p.choose(p.count()?[]:k().map(v=>v.name))},"Measure all");e.append(i("div",{class:"column"},he({title:"Topics"},n,i(
-"label",{},c,"Tree"),f,i("span",{class:"spring"}),a.csvButton("topics")),s.element,l,i("div",{class:"scroll"},a.element)),r);let d=[],m="",p=uy(o,()=>x(),s.show),
+"label",{},c,"Tree"),f,i("span",{class:"spring"}),a.csvButton("topics")),s.element,l,i("div",{class:"scroll"},a.element)),r);let d=[],m="",p=fy(o,()=>x(),s.show),
 w=new Set,g=()=>{};function k(){let v=n.value.trim().toLowerCase();return d.filter(L=>!v||`${L.name} ${L.type}`.toLowerCase().includes(v))}function x(){let v=k().
 map(L=>({...L,...p.of(L.name)}));c.checked?a.show(Bp(v,L=>w.has(L)),{isOrdered:!0}):a.show(v),N(f,p.count()?`Stop measuring ${p.count()}`:"Measure all")}function T(v){
 if(!v.endsWith("/")){E(v===m?"":v);return}w.delete(v)||w.add(v),x()}function E(v){o.remember(v),S(v)}function S(v){m=v,a.mark(v),g(),g=()=>{},r.replaceChildren(),
 r.hidden=!v,v&&(g=qs(r,v,o,()=>E("")))}return o.watch("topics",{},v=>{d=v.topics,l.hidden=d.length>0,d.length||N(l,"There are no topics.",oc("publish","Publish \
-one")),s.show(v.error?`The master does not answer: ${v.error}`:""),x()},s.show),t&&S(t),{go:S}}function uy(e,t,o){let n=new Set,s={},l=()=>{};function r(c){c.length>
+one")),s.show(v.error?`The master does not answer: ${v.error}`:""),x()},s.show),t&&S(t),{go:S}}function fy(e,t,o){let n=new Set,s={},l=()=>{};function r(c){c.length>
 yl&&o(`At most ${yl} topics are measured at a time.`),n=new Set(c.slice(0,yl));let f=l;l=()=>{},s=Object.fromEntries(Object.entries(s).filter(([d])=>n.has(d))),
 n.size&&(l=e.watch("measured",{names:[...n]},d=>{s=d.topics,t()},o)),f(),t()}function a(c){n.has(c)?r([...n].filter(f=>f!==c)):r([...n,c])}return{choose:r,toggle:a,
-count:()=>n.size,of:c=>({isChosen:n.has(c),measured:s[c]})}}var fy={actions:wi,acts:yi,bags:xi,console:Li,diagnostics:Mi,fleet:Ai,graph:Pi,images:Bi,launches:zi,nodes:ji,panels:Gi,params:qi,plot:Nr,publish:Pr,reconfigure:Rr,
-ros2:Dr,services:gi,teleop:Fr,tf:zr,topics:jr},Xs=async e=>fy[e]??import("./scene.js");var py=["This page needs the token of its server","Open the whole address that the command printed in its terminal: "],dy=["The server was restarted","Open the \
+count:()=>n.size,of:c=>({isChosen:n.has(c),measured:s[c]})}}var py={actions:wi,acts:yi,bags:xi,console:Li,diagnostics:Mi,fleet:Ai,graph:Pi,images:Bi,launches:zi,nodes:ji,panels:Gi,params:qi,plot:Nr,publish:Pr,reconfigure:Rr,
+ros2:Dr,services:gi,teleop:Fr,tf:zr,topics:jr},Xs=async e=>py[e]??import("./scene.js");var dy=["This page needs the token of its server","Open the whole address that the command printed in its terminal: "],hy=["The server was restarted","Open the \
 address that it printed in its terminal: "],fs=document.getElementById("view"),Tl=document.getElementById("tabs"),Vn=[],Wp=document.getElementById("to-panels"),
-vl=document.getElementById("system"),us=document.getElementById("locked"),xl=i("p",{class:"note",role:"status"}),Sl=new Map,kt=null,El="",Vp,hy=new Promise(e=>{
+vl=document.getElementById("system"),us=document.getElementById("locked"),xl=i("p",{class:"note",role:"status"}),Sl=new Map,kt=null,El="",Vp,my=new Promise(e=>{
 Vp=e}),kl=()=>{let[e,t]=Ho();return cn.some(([n])=>n===un(e))?[e,t]:[cn.find(([,n])=>n.toLowerCase().replace(" ","")===e.toLowerCase())?.[0]??"graph",""]};async function Gp(){
 if(La())return;let[e,t]=kl();location.hash&&Ho()[0]!==e&&history.replaceState(null,"",ve(e,t));let o=un(e);for(let r of Vn){let a=r.dataset.tab===o;r.setAttribute(
 "aria-selected",String(a)),r.tabIndex=a?0:-1,a&&(r.href=ve(e,t),fs.setAttribute("aria-labelledby",r.id))}Wp.hidden=e==="panels",Hr(),$a(),Kp(e,t),document.title=
-`pipros: ${cn.find(([r])=>r===o)[1]}`;let n=await my(e);if(!n||kl()[0]!==e||kl()[1]!==t)return;xl.remove();let s=Sl.get(e),l=s??gy(e,t,n);l.context.show(),!(!s||
-l.argument===t)&&(l.argument=t,l.handle.go?.(t))}async function my(e){for(let[t,{element:o,context:n}]of Sl)o.hidden=t!==e,t!==e&&n.hide();N(xl,"Loading \u2026"),
-Sl.has(e)||fs.append(xl);try{return(await Promise.all([Xs(e),hy]))[0]}catch(t){return kl()[0]===e&&N(xl,`This view could not be loaded: ${t.message}. `,i("butto\
+`pipros: ${cn.find(([r])=>r===o)[1]}`;let n=await gy(e);if(!n||kl()[0]!==e||kl()[1]!==t)return;xl.remove();let s=Sl.get(e),l=s??by(e,t,n);l.context.show(),!(!s||
+l.argument===t)&&(l.argument=t,l.handle.go?.(t))}async function gy(e){for(let[t,{element:o,context:n}]of Sl)o.hidden=t!==e,t!==e&&n.hide();N(xl,"Loading \u2026"),
+Sl.has(e)||fs.append(xl);try{return(await Promise.all([Xs(e),my]))[0]}catch(t){return kl()[0]===e&&N(xl,`This view could not be loaded: ${t.message}. `,i("butto\
 n",{onclick:()=>location.reload()},"Try again")),null}}var Up=[],qp=e=>{};function Hr(){let e=U.bag?[]:Up;for(let t of Vn)t.hidden=e.includes(t.dataset.tab)&&t.
 getAttribute("aria-selected")!=="true";qp(e)}function Kp(e,t){Wp.href=ve("panels",`+${Pn(Cn(e,t))}`)}var Ui=e=>!!(kt?.control||kt?.may?.includes(kt.controls[e]));
-function gy(e,t,o){let n=i("div",{class:`tab tab-${e}`}),s={element:n,argument:t};return s.context=new wo(e,Ui(e),l=>{s.argument=l,s.context.isShown&&Kp(e,l),Vn.
-find(r=>r.dataset.tab===un(e)).href=ve(e,l)}),Sl.set(e,s),fs.append(n),s.handle=o.open(n,t,s.context)??{},s}function by(){let e=kt.master.replace(/^http:\/\/|\/$/g,
-"");return El?i("span",{class:"master lost",role:"alert",title:El},`the master at ${e} does not answer`):i("span",{class:"master",title:"The master"},e)}function wy(){
-return kt.control?"can change the system":kt.may.map(e=>`can ${kt.can[e]}`).join(", ")||"read-only"}function yy(){let e=i("input",{size:40,placeholder:"or the t\
+function by(e,t,o){let n=i("div",{class:`tab tab-${e}`}),s={element:n,argument:t};return s.context=new wo(e,Ui(e),l=>{s.argument=l,s.context.isShown&&Kp(e,l),Vn.
+find(r=>r.dataset.tab===un(e)).href=ve(e,l)}),Sl.set(e,s),fs.append(n),s.handle=o.open(n,t,s.context)??{},s}function wy(){let e=kt.master.replace(/^http:\/\/|\/$/g,
+"");return El?i("span",{class:"master lost",role:"alert",title:El},`the master at ${e} does not answer`):i("span",{class:"master",title:"The master"},e)}function yy(){
+return kt.control?"can change the system":kt.may.map(e=>`can ${kt.can[e]}`).join(", ")||"read-only"}function vy(){let e=i("input",{size:40,placeholder:"or the t\
 oken alone","aria-label":"Token or printed address",spellcheck:"false",autocomplete:"off"});return i("form",{class:"choices",onsubmit:t=>{t.preventDefault();let o=e.
 value.trim().replace(/^.*#token=/,"").replace(/\/.*$/,"");o&&(location.hash=`token=${o}/${location.hash.slice(1)}`)}},e,i("button",{},"Open"))}function ps(){vl.
 className=ue.isCurrent?"":"lost",us.hidden=!ue.isRefused,fs.hidden=ue.isRefused,fs.classList.toggle("outdated",kt!==null&&!ue.isCurrent),Ma();let[e,t]=ue.isRestarted?
-dy:py;ue.isRefused?(!us.childElementCount||us.firstChild.textContent!==e)&&N(us,i("h2",{},e),i("p",{},t,i("code",{},"http://\u2026/#token=\u2026")),yy(),i("p",{
+hy:dy;ue.isRefused?(!us.childElementCount||us.firstChild.textContent!==e)&&N(us,i("h2",{},e),i("p",{},t,i("code",{},"http://\u2026/#token=\u2026")),vy(),i("p",{
 class:"pale"},"Without --token-file, each start of the command creates a new token, so earlier addresses do not work. A tab that you open yourself also needs th\
-e whole address; a reload does not.")):N(us),ue.isCurrent?kt?N(vl,by(),i("span",{class:kt.may.length?"permit control":"permit"},wy())):N(vl):N(vl,ue.problem(),ue.
+e whole address; a reload does not.")):N(us),ue.isCurrent?kt?N(vl,wy(),i("span",{class:kt.may.length?"permit control":"permit"},yy())):N(vl):N(vl,ue.problem(),ue.
 isOpen||ue.isRefused?"":", trying again")}for(let[e,t]of cn)Vn.push(i("a",{href:ve(e),role:"tab",id:`tab-${e}`,"aria-controls":"view","data-tab":e,"data-title":t},
 t));Jl(Vn[0]);Tl.before(Jl(i("a",{href:"#panels",id:"robot"},"Overview")));Wa(Tl,Vn,cn);qp=Va(Tl,cn.flatMap(e=>[e,...Ps.filter(([t])=>un(t)===e[0]).map(([t,o])=>[
 t,o,e[2]])]));document.querySelector("header").prepend(ec());Ga();Xa();Ba(document.getElementById("time"));za(document.getElementById("rewind"));Ra(()=>kt?.can??

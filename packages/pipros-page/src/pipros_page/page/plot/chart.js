@@ -9,6 +9,7 @@ const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
 const MARGIN = 0.05;
 const SNAP_PX = 40;
 const LOW_PX = 160; // lower charts have one line of times, and no label below it
+const MANY = 20; // more curves have thin lines, which are drawn several times faster without a graphics card
 const FONT = "11px system-ui, sans-serif"; // of axes
 const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
 
@@ -61,8 +62,9 @@ export function createChart(place, size, settings, on) {
   const shown = isXy ? curves.slice(1) : curves;
   const hasRight = shown.some((curve) => curve.isRight);
   const hasLeft = !hasRight || shown.some((curve) => !curve.isRight);
+  const width = curves.length > MANY ? 1 : 1.5;
   const series = curves.map((curve) => ({
-    label: curve.text, stroke: curve.colour, width: 1.5, spanGaps: false, scale: curve.isRight ? "right" : "y",
+    label: curve.text, stroke: curve.colour, width, spanGaps: false, scale: curve.isRight ? "right" : "y",
     ...(isXy ? { paths: () => null, points: { show: false } } : {}),
   }));
   const drawMore = isXy ? drawPairs : drawMarks;
