@@ -110,11 +110,13 @@ def send(kind, number):
 class Chromium:
     """A headless Chromium with one tab, driven through its protocol."""
 
-    def __init__(self, programs, url, slowed=1):
+    def __init__(self, programs, url, slowed=1, has_scene=True):
         folder = programs.enter_context(tempfile.TemporaryDirectory(ignore_cleanup_errors=True))
         port = free_port()
         options = ("--headless", "--no-sandbox", f"--user-data-dir={folder}", "--window-size=1440,900")
-        more = ("--enable-precise-memory-info", "--use-angle=swiftshader", f"--remote-debugging-port={port}")
+        more = ("--enable-precise-memory-info", f"--remote-debugging-port={port}")
+        if has_scene:  # otherwise, Chromium would draw plots through WebGL in software, too
+            more += ("--use-angle=swiftshader",)
         self.process = subprocess.Popen(
             [find_chromium(), *options, *more, "about:blank"], start_new_session=True, **QUIET
         )
@@ -238,7 +240,7 @@ def measure(kind, seconds):
     with Programs() as programs:
         command, place = place_of(kind, programs)
         server, url = serve(programs, *command)
-        chromium = Chromium(programs, f"{url}/{place}")
+        chromium = Chromium(programs, f"{url}/{place}", has_scene=kind == "clouds")
         time.sleep(min(seconds, 15))  # until all is shown
         chromium.evaluate(COUNT_FRAMES)
         ours, theirs = [psutil.Process(server.pid)], chromium.processes()
