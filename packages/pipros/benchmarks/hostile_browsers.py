@@ -175,8 +175,10 @@ def raw_socket(port: int, protocol: Protocol, token: str) -> socket.socket:
         "\r\n",
     ]
     found.sendall("\r\n".join(lines).encode())
-    while b"\r\n\r\n" not in found.recv(4096, socket.MSG_PEEK):
-        pass
+    while b"\r\n\r\n" not in (head := found.recv(4096, socket.MSG_PEEK)):
+        if not head:
+            found.close()
+            raise ConnectionError("the server has closed the connection without an answer")
     if protocol.path == "/live":
         found.sendall(texts({"token": token}))
     return found
