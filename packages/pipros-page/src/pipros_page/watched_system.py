@@ -87,6 +87,7 @@ class WatchedSystem:
         self.activity = TopicActivity()
         self._shared: dict[Any, Shared[Any]] = {}
         self._observer = SystemObserver(graph.master, clients=self.node_clients)
+        self._observed_s = float("-inf")
         self._waiting: set[asyncio.Future[GraphObservation]] = set()
         self._wanted = threading.Event()
         self._logged: set[type[Exception]] = set()
@@ -124,7 +125,9 @@ class WatchedSystem:
         return self._shared.setdefault(key, Shared(lambda: make(self, *arguments)))
 
     async def observations(self) -> AsyncIterator[GraphObservation]:
-        """Yield the newest observation, at most once per `interval_s`."""
+        """Yield the newest observation, at most once per `interval_s`: at once if it is not older than that."""
+        if time.monotonic() - self._observed_s < self._interval_s:
+            yield self.observation
         while True:
             future: asyncio.Future[GraphObservation] = asyncio.get_running_loop().create_future()
             self._waiting.add(future)
@@ -166,6 +169,7 @@ class WatchedSystem:
 
     def _publish(self, observation: GraphObservation) -> None:
         self.observation = observation
+        self._observed_s = time.monotonic()
         now_s = time.time()
         self.changes.add(observation, now_s)
         self.activity.add(observation, now_s)

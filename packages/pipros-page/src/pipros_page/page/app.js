@@ -41,7 +41,7 @@ const place = () => {
 };
 
 async function show() {
-  if (goHome()) return;
+  if (goHome(() => viewModule("scene").catch(() => {}))) return; // loads meanwhile; who opens it reports a failure
   const [name, argument] = place();
   if (location.hash && currentPlace()[0] !== name) history.replaceState(null, "", placeOf(name, argument)); // the address names no view
   const tab = tabOf(name);

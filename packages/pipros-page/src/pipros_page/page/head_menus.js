@@ -49,7 +49,9 @@ export function allViewsMenu(tabs, titles) {
   replace(menu, groupsOf(titles).map((group) => h("div", {}, h("h3", {}, group), titles.filter((each) => each[2] === group).map(entry))));
   byKeys(menu);
   let folded = [];
+  let pending = 0; // what a change of the page needs several times before it is drawn is measured once
   const update = () => {
+    pending = 0;
     button.hidden = !fitGroups(tabs) && !folded.length && !phone.matches;
     replace(button, folded.length && !phone.matches ? "☰ More" : "☰");
   };
@@ -58,7 +60,7 @@ export function allViewsMenu(tabs, titles) {
     folded = names;
     button.setAttribute("aria-label", names.length ? "More: All views" : "All views");
     for (const each of menu.querySelectorAll("a")) each.classList.toggle("pale", names.includes(each.dataset.tab));
-    update();
+    pending ||= requestAnimationFrame(update);
   };
 }
 

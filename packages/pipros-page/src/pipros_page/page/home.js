@@ -38,10 +38,11 @@ function firstOf(view, args, isEnough) {
 
 // Returns a promise of {topics, link}, with the link of the scene of the robot that runs; null if no transforms arrive and `isSure` is
 // false.
-export async function robotScene(isSure) {
+export async function robotScene(isSure, onFound = () => {}) {
   const { topics = [] } = await firstOf("running_topics", {}, () => true) ?? {};
   const hasTransforms = topics.some(({ name, publishers }) => TRANSFORMS.includes(name) && publishers.length);
   if (!hasTransforms && !isSure) return null;
+  onFound();
   const [found, robot] = await Promise.all([hasTransforms ? firstOf("frames", {}, ({ frames }) => frames?.length > 0) : null,
     firstOf("scene_robot", { name: "robot_description" }, () => true)]);
   if (!found?.frames?.length && !isSure) return null;
@@ -50,8 +51,8 @@ export async function robotScene(isSure) {
 }
 
 // Returns a promise of the place of the Overview; null if there is no scene.
-async function robotPlace(isSure) {
-  const found = await robotScene(isSure);
+async function robotPlace(isSure, onFound = () => {}) {
+  const found = await robotScene(isSure, onFound);
   if (!found) return null;
   return placeOf("panels", robotLayout(found.topics, found.link));
 }
@@ -80,8 +81,8 @@ export function rememberPlace() {
   }
 }
 
-// Goes to the first place if the address names none. Returns whether it does so.
-export function goHome() {
+// Goes to the first place if the address names none. Returns whether it does so. `onScene` is called as soon as that will have a scene.
+export function goHome(onScene) {
   if (currentPlace()[0]) return false;
   let last = "";
   try {
@@ -91,6 +92,6 @@ export function goHome() {
   }
   const go = (place) => { if (!currentPlace()[0]) location.replace(place); };
   if (last.length > 1) go(last);
-  else robotPlace(false).then((place) => go(place ?? placeOf("graph")));
+  else robotPlace(false, onScene).then((place) => go(place ?? placeOf("graph")));
   return true;
 }

@@ -1,4 +1,4 @@
-"""The observed system, with an observer that fails."""
+"""The observed system, with observers that fail or are rarely asked."""
 
 from __future__ import annotations
 
@@ -54,3 +54,25 @@ def test_polling_continues_after_an_error(
     finally:
         loop.stop()
     assert [record.getMessage() for record in caplog.records] == [failure]
+
+
+def test_a_view_that_opens_between_two_looks_shows_the_last_one_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(watched_system, "SystemObserver", lambda *_, **__: SimpleNamespace(poll=GraphObservation))
+    nothing: Any = SimpleNamespace(master=None)
+
+    async def observations() -> list[GraphObservation]:
+        system = WatchedSystem(nothing, nothing, interval_s=600)
+        system.start()
+        found = [await anext(system.observations()) for _ in range(2)]
+        system.close()
+        return found
+
+    loop = BackgroundLoop("test")
+    loop.start()
+    try:
+        first, second = loop.run(observations(), 60)
+    finally:
+        loop.stop()
+    assert second is first

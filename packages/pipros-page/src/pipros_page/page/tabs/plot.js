@@ -257,7 +257,10 @@ export function open(view, argument, context) {
     if ((isRebuilt || (needsDraw && !isPaused)) && context.isShown) draw();
     requestAnimationFrame(onFrame);
   });
-  new ResizeObserver(() => plot?.setSize(size())).observe(chart);
+  new ResizeObserver(() => {
+    const next = size();
+    if (plot && (plot.width !== next.width || plot.height !== next.height)) plot.setSize(next);
+  }).observe(chart);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild, { signal: context.signal });
   showSource();
   if (argument) go(argument);
