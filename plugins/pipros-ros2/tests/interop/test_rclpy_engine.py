@@ -22,9 +22,9 @@ from pipros_ros2.interface import (
     Sample,
     TopicQos,
 )
+from pipros_ros2.qos_table import dds_qos
 from pipros_ros2.rtps.domain import Discovery
 from pipros_ros2.rtps.engine import RtpsEngine
-from pipros_ros2.rtps.engine_endpoints import dds_qos
 from pipros_ros2.rtps.participant import Participant
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes

@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
 import threading
-from collections.abc import Callable, Mapping, Sequence
-from queue import Empty, SimpleQueue
-from typing import Any, Final, Protocol
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
 
 from pipros.net.workers import Workers
-from pipros_ros2.agent.rclpy_agent import GID_BYTES, HEADER, NUMBER, Kind
-from pipros_ros2.inbox import OVERHEAD_BYTES, Inbox
-from pipros_ros2.interface import EngineError, Ros2CallFailed, Sample
+from pipros_ros2.agent.rclpy_agent import GID_BYTES, Kind, frame
+from pipros_ros2.inbox import OVERHEAD_BYTES, ROS2_INBOX_BYTES, Inbox
+from pipros_ros2.interface import Endpoint, EngineError, Ros2CallFailed, Sample
+
+if TYPE_CHECKING:
+    from pipros_ros2.agent.engine import RclpyEngine
 
 _LOG = logging.getLogger("pipros_ros2")
 QUEUED_BYTES: Final = 32 * 1024 * 1024
 """Maximum size of a publisher's messages that wait until the agent reads them."""
+_SERVER_S: Final = 0.05
+"""Interval between attempts to call a service that is not available."""
 _REQUESTS: Final = 64
 """Maximum number of unanswered requests per service."""
 _WORKERS: Final = 16
-
-
-class AgentConnection(Protocol):
-    """The part of the engine that its endpoints use."""
-
-    def send(self, kind: Kind, number: int, *parts: bytes) -> None: ...
-
-    def send_later(self, make: Callable[[], Sequence[bytes]]) -> None: ...
-
-    def matches(self, spec: Mapping[str, Any]) -> int:
-        """Return the number of a publisher's subscribers, or of a client's servers, in other nodes."""
-
-    def close_end(self, number: int) -> None: ...
 
 
 def cost_bytes(message: bytes) -> int:
@@ -43,58 +34,56 @@ def cost_bytes(message: bytes) -> int:
 class AgentEnd:
     """An endpoint of the agent's node."""
 
-    def __init__(self, connection: AgentConnection, number: int, spec: Mapping[str, Any]) -> None:
-        self.spec = spec
-        self._connection = connection
+    def __init__(self, engine: RclpyEngine, number: int, own: Endpoint) -> None:
+        self.own = own
+        self._engine = engine
         self._number = number
-        self._inbox = Inbox(0, QUEUED_BYTES, cost_bytes)
-        self._refused = 0
 
-    def on_frame(self, body: bytes) -> None:
-        """Handle a message, request or reply. Must not block."""
-
-    def fail(self, reason: str) -> None:
-        """End all calls, because the agent has ended."""
-
-    @property
-    def dropped(self) -> int:
-        return self._inbox.dropped + self._refused
+    def on_frame(self, number: int, body: bytes, /) -> None:
+        """Handle a message, or a request with its number. Must not block."""
 
     def close(self) -> None:
-        self._connection.close_end(self._number)
+        self._engine.close_end(self._number)
 
 
 class AgentPublisher(AgentEnd):
+    def __init__(self, engine: RclpyEngine, number: int, own: Endpoint) -> None:
+        super().__init__(engine, number, own)
+        self._inbox = Inbox(0, QUEUED_BYTES, cost_bytes)
+
     def publish(self, payload: bytes) -> None:
         if self._inbox.push(payload):
-            self._connection.send_later(self._next)
+            self._engine.process.send_later(self._next)
 
-    def _next(self) -> Sequence[bytes]:
+    def _next(self) -> bytes:
         payload = self._inbox.pop()
         if self._inbox:
-            self._connection.send_later(self._next)
-        return () if payload is None else (HEADER.pack(len(payload), Kind.PUBLISH, self._number), payload)
+            self._engine.process.send_later(self._next)
+        return b"" if payload is None else frame(Kind.PUBLISH, self._number, 0, payload)
 
     @property
     def subscriber_count(self) -> int:
-        return self._connection.matches(self.spec)
+        return self._engine.matches(self.own)
+
+    @property
+    def dropped(self) -> int:
+        return self._inbox.dropped
 
 
 class AgentSubscriber(AgentEnd):
     def __init__(
         self,
-        connection: AgentConnection,
+        engine: RclpyEngine,
         number: int,
-        spec: Mapping[str, Any],
-        inbox: Inbox[bytes],
+        own: Endpoint,
         callback: Callable[[Sample], None],
     ) -> None:
-        super().__init__(connection, number, spec)
-        self._inbox = inbox
+        super().__init__(engine, number, own)
+        self._inbox = Inbox(own.qos.depth, ROS2_INBOX_BYTES, cost_bytes)
         self._callback = callback
         self._workers = Workers("rclpy topic", 1)
 
-    def on_frame(self, body: bytes) -> None:
+    def on_frame(self, _: int, body: bytes) -> None:
         if self._inbox.push(body):
             self._workers.run(self._pass_all)
 
@@ -105,6 +94,10 @@ class AgentSubscriber(AgentEnd):
             except Exception:
                 _LOG.exception("a callback for ROS 2 failed")
 
+    @property
+    def dropped(self) -> int:
+        return self._inbox.dropped
+
     def close(self) -> None:
         super().close()
         while self._inbox.pop() is not None:
@@ -114,33 +107,28 @@ class AgentSubscriber(AgentEnd):
 
 class AgentServer(AgentEnd):
     def __init__(
-        self,
-        connection: AgentConnection,
-        number: int,
-        spec: Mapping[str, Any],
-        answer: Callable[[bytes], bytes],
+        self, engine: RclpyEngine, number: int, own: Endpoint, answer: Callable[[bytes], bytes]
     ) -> None:
-        super().__init__(connection, number, spec)
+        super().__init__(engine, number, own)
+        self.dropped = 0
         self._answer = answer
         self._workers = Workers("rclpy service", _WORKERS)
         self._slots = threading.BoundedSemaphore(_REQUESTS)
 
-    def on_frame(self, body: bytes) -> None:
+    def on_frame(self, number: int, body: bytes) -> None:
         if self._slots.acquire(blocking=False):
-            self._workers.run(self._handle, body)
+            self._workers.run(self._handle, number, body)
         else:
-            self._refused += 1
-            self._connection.send(Kind.ANSWER, self._number, body[: NUMBER.size])
+            self.dropped += 1
 
-    def _handle(self, body: bytes) -> None:
-        reply = b""
+    def _handle(self, number: int, request: bytes) -> None:
         try:
-            reply = self._answer(body[NUMBER.size :])
+            response = self._answer(request)
+            self._engine.process.send(Kind.ANSWER, self._number, number, response)
         except Exception as error:
-            _LOG.warning("the service %s for ROS 2 failed: %s", self.spec["name"], error)
+            _LOG.warning("the service %s for ROS 2 failed: %s", self.own.name, error)
         finally:
             self._slots.release()
-            self._connection.send(Kind.ANSWER, self._number, body[: NUMBER.size], reply)
 
     def close(self) -> None:
         super().close()
@@ -148,36 +136,19 @@ class AgentServer(AgentEnd):
 
 
 class AgentCaller(AgentEnd):
-    def __init__(self, connection: AgentConnection, number: int, spec: Mapping[str, Any]) -> None:
-        super().__init__(connection, number, spec)
-        self._numbers = itertools.count(1)
-        self._replies: dict[int, SimpleQueue[bytes | EngineError]] = {}
-
     def call(self, request: bytes, timeout_s: float) -> bytes:
-        number = next(self._numbers)
-        replies = self._replies[number] = SimpleQueue()
-        self._connection.send(Kind.CALL, self._number, NUMBER.pack(number), request)
+        end_s = time.monotonic() + timeout_s
         try:
-            reply = replies.get(timeout=timeout_s)
-        except Empty:
-            self._connection.send(Kind.FORGET, self._number, NUMBER.pack(number))
+            while (left_s := end_s - time.monotonic()) > 0:
+                response = self._engine.process.ask(Kind.CALL, self._number, request, left_s)
+                if response:
+                    return response
+                time.sleep(min(_SERVER_S, left_s))
             reason = f"did not answer within {timeout_s} s" if self.is_available else "is not available"
-            raise Ros2CallFailed(f"the ROS 2 service {self.spec['name']} {reason}") from None
-        finally:
-            del self._replies[number]
-        if isinstance(reply, EngineError):
-            raise Ros2CallFailed(f"the ROS 2 service {self.spec['name']} failed: {reply}")
-        return reply
-
-    def on_frame(self, body: bytes) -> None:
-        (number,) = NUMBER.unpack_from(body)
-        if (replies := self._replies.get(number)) is not None:
-            replies.put(body[NUMBER.size :])
-
-    def fail(self, reason: str) -> None:
-        for replies in list(self._replies.values()):
-            replies.put(EngineError(reason))
+        except EngineError as error:
+            reason = f"failed: {error}"
+        raise Ros2CallFailed(f"the ROS 2 service {self.own.name} {reason}")
 
     @property
     def is_available(self) -> bool:
-        return bool(self._connection.matches(self.spec))
+        return bool(self._engine.matches(self.own))

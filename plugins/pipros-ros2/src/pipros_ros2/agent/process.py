@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import json
+import itertools
 import os
 import subprocess
 import threading
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from concurrent import futures
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import Any, BinaryIO, Final, cast
+from queue import SimpleQueue
+from typing import BinaryIO, Final, cast
 
 from pipros_ros2.agent import rclpy_agent
-from pipros_ros2.agent.rclpy_agent import HEADER, Kind, read_frame
+from pipros_ros2.agent.rclpy_agent import Kind, frame, read_frame
 from pipros_ros2.interface import EngineError
 from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros_workspace.client_library import without_libraries
@@ -62,8 +62,8 @@ class AgentProcess:
 
     Args:
         python: the interpreter that can import rclpy.
-        on_frame: called in one thread for each frame, with its kind, endpoint and body.
-        on_end: called once, if the process ends before `close`.
+        on_frame: called in one thread for each frame, with its kind, endpoint, number and body.
+        on_end: called once with the reason, if the process ends before `close`.
 
     Attributes:
         rmw: the name of the middleware.
@@ -73,54 +73,69 @@ class AgentProcess:
         EngineError: the process cannot be started, or rclpy cannot connect.
     """
 
+    pid: int
+
     def __init__(
         self,
         python: str,
         discovery: Discovery,
         node: str,
         variables: Mapping[str, str],
-        on_frame: Callable[[int, int, bytes], None],
-        on_end: Callable[[str], None],
+        on_frame: Callable[[int, int, int, bytes], None],
+        on_end: Callable[[str], object],
     ) -> None:
-        settings = json.dumps({"domain": discovery.domain, "node": node})
-        self._python = python
-        self._argv = [python, os.path.abspath(rclpy_agent.__file__), settings]
+        self._argv = python, os.path.abspath(rclpy_agent.__file__), str(discovery.domain), node
         self._variables = agent_environment(discovery, variables)
         self._on_frame = on_frame
         self._on_end = on_end
         self._process: subprocess.Popen[bytes] | None = None
-        self._is_started = self._is_closed = False
-        self._outbox: deque[Callable[[], Sequence[bytes]]] = deque()
-        self._changed = threading.Condition()
-        self._started: SimpleQueue[dict[str, Any]] = SimpleQueue()
+        self._is_closed = False
+        self._end_reason = ""
+        self._outbox: SimpleQueue[Callable[[], bytes | None]] = SimpleQueue()
+        self._numbers = itertools.count(1)
+        started = futures.Future[bytes]()
+        self._asked = {0: started}
         # The kernel ends the agent with the thread that has started it.
         self._reader = threading.Thread(target=self._run, name="rclpy", daemon=True)
         self._reader.start()
         try:
-            answer = self._started.get(timeout=START_S)
-        except Empty:
-            answer = {"error": f"it did not start within {START_S:.0f} s"}
-        if "error" in answer:
+            self.rmw = started.result(START_S).decode()
+        except (futures.TimeoutError, EngineError) as error:
             self.close()
-            raise EngineError(_explained(python, answer["error"]))
-        self.rmw, self.pid = answer["rmw"], answer["pid"]
+            reason = str(error) or f"it did not start within {START_S:.0f} s"
+            raise EngineError(_explained(python, reason)) from None
 
-    def send(self, kind: Kind, number: int, *parts: bytes) -> None:
+    def send(self, kind: Kind, end: int, number: int = 0, body: bytes = b"") -> None:
         """Send a frame, without waiting."""
-        self.send_later(lambda: (HEADER.pack(sum(map(len, parts)), kind, number), *parts))
+        self.send_later(lambda: frame(kind, end, number, body))
 
-    def send_later(self, make: Callable[[], Sequence[bytes]]) -> None:
+    def send_later(self, make: Callable[[], bytes]) -> None:
         """Send what a function returns when all earlier frames are sent."""
-        with self._changed:
-            if not self._is_closed:
-                self._outbox.append(make)
-                self._changed.notify_all()
+        if not self._is_closed:
+            self._outbox.put(make)
+
+    def ask(self, kind: Kind, end: int, body: bytes, timeout_s: float) -> bytes | None:
+        """Send a frame, and return the answer, or None if there is none in time.
+
+        Raises:
+            EngineError: the process has ended.
+        """
+        number, answer = next(self._numbers), futures.Future[bytes]()
+        self._asked[number] = answer
+        try:
+            self.send(kind, end, number, body)
+            if self._end_reason:
+                raise EngineError(self._end_reason)
+            return answer.result(timeout_s)
+        except futures.TimeoutError:
+            return None
+        finally:
+            self._asked.pop(number, None)
 
     def close(self) -> None:
         """End the process. May be called repeatedly."""
-        with self._changed:
-            self._is_closed = True
-            self._changed.notify_all()
+        self._is_closed = True
+        self._outbox.put(lambda: None)
         if threading.current_thread() is not self._reader:
             self._reader.join(_END_S)
         if self._process is not None and self._process.poll() is None:
@@ -136,35 +151,37 @@ class AgentProcess:
                 start_new_session=True,  # Ctrl-C is for the gateway, which ends the agent
             )
         except OSError as error:
-            self._started.put({"error": error.strerror or str(error)})
+            self._end(error.strerror or str(error))
             return
+        self.pid = process.pid
         stdin, stdout = cast(BinaryIO, process.stdin), cast(BinaryIO, process.stdout)
         threading.Thread(target=self._write, args=(stdin,), name="to rclpy", daemon=True).start()
-        while (frame := read_frame(stdout)) is not None:
-            kind, number, body = frame
-            if (kind, number) == (Kind.DONE, 0):
-                answer = json.loads(body)
-                self._is_started = "error" not in answer
-                self._started.put(answer)
-            else:
-                self._on_frame(kind, number, body)
+        reason = ""
+        while (received := read_frame(stdout)) is not None:
+            kind, end, number, body = received
+            if kind == Kind.FAILED:
+                reason = body.decode()
+            elif kind != Kind.ANSWER:
+                self._on_frame(kind, end, number, body)
+            elif (asked := self._asked.pop(number, None)) is not None:
+                asked.set_result(body)
         stdout.close()
         code = process.wait()
-        reason = f"the process of rclpy ended with exit code {code}"
-        self._started.put({"error": reason})
-        if self._is_started and not self._is_closed:
+        self._end(reason or f"the process of rclpy ended with exit code {code}")
+
+    def _end(self, reason: str) -> None:
+        self._end_reason = reason
+        is_started = 0 not in self._asked
+        while self._asked:
+            self._asked.popitem()[1].set_exception(EngineError(reason))
+        if is_started and not self._is_closed:
             self._on_end(reason)
 
     def _write(self, file: BinaryIO) -> None:
         with contextlib.suppress(OSError), file:  # closing the file ends the agent
-            while (make := self._next()) is not None:
-                file.writelines(make())
+            while (data := self._outbox.get()()) is not None:
+                file.write(data)
                 file.flush()
-
-    def _next(self) -> Callable[[], Sequence[bytes]] | None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._outbox or self._is_closed)
-            return self._outbox.popleft() if self._outbox else None
 
 
 def _explained(python: str, error: str) -> str:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import hashlib
 import importlib
 import itertools
 import json
@@ -21,9 +20,7 @@ import struct
 import sys
 import threading
 import time
-import traceback
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import lru_cache
@@ -37,28 +34,29 @@ class Kind(IntEnum):
     OPEN = 1  # JSON: the role, name and type of an endpoint, and for topics, its hash and QoS
     CLOSE = 2
     PUBLISH = 3  # the message
-    CALL = 4  # the number of the call, and the request
-    FORGET = 5  # the number of a call whose reply is no longer needed
-    ANSWER = 6  # the number of the request, and the response; no response if the service failed
+    CALL = 4  # the request
     # From the agent.
-    DONE = 7  # the error of an OPEN frame, or nothing; for endpoint 0, JSON about the start
-    GRAPH = 8  # JSON: see `Agent._send_graph`
-    SAMPLE = 9  # the publisher's GID, and the message
-    REPLY = 10  # the number of the call, and the response
-    REQUEST = 11  # the number of the request, and the request
+    GRAPH = 5  # JSON: the endpoints of other nodes
+    SAMPLE = 6  # the publisher's GID, and the message
+    REQUEST = 7  # the request
+    FAILED = 8  # why the process ends
+    # In both directions, with the number of the frame that it answers.
+    ANSWER = 9  # to OPEN, the error or nothing; to CALL, the response, or nothing without a server
 
 
-HEADER = struct.Struct("<IBI")
-"""Size of the body, kind, and number of the endpoint."""
-NUMBER = struct.Struct("<Q")
+HEADER = struct.Struct("<IBIQ")
+"""Size of the body, kind, number of the endpoint, and number of a frame that is answered, or 0.
+
+The answer 0 is the name of the middleware, when the agent has started.
+"""
 GID_BYTES = 16
 """Humble's GIDs have 8 more bytes, which are zero."""
 GRAPH_S = 0.2
 """Least interval between queries of the graph, which take at most a tenth of the time."""
-SERVER_S = 0.05
-"""Interval between checks whether a server has become available for a waiting call."""
 TAKEN = 100
 """Maximum number of messages that are taken from a subscription before the others get their turn."""
+PENDING = 1000
+"""Maximum number of calls or requests per endpoint that wait for a response; the oldest are forgotten."""
 RAW_RMW = "rmw_fastrtps_cpp"
 """The middleware for which `raw_message_type` works."""
 REPORTED = 100
@@ -69,14 +67,18 @@ _TAKE_FAILED = 401
 _PR_SET_PDEATHSIG = 1
 
 
-def read_frame(file: BinaryIO) -> tuple[int, int, bytes] | None:
-    """Return the kind, the number of the endpoint and the body of a frame, or None at the end of the file."""
+def frame(kind: Kind, end: int = 0, number: int = 0, *parts: bytes) -> bytes:
+    return b"".join((HEADER.pack(sum(map(len, parts)), kind, end, number), *parts))
+
+
+def read_frame(file: BinaryIO) -> tuple[int, int, int, bytes] | None:
+    """Return the kind, both numbers and the body of a frame, or None at the end of the file."""
     header = file.read(HEADER.size)
     if len(header) < HEADER.size:
         return None
-    size, kind, number = HEADER.unpack(header)
+    size, *numbers = HEADER.unpack(header)
     body = file.read(size)
-    return (kind, number, body) if len(body) == size else None
+    return (*numbers, body) if len(body) == size else None
 
 
 def _words(*values: int | None) -> Any:
@@ -88,27 +90,24 @@ def _words(*values: int | None) -> Any:
 def raw_message_type(type_name: str, type_hash: str) -> Any:
     """Return a message class for serialized messages only, of a type that has no generated code.
 
-    rmw_fastrtps_cpp asks for two type supports, and uses little of them for serialized messages. The
-    structures are those of rosidl's header files.
+    rmw_fastrtps_cpp asks for two type supports, and uses of them only what is not None here. The structures
+    are those of rosidl's header files.
     """
     package, kind, name = type_name.split("/")
     pointer, address = ctypes.c_void_p, ctypes.addressof
-    kept: list[Any] = []
+    kept: list[Any] = []  # what the structures point to
 
     def text(value: str) -> int:
         kept.append(ctypes.create_string_buffer(value.encode()))
         return address(kept[-1])
 
-    def function(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], int | None]:
-        def make(each: Callable[..., Any]) -> int | None:
-            kept.append(ctypes.CFUNCTYPE(result, *arguments)(each))
-            return ctypes.cast(kept[-1], pointer).value
+    def function(call: Callable[..., Any], result: Any, *arguments: Any) -> int | None:
+        kept.append(ctypes.CFUNCTYPE(result, *arguments)(call))
+        return ctypes.cast(kept[-1], pointer).value
 
-        return make
-
-    def returning(each: Any) -> int | None:
-        kept.append(each)
-        return function(pointer, pointer)(lambda _support: address(each))
+    def getter(value: Any) -> int | None:
+        kept.append(value)
+        return function(lambda _support: address(value), pointer, pointer)
 
     def max_size(bounds: int) -> int:
         ctypes.c_char.from_address(bounds).value = b"\0"  # unbounded
@@ -117,30 +116,27 @@ def raw_message_type(type_name: str, type_hash: str) -> Any:
     def choose(_support: int, identifier: bytes) -> int | None:
         return address(supports[identifier]) if identifier in supports else None
 
-    code = function(ctypes.c_bool, pointer, pointer)(lambda _message, _stream: False)
-    size = function(ctypes.c_uint32, pointer)(lambda _message: 0)
-    largest = function(ctypes.c_size_t, pointer)(max_size)
-    data = {
-        "rosidl_typesupport_fastrtps_c": _words(
-            *(text(f"{package}::{kind}"), text(name), code, code, size, largest, None)
-        ),
-        "rosidl_typesupport_introspection_c": _words(text(f"{package}__{kind}"), text(name), *6 * [None]),
-    }
+    size = function(max_size, ctypes.c_size_t, pointer)
+    fast = _words(text(f"{package}::{kind}"), text(name), *3 * [None], size, None)
+    introspected = _words(text(f"{package}__{kind}"), text(name), *6 * [None])
     digest = bytes.fromhex(type_hash.removeprefix("RIHS01_"))
     hashed = ctypes.create_string_buffer(bytes([len(digest) > 0]) + digest, 33)
-    size_of_name = len(type_name)
-    described = _words(text(type_name), size_of_name, size_of_name + 1, *6 * [None])
-    chooser = function(pointer, pointer, ctypes.c_char_p)(choose)
-    getters = returning(hashed), returning(described), returning(_words(*3 * [None]))
+    described = _words(text(type_name), len(type_name), len(type_name) + 1, *6 * [None])
+    chooser = function(choose, pointer, pointer, ctypes.c_char_p)
+    getters = getter(hashed), getter(described), getter(_words(*3 * [None]))
     supports = {
-        identifier.encode(): _words(text(identifier), address(each), chooser, *getters)
-        for identifier, each in data.items()
+        identifier.encode(): _words(text(identifier), address(data), chooser, *getters)
+        for identifier, data in (
+            ("rosidl_typesupport_fastrtps_c", fast),
+            ("rosidl_typesupport_introspection_c", introspected),
+        )
     }
     capsule: Any = ctypes.pythonapi.PyCapsule_New
     capsule.restype, capsule.argtypes = ctypes.py_object, (pointer, ctypes.c_char_p, pointer)
     support = capsule(address(next(iter(supports.values()))), b"rosidl_message_type_support_t", None)
     converters = "_CREATE_ROS_MESSAGE", "_CONVERT_FROM_PY", "_CONVERT_TO_PY", "_DESTROY_ROS_MESSAGE"
-    members = {"_TYPE_SUPPORT": support, **dict.fromkeys(converters, True), "kept": (kept, data, supports)}
+    kept += fast, introspected, supports
+    members = {"_TYPE_SUPPORT": support, **dict.fromkeys(converters, True), "kept": kept}
     meta = type("RawType", (type,), {**members, "__import_type_support__": classmethod(lambda _: None)})
     return meta(name, (), {})
 
@@ -192,35 +188,46 @@ class RosEnd:
 
     Attributes:
         pending: the number of each call, by rclpy's number; or rclpy's header of each request, by number.
-        waiting: the calls until a server is available.
     """
 
     number: int
-    spec: dict[str, Any]
-    entity: Any
+    role: str
     type: Any
+    entity: Any
     pending: dict[int, Any] = field(default_factory=dict)
-    waiting: deque[tuple[int, bytes]] = field(default_factory=deque)
+
+    def keep_pending(self, key: int, value: Any) -> None:
+        self.pending[key] = value
+        if len(self.pending) > PENDING:
+            del self.pending[next(iter(self.pending))]
+
+
+def error_of(function: Callable[..., object], *arguments: Any) -> str:
+    """Call a function. Return its error, or "": what other nodes send must not end the process."""
+    try:
+        function(*arguments)
+    except Exception as error:
+        return " ".join(str(error).split()) or type(error).__name__
+    return ""
 
 
 class RclpyAgent:
     """A node of rclpy whose endpoints belong to the gateway.
 
-    One thread reads frames; it publishes, calls and answers. The main thread does everything else.
+    One thread obeys the gateway's frames. The main thread passes on what arrives, and observes the graph.
     """
 
-    def __init__(self, settings: dict[str, Any], out: BinaryIO) -> None:
+    def __init__(self, domain: int, node: str, out: BinaryIO) -> None:
         self._out = out
-        self._out_lock = threading.Lock()
         self._rclpy: Any = importlib.import_module("rclpy")
         self._coding: Any = importlib.import_module("rclpy.serialization")
-        self._rclpy.init(
-            domain_id=settings["domain"], signal_handler_options=self._rclpy.signals.SignalHandlerOptions.NO
-        )
+        no_handlers = self._rclpy.signals.SignalHandlerOptions.NO
+        self._rclpy.init(domain_id=domain, signal_handler_options=no_handlers)
         off = self._rclpy.parameter.Parameter("start_type_description_service", value=False)
+        namespace, _, name = node.rpartition("/")
         self._node: Any = self._rclpy.create_node(
-            settings["node"].rpartition("/")[2],
-            namespace=settings["node"].rpartition("/")[0] or "/",
+            name,
+            namespace=namespace or "/",
             enable_rosout=False,
             start_parameter_services=False,
             parameter_overrides=[off],
@@ -228,99 +235,123 @@ class RclpyAgent:
         self._own = self._node.get_namespace(), self._node.get_name()
         self._wake = self._node.create_guard_condition(lambda: None)
         self._taker = Taker()
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # of the endpoints, and of what is pending
         self._requests = itertools.count(1)
         self._ends: dict[int, RosEnd] = {}
-        self._commands: deque[tuple[int, int, bytes]] = deque()
         self._is_own: dict[bytes, bool] = {}  # of all known publishers and subscriptions
         self._graph = b""
         self._reported: set[str] = set()
         self._is_over = False
-        self.rmw = str(self._rclpy.get_rmw_implementation_identifier())
+        self._rmw = str(self._rclpy.get_rmw_implementation_identifier())
+        self._send(Kind.ANSWER, 0, 0, self._rmw.encode())
 
-    def send(self, kind: Kind, number: int, *parts: bytes) -> None:
-        with self._out_lock:
-            self._out.write(HEADER.pack(sum(map(len, parts)), kind, number))
-            self._out.writelines(parts)
-            self._out.flush()
+    def _send(self, kind: Kind, end: int, number: int, *parts: bytes) -> None:
+        self._out.write(frame(kind, end, number, *parts))
+        self._out.flush()
 
-    # -- the thread that reads frames
+    def _try(self, function: Callable[..., object], *arguments: Any) -> None:
+        """Call a function, and report each error once."""
+        error = error_of(function, *arguments)
+        if error and error not in self._reported and len(self._reported) < REPORTED:
+            self._reported.add(error)
+            print(f"pipros ros2: rclpy failed: {error}", file=sys.stderr, flush=True)
 
-    def read(self, file: BinaryIO) -> None:
+    # -- the thread that obeys frames
+
+    def obey(self, file: BinaryIO) -> None:
         """Obey the frames of a file until it ends; then end the process."""
-        while (frame := read_frame(file)) is not None:
-            kind, number, body = frame
-            if kind in (Kind.OPEN, Kind.CLOSE):
-                self._commands.append(frame)
-                self._wake.trigger()
-            elif (end := self._ends.get(number)) is not None:
-                self._try(self._use, end, kind, body)
+        uses: dict[int, Callable[..., None]] = {
+            Kind.CLOSE: self._close,
+            Kind.PUBLISH: self._publish,
+            Kind.CALL: self._call,
+            Kind.ANSWER: self._respond,
+        }
+        while (received := read_frame(file)) is not None:
+            kind, end_number, number, body = received
+            if kind == Kind.OPEN:
+                error = error_of(self._open, end_number, json.loads(body))
+                self._send(Kind.ANSWER, end_number, number, error.encode())
+            elif (end := self._ends.get(end_number)) is not None:
+                self._try(uses[kind], end, number, body)
         _end_with_parent(0)  # now the process ends by itself
         self._is_over = True
         self._wake.trigger()
         time.sleep(END_S)
         os._exit(0)
 
-    def _try(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function. Report each error once: what other nodes send must not end the process."""
+    def _open(self, number: int, spec: dict[str, Any]) -> None:
+        """Create an endpoint. The role `type` creates nothing: it asks whether its type is installed."""
+        type_name, type_hash = spec["type"], spec.get("hash")
         try:
-            function(*arguments)
-        except Exception as error:
-            text = f"pipros ros2: rclpy failed: {' '.join(str(error).split())}"
-            if text not in self._reported and len(self._reported) < REPORTED:
-                self._reported.add(text)
-                print(text, file=sys.stderr, flush=True)
-
-    def _use(self, end: RosEnd, kind: int, body: bytes) -> None:
-        if kind == Kind.PUBLISH:
-            end.entity.publish(body)
+            type_class = generated_type(type_name)
+        except (ImportError, AttributeError):
+            if type_hash is None or self._rmw != RAW_RMW:
+                raise TypeError(f"the ROS 2 of {sys.executable} has no type {type_name}") from None
+            type_class = raw_message_type(type_name, type_hash)
+        if spec["role"] == "type":
             return
-        (number,), payload = NUMBER.unpack_from(body), body[NUMBER.size :]
+        end = RosEnd(number, spec["role"], type_class, self._create(type_class, spec))
         with self._lock:
-            if kind == Kind.CALL:
-                end.waiting.append((number, payload))
-                self._call_waiting(end)
-                if end.waiting:
-                    self._wake.trigger()
-            elif kind == Kind.FORGET:
-                end.waiting = deque(each for each in end.waiting if each[0] != number)
-                end.pending = {key: value for key, value in end.pending.items() if value != number}
-            elif (header := end.pending.pop(number, None)) is not None and payload:
-                end.entity.send_response(self._decoded(payload, end.type.Response), header)
+            self._ends[number] = end
+        self._wake.trigger()
+        found = self._endpoints(end.role, spec["name"]) if type_hash else ()
+        hashes = {each["hash"] for is_own, each in found if is_own and each["type"] == type_name}
+        if hashes - {"", type_hash}:
+            self._close(end)
+            advice = "--distro must name its distribution"
+            raise TypeError(f"rclpy has another definition of {type_name}; {advice}")
 
-    def _decoded(self, payload: bytes, type_class: Any) -> Any:
-        return self._coding.deserialize_message(payload, type_class)
+    def _create(self, type_class: Any, spec: dict[str, Any]) -> Any:
+        qos, node, role, name = self._rclpy.qos, self._node, spec["role"], spec["name"]
+        if role == "service":
+            return node.create_service(type_class, name, lambda _, response: response)
+        if role == "client":
+            return node.create_client(type_class, name)
+        profile = qos.QoSProfile(
+            depth=spec["depth"],
+            history=qos.HistoryPolicy.KEEP_LAST if spec["depth"] else qos.HistoryPolicy.KEEP_ALL,
+            reliability=qos.ReliabilityPolicy[spec["reliability"].upper()],
+            durability=qos.DurabilityPolicy[spec["durability"].upper()],
+        )
+        if role == "publisher":
+            return node.create_publisher(type_class, name, profile)
+        return node.create_subscription(type_class, name, lambda _: None, profile, raw=True)
 
-    def _call_waiting(self, end: RosEnd) -> None:
-        """Send the waiting calls of a client if a server is available. The caller holds the lock."""
-        while end.waiting and end.entity.service_is_ready():
-            number, payload = end.waiting.popleft()
-            request = self._decoded(payload, end.type.Request)
-            with end.entity.handle:
-                end.pending[end.entity.handle.send_request(request)] = number
+    def _close(self, end: RosEnd, *_: object) -> None:
+        with self._lock:
+            del self._ends[end.number]
+        getattr(self._node, f"destroy_{end.role}")(end.entity)
+        self._wake.trigger()
+
+    def _publish(self, end: RosEnd, _: int, message: bytes) -> None:
+        end.entity.publish(message)
+
+    def _call(self, end: RosEnd, number: int, body: bytes) -> None:
+        if not end.entity.service_is_ready():
+            self._send(Kind.ANSWER, end.number, number)
+            return
+        request = self._coding.deserialize_message(body, end.type.Request)
+        with self._lock, end.entity.handle:
+            end.keep_pending(end.entity.handle.send_request(request), number)
+
+    def _respond(self, end: RosEnd, number: int, body: bytes) -> None:
+        with self._lock:
+            header = end.pending.pop(number, None)
+        if header is not None:
+            end.entity.send_response(self._coding.deserialize_message(body, end.type.Response), header)
 
     # -- the main thread
 
     def run(self) -> None:
-        """Pass on messages, requests and replies until the standard input ends."""
+        """Pass on messages, requests and responses until the other thread ends."""
         graph_at_s = 0.0
         while not self._is_over:
-            while self._commands:
-                kind, number, body = self._commands.popleft()
-                if kind == Kind.CLOSE:
-                    self._close(number)
-                else:
-                    self.send(Kind.DONE, number, self._open(number, json.loads(body)).encode())
             started_s = time.monotonic()
             if started_s >= graph_at_s:
                 self._try(self._send_graph)
                 now_s = time.monotonic()
                 graph_at_s = now_s + max(GRAPH_S, 10 * (now_s - started_s))
-            waiting = [end for end in self._ends.values() if end.waiting]
-            with self._lock:
-                for end in waiting:
-                    self._call_waiting(end)
-            self._wait(SERVER_S if waiting else graph_at_s - time.monotonic())
+            self._wait(graph_at_s - time.monotonic())
         self._node.destroy_node()
         self._rclpy.shutdown()
 
@@ -328,27 +359,28 @@ class RclpyAgent:
         """Wait until an endpoint is ready, and take from all that are."""
         takes = {
             "subscription": self._take_samples,
-            "client": self._take_reply,
+            "client": self._take_response,
             "service": self._take_request,
         }
-        ends = [end for end in self._ends.values() if end.spec["role"] in takes]
-        subscriptions, clients, services = (sum(end.spec["role"] == role for end in ends) for role in takes)
         context = self._node.context.handle
         with contextlib.ExitStack() as stack:
-            for handle in (context, self._wake.handle, *(end.entity.handle for end in ends)):
-                stack.enter_context(handle)
+            with self._lock:  # what is entered can be closed, but remains valid
+                ends = [end for end in self._ends.values() if end.role in takes]
+                for handle in (context, self._wake.handle, *(end.entity.handle for end in ends)):
+                    stack.enter_context(handle)
             make = self._rclpy.impl.implementation_singleton.rclpy_implementation.WaitSet
+            subscriptions, clients, services = (sum(end.role == role for end in ends) for role in takes)
             wait_set = make(subscriptions, 1, 0, clients, services, 0, context)
             stack.enter_context(wait_set)
             wait_set.clear_entities()
             wait_set.add_guard_condition(self._wake.handle)
             for end in ends:
-                getattr(wait_set, f"add_{end.spec['role']}")(end.entity.handle)
+                getattr(wait_set, f"add_{end.role}")(end.entity.handle)
             wait_set.wait(max(0, int(timeout_s * 1e9)))
             ready = {pointer for role in takes for pointer in wait_set.get_ready_entities(role)}
             for end in ends:
                 if end.entity.handle.pointer in ready:
-                    self._try(takes[end.spec["role"]], end)
+                    self._try(takes[end.role], end)
 
     def _take_samples(self, end: RosEnd) -> None:
         for _ in range(TAKEN):
@@ -359,122 +391,68 @@ class RclpyAgent:
             if gid not in self._is_own:  # the gateway must know a publisher before its first message
                 self._try(self._send_graph)
             if not self._is_own.setdefault(gid, False):
-                self.send(Kind.SAMPLE, end.number, gid, payload)
+                self._send(Kind.SAMPLE, end.number, 0, gid, payload)
 
     def _take_request(self, end: RosEnd) -> None:
         request, header = end.entity.handle.service_take_request(end.type.Request)
         if header is not None:
             number = next(self._requests)
             with self._lock:
-                end.pending[number] = header
-            self._send_part(Kind.REQUEST, end, number, request)
+                end.keep_pending(number, header)
+            self._send(Kind.REQUEST, end.number, number, self._coding.serialize_message(request))
 
-    def _take_reply(self, end: RosEnd) -> None:
+    def _take_response(self, end: RosEnd) -> None:
         header, response = end.entity.handle.take_response(end.type.Response)
-        if header is not None:
-            with self._lock:
-                number = end.pending.pop(header.request_id.sequence_number, None)
-            if number is not None:
-                self._send_part(Kind.REPLY, end, number, response)
+        with self._lock:
+            number = end.pending.pop(header.request_id.sequence_number, None) if header else None
+        if number is not None:
+            self._send(Kind.ANSWER, end.number, number, self._coding.serialize_message(response))
 
-    def _send_part(self, kind: Kind, end: RosEnd, number: int, part: Any) -> None:
-        payload = self._coding.serialize_message(part)
-        self.send(kind, end.number, NUMBER.pack(number), payload)
+    def _endpoints(self, role: str, topic: str) -> Iterator[tuple[bool, dict[str, str]]]:
+        """Yield whether an endpoint of a topic is of this node, and what the gateway must know about it."""
+        infos: Any = ()
+        with contextlib.suppress(Exception):  # other programs may use names that ROS 2 refuses
+            infos = getattr(self._node, f"get_{role}s_info_by_topic")(topic)
+        for info in infos:
+            text = str(getattr(info, "topic_type_hash", ""))  # Humble announces none
+            yield (
+                (info.node_namespace, info.node_name) == self._own,
+                {
+                    "role": role,
+                    "name": topic,
+                    "type": info.topic_type,
+                    "key": bytes(info.endpoint_gid[:GID_BYTES]).hex(),
+                    "hash": text if text.startswith("RIHS01_") else "",
+                    "reliability": info.qos_profile.reliability.name.lower(),
+                    "durability": info.qos_profile.durability.name.lower(),
+                    "node": _full_name(info.node_namespace, info.node_name),
+                },
+            )
 
-    def _open(self, number: int, spec: dict[str, Any]) -> str:
-        """Create an endpoint, and return an error, or "".
-
-        The role `type` creates nothing: it asks whether services of the type are possible.
-        """
-        role, name, type_name = spec["role"], spec["name"], spec["type"]
-        is_topic = role in ("publisher", "subscription")
-        try:
-            type_class = generated_type(type_name)
-        except (ImportError, AttributeError):
-            if not is_topic or self.rmw != RAW_RMW:
-                return f"the ROS 2 of {sys.executable} has no type {type_name}"
-            type_class = raw_message_type(type_name, spec["hash"])
-        try:
-            if is_topic:
-                entity, has_other_hash = self._open_topic(type_class, spec)
-            elif role == "service":
-                entity = self._node.create_service(type_class, name, lambda _, response: response)
-            elif role == "client":
-                entity = self._node.create_client(type_class, name)
-            else:
-                return ""
-        except Exception as error:
-            return str(error) or type(error).__name__
-        self._ends[number] = RosEnd(number, spec, entity, type_class)
-        if is_topic and has_other_hash:
-            self._close(number)
-            return f"rclpy has another definition of {type_name}; --distro must name its distribution"
-        return ""
-
-    def _open_topic(self, type_class: Any, spec: dict[str, Any]) -> tuple[Any, bool]:
-        """Return a publisher or subscription, and whether rclpy announces another hash than the gateway's."""
-        qos, node, name = self._rclpy.qos, self._node, spec["name"]
-        profile = qos.QoSProfile(
-            depth=spec["depth"],
-            history=qos.HistoryPolicy.KEEP_LAST if spec["depth"] else qos.HistoryPolicy.KEEP_ALL,
-            reliability=qos.ReliabilityPolicy[spec["reliability"].upper()],
-            durability=qos.DurabilityPolicy[spec["durability"].upper()],
-        )
-        if spec["role"] == "publisher":
-            entity = node.create_publisher(type_class, name, profile)
-        else:
-            entity = node.create_subscription(type_class, name, lambda _: None, profile, raw=True)
-        found = (self._endpoint(spec["role"], name, each) for each in self._infos(spec["role"], name))
-        hashes = {each["hash"] for is_own, each in found if is_own and each["type"] == spec["type"]}
-        return entity, bool(spec["hash"] and hashes - {"", spec["hash"]})
-
-    def _close(self, number: int) -> None:
-        if (end := self._ends.pop(number, None)) is not None:
-            getattr(self._node, f"destroy_{end.spec['role']}")(end.entity)
-
-    def _infos(self, role: str, topic: str) -> Any:
-        return getattr(self._node, f"get_{role}s_info_by_topic")(topic)
-
-    def _endpoint(self, role: str, topic: str, info: Any) -> tuple[bool, dict[str, str]]:
-        """Return whether this node has an endpoint, and what the gateway must know about it."""
-        text = str(getattr(info, "topic_type_hash", ""))  # Humble announces none
-        return (info.node_namespace, info.node_name) == self._own, {
-            "role": role,
-            "name": topic,
-            "type": info.topic_type,
-            "key": bytes(info.endpoint_gid[:GID_BYTES]).hex(),
-            "hash": text if text.startswith("RIHS01_") else "",
-            "reliability": info.qos_profile.reliability.name.lower(),
-            "durability": info.qos_profile.durability.name.lower(),
-            "node": _full_name(info.node_namespace, info.node_name),
-        }
+    def _services(self, name: str, namespace: str) -> Iterator[dict[str, str]]:
+        """Yield what the gateway must know about each service of a node."""
+        node, services = _full_name(namespace, name), []
+        with contextlib.suppress(Exception):  # the node has ended since
+            services = self._node.get_service_names_and_types_by_node(name, namespace)
+        for service, types in services:
+            for each in types:
+                key = f"{node} {service} {each}".encode().hex()
+                yield {"role": "service", "name": service, "type": each, "key": key, "node": node}
 
     def _send_graph(self) -> None:
         """Send the endpoints of other nodes, if something has changed."""
-        node, others = self._node, []
-        self._is_own = {}
-        for topic, _ in node.get_topic_names_and_types():
-            for role in ("publisher", "subscription"):
-                infos: Any = ()
-                with contextlib.suppress(Exception):  # other programs may use names that ROS 2 refuses
-                    infos = self._infos(role, topic)
-                for info in infos:
-                    is_own, found = self._endpoint(role, topic, info)
-                    self._is_own[bytes.fromhex(found["key"])] = is_own
-                    others += [] if is_own else [found]
-        for name, namespace in sorted(set(node.get_node_names_and_namespaces()) - {self._own[::-1]}):
-            full_name, services = _full_name(namespace, name), []
-            with contextlib.suppress(Exception):  # the node has ended since
-                services = node.get_service_names_and_types_by_node(name, namespace)
-            for service, types in services:
-                for type_name in types:
-                    key = hashlib.sha256(f"{full_name} {service} {type_name}".encode()).hexdigest()
-                    found = {"role": "service", "name": service, "type": type_name, "node": full_name}
-                    others.append({"key": key[: 2 * GID_BYTES], **found})
+        topics = [topic for topic, _ in self._node.get_topic_names_and_types()]
+        pairs = itertools.product(("publisher", "subscription"), topics)
+        found = [each for role, topic in pairs for each in self._endpoints(role, topic)]
+        self._is_own = {bytes.fromhex(each["key"]): is_own for is_own, each in found}
+        others = [each for is_own, each in found if not is_own]
+        for name, namespace in sorted(set(self._node.get_node_names_and_namespaces())):
+            if (namespace, name) != self._own:
+                others += self._services(name, namespace)
         graph = json.dumps(others).encode()
         if graph != self._graph:
             self._graph = graph
-            self.send(Kind.GRAPH, 0, graph)
+            self._send(Kind.GRAPH, 0, 0, graph)
 
 
 def _full_name(namespace: str, name: str) -> str:
@@ -492,20 +470,12 @@ def main() -> None:
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what others print must not disturb the frames
     try:
-        agent = RclpyAgent(json.loads(sys.argv[1]), out)
-        start: dict[str, Any] = {"rmw": agent.rmw, "pid": os.getpid()}
+        agent = RclpyAgent(int(sys.argv[1]), sys.argv[2], out)
+        threading.Thread(target=agent.obey, args=(sys.stdin.buffer,), daemon=True).start()
+        agent.run()
     except Exception as error:
-        start = {"error": f"{type(error).__name__}: {error}"}
-    text = json.dumps(start).encode()
-    out.write(HEADER.pack(len(text), Kind.DONE, 0) + text)
-    out.flush()
-    if "error" not in start:
-        threading.Thread(target=agent.read, args=(sys.stdin.buffer,), daemon=True).start()
-        try:
-            agent.run()
-        except Exception:
-            traceback.print_exc()
-            os._exit(1)
+        out.write(frame(Kind.FAILED, 0, 0, f"{type(error).__name__}: {error}".encode()))
+        out.flush()
     os._exit(0)
 
 

@@ -22,6 +22,7 @@ from pipros_ros2.interface import (
     Sample,
     TopicQos,
 )
+from pipros_ros2.qos_table import dds_qos
 from pipros_ros2.rtps import reader
 from pipros_ros2.rtps.domain import Discovery
 from pipros_ros2.rtps.engine_endpoints import (
@@ -29,7 +30,6 @@ from pipros_ros2.rtps.engine_endpoints import (
     EngineCaller,
     EnginePublisher,
     OwnEndpoint,
-    dds_qos,
     endpoint_of,
     hash_entry,
     mismatch_reason,

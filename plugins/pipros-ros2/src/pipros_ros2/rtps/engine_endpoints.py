@@ -6,18 +6,10 @@ from collections.abc import Sequence
 from typing import Final, Protocol
 
 from pipros.basics.errors import PiprosError
-from pipros_ros2.interface import (
-    Durability,
-    Endpoint,
-    EndpointKind,
-    EngineError,
-    Reliability,
-    Ros2CallFailed,
-    TopicQos,
-    gateway_of_node,
-)
-from pipros_ros2.rtps import qos as dds
+from pipros_ros2.interface import Endpoint, EndpointKind, EngineError, Ros2CallFailed, gateway_of_node
+from pipros_ros2.qos_table import qos_of_dds
 from pipros_ros2.rtps.announcements import EndpointData, ParticipantData, entries
+from pipros_ros2.rtps.qos import QosPolicy
 from pipros_ros2.rtps.service_client import RtpsClient
 from pipros_ros2.rtps.service_styles import PIPROS_MARK, style_of
 from pipros_ros2.rtps.services import RtpsServer
@@ -103,19 +95,11 @@ def _guids(end: TopicReader | RtpsTopicWriter | RtpsServer | RtpsClient) -> Sequ
     return end.guids if isinstance(end, (RtpsServer, RtpsClient)) else (end.guid,)
 
 
-def dds_qos(qos: TopicQos) -> dds.Qos:
-    return dds.Qos(
-        dds.ReliabilityKind[qos.reliability.name],
-        dds.DurabilityKind[qos.durability.name],
-        depth=qos.depth,
-    )
-
-
 def hash_entry(type_hash: str) -> bytes:
     return f"typehash={type_hash};".encode() if type_hash else b""
 
 
-def mismatch_reason(remote: EndpointData, policy: dds.QosPolicy | None) -> str:
+def mismatch_reason(remote: EndpointData, policy: QosPolicy | None) -> str:
     """Return why a peer's endpoint does not match."""
     if policy is None:
         return f"its type is {type_of_dds(remote.type_name) or remote.type_name}"
@@ -132,16 +116,9 @@ def endpoint_of(peer: ParticipantData, data: EndpointData, node: str) -> Endpoin
     type_hash = entries(data.user_data).get("typehash", "")
     if topic is not None:
         what = EndpointKind.PUBLISHER if data.is_writer else EndpointKind.SUBSCRIBER
-        return Endpoint(data.guid, what, topic, kind, type_hash, _qos(data.qos), node, gateway)
+        return Endpoint(data.guid, what, topic, kind, type_hash, qos_of_dds(data.qos), node, gateway)
     if service is None or not data.topic.startswith("rq/") or not kind.endswith(_REQUEST):
         return None
     what = EndpointKind.CLIENT if data.is_writer else EndpointKind.SERVER
     kind, problem = kind[: -len(_REQUEST)], "" if style_of(peer, data) else _UNKNOWN_STYLE
-    return Endpoint(data.guid, what, service, kind, type_hash, _qos(data.qos), node, gateway, problem)
-
-
-def _qos(qos: dds.Qos) -> TopicQos:
-    return TopicQos(
-        Reliability[qos.reliability.name],
-        Durability.TRANSIENT_LOCAL if qos.is_latched else Durability.VOLATILE,
-    )
+    return Endpoint(data.guid, what, service, kind, type_hash, qos_of_dds(data.qos), node, gateway, problem)

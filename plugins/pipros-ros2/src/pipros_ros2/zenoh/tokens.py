@@ -10,16 +10,14 @@ import struct
 import time
 from dataclasses import dataclass
 
-from pipros_ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos, gateway_of_node
+from pipros_ros2.interface import Endpoint, EndpointKind, TopicQos, gateway_of_node
+from pipros_ros2.qos_table import qos_of_zenoh, zenoh_qos
 from pipros_rosbag2.names import dds_type, type_of_dds
 
 NO_HASH = "TypeHashNotSupported"
 """The placeholder for type hashes in Humble."""
 
 GID_BYTES = 16
-DEFAULT_DEPTH = 42
-"""The default depth, which tokens omit."""
-
 _PREFIX = "@ros2_lv"
 _KINDS = {
     EndpointKind.PUBLISHER: "MP",
@@ -126,7 +124,7 @@ def endpoint_token(
     """Return the token of an endpoint. `number` is unique in the session; the node's own token has 0."""
     start = f"{_PREFIX}/{node.domain}/{node.session}/0/{number}/{_KINDS[kind]}"
     owner = f"%/{_mangled(node.namespace)}/{node.name}"
-    return f"{start}/{owner}/{_mangled(name)}/{dds_type(type_name)}/{type_hash or NO_HASH}/{qos_text(qos)}"
+    return f"{start}/{owner}/{_mangled(name)}/{dds_type(type_name)}/{type_hash or NO_HASH}/{zenoh_qos(qos)}"
 
 
 def parse_token(token: str) -> tuple[str, Endpoint] | None:
@@ -148,32 +146,11 @@ def parse_token(token: str) -> tuple[str, Endpoint] | None:
         _unmangled(name),
         type_name,
         "" if type_hash == NO_HASH else type_hash,
-        parse_qos(qos),
+        qos_of_zenoh(qos),
         full_node,
         gateway_of_node(full_node),
     )
     return session, endpoint
-
-
-def qos_text(qos: TopicQos) -> str:
-    """Return the QoS part of a token. rmw_zenoh's defaults are omitted."""
-    reliability = "" if qos.reliability is Reliability.RELIABLE else "2"
-    durability = "" if qos.durability is Durability.VOLATILE else "1"
-    history = "" if qos.depth else "2"
-    depth = "" if qos.depth in (0, DEFAULT_DEPTH) else str(qos.depth)
-    return f"{reliability}:{durability}:{history},{depth}:,:,:,,"
-
-
-def parse_qos(text: str) -> TopicQos:
-    """Parse the QoS part of a token. Unknown values are treated as defaults."""
-    reliability, durability, history, *_ = [*text.split(":"), "", "", ""]
-    kind, _, depth = history.partition(",")
-    is_number = depth.isascii() and depth.isdigit() and len(depth) < 10
-    return TopicQos(
-        Reliability.BEST_EFFORT if reliability == "2" else Reliability.RELIABLE,
-        Durability.TRANSIENT_LOCAL if durability == "1" else Durability.VOLATILE,
-        0 if kind == "2" else int(depth) if is_number else DEFAULT_DEPTH,
-    )
 
 
 def gid_of_hash(digest: int) -> bytes:

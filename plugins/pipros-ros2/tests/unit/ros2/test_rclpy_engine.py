@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,38 +13,46 @@ import pytest
 from pipros_ros2.agent.endpoints import AgentCaller, AgentPublisher, AgentServer, cost_bytes
 from pipros_ros2.agent.engine import RclpyEngine
 from pipros_ros2.agent.process import agent_environment, reaches_out
-from pipros_ros2.agent.rclpy_agent import HEADER, NUMBER, Kind
+from pipros_ros2.agent.rclpy_agent import Kind, frame
 from pipros_ros2.inbox import Inbox
-from pipros_ros2.interface import EngineError, Ros2CallFailed
+from pipros_ros2.interface import Endpoint, EndpointKind, EngineError, Ros2CallFailed
 from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
 from tests.support.waiting import wait_until
 
-SPEC = {"role": "client", "name": "/switch", "type": "std_srvs/srv/SetBool"}
+SWITCH = Endpoint(b"", EndpointKind.CLIENT, "/switch", "std_srvs/srv/SetBool")
 
 
-class Connection:
-    """Keeps the frames that endpoints send."""
+class Engine:
+    """Keeps the frames that endpoints send, and answers calls."""
 
     def __init__(self) -> None:
+        self.process = self
         self.frames: list[bytes] = []
         self.available = 0
+        self.answers: list[bytes | None] = []
 
-    def send(self, kind: Kind, number: int, *parts: bytes) -> None:
-        self.frames.append(b"".join((HEADER.pack(sum(map(len, parts)), kind, number), *parts)))
+    def send(self, kind: Kind, end: int, number: int = 0, body: bytes = b"") -> None:
+        self.frames.append(frame(kind, end, number, body))
 
-    def send_later(self, make: Callable[[], Sequence[bytes]]) -> None:
+    def send_later(self, make: Callable[[], bytes]) -> None:
         self.later = make
 
-    def matches(self, spec: Mapping[str, Any]) -> int:
-        assert spec is SPEC
+    def ask(self, kind: Kind, end: int, body: bytes, timeout_s: float) -> bytes | None:
+        self.send(kind, end, 1, body)
+        assert 0 < timeout_s < 60
+        return self.answers.pop(0)
+
+    def matches(self, own: Endpoint) -> int:
+        assert own is SWITCH
         return self.available
 
     def close_end(self, number: int) -> None:
         self.send(Kind.CLOSE, number)
 
 
-def frame(kind: Kind, body: bytes) -> bytes:
-    return HEADER.pack(len(body), kind, 7) + body
+@pytest.fixture
+def engine() -> Any:
+    return Engine()
 
 
 def test_the_agent_gets_only_folders_of_ros2_and_the_range_of_the_gateway() -> None:
@@ -94,55 +103,53 @@ def test_new_messages_replace_the_oldest_beyond_the_depth_and_the_size() -> None
     assert inbox.push(b"4")
 
 
-def test_a_publisher_sends_a_message_when_the_pipe_has_room() -> None:
-    connection = Connection()
-    publisher = AgentPublisher(connection, 7, {**SPEC, "role": "publisher"})
+def test_a_publisher_sends_a_message_when_the_pipe_has_room(engine: Any) -> None:
+    publisher = AgentPublisher(engine, 7, SWITCH)
 
     publisher.publish(b"message")
     publisher.publish(b"another")
 
     for message in (b"message", b"another"):
-        send, connection.later = connection.later, tuple
-        assert b"".join(send()) == frame(Kind.PUBLISH, message)
-    assert connection.later() == ()
+        send, engine.later = engine.later, bytes
+        assert send() == frame(Kind.PUBLISH, 7, 0, message)
+    assert engine.later() == b""
 
 
-def test_a_call_gets_its_reply_and_late_replies_are_ignored() -> None:
-    connection = Connection()
-    caller = AgentCaller(connection, 7, SPEC)
-    send = connection.send
+def test_a_call_waits_for_a_server(engine: Any) -> None:
+    engine.answers = [b"", b"", b"response"]
 
-    def answer(kind: Kind, number: int, *parts: bytes) -> None:
-        send(kind, number, *parts)
-        caller.on_frame(NUMBER.pack(99) + b"of another call")
-        caller.on_frame(parts[0] + b"reply")
-
-    connection.send = answer  # type: ignore[method-assign]
-    assert caller.call(b"request", 60) == b"reply"
-    assert connection.frames == [frame(Kind.CALL, NUMBER.pack(1) + b"request")]
+    assert AgentCaller(engine, 7, SWITCH).call(b"request", 60) == b"response"
+    assert engine.frames == 3 * [frame(Kind.CALL, 7, 1, b"request")]
 
 
 @pytest.mark.parametrize(
     ("available", "text"), [(0, "is not available"), (1, "did not answer within 0.01 s")]
 )
-def test_a_call_that_times_out_is_not_sent_later(available: int, text: str) -> None:
-    connection = Connection()
-    connection.available = available
+def test_a_call_that_times_out_says_why(engine: Any, available: int, text: str) -> None:
+    engine.available, engine.answers = available, [None]
 
-    with pytest.raises(Ros2CallFailed, match=text):
-        AgentCaller(connection, 7, SPEC).call(b"", 0.01)
-    assert connection.frames[1:] == [frame(Kind.FORGET, NUMBER.pack(1))]
+    with pytest.raises(Ros2CallFailed, match=f"^the ROS 2 service /switch {text}$"):
+        AgentCaller(engine, 7, SWITCH).call(b"", 0.01)
 
 
-def test_a_failed_service_sends_an_empty_answer() -> None:
-    def fail(_: bytes) -> bytes:
-        raise ValueError("no")
+def test_a_service_that_fails_or_has_too_many_requests_sends_no_answer(engine: Any) -> None:
+    over = threading.Event()
 
-    connection = Connection()
-    server = AgentServer(connection, 7, {**SPEC, "role": "service"}, fail)
-    server.on_frame(NUMBER.pack(3) + b"request")
+    def answer(request: bytes) -> bytes:
+        over.wait(60)
+        if request == b"bad":
+            raise ValueError("no")
+        return request.upper()
 
-    wait_until(lambda: connection.frames == [frame(Kind.ANSWER, NUMBER.pack(3))])
+    server = AgentServer(engine, 7, SWITCH, answer)
+    server.on_frame(1, b"bad")
+    for number in range(2, 70):
+        server.on_frame(number, b"good")
+    over.set()
+
+    answers = [frame(Kind.ANSWER, 7, number, b"GOOD") for number in range(2, 65)]
+    wait_until(lambda: sorted(engine.frames) == sorted(answers))
+    assert server.dropped == 5
     server.close()
 
 

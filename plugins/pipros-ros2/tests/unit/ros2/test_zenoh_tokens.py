@@ -7,7 +7,7 @@ import random
 import pytest
 import xxhash
 
-from pipros_ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros_ros2.interface import Endpoint, EndpointKind, TopicQos
 from pipros_ros2.zenoh.tokens import (
     Arrivals,
     Attachment,
@@ -17,9 +17,7 @@ from pipros_ros2.zenoh.tokens import (
     graph_key,
     node_token,
     parse_attachment,
-    parse_qos,
     parse_token,
-    qos_text,
 )
 from pipros_rosbag2.names import zenoh_key
 
@@ -74,26 +72,6 @@ def test_names_and_namespaces_are_mangled() -> None:
     parsed = parse_token(token)
     assert parsed is not None
     assert (parsed[1].node, parsed[1].name, parsed[1].type_hash) == ("/robot/left/driver", name, "")
-
-
-@pytest.mark.parametrize(
-    ("qos", "text"),
-    [
-        (TopicQos(depth=42), "::,:,:,:,,"),
-        (TopicQos(depth=10), "::,10:,:,:,,"),
-        (TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1), ":1:,1:,:,:,,"),
-        (TopicQos(Reliability.BEST_EFFORT, depth=5), "2::,5:,:,:,,"),
-        (TopicQos(depth=0), "::2,:,:,:,,"),
-    ],
-)
-def test_qos_has_rmw_zenohs_defaults(qos: TopicQos, text: str) -> None:
-    assert qos_text(qos) == text
-    assert parse_qos(text) == qos
-
-
-@pytest.mark.parametrize("text", ["", "x", "9:9:9,-1", "::,99999999999999999999:", "::,\u0663:"])
-def test_unknown_qos_counts_as_default(text: str) -> None:
-    assert parse_qos(text) == TopicQos(depth=42)
 
 
 def test_attachments_have_33_bytes() -> None:
