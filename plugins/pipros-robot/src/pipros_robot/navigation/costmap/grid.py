@@ -71,8 +71,9 @@ class CostGrid:
         columns: Numbers = (x - self.origin_x) / self.resolution
         rows: Numbers = (y - self.origin_y) / self.resolution
         inside = (columns >= 0) & (rows >= 0) & (columns < self.width) & (rows < self.height)
-        whole = [np.where(inside, each, 0).astype(np.int64) for each in (columns, rows)]
-        return whole[0], whole[1], inside
+        if not inside.all():
+            columns, rows = np.where(inside, columns, 0), np.where(inside, rows, 0)
+        return columns.astype(np.int64), rows.astype(np.int64), inside
 
     def nearest_cell(self, x: float, y: float) -> tuple[int, int]:
         """Return the column and row of the cell nearest to a position."""

@@ -206,8 +206,13 @@ class DwaLocalPlanner:
             self._planner.look_at(self._costmap.grid, self._costmap.footprint, pose, local[:, :2])
             if self._rotation.is_there(pose, goal):
                 return self._turn(pose, goal)
-            choice = self._planner.choose(pose, self._velocity)
-            self._show(choice)
+            shown = self._tried if self._shows_tried else None
+            is_shown = shown is not None and shown.connection_count > 0
+            choice = self._planner.choose(pose, self._velocity, only_best=not is_shown)
+            if shown is not None and is_shown:
+                shown.publish(self._tried_cloud(choice))
+            if self._shows_costs and self._costs.connection_count:
+                self._costs.publish(self._cost_cloud())
         if choice.command is not None:
             for publisher, way in ((self._global_plan, local), (self._local_plan, choice.way)):
                 if publisher.connection_count:
@@ -267,18 +272,13 @@ class DwaLocalPlanner:
 
     # -- visualization -----------------------------------------------------------
 
-    def _show(self, choice: Choice) -> None:
+    def _tried_cloud(self, choice: Choice) -> Any:
         tried, scores = choice.tried, choice.scores
-        if self._tried and self._shows_tried and self._tried.connection_count:
-            mask = (np.arange(tried.x.shape[1]) < tried.counts[:, None]) & (scores >= 0)[:, None]
-            rows = [tried.x[mask], tried.y[mask], np.zeros(int(mask.sum())), tried.yaw[mask]]
-            rows.append(np.broadcast_to(scores[:, None], mask.shape)[mask])
-            names = ("x", "y", "z", "theta", "cost")
-            self._tried.publish(
-                plane.cloud(names, np.column_stack(rows), self._cloud_frame, stamp(self._node.clock))
-            )
-        if self._shows_costs and self._costs.connection_count:
-            self._costs.publish(self._cost_cloud())
+        mask = (np.arange(tried.x.shape[1]) < tried.counts[:, None]) & (scores >= 0)[:, None]
+        rows = [tried.x[mask], tried.y[mask], np.zeros(int(mask.sum())), tried.yaw[mask]]
+        rows.append(np.broadcast_to(scores[:, None], mask.shape)[mask])
+        names = ("x", "y", "z", "theta", "cost")
+        return plane.cloud(names, np.column_stack(rows), self._cloud_frame, stamp(self._node.clock))
 
     def _cost_cloud(self) -> Any:
         grid, settings = self._costmap.grid, self._settings

@@ -78,7 +78,9 @@ def waves(grid: CostGrid, targets: Sequence[Cells]) -> NDArray[np.int64]:
     return distance[:, 1:-1, 1:-1]
 
 
-def outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array) -> NDArray[np.int64]:
+def outline_costs(
+    grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array, growth: Array | None = None
+) -> NDArray[np.int64]:
     """Return the greatest cost on the outline for each pose, or a negative number such as `COLLISION`.
 
     The edges are drawn with Bresenham's algorithm between the cells of the corners. With fewer than three
@@ -87,13 +89,16 @@ def outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Ar
     Args:
         footprint: the corners in the robot's frame.
         x, y, yaw: the poses, shape (n,).
+        growth: the factors by which the footprint is enlarged, by pose; 1 if None.
     """
     result = np.zeros(len(x), np.int64)
     if len(x):
         columns, rows, inside = grid.world_to_cells(x, y)
-        reach = grid.in_cells(max((float(np.hypot(*corner)) for corner in footprint), default=0.0)) + 1
+        factors = np.ones(len(x)) if growth is None else growth
+        radius = max((float(np.hypot(*corner)) for corner in footprint), default=0.0)
+        reach = grid.in_cells(radius * float(factors.max())) + 1
         near = np.flatnonzero(~inside | _are_near_costs(grid.costs, rows, columns, reach))
-        result[near] = _outline_costs(grid, footprint, x[near], y[near], yaw[near])
+        result[near] = _outline_costs(grid, footprint, x[near], y[near], yaw[near], factors[near])
     return result
 
 
@@ -108,17 +113,20 @@ def _are_near_costs(costs: Costs, rows: Cells, columns: Cells, reach: int) -> ND
     return found
 
 
-def _outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array) -> NDArray[np.int64]:
+def _outline_costs(
+    grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array, growth: Array
+) -> NDArray[np.int64]:
     cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     has_outline = len(footprint) >= 3
     corners = np.array(footprint if has_outline else [(0.0, 0.0)])
+    forwards, left = growth[:, None] * corners[:, 0], growth[:, None] * corners[:, 1]
     column, row, inside = grid.world_to_cells(
-        x[:, None] + corners[:, 0] * cosine - corners[:, 1] * sine,
-        y[:, None] + corners[:, 0] * sine + corners[:, 1] * cosine,
+        x[:, None] + forwards * cosine - left * sine, y[:, None] + forwards * sine + left * cosine
     )
     outside = ~inside.all(axis=1)
     column[outside] = row[outside] = 0
-    longest = np.ceil(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T) / grid.resolution) + 2
+    edges = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T) * growth.max(initial=0.0)
+    longest = np.ceil(edges / grid.resolution) + 2
     worst = _worst_on_lines(grid.costs, column, row, longest)
     result = worst.astype(np.int64)
     result[worst >= (LETHAL if has_outline else INSCRIBED)] = COLLISION
@@ -130,13 +138,19 @@ def _outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: A
 def _worst_on_lines(costs: Costs, x: Cells, y: Cells, longest: Array) -> Costs:
     """Return the greatest cost on each closed polyline through cells. `x` and `y` have shape (n, corners).
 
-    `longest` is the maximum number of cells on each edge.
+    `longest` is the maximum number of cells on each edge. Edges between the same two cells, relative to each
+    other, cover the same cells, so that these are computed once if there are fewer such pairs than polylines.
     """
     columns, flat = costs.shape[1], costs.ravel()
     worst = np.zeros(len(x), np.uint8)
     for this, most in enumerate(longest):
         following = (this + 1) % x.shape[1]
         across, up = x[:, following] - x[:, this], y[:, following] - y[:, this]
+        reach, which = max(int(np.abs(each).max(initial=0)) for each in (across, up)), np.arange(len(x))
+        side = 2 * reach + 1
+        if side**2 < len(x):
+            which = (across + reach) * side + up + reach
+            across, up = np.indices((side, side)).reshape(2, -1) - reach
         width, height = np.abs(across), np.abs(up)
         is_steep = height > width
         long, short = np.maximum(width, height), np.minimum(width, height)
@@ -144,6 +158,7 @@ def _worst_on_lines(costs: Costs, x: Cells, y: Cells, longest: Array) -> Costs:
         minor = np.where(is_steep, np.sign(across), np.sign(up) * columns)
         steps = np.minimum(np.arange(min(int(most), int(long.max(initial=0)) + 1))[:, None], long)
         aside = (long // 2 + steps * short) // np.maximum(long, 1)
-        found = flat[y[:, this] * columns + x[:, this] + steps * major + aside * minor]
-        worst = np.maximum(worst, found.max(axis=0))
+        start = y[:, this] * columns + x[:, this]
+        for offsets in steps * major + aside * minor:
+            np.maximum(worst, flat[start + offsets[which]], out=worst)
     return worst

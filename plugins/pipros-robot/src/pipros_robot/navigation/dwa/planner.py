@@ -17,6 +17,11 @@ from pipros_robot.navigation.plane import Triple
 FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
 """Scores of trajectories that oscillate, collide, leave the grid, or enter blocked or unreached cells."""
 
+EQUAL = 1e-9
+"""Scores that differ by at most this much count as equal."""
+_TOGETHER = 64
+"""Number of trajectories whose obstacles are looked at together: their arrays fit into a cache."""
+
 
 class Oscillation:
     """Prevents oscillation: after a change of direction, the old direction is banned for a while."""
@@ -66,7 +71,7 @@ class Choice:
         command: the chosen velocity, or None if all trajectories were discarded.
         way: the poses on the chosen trajectory, shape (k, 3).
         tried: all trajectories.
-        scores: their scores, shape (n,); negative if discarded.
+        scores: their scores, shape (n,); negative if discarded, inf if the trajectory cannot be the best.
     """
 
     command: Triple | None
@@ -104,11 +109,14 @@ class DwaPlanner:
         is_far = distance**2 > ahead**2 * settings.cheat_factor
         self._alignment = settings.path_distance_bias if is_far else 0.0
 
-    def choose(self, pose: Triple, velocity: Triple) -> Choice:
-        """Return the best velocity for a robot with this pose and velocity. Call `look_at` first."""
+    def choose(self, pose: Triple, velocity: Triple, *, only_best: bool = False) -> Choice:
+        """Return the best velocity for a robot with this pose and velocity. Call `look_at` first.
+
+        With `only_best`, the command is the same, but trajectories that cannot be the best are not scored.
+        """
         samples = window(self.settings, pose, velocity, self._goal)
         tried = simulated(self.settings, pose, velocity, samples)
-        scores = self.scores(tried)
+        scores = self.scores(tried, only_best=only_best)
         legal = np.flatnonzero(scores >= 0)
         if not legal.size:
             return Choice(None, np.empty((0, 3)), tried, scores)
@@ -134,8 +142,11 @@ class DwaPlanner:
         tried = simulated(self.settings, pose, velocity, np.array([command]))
         return not len(tried) or bool(self.scores(tried)[0] >= 0)
 
-    def scores(self, tried: Trajectories) -> Array:
-        """Return the scores of trajectories. The lowest is best; a negative score means discarded."""
+    def scores(self, tried: Trajectories, *, only_best: bool = False) -> Array:
+        """Return the scores of trajectories. The lowest is best; a negative score means discarded.
+
+        With `only_best`, the scores of trajectories that cannot be the best are inf.
+        """
         settings, (scale, _) = self.settings, self.scales()
         scores = np.where(self._is_forbidden(tried.commands), FORBIDDEN, 0.0)
         path, goal, nose = self.distances
@@ -151,11 +162,28 @@ class DwaPlanner:
         if settings.twirling_scale:
             add_scores(scores, np.abs(tried.commands[:, 2]), settings.twirling_scale)
         if settings.occdist_scale:
-            left = np.flatnonzero(scores >= 0)
-            found = np.full(len(tried), HITS)
-            found[left] = self._obstacle_scores(tried, left)
-            add_scores(scores, found, settings.occdist_scale)
+            self._add_obstacle_scores(scores, tried, settings.occdist_scale, only_best=only_best)
         return scores
+
+    def _add_obstacle_scores(
+        self, scores: Array, tried: Trajectories, weight: float, *, only_best: bool
+    ) -> None:
+        """Add the costs under the footprint to the scores.
+
+        Costs are not negative. With `only_best`, the trajectories are looked at in the order of their other
+        scores, until these alone exceed the best score.
+        """
+        left, best = np.flatnonzero(scores >= 0), math.inf
+        left = left[scores[left].argsort()]
+        while left.size:
+            chosen, left = left[:_TOGETHER], left[_TOGETHER:]
+            found = self._obstacle_scores(tried, chosen)
+            scores[chosen] = np.where(found < 0, found, scores[chosen] + found * weight)
+            best = min(best, scores[chosen].min(where=found >= 0, initial=math.inf))
+            if only_best:
+                end = int(scores[left].searchsorted(best + EQUAL, "right"))
+                scores[left[end:]] = math.inf
+                left = left[:end]
 
     def scales(self) -> tuple[float, float]:
         """Return the factors of distances in cells and of costs, in addition to their weights."""
@@ -183,16 +211,14 @@ class DwaPlanner:
 
     def _obstacle_scores(self, tried: Trajectories, chosen: NDArray[np.int64]) -> Array:
         """Return the greatest cost, or the sum of costs, under the footprint along each trajectory."""
-        x, y, yaw = tried.x[chosen], tried.y[chosen], tried.yaw[chosen]
-        is_part = np.arange(x.shape[1]) < tried.counts[chosen, None]
-        costs = np.zeros(x.shape, np.int64)
-        growth = self._growth(tried.commands[chosen])
-        for factor in np.unique(growth):
-            mask = is_part & (growth == factor)[:, None]
-            corners = [(factor * a, factor * b) for a, b in self._footprint]
-            found = outline_costs(self._grid, corners, x[mask], y[mask], yaw[mask])
-            columns, rows, _ = self._grid.world_to_cells(x[mask], y[mask])
-            costs[mask] = np.where(found < 0, found, np.maximum(found, self._grid.costs[rows, columns]))
+        counts = tried.counts[chosen]
+        is_part = np.arange(tried.x.shape[1]) < counts[:, None]
+        x, y, yaw = (each[chosen][is_part] for each in (tried.x, tried.y, tried.yaw))
+        growth = np.repeat(self._growth(tried.commands[chosen]), counts)
+        found = outline_costs(self._grid, self._footprint, x, y, yaw, growth)
+        columns, rows, _ = self._grid.world_to_cells(x, y)
+        costs = np.zeros(is_part.shape, np.int64)
+        costs[is_part] = np.where(found < 0, found, np.maximum(found, self._grid.costs[rows, columns]))
         total = costs.sum(1) if self.settings.sum_scores else costs.max(1, initial=0)
         scores: Array = np.where((costs < 0).any(1), HITS, total)
         return scores

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipros_robot.navigation.dwa.grid_costs import outline_costs
-from pipros_robot.navigation.dwa.planner import FORBIDDEN, HITS, Choice, DwaPlanner, add_scores
+from pipros_robot.navigation.dwa.planner import EQUAL, FORBIDDEN, Choice, DwaPlanner, add_scores
 from pipros_robot.navigation.dwa.trajectories import Array, Trajectories, sampled, simulated, within_reach
 from pipros_robot.navigation.plane import Triple
 from pipros_robot.navigation.trajectory.settings import TrajectorySettings
@@ -37,17 +37,20 @@ class TrajectoryPlanner(DwaPlanner):
     def start_plan(self) -> None:
         """Do nothing: bans last until the robot has moved, because plans may be replaced every second."""
 
-    def choose(self, pose: Triple, velocity: Triple) -> Choice:
-        """Return the best velocity for a robot with this pose and velocity. Call `look_at` first."""
+    def choose(self, pose: Triple, velocity: Triple, *, only_best: bool = False) -> Choice:
+        """Return the best velocity for a robot with this pose and velocity. Call `look_at` first.
+
+        With `only_best`, the command is the same, but trajectories that cannot be the best are not scored.
+        """
         own = self.own
         self._end_escape(pose)
         samples = self._turns(velocity)
         if self._escape_from is None:
             samples = np.vstack((self._forwards(pose, velocity), samples))
-        choice = self._best(pose, velocity, samples)
+        choice = self._best(pose, velocity, samples, only_best=only_best)
         if choice.command is None and own.holonomic_robot:
             sideways = np.array([(0.0, y, 0.0) for y in own.strafes]).reshape(-1, 3)
-            choice = self._best(pose, velocity, sideways)
+            choice = self._best(pose, velocity, sideways, only_best=only_best)
         if choice.command is None:
             return self._escape(pose, choice)
         self._oscillation.note(choice.command, pose, self.settings)
@@ -71,7 +74,8 @@ class TrajectoryPlanner(DwaPlanner):
         fastest = own.max_vel_x if own.dwa else max(min(own.max_vel_x, farthest), own.min_vel_x)
         fastest = min(fastest, own.max_vel_x)
         low, high = self._reach(velocity[0], min(own.min_vel_x, fastest), fastest, own.acc_lim_x)
-        made = [(x, 0.0, w) for x in sampled(low, high, own.vx_samples) if x for w in self._rates(velocity)]
+        rates = self._rates(velocity)
+        made = [(x, 0.0, turn) for x in sampled(low, high, own.vx_samples) if x for turn in rates]
         if own.holonomic_robot:
             made += [(min(_STRAFE, own.max_vel_x), side, 0.0) for side in (_STRAFE, -_STRAFE)]
         return np.array(made).reshape(-1, 3)
@@ -87,14 +91,14 @@ class TrajectoryPlanner(DwaPlanner):
 
     # -- scores ------------------------------------------------------------------
 
-    def _best(self, pose: Triple, velocity: Triple, samples: Array) -> Choice:
+    def _best(self, pose: Triple, velocity: Triple, samples: Array, *, only_best: bool) -> Choice:
         tried = simulated(self.settings, pose, velocity, samples)
-        scores = self.scores(tried)
+        scores = self.scores(tried, only_best=only_best)
         legal = np.flatnonzero(scores >= 0)
         if not len(legal):
             return Choice(None, np.empty((0, 3)), tried, scores)
         best = int(legal[scores[legal].argmin()])
-        equal = legal[scores[legal] <= scores[best] + 1e-9]
+        equal = legal[scores[legal] <= scores[best] + EQUAL]
         turning = equal[~tried.goals[equal, :2].any(axis=1)]
         if len(turning):  # turns in place end at the same position: the point ahead decides
             ahead = self._distance_scores(tried, self.distances[1], self.own.heading_lookahead)[turning]
@@ -102,8 +106,11 @@ class TrajectoryPlanner(DwaPlanner):
         x, y, turn = map(float, tried.goals[best])
         return Choice((x, y, turn), tried.way(best), tried, scores)
 
-    def scores(self, tried: Trajectories) -> Array:
-        """Return the scores of trajectories. The lowest is best; a negative score means discarded."""
+    def scores(self, tried: Trajectories, *, only_best: bool = False) -> Array:
+        """Return the scores of trajectories. The lowest is best; a negative score means discarded.
+
+        With `only_best`, the scores of trajectories that cannot be the best are inf.
+        """
         own = self.own
         scores = np.where(self._is_forbidden(tried.goals), FORBIDDEN, 0.0)
         scale, _ = self.scales()
@@ -116,10 +123,7 @@ class TrajectoryPlanner(DwaPlanner):
             add_scores(scores, self._heading_scores(tried), _HEADING_WEIGHT)
         add_scores(scores, path, own.path_distance_bias * scale)
         add_scores(scores, goal, own.goal_distance_bias * scale)
-        left = np.flatnonzero(scores >= 0)
-        found = np.full(len(tried), HITS)
-        found[left] = self._obstacle_scores(tried, left)
-        add_scores(scores, found, own.occdist_scale * scale)
+        self._add_obstacle_scores(scores, tried, own.occdist_scale * scale, only_best=only_best)
         return scores
 
     def scales(self) -> tuple[float, float]:

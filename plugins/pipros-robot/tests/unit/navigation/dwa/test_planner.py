@@ -145,8 +145,13 @@ def test_the_choice_and_all_scores_equal_those_of_a_plain_loop(seed: int) -> Non
     planner = DwaPlanner(settings)
 
     planner.look_at(grid, FOOTPRINT, pose, plan)
+    best = planner.choose(pose, velocity, only_best=True)
+    planner.start_plan()
     choice = planner.choose(pose, velocity)
 
+    is_scored = best.scores != np.inf
+    assert best.command == choice.command
+    assert (best.scores[is_scored] == choice.scores[is_scored]).all()
     on_plan = [cell for x, y in plan if (cell := cell_of(x, y)) is not None]
     goal = plan[-1]
     angle = math.atan2(goal[1] - pose[1], goal[0] - pose[0])

@@ -40,6 +40,11 @@ def test_scores_are_weighted_distances_and_costs() -> None:
     assert known.sum() > 100
     assert 0 < (highest[known] > 0.2).mean() < 1
     assert choice.scores[known] == pytest.approx(wanted[known])
+    best = planner(SETTINGS).choose(START, STILL, only_best=True)
+    is_scored = best.scores != np.inf
+    assert 0 < is_scored.mean() < 1
+    assert best.command == choice.command
+    assert (best.scores[is_scored] == choice.scores[is_scored]).all()
 
 
 def test_scoring_in_metres_keeps_the_relation_of_distances_to_costs() -> None:
