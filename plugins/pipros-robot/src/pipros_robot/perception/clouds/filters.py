@@ -198,28 +198,43 @@ def voxel_grid(cloud: PointCloud2, values: Values) -> PointCloud2:
     if not len(rows):
         return with_rows(cloud, rows, is_dense=True)
     keys = _cell_numbers(points, leaf)
-    order = np.argsort(keys)
+    order = _ascending(keys)
     keys = keys[order]
-    starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
-    counts = np.diff(np.append(starts, len(keys)))
+    group = np.empty(len(keys), np.int64)
+    group[order] = np.cumsum(np.concatenate([[False], keys[1:] != keys[:-1]]))
+    counts = np.bincount(group)
+    means = _means(cloud, rows, group, counts)
     enough = counts >= values["min_points_per_voxel"]
-    means = _means(cloud, rows[order], starts, counts)
-    return with_rows(cloud, means[enough], is_dense=True)
+    return with_rows(cloud, means if enough.all() else means[enough], is_dense=True)
 
 
 def _cell_numbers(points: Array, leaf: Array) -> Array:
     """Return the cell number of each point; x varies fastest."""
-    with np.errstate(over="ignore"):
-        scaled = np.floor(points * (np.float32(1.0) / leaf)).astype(np.float64)
-    cells = np.clip(scaled, -_FARTHEST, _FARTHEST).astype(np.int64)
-    cells -= cells.min(0)
-    sizes = cells.max(0) + 1
-    volume = np.prod(sizes.astype(np.float64))
-    if volume >= _NUMBERS:
-        inverse: Array = np.unique(cells[:, ::-1], axis=0, return_inverse=True)[1]
+    cells = []
+    for axis, size in enumerate(leaf):
+        with np.errstate(over="ignore"):
+            scaled = np.floor(points[:, axis] * (np.float32(1.0) / size)).astype(np.float64)
+        cells.append(np.clip(scaled, -_FARTHEST, _FARTHEST, out=scaled).astype(np.int64))
+        cells[-1] -= cells[-1].min()
+    x, y, z = cells
+    width, height, depth = (int(each.max()) + 1 for each in cells)
+    if float(width) * height * depth >= _NUMBERS:
+        inverse: Array = np.unique(np.stack([z, y, x], 1), axis=0, return_inverse=True)[1]
         return inverse.reshape(-1)
-    numbers: Array = cells[:, 0] + sizes[0] * (cells[:, 1] + sizes[1] * cells[:, 2])
-    return numbers.astype(np.int32) if volume < 2**31 else numbers
+    numbers: Array = x + width * (y + height * z)
+    return numbers
+
+
+def _ascending(keys: Array) -> Array:
+    """Return the order that sorts integers >= 0.
+
+    Sorts by 16 bits at a time, because numpy sorts such numbers, and no larger ones, by radix: for numbers of
+    32 bits in a sixth of the time of `argsort`.
+    """
+    order = np.arange(len(keys))
+    for shift in range(0, int(keys.max()).bit_length(), 16):
+        order = order[np.argsort((keys[order] >> shift).astype(np.uint16), kind="stable")]
+    return order
 
 
 def leaf_sizes(values: Values) -> Array:
@@ -236,18 +251,23 @@ def leaf_sizes(values: Values) -> Array:
     return leaf
 
 
-def _means(cloud: PointCloud2, rows: Array, starts: Array, counts: Array) -> Array:
-    """Return one row for each group of consecutive rows; its fields are the means of the group's fields."""
-    means = np.zeros((len(starts), rows.shape[1]), np.uint8)
+def _means(cloud: PointCloud2, rows: Array, group: Array, counts: Array) -> Array:
+    """Return one row for each group of rows; its fields are the means of the group's fields.
+
+    Args:
+        group: the group of each row.
+        counts: the number of rows in each group.
+    """
+    means = np.zeros((len(counts), rows.shape[1]), np.uint8)
     for field in cloud.fields:
         if field.datatype not in TYPES:
             continue
         if field.name in ("rgb", "rgba"):
             for at in range(field.offset, min(field.offset + 4, rows.shape[1])):
-                means[:, at] = np.add.reduceat(rows[:, at], starts, dtype=np.float64) / counts
+                means[:, at] = np.bincount(group, rows[:, at]) / counts
             continue
         target, source = column(cloud, means, field.name), column(cloud, rows, field.name)
         with np.errstate(all="ignore"):
-            sums = np.add.reduceat(source, starts, dtype=np.float64) / counts
+            sums = np.bincount(group, source) / counts
             target[:] = sums if target.dtype.kind == "f" else np.rint(sums).astype(target.dtype)
     return means

@@ -101,7 +101,7 @@ def positions(cloud: PointCloud2, rows: Array) -> Array:
     for name in POSITION:
         if not has_field(cloud, name):
             raise InvalidCloud(f"field {name} of a cloud must exist and be of type FLOAT32")
-    found = np.empty((len(rows), 3), np.float32)
+    found = np.empty((3, len(rows)), np.float32).T  # columns are read more often than points
     for axis, name in enumerate(POSITION):
         found[:, axis] = column(cloud, rows, name)
     return found
