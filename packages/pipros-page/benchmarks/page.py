@@ -6,9 +6,10 @@
 First, prints how the page opens in a new browser whose processor is slowed four times: requests, kB
 transferred, and ms until the first text and until the graph or scene of a simulated robot is drawn. Then, for
 each load, prints animation frames and pictures a second, the processor time of the server and of Chromium
-(with all its processes) as percentages of a core, and their memory at the end. Chromium is driven through its
-own protocol, because Playwright copies all data of WebSockets. Without a graphics card, Chromium draws in
-software.
+(with all its processes) as percentages of a core, and their memory at the beginning and at the end, after a
+collection; with `--seconds 600`, memory that grows shows a leak, and so do elements and listeners. Chromium
+is driven through its own protocol, because Playwright copies all data of WebSockets. Without a graphics card,
+Chromium draws in software.
 """
 
 import contextlib
@@ -68,7 +69,7 @@ COUNT_FRAMES = """(() => {
   const count = () => { globalThis.frames_ += 1; requestAnimationFrame(count); };
   requestAnimationFrame(count);
 })()"""
-COUNTED = """JSON.stringify([globalThis.frames_, performance.memory.usedJSHeapSize,
+COUNTED = """JSON.stringify([globalThis.frames_,
   document.querySelector(".tab-scene")?.scene?.figures?.pictures ?? null,
   document.querySelectorAll("svg .vertex, canvas, .u-over").length])"""
 
@@ -168,6 +169,15 @@ def memory_mb(processes):
     return sum(each.memory_full_info().pss for each in processes if each.is_running()) / 1e6
 
 
+def memory(server, chromium):
+    """Return the memory of the server, of Chromium and of its scripts (MB), its elements and listeners."""
+    chromium.call("HeapProfiler.collectGarbage")
+    counted = chromium.call("Memory.getDOMCounters")
+    heap = chromium.call("Runtime.getHeapUsage")["usedSize"] / 1e6
+    ours = memory_mb([psutil.Process(server.pid)]), memory_mb(chromium.processes())
+    return *ours, heap, counted["nodes"], counted["jsEventListeners"]
+
+
 def place_of(kind, programs):
     """Start the programs of a load. Return the options of the page, and the place that it shows."""
 
@@ -241,26 +251,24 @@ def measure(kind, seconds):
         command, place = place_of(kind, programs)
         server, url = serve(programs, *command)
         chromium = Chromium(programs, f"{url}/{place}", has_scene=kind == "clouds")
-        time.sleep(min(seconds, 15))  # until all is shown
+        time.sleep(max(min(seconds, 15), seconds / 6))  # until all is shown, and histories are full
         chromium.evaluate(COUNT_FRAMES)
         ours, theirs = [psutil.Process(server.pid)], chromium.processes()
+        sizes = [memory(server, chromium)]
         before = [used_s(ours), used_s(theirs), *json.loads(chromium.evaluate(COUNTED))]
         began_s = time.monotonic()
         time.sleep(seconds)
-        frames, heap, pictures, parts = json.loads(chromium.evaluate(COUNTED))
+        frames, pictures, parts = json.loads(chromium.evaluate(COUNTED))
         passed_s = time.monotonic() - began_s
-        drawn = "" if pictures is None else f"{(pictures - (before[4] or 0)) / passed_s:.1f}"
+        drawn = "" if pictures is None else f"{(pictures - (before[3] or 0)) / passed_s:.1f}"
         rates = [
             100 * (used - old) / passed_s
             for used, old in zip((used_s(ours), used_s(theirs)), before, strict=False)
         ]
         cells = [kind, f"{(frames - before[2]) / passed_s:.1f}", drawn, *(f"{each:.0f} %" for each in rates)]
-        cells += [
-            f"{memory_mb(ours):.0f}",
-            f"{memory_mb(chromium.processes()):.0f}",
-            f"{heap / 1e6:.0f}",
-            str(parts),
-        ]
+        sizes.append(memory(server, chromium))
+        cells += [f"{old:.0f}, {new:.0f}" for old, new in zip(*sizes, strict=True)]
+        cells.append(str(parts))
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
@@ -272,8 +280,9 @@ def main():
         loads.remove("opening")
     if not loads:
         return
-    print("| load | frames/s | pictures/s | server | Chromium | server MB | Chromium MB | heap MB | parts |")
-    print("| --- |" + " ---: |" * 8)
+    names = "load | frames/s | pictures/s | server | Chromium | server MB | Chromium MB | heap MB"
+    print(f"| {names} | elements | listeners | parts |")
+    print("| --- |" + " ---: |" * 10)
     for kind in loads:
         measure(kind, options.seconds)
 

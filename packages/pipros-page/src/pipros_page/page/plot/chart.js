@@ -2,7 +2,7 @@
 
 import uPlot from "../vendor/uPlot.js";
 import { pairs } from "./curve.js";
-import { axisLabels, nearestTime, number } from "./selection.js";
+import { axisLabels, firstFrom, nearestTime, number } from "./selection.js";
 
 const JOINED = [0, 2]; // uPlot.join's null modes of times and values: a missing number is a gap, also among other samples
 const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
@@ -92,12 +92,16 @@ export function createChart(place, size, settings, on) {
   }, dataOf(settings), place);
 }
 
-// The data for uPlot. For x-y curves, only their extent, because uPlot would sort the points by x.
-export function dataOf(settings) {
+// The data for uPlot: the samples in a range, and one more at each end, because older ones would make each picture slower than the
+// last one. For x-y curves, only their extent, because uPlot would sort the points by x.
+export function dataOf(settings, [begin, end] = settings.span()) {
   const { curves, isXy } = settings;
   if (isXy) return [xExtent(settings), ...curves.map(() => [0, 1])];
-  if (curves.length === 1) return [curves[0].times, curves[0].values];
-  return uPlot.join(curves.map((curve) => [curve.times, curve.values]), curves.map(() => JOINED));
+  const shown = curves.map(({ times, values }) => {
+    const part = /** @type {const} */ ([Math.max(0, firstFrom(times, begin) - 1), firstFrom(times, end) + 1]);
+    return [times.slice(...part), values.slice(...part)];
+  });
+  return shown.length === 1 ? shown[0] : uPlot.join(shown, curves.map(() => JOINED));
 }
 
 // The curves over the first, as {curve, points}.

@@ -222,10 +222,11 @@ export function open(view, argument, context) {
     toNewest.hidden = !isZoomed;
     replace(csv, isZoomed ? "CSV of the shown part" : "CSV");
     table.element.hidden = !hasStatistics.checked || set.isXy;
-    plot.setData(dataOf(settings()), set.isXy);
-    if (set.isXy) return;
     const [begin, end] = span();
-    if (hasStatistics.checked) table.draw(set.all, shownRange() ?? [begin, end]);
+    const range = shownRange() ?? [begin, end];
+    plot.setData(dataOf(settings(), range), set.isXy);
+    if (set.isXy) return;
+    if (hasStatistics.checked) table.draw(set.all, range);
     if (isZoomed || !end) plot.redraw();
     else plot.setScale("x", { min: begin, max: end > begin ? end : begin + 1 });
   }
