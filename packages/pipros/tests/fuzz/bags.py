@@ -32,7 +32,7 @@ MEMORY_BYTES = 24 << 20
 MEMORY_PER_BYTE = 200
 
 
-@changed(BAG_CHUNK_BYTES=1 << 20, BAG_HEADER_BYTES=10_000, BAG_INDEX_BYTES=1 << 20)
+@changed(BAG_CHUNK_BYTES=1 << 20, BAG_HEADER_BYTES=10_000, BAG_RECORDS=1 << 16)
 def target(data: bytes) -> None:
     tracemalloc.start()
     try:

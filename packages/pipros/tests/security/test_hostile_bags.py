@@ -124,8 +124,8 @@ def test_a_bag_that_expands_to_too_many_messages_is_not_indexed(constants: Const
     content = message_record(0) * 20_000
     data = appended(*[chunk_of(content, "bz2")] * 20, chunks=[], counts={})
 
-    constants(BAG_INDEX_BYTES=MIB)
+    constants(BAG_RECORDS=50_000)
     rebuilt = BagReader(io.BytesIO(data), rebuild_index=True)
 
-    assert "bytes; the limit is 1048576" in rebuilt.damage[0]
-    assert 20_000 < rebuilt.message_count * ENTRY.size < MIB + 16 * len(data)
+    assert "too many records; the limit is 50000" in rebuilt.damage[0]
+    assert rebuilt.message_count == 60_001

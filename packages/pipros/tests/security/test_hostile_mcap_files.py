@@ -79,15 +79,6 @@ def test_a_message_of_a_compressed_chunk_takes_a_few_bytes() -> None:
         assert sum(1 for _ in McapReader(io.BytesIO(data)).raw_messages()) == 150_001
 
 
-def test_chunks_that_expand_to_too_many_messages_are_refused(constants: Constants) -> None:
-    data = appended(*[chunk_record(messages_record([1] * 20_000))] * 10)
-    constants(BAG_INDEX_BYTES=MIB)
-    limits = Limits()
-
-    with pytest.raises(BagFormatError, match="bytes; the limit is 1048576"):
-        read(data, limits)
-
-
 def test_a_chunk_beyond_the_decompression_limit_is_refused(constants: Constants) -> None:
     data = appended(chunk_record(bytes([5]) + (8 * MIB).to_bytes(8, "little") + bytes(8 * MIB)))
     assert len(read(data)) == 1  # channel 0 does not exist

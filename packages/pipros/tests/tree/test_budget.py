@@ -18,7 +18,7 @@ BUDGETS = {
     "packages/pipros-rosbag2": (3_690, 1_690),
     "packages/pipros-server": (3_300, 1_820),
     "packages/pipros-simulation": (3_760, 2_060),
-    "packages/pipros-tools": (30_180, 10_000),
+    "packages/pipros-tools": (30_180, 10_130),
     "packages/pipros-workspace": (6_420, 3_670),
     "plugins/pipros-assistants": (1_730, 2_080),
     "plugins/pipros-data": (2_990, 2_770),

@@ -16,6 +16,9 @@ NONE, BZ2, LZ4 = "none", "bz2", "lz4"
 COMPRESSIONS = (NONE, BZ2, LZ4)
 ZSTD = "zstd"
 
+_BZ2_BLOCK_BYTES = 8192
+"""Size of the input of one call of a decompressor. After a stream, it copies what is left of the input."""
+
 
 def has_lz4() -> bool:
     """Return whether chunks can be written with lz4."""
@@ -72,19 +75,23 @@ def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
 
 
 def _decompress_bz2(data: bytes, size: int, where: str) -> bytes:
-    parts, left = [], size
-    while data:
-        reader = bz2.BZ2Decompressor()
+    parts, left, at, begin = [], size, 0, size
+    reader = bz2.BZ2Decompressor()
+    while at < len(data) and left >= 0:
+        block = data[at : at + _BZ2_BLOCK_BYTES]
         try:
-            part = reader.decompress(data, left + 1)
+            part = reader.decompress(block, left + 1)
         except (OSError, ValueError, EOFError) as error:
             raise BagFormatError(f"{where}: the bz2 data are damaged: {error}") from None
         parts.append(part)
         left -= len(part)
-        if left < 0 or not reader.eof:
-            break
-        data = reader.unused_data
-    return parts[0] if len(parts) == 1 else b"".join(parts)
+        at += len(block)
+        if reader.eof:
+            at -= len(reader.unused_data)
+            if left == begin and at < len(data):
+                raise BagFormatError(f"{where}: the bz2 data are damaged: a stream before the last is empty")
+            reader, begin = bz2.BZ2Decompressor(), left
+    return b"".join(parts)
 
 
 def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:

@@ -44,7 +44,6 @@ class BagLayout:
         chunks: chunks in file order.
         indexes: packed index entries by chunk position, then by connection number, for bags in format 1.2 and
             bags whose index was rebuilt. For other bags, the entries are read from the file when needed.
-        index_bytes: total size of `indexes`.
         headers: chunk headers by position, if they were found by a scan.
         index_position: byte position of the index; 0 if there is none. Always 1 for bags in format 1.2.
         header_end: byte position after the file header.
@@ -57,7 +56,6 @@ class BagLayout:
     connections: dict[int, Connection] = field(default_factory=dict)
     chunks: list[ChunkInfo] = field(default_factory=list)
     indexes: dict[int, Mapping[int, bytes]] = field(default_factory=dict)
-    index_bytes: int = 0
     headers: dict[int, ChunkHeader] = field(default_factory=dict)
     index_position: int = 0
     header_end: int = HEADER_END

@@ -11,13 +11,18 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from pipros.basics.limits import Limits
-from pipros_tools.bag.chunk_data import ChunkStore, are_large, check_index_size, read_chunk_data
+from pipros_tools.bag.chunk_data import (
+    ChunkStore,
+    are_large,
+    read_chunk_data,
+    record_numbers,
+    with_advice,
+)
 from pipros_tools.bag.errors import BagFormatError
 from pipros_tools.bag.index import ChunkHeader
 from pipros_tools.bag.mcap_records import (
     CHUNK,
     DATA_END,
-    ENTRY_BYTES,
     FOOTER,
     MAGIC,
     MESSAGE,
@@ -77,7 +82,7 @@ class McapMessages:
         self._as_views, self._on_damage = as_views, on_damage
         self._chunks: dict[int, McapChunk] = {}
         self._entries: dict[int, Entries] = {}
-        self._held_bytes = 0
+        self._numbers = record_numbers(source)
         self._places = [each.chunk_start_offset for each in indexes]
         self._channels = [each.message_index_offsets.keys() or wanted for each in indexes]
         self._max_messages = [each.message_index_length // _INDEX_ENTRY_BYTES for each in indexes]
@@ -125,7 +130,7 @@ class McapMessages:
                         channel, sequence, _, published = start_of(head, RECORD.size)
                         yield channel, time, body, sequence, published
                 if run.is_last:
-                    self._held_bytes -= len(self._entries.pop(number)) * ENTRY_BYTES
+                    del self._entries[number]
                     self._store.drop(number)
         finally:
             self._store.close()
@@ -164,13 +169,12 @@ class McapMessages:
             data = self._store.get(number, upcoming, is_reusable=self._is_reusable(number))
             if data is None:
                 data = read_chunk_data(self._source, chunk.header)
-            check_content(self._source, chunk, data)
-            where = self._source.at(self._places[number])
-            found = message_entries(data, where, self._wanted, self._first, self._last)
+            where, limits = self._source.at(self._places[number]), (self._first, self._last)
+            with with_advice():
+                check_content(self._source, chunk, data)
+                found = message_entries(data, where, self._wanted, *limits, self._numbers)
         if found:
             self._entries[number] = found
-            self._held_bytes += len(found) * ENTRY_BYTES
-            check_index_size(self._source, self._held_bytes)
         return found
 
     def _is_reusable(self, number: int) -> bool:

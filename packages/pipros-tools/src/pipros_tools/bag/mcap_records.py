@@ -16,7 +16,7 @@ from itertools import pairwise
 from struct import Struct
 from typing import Any, overload
 
-from pipros_tools.bag.chunk_data import read_chunk_data
+from pipros_tools.bag.chunk_data import read_chunk_data, record_numbers, too_many_records
 from pipros_tools.bag.compression import LZ4, NONE, ZSTD
 from pipros_tools.bag.errors import BagFormatError
 from pipros_tools.bag.index import ChunkHeader
@@ -41,9 +41,6 @@ name.
 
 _FOOTER_AND_MAGIC = RECORD.size + 20 + len(MAGIC)
 _COMPRESSIONS = {b"": NONE, b"lz4": LZ4, b"zstd": ZSTD}
-
-ENTRY_BYTES = 16
-"""Size of an entry in `Entries`."""
 
 
 class Entries(Sequence[Entry]):
@@ -166,10 +163,16 @@ def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
         position += size
 
 
-def records_in(data: bytes | bytearray, where: str) -> Iterator[tuple[int, int, int]]:
-    """Yield the kind, position and size of each record in a chunk's content; see `records`."""
+def records_in(data: bytes | bytearray, where: str, numbers: Iterator[int]) -> Iterator[tuple[int, int, int]]:
+    """Yield the kind, position and size of each record in a chunk's content; see `records`.
+
+    Args:
+        numbers: see `record_numbers`.
+    """
     position, end = 0, len(data)
-    while position < end:
+    for _ in numbers:
+        if position == end:
+            return
         after = position + RECORD.size
         if after <= end:
             op, size = RECORD.unpack_from(data, position)
@@ -177,6 +180,7 @@ def records_in(data: bytes | bytearray, where: str) -> Iterator[tuple[int, int, 
         if after > end or position > end or (op == MESSAGE and size < MESSAGE_START.size):
             raise BagFormatError(f"{where}: the record at byte {after - RECORD.size} of the chunk is damaged")
         yield op, after, size
+    raise too_many_records(where)
 
 
 def read_chunk(source: Source, position: int) -> McapChunk:
@@ -212,16 +216,21 @@ def check_content(source: Source, chunk: McapChunk, data: bytes | bytearray) -> 
 
 
 def message_entries(
-    data: bytes | bytearray, where: str, wanted: Container[int], first: int, last: int
+    data: bytes | bytearray,
+    where: str,
+    wanted: Container[int],
+    first: int,
+    last: int,
+    numbers: Iterator[int],
 ) -> Entries:
     """Return the entries of messages on the selected channels between two timestamps (ns), inclusive.
 
     Raises:
-        BagFormatError: a record is damaged.
+        BagFormatError: a record is damaged, or there are too many; see `record_numbers`.
     """
     times, offsets = array("Q"), array("Q")
     unpack = MESSAGE_START.unpack_from
-    for op, position, _ in records_in(data, where):
+    for op, position, _ in records_in(data, where, numbers):
         if op == MESSAGE:
             channel, _, time, _ = unpack(data, position)
             if channel in wanted and first <= time <= last:
@@ -245,6 +254,7 @@ def all_records(
     """
     if source.read(0, min(source.size, len(MAGIC))) != MAGIC:
         raise BagFormatError(f"{source.name} is not an MCAP file")
+    numbers = record_numbers(source)
     for op, position, size in records(source, len(MAGIC)):
         progress(position)
         if op == CHUNK:
@@ -253,7 +263,7 @@ def all_records(
                 chunk = read_chunk(source, position - RECORD.size)
                 data = read_chunk_data(source, chunk.header)
                 check_content(source, chunk, data)
-                for inner, at, length in records_in(data, source.at(position)):
+                for inner, at, length in records_in(data, source.at(position), numbers):
                     if inner in (SCHEMA, CHANNEL, MESSAGE):
                         yield inner, data[at : at + length]
             except BagFormatError as error:

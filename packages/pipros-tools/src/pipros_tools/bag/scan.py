@@ -8,11 +8,11 @@ at the next chunk.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
-from pipros_tools.bag.chunk_data import check_index_size, read_chunk_data
+from pipros_tools.bag.chunk_data import read_chunk_data, record_numbers, too_many_records
 from pipros_tools.bag.connection import Connection, parse_connection
 from pipros_tools.bag.errors import BagFormatError, UnusableConnection
 from pipros_tools.bag.index import ChunkHeader, ChunkInfo, parse_chunk_header
@@ -81,19 +81,19 @@ def scan(source: Source, start: int, progress: Progress | None = None) -> BagLay
     with suppress(BagFormatError):
         check_not_encrypted(source, source.header(start)[0])
     layout = BagLayout(Version(2, 0), end=start)
-    position = start
+    position, numbers = start, record_numbers(source)
     while position < source.size:
         if progress is not None:
             progress(position)
         try:
-            position = _scan_record(source, layout, position)
+            position = _scan_record(source, layout, position, numbers)
         except BagFormatError as error:
             layout.damage.append(str(error))
             position = _next_chunk(source, position + 1)
     return layout
 
 
-def _scan_record(source: Source, layout: BagLayout, position: int) -> int:
+def _scan_record(source: Source, layout: BagLayout, position: int, numbers: Iterator[int]) -> int:
     """Add the contents of the record at `position` to the layout. Return the position of the next record."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
@@ -104,16 +104,14 @@ def _scan_record(source: Source, layout: BagLayout, position: int) -> int:
         if header.compression == "none" and (not data_size or after > source.size):
             # The writer was killed before it wrote the size or the entire chunk.
             header = replace(header, data_size=source.size - data_position, size=source.size - data_position)
-            return _scan_open_chunk(source, layout, position, header)
+            return _scan_open_chunk(source, layout, position, header, numbers)
         try:
-            contents = _read_chunk(source, header)
+            contents = _read_chunk(source, header, numbers)
         except BagFormatError as error:
             if after > source.size:
                 raise
             layout.damage.append(str(error))
             return after
-        size = layout.index_bytes + sum(map(len, contents.entries.values()))
-        check_index_size(source, size)
         add_chunk(layout, position, header, contents)
         if contents.size < header.size:
             layout.damage.append(f"{where}: the chunk is damaged after byte {contents.size} of its content")
@@ -139,17 +137,20 @@ def _scan_record(source: Source, layout: BagLayout, position: int) -> int:
     return after
 
 
-def _read_chunk(source: Source, header: ChunkHeader) -> Contents:
+def _read_chunk(source: Source, header: ChunkHeader, numbers: Iterator[int]) -> Contents:
     if header.compression == "none" and header.size == header.data_size:
         start = header.data_position
-        return _walk(lambda at, size: source.read(start + at, size), header.size)
+        return _walk(lambda at, size: source.read(start + at, size), header.size, source.at(start), numbers)
     data = read_chunk_data(source, header)
-    return _walk(lambda at, size: data[at : at + size], len(data))
+    where = source.at(header.data_position)
+    return _walk(lambda at, size: data[at : at + size], len(data), where, numbers)
 
 
-def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: ChunkHeader) -> int:
+def _scan_open_chunk(
+    source: Source, layout: BagLayout, position: int, header: ChunkHeader, numbers: Iterator[int]
+) -> int:
     start = header.data_position
-    contents = _walk(lambda at, size: source.read(start + at, size), header.size)
+    contents = _walk(lambda at, size: source.read(start + at, size), header.size, source.at(start), numbers)
     header = replace(header, data_size=contents.size, size=contents.size)
     if contents.entries:
         layout.headers[position] = header
@@ -172,7 +173,6 @@ def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: C
         return
     counts = {connection: len(data) // ENTRY.size for connection, data in contents.entries.items()}
     layout.chunks.append(ChunkInfo(position, contents.start_ns, contents.end_ns, counts))
-    layout.index_bytes += sum(map(len, contents.entries.values()))
     layout.indexes[position] = {connection: bytes(data) for connection, data in contents.entries.items()}
     layout.headers[position] = header
 
@@ -183,12 +183,18 @@ def _add_unusable(layout: BagLayout, error: UnusableConnection) -> None:
         layout.damage.append(f"{error.topic} is left out: {error}")
 
 
-def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
-    """Return the connections and messages in a chunk before the first damaged or truncated record."""
+def _walk(read: Callable[[int, int], bytes], size: int, place: str, numbers: Iterator[int]) -> Contents:
+    """Return the connections and messages in a chunk before the first damaged or truncated record.
+
+    Raises:
+        BagFormatError: there are too many records; see `record_numbers`.
+    """
     contents = Contents()
     position = last = 0
     is_empty = False
     while position < size:
+        if next(numbers, None) is None:
+            raise too_many_records(place)
         head = read(position, min(128, size - position))
         if is_empty and not any(head[:8]):
             contents.forget(last)  # after a power failure, the length of the last message was not written

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+from itertools import count
 
 import pytest
 
@@ -78,9 +79,9 @@ def test_a_header_in_a_chunk_has_the_limit_of_all_headers(constants: Constants) 
     def read(at: int, size: int) -> bytes:
         return whole[at : at + size]
 
-    assert _walk(read, len(whole)).size == len(whole)
+    assert _walk(read, len(whole), "x", count()).size == len(whole)
     constants(BAG_HEADER_BYTES=37)
-    assert _walk(read, len(whole)).size == 0
+    assert _walk(read, len(whole), "x", count()).size == 0
     with pytest.raises(BagFormatError, match="x: a record's header must be at most 37 bytes long, got 38"):
         parse_head(read, 0, "x")
 

@@ -13,7 +13,7 @@ from optparse import OptionParser, Values
 from pathlib import Path
 from typing import Any
 
-from pipros.basics.input_file import open_file
+from pipros.basics.input_file import open_file, read_file
 from pipros.basics.replaced_file import replaced_file
 from pipros.basics.windows import replace_file
 from pipros_tools.bag.compression import BZ2, LZ4, NONE
@@ -90,12 +90,14 @@ def _for_each(
     if not arguments:
         parser.error("You must specify at least one bag file.")
     status = 0
-    pairs = [(name, file) for name in arguments for file in files_of(name)]
-    for bag, name in pairs:
+    files = [(bag, name, number) for bag in arguments for number, name in enumerate(files_of(bag))]
+    for bag, name, number in files:
         path = Path(name)
         try:
             if options.output_dir:
                 folder = _output_folder(Path(options.output_dir), Path(bag), path)
+                if bag != name and not number:
+                    _copy_metadata(Path(bag), folder, options)
                 work(path, folder / path.name, options)
             else:
                 _with_backup(path, options, work)
@@ -110,14 +112,21 @@ def _for_each(
 
 def _output_folder(folder: Path, bag: Path, file: Path) -> Path:
     """Create the folder for a rewritten file: for a file of a ROS 2 bag, one with the bag's name."""
-    if file == bag:
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
-    folder /= bag.resolve().name
+    if file != bag:
+        folder /= bag.resolve().name
     folder.mkdir(parents=True, exist_ok=True)
-    if (bag / "metadata.yaml").exists():
-        shutil.copyfile(bag / "metadata.yaml", folder / "metadata.yaml")
     return folder
+
+
+def _copy_metadata(bag: Path, folder: Path, options: Values) -> None:
+    """Copy the `metadata.yaml` of a ROS 2 bag, or say why it is left out."""
+    metadata = bag / "metadata.yaml"
+    try:
+        (folder / metadata.name).write_bytes(read_file(metadata))
+    except FileNotFoundError:
+        pass
+    except OSError as error:
+        _warn([f"{metadata} is left out: {error.strerror or error}"], options)
 
 
 def _with_backup(path: Path, options: Values, work: Work) -> None:
