@@ -104,8 +104,16 @@ def test_clients_stay_while_the_master_is_killed_and_continue_with_the_next_one(
                 with RosbridgeClient(url) as late:
                     late.send("subscribe", topic="/level")
                     wait_until(lambda: "/level" in late.call("/rosapi/topics")["values"]["topics"])
-                    publisher.publish(UInt8MultiArray(data=b"\2"))
-                    assert late.wait_for("publish")["msg"]["data"] == "Ag=="
+
+                    def arrives() -> bool:
+                        """Publish again: the subscription may be handled after the answer of the service."""
+                        publisher.publish(UInt8MultiArray(data=b"\2"))
+                        try:
+                            return '"Ag=="' in str(late.socket.recv(0.1))
+                        except TimeoutError:
+                            return False
+
+                    wait_until(arrives)
                     assert client.wait_for("publish")["msg"]["data"] == "Ag=="
     finally:
         port.release()

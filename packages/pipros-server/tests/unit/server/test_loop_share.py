@@ -144,12 +144,13 @@ def run_threads(
     shares = LoopShares()
     clients, worked = [LoopShare(shares) for _ in range(count)], [0.0] * count
     while now_s < seconds:
+        began_s = now_s
         for number, client in enumerate(clients):
             if client.pause_s() <= 0:
                 now_s += step_s
                 worked[number] += step_s
                 client.note_threads(worked[number])
-        now_s += step_s / 10
+        now_s += step_s / (2 if now_s == began_s else 10)
     return worked
 
 

@@ -7,6 +7,7 @@ import gc
 import importlib
 import pickle
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from importlib.machinery import ModuleSpec
@@ -150,10 +151,14 @@ def test_threads_import_facades_at_the_same_time() -> None:
 
     gc.callbacks.append(collected)
     interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
+    # A thread that starts while another one does cannot install the trace function of a measured run.
+    all_started = threading.Barrier(5)
     try:
-        with ThreadPoolExecutor(4) as threads:
-            assert all(threads.map(compile_below, [0, 20, 40, 60] * 10))
+        with ThreadPoolExecutor(4, initializer=all_started.wait) as threads:
+            compiled = threads.map(compile_below, [0, 20, 40, 60] * 10)
+            all_started.wait(60)
+            sys.setswitchinterval(1e-6)
+            assert all(compiled)
     finally:
         sys.setswitchinterval(interval)
         gc.callbacks.remove(collected)
