@@ -18,7 +18,7 @@ from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from tests.support.environments import REPOSITORY, TEST_PATH, files_below
-from tests.support.recordings import FOLDER, Recording, file_of, first_difference, message_of
+from tests.support.recordings import FOLDER, Recording, file_of, first_difference
 
 Scan: Any = load_message_class("sensor_msgs/LaserScan")
 Cloud: Any = load_message_class("sensor_msgs/PointCloud2")
@@ -79,23 +79,6 @@ def ask(recording: Recording, x: float) -> Any:
     return recording.call("toLL", ToLL, request)
 
 
-def test_messages_have_the_types_of_received_ones() -> None:
-    values = {
-        "header": {"stamp": [3, 4], "frame_id": "map"},
-        "width": 2,
-        "fields": [{"name": "x", "offset": 0, "datatype": 7, "count": 1}],
-        "data": np.array([1, 255], np.uint8),
-    }
-    cloud = message_of(Cloud, values)
-    (read,) = (message_of(Scan, {**SCAN, "intensities": np.array([0.5, 2.0], np.float32)}),)
-
-    assert (cloud.header.stamp, cloud.width, cloud.data) == (Time(3, 4), 2, b"\x01\xff")
-    assert [each.name for each in cloud.fields] == ["x"]
-    assert math.isnan(read.ranges[0])
-    assert read.ranges[1:] == (math.inf, 1.5)
-    assert read.intensities == (0.5, 2.0)
-
-
 def test_inputs_are_compared_with_a_tolerance_and_the_recorded_one_is_returned(recording: Recording) -> None:
     parameters = {"names": ["a", "b"], "limits": [(1.0 + 1e-12, 2), [3.0]], "is_on": True}
     assert recording.give("parameters", parameters)["limits"][0] == [1.0, 2]
@@ -113,18 +96,6 @@ def test_inputs_are_compared_with_a_tolerance_and_the_recorded_one_is_returned(r
     assert recording.messages("scan", Scan)[0].ranges[2] == 1.5
     assert recording.messages("another", Scan) == []
     recording.finish()
-
-
-def test_a_message_with_a_time_of_the_wall_clock_is_returned_unchanged(tmp_path: Path) -> None:
-    value = full({**SCAN, "header": {"stamp": [0, 0], "frame_id": "laser"}})
-    file = tmp_path / "test.json.gz"
-    file.write_bytes(
-        gzip.compress(json.dumps({"inputs": [{**INPUTS[1], "value": value}], "runs": []}).encode())
-    )
-    given = scan()
-    given.header.stamp = Time(1_800_000_000, 1)
-
-    assert Recording(file, tmp_path).give("publish scan", given) is given
 
 
 @pytest.mark.parametrize(
