@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from pipros.node.service_connection import Slots
+from pipros.basics.budget import Slots
 
 CALLS_OF_A_BROWSER = 4
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
 from pipros.node.context import NO_ARGS
-from pipros.node.publisher import PeerListener, Publication
-from pipros.node.subscriber import SubscriberCallback, Subscription
+from pipros.node.peers import PeerListener
+from pipros.node.publication import Publication
+from pipros.node.subscription import SubscriberCallback, Subscription
 from rospy.session import session
 
 if TYPE_CHECKING:

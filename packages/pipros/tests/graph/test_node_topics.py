@@ -26,10 +26,10 @@ from pipros.net.rpc_server import RpcServer
 from pipros.net.timings import LinkTimings
 from pipros.node import Node, registration
 from pipros.node.endpoints import TypeConflict
-from pipros.node.publisher import Publication
+from pipros.node.publication import Publication
 from pipros.node.service_link import ServiceFailed
 from pipros.node.service_server import ServiceServer
-from pipros.node.subscriber import Subscription
+from pipros.node.subscription import Subscription
 from pipros.node.timings import NodeTimings
 from pipros.wire.header import HeaderReader, encode_header
 from pipros.wire.xmlrpc import Fault

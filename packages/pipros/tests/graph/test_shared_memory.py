@@ -730,7 +730,7 @@ with Master(port=0) as master:
     while not all(peer.link.memory.is_ready for peer in publisher.publication.links):
         time.sleep(0.01)
     for inbox in inboxes:
-        while not inbox or inbox[-1].header.seq != publisher.publication._sequence:
+        while not inbox or inbox[-1].header.seq != publisher.publication.encoder.sequence:
             time.sleep(0.01)
         inbox.clear()
     before = resource.getrlimit(kind)

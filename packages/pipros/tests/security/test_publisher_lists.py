@@ -190,7 +190,7 @@ def test_stamps_and_numbers_of_a_publisher_do_not_end_the_link_that_is_measured(
     sequence = [1]
 
     def publish() -> list[Any]:
-        publisher.publication._sequence = (sequence[0] - 1) % 2**32
+        publisher.publication.encoder.sequence = (sequence[0] - 1) % 2**32
         message = pose(header=header_type())
         message.header.stamp.secs = stamp
         publisher.publish(message)

@@ -48,7 +48,7 @@ NO_RELAYS = {
     "pipros_libraries/actions/goal_server.py": "types of actions",
     "pipros_libraries/nodes/velocities.py": "the output itself",
     "pipros_libraries/nodes/wiring.py": "called with types",
-    "pipros/node/node.py": "called with types",
+    "pipros/node/topics_and_services.py": "called with types",
     "pipros_robot/perception/clouds/pcd_nodes.py": "clouds",
     "pipros_robot/perception/images/depth_nodelets.py": "images",
     "pipros_robot/perception/imu/nodes.py": "measurements",

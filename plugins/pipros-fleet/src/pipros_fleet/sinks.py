@@ -127,7 +127,7 @@ class Sink:
             self._reported.add(text)
             self._log.warning(text)
 
-    # -- subscribers; see `pipros.node.publisher.PeerListener`
+    # -- subscribers; see `pipros.node.peers.PeerListener`
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]

@@ -173,7 +173,7 @@ class TopicToRos1:
         for publisher in self._publishers:
             publisher.unregister()
 
-    # -- ROS 1 subscribers that connect or disconnect; see `pipros.node.publisher.PeerListener`
+    # -- ROS 1 subscribers that connect or disconnect; see `pipros.node.peers.PeerListener`
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]

@@ -9,7 +9,7 @@ from threading import Condition
 from pipros.basics.env import Environment
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
-from pipros.node.publisher import Publication
+from pipros.node.publication import Publication
 
 Pairs = frozenset[tuple[str, str]]
 

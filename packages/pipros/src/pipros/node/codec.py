@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import io
+import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pipros.basics.extras import required
-from pipros.net.backlog import Buffer
+from pipros.net.backlog import Buffer, WireMessage
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
 
 AnyMessage = TypeVar("AnyMessage", bound="Message")
+
+JOIN_LIMIT_BYTES = 32 * 1024
+"""Messages up to this size are joined with their length and written with one plain send. The buffers of
+larger messages are not joined.
+"""
+
+_pack_length = struct.Struct("<I").pack
 
 
 def class_named(message_class: type[Message] | str) -> type[Message]:
@@ -82,6 +90,43 @@ def number(message: Message, sequence: int) -> None:
         header.seq = sequence & 0xFFFFFFFF
         if header.frame_id is None:
             header.frame_id = "0"
+
+
+class TopicEncoder:
+    """Encodes the messages of one topic, and numbers them if they start with a header.
+
+    Attributes:
+        sequence: the number of the last message.
+    """
+
+    __slots__ = ("_encode", "_has_header", "sequence")
+
+    def __init__(self, message_class: type[Message]) -> None:
+        self._encode = encoder(message_class)
+        self._has_header = bool(getattr(message_class, "_has_header", False))
+        self.sequence = 0
+
+    def encode(self, message: Message) -> tuple[WireMessage, int]:
+        """Return the message in wire format, and its size including the length field."""
+        if self._has_header:
+            self.number(message)
+        buffers = self._encode(message)
+        if len(buffers) == 1 and len(buffers[0]) <= JOIN_LIMIT_BYTES:
+            size = len(buffers[0])
+            return (_pack_length(size) + buffers[0],), size + 4
+        size = sum(map(len, buffers))
+        if size <= JOIN_LIMIT_BYTES:
+            return (b"".join((_pack_length(size), *buffers)),), size + 4
+        return (_pack_length(size), *buffers), size + 4
+
+    def number(self, message: Message) -> None:
+        """Set the next sequence number, as the function `number` does, which would be a call per message."""
+        if self._has_header:
+            self.sequence = (self.sequence + 1) & 0xFFFFFFFF  # sequence numbers are uint32 and wrap around
+            header: Any = message.header  # type: ignore[attr-defined]
+            header.seq = self.sequence
+            if header.frame_id is None:
+                header.frame_id = "0"
 
 
 def _serialize(message: Message) -> list[Buffer]:

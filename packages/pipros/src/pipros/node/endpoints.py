@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics import one_thread
-from pipros.basics.budget import Budget
+from pipros.basics.budget import Budget, Slots
 from pipros.basics.errors import Interrupted, PiprosError
 from pipros.basics.limits import Limits
 from pipros.basics.ports import AdvertisedAddress
@@ -24,7 +24,8 @@ from pipros.net.workers import Workers
 from pipros.node.any_msg import AnyMsg, taking_raw
 from pipros.node.attempts import Attempts
 from pipros.node.context import NO_ARGS, NodeContext
-from pipros.node.publisher import Publication, Publisher
+from pipros.node.publication import Publication
+from pipros.node.publisher import Publisher
 from pipros.node.registration import (
     Entry,
     PublicationEntry,
@@ -32,19 +33,14 @@ from pipros.node.registration import (
     ServiceEntry,
     SubscriptionEntry,
 )
-from pipros.node.service_connection import WAITING_THREADS, Slots
+from pipros.node.service_connection import WAITING_THREADS
 from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.timings import NodeTimings
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
-    from pipros.node.subscriber import (
-        Callback,
-        MessageObserver,
-        Subscriber,
-        SubscriberCallback,
-        Subscription,
-    )
+    from pipros.node.subscriber import Subscriber
+    from pipros.node.subscription import Callback, MessageObserver, SubscriberCallback, Subscription
 
 CONNECTION_ATTEMPTS = 20
 """Limit: publishers that a node tries to connect to at the same time. Beyond it, further attempts wait;
@@ -246,7 +242,8 @@ class Endpoints:
             TypeConflict: this node already subscribes to the topic with another type.
         """
         # imported here because many nodes only publish
-        from pipros.node.subscriber import Subscriber, SubscriberCallback, Subscription
+        from pipros.node.subscriber import Subscriber
+        from pipros.node.subscription import SubscriberCallback, Subscription
 
         with self._lock:
             found = self._subscriptions.get(topic)

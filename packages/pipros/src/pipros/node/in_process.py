@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, Final
 from pipros.basics.extras import required
 from pipros.msg import load_message_class
 from pipros.msg.compile.arrays import octets
-from pipros.net.incoming import DeliveryLock, ReceiveStatistics
+from pipros.net.delivery_lock import DeliveryLock
+from pipros.net.incoming import ReceiveStatistics
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message

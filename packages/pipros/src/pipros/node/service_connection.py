@@ -24,10 +24,10 @@ import contextlib
 import socket
 import struct
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Protocol
 
+from pipros.basics.budget import Slots
 from pipros.basics.errors import ProtocolError
 from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
@@ -68,24 +68,6 @@ _pack_reply = struct.Struct("<BI").pack
 
 Reply = tuple[bool, Sequence[bytes | memoryview]]
 """Whether the call succeeded, and the response or the error text."""
-
-
-class Slots:
-    """A limited number of slots, which are acquired without blocking. Faster than a semaphore."""
-
-    def __init__(self, count: int) -> None:
-        self._free = deque([None] * count)
-
-    def try_acquire(self) -> bool:
-        """Acquire a slot; return False if none is free."""
-        try:
-            self._free.pop()
-        except IndexError:
-            return False
-        return True
-
-    def release(self) -> None:
-        self._free.append(None)
 
 
 class Server(Protocol):

@@ -11,13 +11,14 @@ import itertools
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pipros.basics.budget import Slots
 from pipros.net.connection_table import WHOLE_REQUEST_S
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import decoder, encoder, number
 from pipros.node.context import NodeContext
-from pipros.node.service_connection import Reply, ServiceConnection, Slots
+from pipros.node.service_connection import Reply, ServiceConnection
 from pipros.node.throttled_warnings import ThrottledWarnings
 from pipros.wire.handshake import (
     WireType,

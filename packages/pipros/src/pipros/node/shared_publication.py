@@ -14,7 +14,7 @@ from pipros.net.shared_memory import LEAST_BYTES, TopicMemory
 from pipros.node.context import NodeContext
 
 if TYPE_CHECKING:
-    from pipros.node.publisher_link import PublisherLink
+    from pipros.node.peers import PublisherLink
 
 _IDLE = LinkState.IDLE
 

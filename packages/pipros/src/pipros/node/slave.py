@@ -22,7 +22,7 @@ from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import current_caller
 from pipros.node.endpoints import Endpoints
 from pipros.node.params import Parameters
-from pipros.node.publisher import Publication
+from pipros.node.publication import Publication
 from pipros.node.registration import Registrations
 
 RECHECK_S = 1.0

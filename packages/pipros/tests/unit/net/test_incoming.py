@@ -9,7 +9,8 @@ import pytest
 
 from pipros.net import incoming
 from pipros.net.busy_poll import PollingReceiver, PublishCount
-from pipros.net.incoming import DeliveryLock, IncomingLink
+from pipros.net.delivery_lock import DeliveryLock
+from pipros.net.incoming import IncomingLink
 from pipros.net.timings import LinkTimings
 from tests.support.waiting import wait_until
 

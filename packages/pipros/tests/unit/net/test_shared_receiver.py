@@ -17,7 +17,8 @@ import pytest
 
 from pipros.basics.errors import ProtocolError
 from pipros.net.busy_poll import PublishCount
-from pipros.net.incoming import DeliveryLock, IncomingLink
+from pipros.net.delivery_lock import DeliveryLock
+from pipros.net.incoming import IncomingLink
 from pipros.net.shared_receiver import DescriptorSocket, NoSharedMemory
 from pipros.net.shared_segment import Segment
 from pipros.wire.slot_frames import (

@@ -12,10 +12,10 @@ import pytest
 from pipros.msg import load_message_class
 from pipros.net.busy_poll import PublishCount
 from pipros.net.outgoing_state import LinkState
-from pipros.node import message_batch, publisher
+from pipros.node import message_batch, publication
 from pipros.node.message_batch import MAX_AGE_S, MAX_MESSAGES
 from pipros.node.packet_sharing import CLOSE_S, PACKET_SHARING_BYTES, RUN_LENGTH
-from pipros.node.publisher import Publication
+from pipros.node.publication import Publication
 from pipros.node.timings import NODE_TIMINGS
 
 UInt32: Any = load_message_class("std_msgs/UInt32")
@@ -52,7 +52,7 @@ class Topic:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, queue_size: int | None = 10) -> None:
         self.now_s = 100.0
-        monkeypatch.setattr(publisher, "time", SimpleNamespace(monotonic=lambda: self.now_s))
+        monkeypatch.setattr(publication, "time", SimpleNamespace(monotonic=lambda: self.now_s))
         self.received = PublishCount()
         context: Any = SimpleNamespace(
             limits=SimpleNamespace(stall_s=2.0),
@@ -158,7 +158,7 @@ def test_a_large_message_does_not_overtake_small_ones(monkeypatch: pytest.Monkey
     topic = Topic(monkeypatch)
     topic.begin_burst()
     topic.publish(2)
-    topic.publication._encode = lambda _: [bytes(PACKET_SHARING_BYTES + 1)]
+    topic.publication.encoder._encode = lambda _: [bytes(PACKET_SHARING_BYTES + 1)]
     topic.publish()
     assert topic.link.calls == [2, 1]
 

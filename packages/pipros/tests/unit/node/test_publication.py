@@ -8,7 +8,7 @@ from typing import Any
 from pipros.msg import load_message_class
 from pipros.net.busy_poll import PublishCount
 from pipros.net.outgoing_state import LinkState
-from pipros.node.publisher import Publication
+from pipros.node.publication import Publication
 
 PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
@@ -21,7 +21,7 @@ def test_sequence_numbers_wrap_around() -> None:
     publication = Publication("p", PointStamped, context)
     peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, state=LinkState.IDLE))
     publication.links = (peer,)
-    publication._sequence = 2**32 - 3
+    publication.encoder.sequence = 2**32 - 3
     for _ in range(4):
         message = PointStamped()
         publication.publish(message)
