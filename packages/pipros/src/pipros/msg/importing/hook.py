@@ -260,10 +260,9 @@ class WorkspaceFinder:
         package = PACKAGE_OF_MODULE.get(name, name)
         if package not in self._folders[1]:
             return None
-        from importlib.machinery import PathFinder
+        from pipros.msg.importing.installed_modules import may_be_replaced
 
-        hiding = PathFinder.find_spec(name)
-        if hiding is None or not hiding.origin or not _may_be_replaced(hiding, hiding.origin):
+        if not may_be_replaced(name):
             return None
         found = self._find_in_workspace(name, package)
         return None if found is None else _spec_of(name, found)
@@ -273,10 +272,9 @@ class WorkspaceFinder:
         folder = self._find_hiding(package)
         if folder is None:
             return None
-        from importlib.machinery import PathFinder
+        from pipros.msg.importing.installed_modules import is_outside_site_folders
 
-        regular = PathFinder.find_spec(name)
-        if regular is not None and regular.origin and not _is_in_site_folder(regular.origin):
+        if is_outside_site_folders(name):
             return None  # the workspace is built, and its modules come first on `sys.path`
         found = self._find_in_workspace(name, package)
         if found is not None:
@@ -310,41 +308,6 @@ def _folder_names(folder: str, levels: int) -> Iterator[str]:
     for path in (os.path.join(folder, name) for name in inside if name[0] != "."):
         if os.path.isdir(path):
             yield from _folder_names(path, levels - 1)
-
-
-def _may_be_replaced(spec: ModuleSpec, file: str) -> bool:
-    """Return whether a workspace's package comes before a module's file.
-
-    Such a file was installed by pip or apt, or is pipros's package of messages. Those have an `__init__.pyi`;
-    pipros's other modules, such as `tf2_ros`, stay.
-    """
-    from pipros.packages import shipped_folder
-
-    if _has_file(spec, file, "py.typed") and shipped_folder(spec.name):
-        return _has_file(spec, file, "__init__.pyi")
-    return _is_in_site_folder(file)
-
-
-def _has_file(spec: ModuleSpec, file: str, name: str) -> bool:
-    """Return whether a file is beside a module's file, which may be in a zip file."""
-    try:
-        spec.loader.get_data(os.path.join(os.path.dirname(file), name))  # type: ignore[union-attr]
-    except (OSError, AttributeError):
-        return False
-    return True
-
-
-def _is_in_site_folder(file: str) -> bool:
-    """Return whether a module's file is in a folder to which pip or apt installs modules."""
-    import site
-
-    from pipros.packages.installed_packages import share_folders
-
-    folder = os.path.dirname(file)
-    root = os.path.dirname(folder) if os.path.basename(file).startswith("__init__.") else folder
-    return root in (*site.getsitepackages(), site.getusersitepackages()) or (
-        os.path.join(root, "share") in share_folders()
-    )
 
 
 def _empty_package_spec(name: str, folder: str) -> ModuleSpec:
