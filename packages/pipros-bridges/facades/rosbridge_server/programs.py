@@ -18,9 +18,9 @@ from pipros_bridges.bridge_server import PING_S, PONG_S
 from pipros_bridges.rosbridge.authentication import Authenticator
 from pipros_bridges.rosbridge.encoding import bson_codec
 from pipros_bridges.rosbridge.globs import Globs
-from pipros_bridges.rosbridge.protocol import RosbridgeSettings
 from pipros_bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros_bridges.rosbridge.session import Timing
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.stream_servers import TcpServer
 from pipros_bridges.rosbridge.udp_server import UdpServer
 from pipros_server.loop_share import switch_threads_often

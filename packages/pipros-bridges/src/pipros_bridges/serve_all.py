@@ -11,9 +11,9 @@ from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros_bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros_bridges.rosapi import RosApi
-from pipros_bridges.rosbridge.protocol import RosbridgeSettings
 from pipros_bridges.rosbridge.server import RosbridgeHandler
 from pipros_bridges.rosbridge.session import RosbridgeNode
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.serve import BridgeOptions, secret_of, serve
 from pipros_bridges.sessions import Handler
 from pipros_server.act_gate import ActGate

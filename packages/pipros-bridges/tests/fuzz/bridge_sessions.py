@@ -17,7 +17,8 @@ from typing import Any
 from pipros.basics.limits import Limits
 from pipros_bridges.limits import BridgeLimits
 from pipros_bridges.rosbridge.effects import Disconnect
-from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.rosbridge.protocol import ClientProtocol
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.shares import ServerShares
 from tests.fuzz import mutation
 from tests.support.constants import changed

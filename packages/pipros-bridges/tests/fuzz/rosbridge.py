@@ -20,7 +20,8 @@ from pipros_bridges.limits import BridgeLimits
 from pipros_bridges.rosbridge.effects import AnswerCall, CallService, Publish, Reply
 from pipros_bridges.rosbridge.encoding import Encoder, WireEncoding, operation_frame
 from pipros_bridges.rosbridge.filling import Filler
-from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.rosbridge.protocol import ClientProtocol
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.shared_topics import TopicMessage
 from tests.fuzz import mutation
 from tests.support.constants import changed

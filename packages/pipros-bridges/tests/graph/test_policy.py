@@ -17,8 +17,8 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros_bridges.foxglove.parameters import flattened
 from pipros_bridges.rosbridge.globs import Globs
-from pipros_bridges.rosbridge.protocol import RosbridgeSettings
 from pipros_bridges.rosbridge.server import ServerOptions
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.stream_servers import TcpServer
 from pipros_bridges.rosbridge.udp_server import UdpServer
 from pipros_server.act_gate import ActGate

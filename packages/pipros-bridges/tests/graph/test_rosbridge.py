@@ -24,9 +24,9 @@ from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros_bridges.limits import BridgeLimits
 from pipros_bridges.rosbridge.authentication import Authenticator
-from pipros_bridges.rosbridge.protocol import RosbridgeSettings
 from pipros_bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros_bridges.rosbridge.session import Timing
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.stream_servers import TcpServer
 from pipros_bridges.rosbridge.text_input import JsonObjects
 from pipros_bridges.rosbridge.udp_server import NotLoopback, UdpServer

@@ -17,7 +17,8 @@ from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits
 from pipros_bridges.call_turns import CallTurns
 from pipros_bridges.rosbridge.effects import Disconnect, Publish, Reply
-from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.rosbridge.protocol import ClientProtocol
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.shares import ServerShares, TopicShares
 from tests.support.constants import Constants
 from tests.support.waiting import wait_until

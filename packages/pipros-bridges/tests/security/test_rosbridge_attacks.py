@@ -21,8 +21,8 @@ from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros_bridges.limits import BridgeLimits
 from pipros_bridges.rosbridge.authentication import Authenticator
-from pipros_bridges.rosbridge.protocol import RosbridgeSettings
 from pipros_bridges.rosbridge.server import ServerOptions
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.stream_servers import TcpServer
 from pipros_bridges.rosbridge.udp_server import UdpServer
 from tests.support.constants import Constants

@@ -147,6 +147,21 @@ def _refuse(error: MalformedRequest) -> None:
     raise error
 
 
+CAPABILITY_OF: Final[Mapping[type, str]] = {
+    AdvertiseRequest: "clientPublish",
+    PublishRequest: "clientPublish",
+    UnadvertiseRequest: "clientPublish",
+    CallRequest: "services",
+    GetParameters: "parameters",
+    SetParameters: "parameters",
+    SubscribeParameters: "parametersSubscribe",
+    UnsubscribeParameters: "parametersSubscribe",
+    SubscribeGraph: "connectionGraph",
+    FetchAsset: "assets",
+}
+"""The capability that each request requires. Topic subscriptions require none."""
+
+
 def read_request(data: str | bytes, report: Report = _refuse) -> ClientRequest:
     """Return the request in a message from a client.
 

@@ -13,30 +13,28 @@ from collections.abc import (
     AsyncIterator,
     Awaitable,
     Callable,
-    Collection,
     Coroutine,
     Hashable,
     Iterable,
     Mapping,
     Sequence,
 )
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final, TypeVar
 
-from pipros.basics.errors import InvalidName, LimitExceeded, NotFound, PiprosError
-from pipros.basics.limits import limit_text
-from pipros.basics.names import is_legal
+from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.printable import printable
-from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
-from pipros_bridges.call_turns import CallTurns
+from pipros_bridges.client import BridgeClient
 from pipros_bridges.foxglove import frames
-from pipros_bridges.foxglove.catalog import Channel, TopicCatalog
+from pipros_bridges.foxglove.bridge_state import READ_ONLY, FoxgloveBridge, check_limit
+from pipros_bridges.foxglove.catalog import Channel
+from pipros_bridges.foxglove.client_parameters import ClientParameters
 from pipros_bridges.foxglove.frames import StatusLevel
-from pipros_bridges.foxglove.graph_changes import EMPTY, GraphUpdates
-from pipros_bridges.foxglove.parameter_watch import DELETED, Changes
-from pipros_bridges.foxglove.parameters import from_client, selected, to_client
+from pipros_bridges.foxglove.graph_changes import EMPTY
+from pipros_bridges.foxglove.parameter_watch import Changes
 from pipros_bridges.foxglove.publishing import ClientPublication, call_service
 from pipros_bridges.foxglove.requests import (
+    CAPABILITY_OF,
     AdvertiseRequest,
     CallRequest,
     ClientChannel,
@@ -53,14 +51,9 @@ from pipros_bridges.foxglove.requests import (
     UnsubscribeParameters,
     read_request,
 )
-from pipros_bridges.foxglove.sent_assets import Asset
-from pipros_bridges.limits import BridgeLimits
-from pipros_bridges.outbox import ClientOutbox, WebSocketFrame
-from pipros_bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
-from pipros_bridges.shares import BRIDGE_SUBSCRIPTIONS, ClientShares, ExceedsShare
-from pipros_server.act_gate import ActGate
-from pipros_server.daemon_pool import DaemonPool
-from pipros_tools.graph.params import refused
+from pipros_bridges.outbox import WebSocketFrame
+from pipros_bridges.shared_topics import Taken, TopicMessage, legal_topic
+from pipros_bridges.shares import ExceedsShare
 from pipros_tools.graph.system_state import SystemState
 
 _Item = TypeVar("_Item")
@@ -75,79 +68,21 @@ TURN: Final = 100
 """Number of subscriptions in one request that are handled before other clients have their turn."""
 CHANNEL_SUBSCRIPTIONS: Final = 8
 """Maximum number of one client's subscriptions to a channel. Each of them sends the same message again."""
-PARAMETER_NAME_BYTES: Final = 200
-"""Approximate memory for the name of a parameter, besides its characters."""
 SUBSCRIPTION_BYTES: Final = 1_000
 """Approximate memory for a subscription or a publication, besides the names."""
 TIME_KEY: Final = "time"
-READ_ONLY: Final = "this server is read-only; start it with --control to change the system"
-
-_CAPABILITIES: Final[Mapping[type, str]] = {
-    AdvertiseRequest: "clientPublish",
-    PublishRequest: "clientPublish",
-    UnadvertiseRequest: "clientPublish",
-    CallRequest: "services",
-    GetParameters: "parameters",
-    SetParameters: "parameters",
-    SubscribeParameters: "parametersSubscribe",
-    UnsubscribeParameters: "parametersSubscribe",
-    SubscribeGraph: "connectionGraph",
-    FetchAsset: "assets",
-}
-"""The capability that each request requires. Topic subscriptions require none."""
-
-
-class FoxgloveBridge(Protocol):
-    """State that is shared by all sessions.
-
-    Attributes:
-        has_control: whether clients may publish, call services and set parameters.
-        threads: threads for work that may block briefly, enough for all clients.
-        call_turns: threads for service calls, which may block for a long time.
-    """
-
-    node: Node
-    gate: ActGate
-    topics: SharedTopics
-    catalog: TopicCatalog
-    state: SystemState
-    graph_updates: GraphUpdates
-    has_control: bool
-    threads: DaemonPool
-    call_turns: CallTurns
-
-    def offers(self, capability: str) -> bool: ...
-    def allows_publishing(self, name: str) -> bool: ...
-    def allows_parameter(self, name: str) -> bool: ...
-    def leave(self, session: FoxgloveSession) -> None: ...
-    def correct(self, topic: str, header: Mapping[str, str]) -> object: ...
-    def watch_parameters(self) -> None: ...
-    def parameters(self, names: Collection[str] = ()) -> Mapping[str, Any]: ...
-    def read_asset(self, uri: str) -> Asset: ...
-
-
-class ClientConnection(Protocol):
-    """The client's connection, implemented by `pipros_bridges.client.BridgeClient`."""
-
-    outbox: ClientOutbox
-    shares: ClientShares
-
-    def send(self, *frames: WebSocketFrame) -> None: ...
-    def end(self, reason: str) -> None: ...
-    def send_large(self, make: Callable[[], Awaitable[WebSocketFrame]]) -> Awaitable[None]: ...
 
 
 class FoxgloveSession:
     """The session of one client. For use in the event loop."""
 
-    def __init__(self, client: ClientConnection, bridge: FoxgloveBridge) -> None:
+    def __init__(self, client: BridgeClient, bridge: FoxgloveBridge) -> None:
         self._client = client
         self._bridge = bridge
         self._taken: dict[int, tuple[Channel, Taken]] = {}
         self._per_channel = Counter[int]()
         self._publications: dict[int, ClientPublication] = {}
-        self._parameters: set[str] = set()
-        self._takes_all_parameters = False
+        self._parameters = ClientParameters(client, bridge, self._run, self._report)
         # the graph last sent to the client; None if the client is not subscribed to it
         self._graph: SystemState | None = None
         self._calls = OpenCalls()
@@ -155,7 +90,6 @@ class FoxgloveSession:
         self._call_turns = bridge.call_turns.user()
         self._open_assets = 0
         self._worked_s = 0.0
-        self._limit = BRIDGE_SUBSCRIPTIONS
         client.outbox.open(TIME_KEY, 1)
 
     async def receive(self, data: str | bytes) -> None:
@@ -203,7 +137,7 @@ class FoxgloveSession:
     @property
     def takes_parameters(self) -> bool:
         """Whether the client subscribes to parameters."""
-        return self._takes_all_parameters or bool(self._parameters)
+        return self._parameters.is_subscribed
 
     # -- reports from the bridge ------------------------------------------------------
 
@@ -223,18 +157,12 @@ class FoxgloveSession:
 
     def show_parameters(self, changes: Changes) -> None:
         """Send the changed parameters to which the client subscribes."""
-        rows = [
-            {"name": name} if value is DELETED else to_client(name, value)
-            for name, value in changes.items()
-            if self._takes_all_parameters or name in self._parameters
-        ]
-        if rows:
-            self._client.send(frames.parameter_values(rows))
+        self._parameters.show(changes)
 
     # -- requests ----------------------------------------------------------------------
 
     async def _handle(self, request: ClientRequest) -> None:
-        capability = _CAPABILITIES.get(type(request))
+        capability = CAPABILITY_OF.get(type(request))
         if capability is not None and not isinstance(request, CallRequest):  # a call's response reports it
             self._check_offered(capability)
         match request:
@@ -261,13 +189,13 @@ class FoxgloveSession:
             case CallRequest():
                 self._begin(self._call(request))
             case GetParameters():
-                await self._send_parameters(request.names, request.id)
+                await self._parameters.send(request.names, request.id)
             case SetParameters():
-                await self._set_parameters(request)
+                await self._parameters.set(request)
             case SubscribeParameters():
-                self._subscribe_parameters(request.names)
+                self._parameters.subscribe(request.names)
             case UnsubscribeParameters():
-                self._unsubscribe_parameters(request.names)
+                self._parameters.unsubscribe(request.names)
             case SubscribeGraph():
                 self._graph = EMPTY if request.is_wanted else None
                 self.show_graph(self._bridge.state)
@@ -282,7 +210,7 @@ class FoxgloveSession:
         if number in self._taken:
             self._report(f"subscription {number} already exists", StatusLevel.WARNING)
             return
-        self._check_limit(len(self._taken))
+        check_limit(len(self._taken))
         if self._per_channel[channel_id] >= CHANNEL_SUBSCRIPTIONS:
             raise LimitExceeded(
                 f"channel {channel_id} already has {CHANNEL_SUBSCRIPTIONS} subscriptions of this client, "
@@ -331,7 +259,7 @@ class FoxgloveSession:
             raise PiprosError(f"the whitelist does not allow topic [{printable(topic)}]")
         if channel.id in self._publications:
             raise PiprosError(f"channel {channel.id} is already advertised")
-        self._check_limit(len(self._publications))
+        check_limit(len(self._publications))
         size_bytes = _size_of(channel)
         self._client.shares.keep(size_bytes)
         try:
@@ -382,80 +310,6 @@ class FoxgloveSession:
 
         await self._client.send_large(make)
 
-    async def _send_parameters(self, names: Sequence[str], request: str | None) -> None:
-        async def make() -> WebSocketFrame:
-            frame: WebSocketFrame = await self._run(functools.partial(self._parameter_values, names, request))
-            return frame
-
-        await self._client.send_large(make)
-
-    def _parameter_values(self, names: Sequence[str], request: str | None) -> WebSocketFrame:
-        """Return the answer to a request for parameters. Blocks.
-
-        Raises:
-            LimitExceeded: the answer does not fit into the client's queue.
-        """
-        resolved = list(map(self._bridge.node.resolve, names))
-        found = self._bridge.parameters(resolved)
-        wanted = selected(found, resolved) if names else found
-        frame = frames.parameter_values([to_client(*pair) for pair in wanted.items()], request)
-        limit = self._bridge.node.limits.of(BridgeLimits).bridge_queue_bytes
-        if frame.size > limit:
-            raise LimitExceeded(
-                f"the parameters take {frame.size} bytes; {limit_text('bridge_queue_bytes', limit)}; "
-                "request some of them by name"
-            )
-        return frame
-
-    async def _set_parameters(self, request: SetParameters) -> None:
-        if not self._bridge.has_control:
-            raise PiprosError(READ_ONLY)
-        for parameter in request.parameters:
-            try:
-                await self._run(functools.partial(self._set_parameter, parameter))
-            except (PiprosError, ValueError, TypeError, OverflowError) as error:
-                self._report(f"parameter [{printable(parameter['name'])}]: {error}")
-        if request.id is not None:
-            await self._send_parameters([each["name"] for each in request.parameters], request.id)
-
-    def _set_parameter(self, parameter: Mapping[str, Any]) -> None:
-        """Set or delete a parameter. Blocks."""
-        name, node = parameter["name"], self._bridge.node
-        key, allow = node.resolve(name), self._bridge.allows_parameter
-        if not allow(key):
-            raise PiprosError("the whitelist does not allow it")
-        value = None if parameter.get("value") is None else from_client(parameter)
-        if (other := refused(key, value, node.master.get_param_names(), allow)) is not None:
-            raise PiprosError(f"the whitelist does not allow the parameter {printable(other)}")
-        if value is not None:
-            self._bridge.gate.check_parameter(node.resolve(name), value)
-            node.params.set(name, value)
-            return
-        self._bridge.gate.check_other("delete parameters")
-        try:
-            node.params.delete(name)
-        except NotFound:
-            return
-
-    def _subscribe_parameters(self, names: Sequence[str]) -> None:
-        for name in names:
-            if not is_legal(name):
-                raise InvalidName(f"[{printable(name)}] is not a legal parameter name")
-        new = set(map(self._bridge.node.resolve, names)) - self._parameters
-        if new:
-            self._check_limit(len(self._parameters) + len(new) - 1)
-        self._client.shares.keep(sum(map(_size_of_name, new)))
-        self._takes_all_parameters |= not names
-        self._parameters |= new
-        self._bridge.watch_parameters()
-
-    def _unsubscribe_parameters(self, names: Sequence[str]) -> None:
-        self._takes_all_parameters &= bool(names)
-        gone = self._parameters & set(map(self._bridge.node.resolve, names))
-        self._parameters -= gone
-        self._client.shares.release(sum(map(_size_of_name, gone)))
-        self._bridge.watch_parameters()
-
     async def _fetch_asset(self, request: FetchAsset) -> None:
         """Send an asset. Assets are read one at a time, after all earlier responses have been sent."""
         if self._open_assets >= OPEN_ASSETS:
@@ -505,11 +359,6 @@ class FoxgloveSession:
                 raise PiprosError(READ_ONLY)
             raise PiprosError(f"this server does not offer the capability {capability}")
 
-    def _check_limit(self, count: int) -> None:
-        if count >= self._limit:
-            limit = f"the limit is {self._limit}"
-            raise LimitExceeded(f"too many subscriptions or advertised channels; {limit}")
-
     def _report(self, text: str, level: StatusLevel = StatusLevel.ERROR) -> None:
         """Send a status message. Thread-safe."""
         self._client.send(frames.status(level, text))
@@ -527,7 +376,3 @@ def _size_of(channel: ClientChannel) -> int:
     """Return the approximate memory for a publication."""
     names = len(channel.topic) + len(channel.type)
     return SUBSCRIPTION_BYTES + 4 * names + 2 * len(channel.schema)
-
-
-def _size_of_name(name: str) -> int:
-    return len(name) + PARAMETER_NAME_BYTES

@@ -13,7 +13,6 @@ Source of the protocol: https://github.com/RobotWebTools/rosbridge_suite/blob/de
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -23,10 +22,7 @@ from typing import Any
 
 from pipros.basics.errors import InvalidName, PiprosError
 from pipros.basics.limits import Limits, process_limits
-from pipros.basics.printable import printable
 from pipros_bridges.rosapi import QUESTIONS
-from pipros_bridges.rosbridge.authentication import Authenticator
-from pipros_bridges.rosbridge.bson_size import parsed_bson_bytes
 from pipros_bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
@@ -42,17 +38,22 @@ from pipros_bridges.rosbridge.effects import (
     Unadvertise,
     WithdrawService,
 )
-from pipros_bridges.rosbridge.encoding import WireEncoding, bson_codec, check_codec
+from pipros_bridges.rosbridge.encoding import WireEncoding, check_codec
 from pipros_bridges.rosbridge.globs import Globs
-from pipros_bridges.rosbridge.text_input import (
-    BadInput,
-    Fragments,
-    JsonObjects,
-    json_object,
-    parsed_json_bytes,
+from pipros_bridges.rosbridge.operation_fields import (
+    BadOperation,
+    cost_of_id,
+    cost_of_name,
+    flag_in,
+    key_of,
+    number_in,
+    quoted,
+    type_in,
 )
+from pipros_bridges.rosbridge.operation_reader import OperationReader
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
+from pipros_bridges.rosbridge.text_input import BadInput
 from pipros_bridges.shares import BRIDGE_SUBSCRIPTIONS, ClientShares, ExceedsShare, ServerShares
-from pipros_server.policy.model import Policy
 
 QUEUE_SIZE = 100
 """Queue size of a publisher, unless the client specifies it."""
@@ -63,13 +64,6 @@ _OF_ROS_2 = frozenset(
         *("action_feedback", "action_result", "action_status"),
     )
 )
-
-
-ID_CHARACTERS = 1_000
-"""Maximum length of an id, as JSON, that the server keeps."""
-_NAME_BYTES = 1_000
-_ID_BYTES = 200
-"""Approximate memory for a topic or service (`_NAME_BYTES`) and for an id, besides their characters."""
 
 _HARMLESS = frozenset(
     (
@@ -89,33 +83,6 @@ class Level(IntEnum):
     ERROR = 1
     WARNING = 2
     INFO = 3
-
-
-class BadOperation(PiprosError):
-    """A client's operation lacks a value, has an invalid value, or is not allowed."""
-
-
-@dataclass(frozen=True, slots=True)
-class RosbridgeSettings:
-    """Settings for all clients of a server.
-
-    Attributes:
-        topics, services: names that clients may use. rosapi checks the names of parameters.
-        authenticator: checks `auth`, which must be the first operation; None to disable authentication.
-        has_control: whether clients may publish, call services and offer services. If False, they may
-            call only those services of `rosapi` that do not change the system.
-        is_bson: whether binary frames are BSON.
-        fragment_timeout_s: how long the fragments of an incomplete text are kept.
-        policy: restricts what clients may do; None for no policy.
-    """
-
-    topics: Globs = field(default_factory=Globs)
-    services: Globs = field(default_factory=Globs)
-    authenticator: Authenticator | None = None
-    has_control: bool = True
-    is_bson: bool = False
-    fragment_timeout_s: float = 600.0
-    policy: Policy | None = None
 
 
 @dataclass(slots=True)
@@ -140,7 +107,6 @@ class ClientProtocol:
 
     Attributes:
         is_authenticated: whether the client may use operations other than `auth`.
-        parsed_bytes: approximate memory of the message that is being handled; 0 for a short one.
     """
 
     def __init__(
@@ -156,14 +122,11 @@ class ClientProtocol:
         self._shares = shares or ServerShares(limits).client(is_reader=not settings.has_control)
         self._settings = settings
         self._resolve = resolve
-        self._clock_s = clock_s
         self._max_names = BRIDGE_SUBSCRIPTIONS
         self.is_authenticated = settings.authenticator is None
-        self.parsed_bytes = 0
         self._level = Level.ERROR
-        self._objects = JsonObjects(self._shares.message_bytes, self._shares.input)
-        self._fragments = Fragments(
-            self._shares.message_bytes, settings.fragment_timeout_s, self._shares.input
+        self._reader = OperationReader(
+            self._shares, settings.fragment_timeout_s, clock_s, is_bson=settings.is_bson
         )
         self._topics: dict[str, _TopicState] = {}
         self._advertised: dict[str, set[str]] = {}
@@ -183,46 +146,33 @@ class ClientProtocol:
         }
 
     def receive(self, data: str | bytes) -> Iterator[Effect]:
-        """Process a frame, and yield the effects of its operations. The frame may be part of a JSON text.
-
-        If a text is incomplete and the next frame is a whole operation, the incomplete text is discarded, and
-        an error is reported.
-        """
-        if isinstance(data, bytes) and self._settings.is_bson:
-            yield from self._receive_bson(data)
-            return
-        try:
-            self._begin_parsing(parsed_json_bytes(data))
-        except BadInput as error:
-            yield from self.status(Level.ERROR, str(error))
-            return
-        try:
-            operation = json_object(data)
-        except BadInput:
-            yield from self.receive_stream(data if isinstance(data, str) else data.decode(errors="replace"))
-            return
-        if not self._objects.is_empty and "op" in operation:
-            self._objects.clear()
-            yield from self.status(Level.ERROR, "the previous text was not complete JSON and was discarded")
-        yield from self._handle(operation)
+        """Process a frame, and yield the effects of its operations; see `OperationReader.read`."""
+        yield from self._handle_all(self._reader.read(data))
 
     def receive_stream(self, text: str) -> Iterator[Effect]:
         """Process the next part of a stream of JSON objects, and yield the effects of complete objects."""
-        for found in self._objects.feed(text):
-            try:
-                operation = self._parsed(found) if isinstance(found, str) else None
-            except BadInput as error:
-                found, operation = error, None
-            if operation is None:
-                yield from self.status(Level.ERROR, str(found))
+        yield from self._handle_all(self._reader.read_stream(text))
+
+    def _handle_all(self, operations: Iterator[dict[str, Any] | BadInput]) -> Iterator[Effect]:
+        for operation in operations:
+            if isinstance(operation, BadInput):
+                yield from self.status(Level.ERROR, str(operation))
             else:
                 yield from self._handle(operation)
 
     def end_message(self) -> int:
         """Give back the memory that is counted for the current message, and return its size."""
-        size_bytes = self.parsed_bytes
-        self._begin_parsing(0)
-        return size_bytes
+        return self._reader.end_message()
+
+    @property
+    def parsed_bytes(self) -> int:
+        """Approximate memory of the message that is being handled; 0 for a short one."""
+        return self._reader.parsed_bytes
+
+    @property
+    def incomplete_bytes(self) -> int:
+        """Memory of the incomplete text at the end of a stream."""
+        return self._reader.incomplete_bytes
 
     def status(self, level: Level, text: str, operation: Mapping[str, Any] | None = None) -> Iterator[Reply]:
         """Yield a `status` operation, unless the client has turned off its level."""
@@ -235,38 +185,6 @@ class ClientProtocol:
         """Return the response to a failed `call_service`."""
         return Reply(response_to(operation, text, is_success=False))
 
-    def _parsed(self, text: str) -> dict[str, Any]:
-        self._begin_parsing(parsed_json_bytes(text))
-        return json_object(text)
-
-    def _begin_parsing(self, size_bytes: int) -> None:
-        """Reserve memory for a parsed message, replacing the reservation for the previous message.
-
-        Raises:
-            BadInput: too little memory is left.
-        """
-        if not self._shares.parsed.hold(self.parsed_bytes, size_bytes):
-            limit = f"the limit is {int(self._shares.parsed.limit)} bytes"
-            raise BadInput(f"a message with so many values needs too much memory; {limit}")
-        self.parsed_bytes = size_bytes
-
-    @property
-    def incomplete_bytes(self) -> int:
-        """Memory of the incomplete text at the end of a stream."""
-        return self._objects.held_bytes
-
-    def _receive_bson(self, data: bytes) -> Iterator[Effect]:
-        bson = bson_codec()
-        try:
-            self._begin_parsing(parsed_bson_bytes(data, self._shares.parsed.limit))
-            operation = bson.decode(data)
-        except BadInput as error:
-            yield from self.status(Level.ERROR, str(error))
-        except (bson.error, ValueError, RecursionError) as error:
-            yield from self.status(Level.ERROR, f"not BSON: {printable(error)}")
-        else:
-            yield from self._handle(operation)
-
     def _handle(self, operation: dict[str, Any], *, is_joined: bool = False) -> Iterator[Effect]:
         name = operation.get("op")
         if not self.is_authenticated and name != "auth":
@@ -274,14 +192,14 @@ class ClientProtocol:
             return
         try:
             if name == "fragment" and not is_joined:
-                text = self._fragments.add(operation, self._clock_s())
-                if text is not None:
-                    yield from self._handle(self._parsed(text), is_joined=True)
+                whole = self._reader.join(operation)
+                if whole is not None:
+                    yield from self._handle(whole, is_joined=True)
                 return
             handle = self._operations.get(name) if isinstance(name, str) else None
             if handle is None:
                 hint = ": actions are for ROS 2" if isinstance(name, str) and name in _OF_ROS_2 else ""
-                raise BadOperation(f"unknown operation {_quoted(name)}{hint}")
+                raise BadOperation(f"unknown operation {quoted(name)}{hint}")
             if not self._settings.has_control:
                 _check_changes_nothing(operation)
             yield from handle(operation)
@@ -291,21 +209,21 @@ class ClientProtocol:
             if name == "call_service":
                 yield self.no_response(operation, str(error))
             else:
-                yield from self.status(Level.ERROR, f"{_quoted(name)}: {error}", operation)
+                yield from self.status(Level.ERROR, f"{quoted(name)}: {error}", operation)
 
     # -- topics ---------------------------------------------------------------------------
 
     def _subscribe(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic", self._settings.topics)
-        kind = _type(operation) if operation.get("type") is not None else None
+        kind = type_in(operation) if operation.get("type") is not None else None
         request = DeliveryOptions(
             WireEncoding.of(operation.get("compression")),
-            max(_number(operation, "throttle_rate", least=-math.inf), 0) / 1000,
-            int(_number(operation, "queue_length")),
-            int(_number(operation, "fragment_size")),
+            max(number_in(operation, "throttle_rate", least=-math.inf), 0) / 1000,
+            int(number_in(operation, "queue_length")),
+            int(number_in(operation, "fragment_size")),
         )
         check_codec(request.encoding)
-        key = _key(operation)
+        key = key_of(operation)
         known = self._topics.get(topic)
         if known is None:
             self._check_limit(self._topics, "subscriptions")
@@ -316,7 +234,7 @@ class ClientProtocol:
             return
         if key not in known.requests:
             self._check_limit(known.requests, f"subscriptions to {topic}")
-            self._shares.keep(_cost(key) + (0 if topic in self._topics else _cost_of_name(topic)))
+            self._shares.keep(cost_of_id(key) + (0 if topic in self._topics else cost_of_name(topic)))
         known.kind = known.kind or kind
         known.requests[key] = request
         self._topics[topic] = known
@@ -327,42 +245,42 @@ class ClientProtocol:
         known = self._topics.get(topic)
         if known is None:
             return
-        key = _key(operation)
+        key = key_of(operation)
         gone = list(known.requests) if operation.get("id") is None else [key] if key in known.requests else []
         for each in gone:
             del known.requests[each]
-            self._shares.release(_cost(each))
+            self._shares.release(cost_of_id(each))
         if not known.requests:
             del self._topics[topic]
-            self._shares.release(_cost_of_name(topic))
+            self._shares.release(cost_of_name(topic))
             yield LeaveTopic(topic)
         elif gone:
             yield TakeTopic(topic, known.kind, known.delivery(), operation)
 
     def _advertise(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic", self._settings.topics)
-        kind = _type(operation)
-        latch = _flag(operation, "latch") or False
-        queue_size = int(_number(operation, "queue_size", QUEUE_SIZE))
-        key = _key(operation)
+        kind = type_in(operation)
+        latch = flag_in(operation, "latch") or False
+        queue_size = int(number_in(operation, "queue_size", QUEUE_SIZE))
+        key = key_of(operation)
         self._check_advertised(topic)
         ids = self._advertised.get(topic, set())
         if key not in ids:
             self._check_limit(ids, f"advertisements of {topic}")
-            self._shares.keep(_cost(key) + (0 if ids else _cost_of_name(topic)))
+            self._shares.keep(cost_of_id(key) + (0 if ids else cost_of_name(topic)))
             self._advertised.setdefault(topic, set()).add(key)
         yield Advertise(topic, kind, latch, queue_size, operation)
 
     def _unadvertise(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic")
-        key = _key(operation)
+        key = key_of(operation)
         ids = self._advertised.get(topic, set())
         for each in list(ids) if operation.get("id") is None else [key] if key in ids else []:
             ids.remove(each)
-            self._shares.release(_cost(each))
+            self._shares.release(cost_of_id(each))
         if topic in self._advertised and not ids:
             del self._advertised[topic]
-            self._shares.release(_cost_of_name(topic))
+            self._shares.release(cost_of_name(topic))
             yield Unadvertise(topic)
 
     def _publish(self, operation: dict[str, Any]) -> Iterator[Effect]:
@@ -370,11 +288,11 @@ class ClientProtocol:
         values = operation.get("msg", {})
         if not isinstance(values, (dict, list)):
             # For many topics an empty message is a command, such as a velocity of zero.
-            raise BadOperation(f"msg must be an object, got {_quoted(values)}")
-        latch, queue_size = _flag(operation, "latch"), int(_number(operation, "queue_size", QUEUE_SIZE))
+            raise BadOperation(f"msg must be an object, got {quoted(values)}")
+        latch, queue_size = flag_in(operation, "latch"), int(number_in(operation, "queue_size", QUEUE_SIZE))
         if topic not in self._advertised:
             self._check_advertised(topic)
-            self._shares.keep(_cost_of_name(topic) + _cost("null"))
+            self._shares.keep(cost_of_name(topic) + cost_of_id("null"))
             self._advertised[topic] = {"null"}
         yield Publish(topic, values, latch, queue_size, operation)
 
@@ -383,14 +301,14 @@ class ClientProtocol:
     def _call_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
         # As in rosbridge, a number after `#` only distinguishes calls.
         service = self._name(operation, "service", self._settings.services, end="#")
-        fragment_size = int(_number(operation, "fragment_size"))
+        fragment_size = int(number_in(operation, "fragment_size"))
         yield CallService(service, operation.get("args"), fragment_size, operation)
 
     def _advertise_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
-        service, kind = self._name(operation, "service", self._settings.services), _type(operation)
+        service, kind = self._name(operation, "service", self._settings.services), type_in(operation)
         if service not in self._offered:
             self._check_limit(self._offered, "offered services")
-            self._shares.keep(_cost_of_name(service))
+            self._shares.keep(cost_of_name(service))
         self._offered.add(service)
         yield OfferService(service, kind, operation)
 
@@ -399,14 +317,14 @@ class ClientProtocol:
         if service not in self._offered:
             raise BadOperation(f"this client does not offer {service}")
         self._offered.discard(service)
-        self._shares.release(_cost_of_name(service))
+        self._shares.release(cost_of_name(service))
         yield WithdrawService(service)
 
     def _service_response(self, operation: dict[str, Any]) -> Iterator[Effect]:
         service = self._name(operation, "service")
         if service not in self._offered:
             raise BadOperation(f"this client does not offer {service}")
-        is_success = _flag(operation, "result")
+        is_success = flag_in(operation, "result")
         yield AnswerCall(
             service, operation.get("id"), operation.get("values"), is_success is not False, operation
         )
@@ -417,7 +335,7 @@ class ClientProtocol:
         known = [level.name.lower() for level in Level]
         if operation.get("level") not in known:
             raise BadOperation(
-                f"level must be one of {', '.join(known)}; got {_quoted(operation.get('level'))}"
+                f"level must be one of {', '.join(known)}; got {quoted(operation.get('level'))}"
             )
         self._level = Level(known.index(operation["level"]))
         yield from ()
@@ -441,7 +359,7 @@ class ClientProtocol:
         if isinstance(name, str) and end is not None:
             name = name.partition(end)[0]
         if not isinstance(name, str) or not name:
-            raise BadOperation(f"{key} must be a name, got {_quoted(name)}")
+            raise BadOperation(f"{key} must be a name, got {quoted(name)}")
         try:
             resolved = self._resolve(name)
         except InvalidName as error:
@@ -473,57 +391,3 @@ def response_to(operation: Mapping[str, Any], values: Any, *, is_success: bool) 
     response = {"op": "service_response", "service": operation.get("service"), "values": values}
     response["result"] = is_success
     return response if operation.get("id") is None else {**response, "id": operation["id"]}
-
-
-def _key(operation: Mapping[str, Any]) -> str:
-    """Convert an operation's id, which can be of any type, to a dictionary key."""
-    identity = operation.get("id")
-    key = "null" if identity is None else json.dumps(identity, default=str, sort_keys=True)
-    if len(key) > ID_CHARACTERS:
-        raise BadOperation(f"id must have at most {ID_CHARACTERS} characters, got {len(key)}")
-    return key
-
-
-def _cost(key: str) -> int:
-    """Return the approximate memory for an id."""
-    return len(key) + _ID_BYTES
-
-
-def _cost_of_name(name: str) -> int:
-    """Return the approximate memory for a topic or a service."""
-    return 4 * len(name) + _NAME_BYTES
-
-
-def _type(operation: Mapping[str, Any]) -> str:
-    kind = operation.get("type")
-    text = kind if isinstance(kind, str) and len(kind) <= ID_CHARACTERS else ""
-    parts = [part for part in text.split("/") if part]
-    if len(parts) < 2:
-        raise BadOperation(f"type must be package/Name, got {_quoted(kind)}")
-    package, *_, name = parts
-    return f"{package}/{name}"  # accept ROS 2 names, such as `std_msgs/msg/String`
-
-
-def _number(operation: Mapping[str, Any], key: str, default: int = 0, *, least: float = 0) -> float:
-    """Return a field that must be a finite number >= `least`, or the default if the field is missing or null.
-
-    Numbers beyond ±2**31 are replaced by this limit.
-    """
-    value = operation.get(key)
-    if value is None:
-        return default
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value < math.inf:
-        rule = "a finite number >= 0" if least == 0 else "a finite number"
-        raise BadOperation(f"{key} must be {rule}, got {_quoted(value)}")
-    return max(min(value, 2**31), -(2**31))
-
-
-def _flag(operation: Mapping[str, Any], key: str) -> bool | None:
-    value = operation.get(key)
-    if value is not None and not isinstance(value, bool):
-        raise BadOperation(f"{key} must be true or false, got {_quoted(value)}")
-    return value
-
-
-def _quoted(value: object) -> str:
-    return printable(repr(value), 100) if value is not None else "null"

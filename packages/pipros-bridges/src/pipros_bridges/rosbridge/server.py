@@ -22,8 +22,8 @@ from pipros_bridges.bridge_server import PING_S, PONG_S, BridgeServer
 from pipros_bridges.client import BridgeClient
 from pipros_bridges.limits import BridgeLimits
 from pipros_bridges.rosbridge.authentication import Authenticator
-from pipros_bridges.rosbridge.protocol import RosbridgeSettings
 from pipros_bridges.rosbridge.session import RosbridgeNode, RosbridgeSession, Timing
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.text_input import BadInput, json_object
 from pipros_server.daemon_pool import DaemonPool
 from pipros_server.secret import Secret

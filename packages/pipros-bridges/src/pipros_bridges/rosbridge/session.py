@@ -6,26 +6,19 @@ holds the state shared by all clients, and `RosbridgeSession` holds the state of
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
-from pipros.basics.names import canonicalize, is_global
-from pipros.basics.printable import printable
-from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
-from pipros.node.service_client import ServiceClient
 from pipros_bridges.call_turns import CallTurns, QuestionTurns
 from pipros_bridges.outbox import ClientOutbox
-from pipros_bridges.rosapi import MASTER_DEADLINE_S
 from pipros_bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
@@ -43,20 +36,15 @@ from pipros_bridges.rosbridge.effects import (
 from pipros_bridges.rosbridge.encoding import Encoder, fragment_frames, operation_frame
 from pipros_bridges.rosbridge.filling import Filler
 from pipros_bridges.rosbridge.offering import OfferedServices
-from pipros_bridges.rosbridge.protocol import (
-    QUESTION_NAMES,
-    ClientProtocol,
-    Level,
-    RosbridgeSettings,
-    response_to,
-)
+from pipros_bridges.rosbridge.protocol import QUESTION_NAMES, ClientProtocol, Level, response_to
 from pipros_bridges.rosbridge.publishing import SharedPublishers
+from pipros_bridges.rosbridge.service_calls import ServiceCalls
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.shared_publisher import CallLater
 from pipros_bridges.rosbridge.streams import TopicStream
 from pipros_bridges.shared_topics import SharedTopics
 from pipros_bridges.shares import ClientShares, ExceedsShare, ServerShares
 from pipros_server.act_gate import ActGate
-from pipros_tools.graph.services import service_class_of
 
 CALLS_AT_ONCE: Final = 64
 """Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
@@ -64,9 +52,6 @@ QUESTION_THREADS: Final = 4
 """Number of threads for all clients' calls to rosapi, which seldom block."""
 CALLS_OF_A_CLIENT: Final = 256
 """Maximum number of running and queued calls of one client."""
-SET_PARAM: Final = "/rosapi/set_param"
-SET_PARAM_TYPE: Final = "rosapi/SetParam"
-"""The service that sets parameters. If there is a policy, each call needs a rule for the parameter."""
 SMALL_CALL_BYTES: Final = 4096
 """Minimum memory that is counted for the request of a pending call."""
 
@@ -107,8 +92,6 @@ class RosbridgeNode:
         self.call_later = call_later
         self.gate = gate or ActGate(node, self.settings.policy)
         self.gate.start()
-        self.call_s = timing.call_s
-        self.master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
         # A client that may not change the system must not decide which type other nodes see.
         self.topics = SharedTopics(node, reports_types=self.settings.has_control)
         self.encoder = Encoder(is_bson=self.settings.is_bson)
@@ -118,6 +101,7 @@ class RosbridgeNode:
             node, self.filler, self.topics.type_of, call_later, timing.unregister_s, self.gate
         )
         self.calls = CallTurns("service calls of a bridge", CALLS_AT_ONCE)
+        self.caller = ServiceCalls(node, self.gate, self.filler, self.encoder, timing.call_s)
         # Calls to rosapi are short, and do not wait for other calls, which may take minutes.
         self.questions = QuestionTurns("questions of a bridge", QUESTION_THREADS)
 
@@ -133,7 +117,7 @@ class RosbridgeNode:
         self.topics.close()
         self.calls.close()
         self.questions.close()
-        self.master.close()
+        self.caller.close()
 
 
 class RosbridgeSession:
@@ -341,7 +325,7 @@ class RosbridgeSession:
         """Call a service and send the response. Runs in a separate thread."""
         began_s = time.thread_time()
         try:
-            values, is_success = self._response(effect), True
+            values, is_success = self._bridge.caller.call(effect, self._calls), True
         except Exception as error:
             values, is_success = str(error) or type(error).__name__, False
         finally:
@@ -355,34 +339,6 @@ class RosbridgeSession:
             except PiprosError as error:
                 self._send(response_to(effect.operation, str(error), is_success=False))
         self._count_work(began_s)
-
-    def _response(self, effect: CallService) -> Any:
-        service = self._node.resolve(effect.service)
-        master = self._bridge.master
-        service_class = service_class_of(master, service, self._calls)
-        request: Any = service_class._request_class()
-        self._bridge.filler.fill(request, effect.arguments)
-        client = ServiceClient(
-            service, service_class, master=lambda: master, calls=self._calls, limits=self._node.limits
-        )
-        with self._calling(service, service_class, request):
-            return self._bridge.encoder.values_of(client.call(request, self._bridge.call_s))
-
-    def _calling(self, service: str, service_class: Any, request: Any) -> AbstractContextManager[None]:
-        """Return the context manager for a call. Raise `ActRefused` if the policy does not allow it."""
-        gate = self._bridge.gate
-        if gate.policy is None or service in QUESTION_NAMES:
-            return nullcontext()
-        if service == SET_PARAM and service_class._type == SET_PARAM_TYPE:
-            if not is_global(request.name):  # rosapi would resolve it to a name that was not checked
-                raise PiprosError(f"with a policy, name must be a global name, got {printable(request.name)}")
-            try:
-                value = json.loads(request.value)
-            except (ValueError, RecursionError) as error:
-                raise PiprosError(f"value is not JSON: {error}") from None
-            gate.check_parameter(canonicalize(request.name), value)
-            return nullcontext()
-        return gate.calling(service, request, service_class._type, service_class._md5sum)
 
     def _offer(self, effect: OfferService) -> None:
         self._bridge.gate.check_other("offer services")

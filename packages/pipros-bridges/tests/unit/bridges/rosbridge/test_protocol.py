@@ -30,7 +30,8 @@ from pipros_bridges.rosbridge.effects import (
 )
 from pipros_bridges.rosbridge.encoding import WireEncoding
 from pipros_bridges.rosbridge.globs import Globs
-from pipros_bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
+from pipros_bridges.rosbridge.protocol import ClientProtocol
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.shares import ClientShares, ServerShares
 from tests.support.constants import Constants
 

@@ -7,8 +7,8 @@ from unittest.mock import MagicMock
 
 from pipros.basics.limits import process_limits
 from pipros_bridges.rosbridge.effects import Effect
-from pipros_bridges.rosbridge.protocol import RosbridgeSettings
 from pipros_bridges.rosbridge.session import RosbridgeSession
+from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.shares import ServerShares
 
 
