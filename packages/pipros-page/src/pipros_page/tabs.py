@@ -34,6 +34,7 @@ from pipros_page.views.plot import PlotViews
 from pipros_page.views.processes import ProcessViews
 from pipros_page.views.reconfigure import ReconfigureViews
 from pipros_page.views.recording import RecordingViews
+from pipros_page.views.rewind import RewindViews
 from pipros_page.views.scene import SceneViews
 from pipros_page.views.teleop import TeleopViews
 from pipros_page.views.topics import TopicViews
@@ -111,7 +112,6 @@ TABS = (
             "bag_marks": BagViews.bag_marks,
             "bag_thumbnails": BagViews.bag_thumbnails,
             "bags": BagViews.bags,
-            "rewind": BagViews.rewind,
         },
         {
             "add_note": BagViews.add_note,
@@ -211,6 +211,7 @@ TABS = (
         {"record": RecordingViews.record, "stop_recording": RecordingViews.stop_recording},
         changing={"record": "record bags", "stop_recording": "record bags"},
     ),
+    Tab(lambda context: RewindViews(context.system), {"rewind": RewindViews.rewind}),
     Tab(
         lambda context: SceneViews(context.system, context.scene_file),
         {

@@ -6,43 +6,38 @@ import asyncio
 import contextlib
 import dataclasses
 import functools
-import json
 import math
 import tempfile
 import threading
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
-from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
-from pipros_libraries.pictures.image_message import IMAGE_TYPES
 from pipros_page.bags.bag_system import not_recorded
 from pipros_page.bags.curve import BagSamples, Take
 from pipros_page.bags.export import FORMATS, export
 from pipros_page.bags.folder import BagFolder
 from pipros_page.bags.marks import BagMarks
-from pipros_page.bags.newest import newest_before
 from pipros_page.bags.notes import BadNotes, BagNotes, Note
 from pipros_page.bags.open_bags import OpenBags
+from pipros_page.bags.opening import OpeningProgress, description_of, open_with_progress
 from pipros_page.bags.playback import LOG_TOPICS, BagPlayback
-from pipros_page.bags.rewind import KEPT_TOPICS, NAME, RecentMessages, Recording
-from pipros_page.bags.tracks import BINS, tracks
+from pipros_page.bags.rewind import NAME, Recording
+from pipros_page.bags.thumbnail import thumbnail
 from pipros_page.bounded_list import bounded_list
 from pipros_page.curve_samples import find_field, mark_of, sample_of
-from pipros_page.images.pixels import packed
 from pipros_page.limits import PageLimits
 from pipros_page.views.plot import COMPUTED_S, axis_of, field_text
 from pipros_page.views.topics import topic_name
 from pipros_page.watched_system import WatchedSystem
 from pipros_server.browser_share import Browser, browser_or_none, has_share
 from pipros_server.view_server import RequestRefused
-from pipros_tools.bag.errors import BagError, NoMessages, NotIndexed
+from pipros_tools.bag.errors import BagError, NoMessages
 from pipros_tools.bag.layout import BagLayout
-from pipros_tools.bag.opening import is_mcap, open_bag
+from pipros_tools.bag.opening import open_bag
 from pipros_tools.bag.reader import BagReader
 
 PAGE_BAGS = 20
@@ -63,29 +58,11 @@ STATE_INTERVAL_S: Final = 0.1
 CLOSING_TURNS: Final = 20
 LIST_INTERVAL_S: Final = 2.0
 PIECE_BYTES: Final = 1_000_000
-THUMBNAIL_BYTES: Final = 30_000
 MAX_THUMBNAILS: Final = 60
 
 
 Read = Callable[[], BagReader]
 """Returns a new reader of a bag."""
-
-
-class _Cancelled(BagError):
-    """The browser has stopped waiting for the bag to open."""
-
-
-@dataclass(slots=True)
-class _Opening:
-    """Progress of reading a bag without an index."""
-
-    share: float = 0.0
-    is_cancelled: bool = False
-
-    def note(self, share: float) -> None:
-        self.share = round(min(share, 1.0), 3)
-        if self.is_cancelled:
-            raise _Cancelled("cancelled")
 
 
 class BagViews:
@@ -113,7 +90,7 @@ class BagViews:
         self._system = system
         self._folder = folder
         self._open_bags = open_bags
-        self._opening = self._rewinds = self._recorders = 0
+        self._opening = self._rewinds = 0
         self._exporting: list[Browser | None] = []
 
     async def bags(self, _: Mapping[str, object]) -> AsyncIterator[object]:
@@ -149,7 +126,7 @@ class BagViews:
         limit = PAGE_BAGS
         if self._opening + len(self._open_bags) >= limit:
             raise RequestRefused(f"too many bags are open; the limit is {limit}")
-        opening = _Opening()
+        opening = OpeningProgress()
         opened = self._system.computations.start(self._opened, name, opening, is_rewind)
         waiting = asyncio.wrap_future(opened)
         self._opening += 1
@@ -181,35 +158,6 @@ class BagViews:
                     yield {"state": state}
                 await asyncio.sleep(STATE_INTERVAL_S)
 
-    async def rewind(self, _: Mapping[str, object]) -> AsyncIterator[object]:
-        """Watch the `KEPT_TOPICS` that are published. Yield the duration and size of the recorded
-        messages (`seconds` and `bytes`), and the maximum duration (`span`, in seconds). If the page does not
-        record messages, yield `{"span": 0}` and end.
-
-        After the last browser has left, the messages are kept for another `span` seconds, and then dropped.
-        """
-        recent = self._system.recent
-        if recent is None:
-            yield {"span": 0}
-            return
-        self._recorders += 1
-        try:
-            with contextlib.ExitStack() as stack:
-                async for observation in self._system.observations():
-                    before = stack.pop_all()
-                    for topic in KEPT_TOPICS & observation.state.publishers.keys():
-                        stack.enter_context(self._system.topics.watch(topic))
-                    before.close()
-                    seconds, size = recent.figures()
-                    yield {"span": recent.span_s, "seconds": round(seconds, 1), "bytes": size}
-        finally:
-            self._recorders -= 1
-            asyncio.get_running_loop().call_later(recent.span_s, self._drop, recent)
-
-    def _drop(self, recent: RecentMessages) -> None:
-        if not self._recorders:
-            recent.clear()
-
     async def bag_control(self, arguments: Mapping[str, Any]) -> Any:
         """Control the playback of this browser's bag: play, pause, loop, step, jump, or change the speed."""
         playback = self._playback()
@@ -237,7 +185,7 @@ class BagViews:
             raise RequestRefused(f"times must be a list of at most {MAX_THUMBNAILS} numbers")
         moments = [round(_number({"time": each}, "time") * NS_PER_S) for each in times]
         for moment_ns in moments:
-            found = await self._system.computations.run(_thumbnail, read, topic, moment_ns)
+            found = await self._system.computations.run(thumbnail, read, topic, moment_ns)
             if found is not None:
                 yield found
 
@@ -397,24 +345,14 @@ class BagViews:
             raise RequestRefused(str(error)) from None
 
     def _opened(
-        self, name: object, opening: _Opening, is_rewind: bool
+        self, name: object, opening: OpeningProgress, is_rewind: bool
     ) -> tuple[BagReader, Mapping[str, Any]]:
         try:
-            reader = self._recording() if is_rewind else _indexed(self._path(name), opening)
+            reader = self._recording() if is_rewind else open_with_progress(self._path(name), opening)
         except (BagError, OSError) as error:
             raise RequestRefused(f"cannot open {name}: {error}") from None
         try:
-            begin_ns, end_ns = reader.range_ns
-            description = {
-                "name": name,
-                "rewind": is_rewind,
-                "begin": begin_ns / NS_PER_S,
-                "end": end_ns / NS_PER_S,
-                "size": reader.size,
-                "bins": BINS,
-                "damage": reader.damage[:3],
-                "tracks": bounded_list(map(dataclasses.asdict, tracks(reader))),
-            }
+            description = {"name": name, "rewind": is_rewind, **description_of(reader)}
         except (BagError, OSError) as error:
             reader.close()
             raise RequestRefused(f"cannot open {name}: {error}") from None
@@ -426,17 +364,6 @@ class BagViews:
         if self._system.recent is None:
             raise RequestRefused("the past is not recorded; start the command without --rewind 0")
         return self._system.recent.recording()
-
-
-def _indexed(path: Path, opening: _Opening) -> BagReader:
-    """Open a bag. If it has no index, read it as a whole."""
-    try:
-        return open_bag(path)
-    except NotIndexed:
-        if is_mcap(path):
-            raise
-        size = max(path.stat().st_size, 1)
-        return BagReader(path, rebuild_index=True, progress=lambda at: opening.note(at / size))
 
 
 def _notes(bag: Path) -> Mapping[str, Any]:
@@ -463,20 +390,3 @@ def _export(read: Read, topics: set[str], range_ns: tuple[int, int], form: str, 
             export(reader, topics, range_ns, form, file, process_limits().of(PageLimits).page_export_bytes)
     except PiprosError as error:
         raise RequestRefused(str(error)) from None
-
-
-def _thumbnail(read: Read, topic: str, moment_ns: int) -> bytes | None:
-    """Return a topic's last image at or before a moment, scaled down, or None if it cannot be shown."""
-    with read() as reader:
-        connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
-        found = newest_before(reader, connections, moment_ns)
-        if found is None or len(found.data) > process_limits().of(PageLimits).page_message_bytes:
-            return None
-        try:
-            kind = load_message_class(found.connection.type)
-            if kind._md5sum != found.connection.md5sum:
-                return None
-            head, pixels = packed(kind._from_bytes(found.data), THUMBNAIL_BYTES)
-        except PiprosError:
-            return None
-    return json.dumps({**head, "at": moment_ns / NS_PER_S}).encode() + b"\n" + pixels

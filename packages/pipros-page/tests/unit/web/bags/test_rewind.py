@@ -22,6 +22,7 @@ from pipros_page.bags.open_bags import OpenBags
 from pipros_page.bags.playback import BagPlayback
 from pipros_page.bags.rewind import OVERHEAD_BYTES, RecentMessages, Recording
 from pipros_page.views.bags import PAGE_REWINDS, BagViews
+from pipros_page.views.rewind import RewindViews
 from pipros_page.watched_system import WatchedSystem
 from pipros_server.browser_share import set_current_browser
 from pipros_server.view_server import RequestRefused
@@ -236,11 +237,12 @@ def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(
 
 
 def test_without_a_recording_nothing_can_be_rewound() -> None:
-    views = views_of(WatchedSystem(GraphClient("test"), Node("test")))
+    system = WatchedSystem(GraphClient("test"), Node("test"))
+    views = views_of(system)
 
     async def check() -> None:
         set_current_browser()
-        assert [each async for each in views.rewind({})] == [{"span": 0}]
+        assert [each async for each in RewindViews(system).rewind({})] == [{"span": 0}]
         async with contextlib.AsyncExitStack() as stack:
             with pytest.raises(RequestRefused, match="the past is not recorded; start the command without"):
                 await opened(views, stack)
@@ -264,7 +266,7 @@ def test_a_connected_browser_keeps_published_topics_recorded_and_the_past_is_dro
     monkeypatch.setattr(system, "observations", observations)
 
     async def check() -> None:
-        view = views_of(system).rewind({})
+        view = RewindViews(system).rewind({})
         watched = []
         for _ in range(2):
             assert (await anext(view))["span"] == span_s

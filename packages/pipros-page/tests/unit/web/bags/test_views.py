@@ -19,10 +19,10 @@ import pytest
 from std_msgs.msg import Float64
 
 from pipros.node import Node
+from pipros_page.bags import opening as bag_opening
 from pipros_page.bags.folder import BagFolder
 from pipros_page.bags.open_bags import OpenBags
 from pipros_page.bags.playback import BagPlayback
-from pipros_page.views import bags as bag_views
 from pipros_page.views.bags import PAGE_BAGS, PAGE_EXPORTS, BagViews
 from pipros_page.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
 from pipros_server.browser_share import set_current_browser
@@ -164,7 +164,7 @@ def test_a_bag_that_fails_to_open_after_its_view_was_closed_leaves_no_error(
         futures.append(start(*arguments))
         return futures[-1]
 
-    monkeypatch.setattr(bag_views, "open_bag", fail)
+    monkeypatch.setattr(bag_opening, "open_bag", fail)
     monkeypatch.setattr(browser.system.computations, "start", recording_start)
 
     async def check() -> None:
