@@ -9,18 +9,13 @@ it are skipped.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import pipros
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.basics.input_file import read_text
 from pipros.basics.windows import relative_path
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
@@ -28,17 +23,19 @@ from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stubs import write_stubs
 from pipros.safe.xml import XmlError
 from pipros_workspace import genuine_catkin, native_tools
+from pipros_workspace.build_failures import BuildFailures
 from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.build_result import BuildResult
+from pipros_workspace.build_state import BuildState
 from pipros_workspace.catkin.cmake_shim import cmake_program
 from pipros_workspace.catkin.context import FindPackage, FoundPackage
 from pipros_workspace.catkin.project import NativeTarget, Project, installed_extras
-from pipros_workspace.catkin.project_reader import read_project
 from pipros_workspace.catkin.step_runner import StepRunner
+from pipros_workspace.checked_package import read_checked
 from pipros_workspace.cmake_runs import NativeBuildFailed
 from pipros_workspace.devel import (
     install_package,
     python_setup,
-    python_sources,
     write_devel_files,
     write_over_genuine,
 )
@@ -53,34 +50,10 @@ from pipros_workspace.layout import (
     read_source_space,
 )
 from pipros_workspace.manifest import read_manifest
-from pipros_workspace.setup_files import write_if_changed, write_setup_files
-from pipros_workspace.validate import check_interfaces, check_manifest
+from pipros_workspace.setup_files import write_setup_files
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
-
-
-@dataclass(slots=True)
-class BuildResult:
-    """The outcome of a build.
-
-    Attributes:
-        built: names of the packages that were built, in build order.
-        unchanged: names of packages that were up to date.
-        errors: one error text per problem, starting with the package or file.
-        skipped: packages that were skipped, each mapped to the failed package on which it depends. If such a
-            package has compiled code, its other parts may have been built.
-        projects: the parsed `CMakeLists.txt` of each package, by package name.
-        needs_genuine: packages that only genuine catkin can build, except those in `BuildOptions.genuine`. If
-            there are any, nothing was built. Only set with `BuildOptions.is_alone`.
-    """
-
-    built: list[str] = field(default_factory=list)
-    unchanged: list[str] = field(default_factory=list)
-    errors: list[str] = field(default_factory=list)
-    skipped: dict[str, str] = field(default_factory=dict)
-    projects: dict[str, Project] = field(default_factory=dict)
-    needs_genuine: list[str] = field(default_factory=list)
 
 
 def build(
@@ -119,15 +92,13 @@ class _Build:
         self._variables = variables
         self._earlier = projects
         self._result = BuildResult()
-        self._failed: dict[str, str] = {}
-        self._broken: dict[str, str] = {}  # causes of failed compiled parts, by package
-        self._state_file = layout.build / "pipros" / "state.json"
-        self._state = _read_state(self._state_file)
+        self._state = BuildState(layout)
+        self._failures = BuildFailures(self._result, say)
 
     def run(self) -> BuildResult:
         space = read_source_space(self._layout.source, self._variables)
         self._result.errors += space.errors
-        self._failed.update({name: name for name in space.left_out})
+        self._failures.failed.update({name: name for name in space.left_out})
         packages = self._wanted(space.packages)
         self._announce(packages)
         by_name = {package.name: package for package in space.packages}
@@ -176,12 +147,12 @@ class _Build:
         If genuine catkin is installed, it builds `natives` and their dependencies.
         """
         self._check_reconfigure_options(natives)
-        natives = [package for package in natives if not self._is_broken(package)]
+        natives = [package for package in natives if not self._failures.is_broken(package)]
         native_names = {package.name for package in natives}
         if natives and native_tools.has_tools(self._variables):
             native_names = closure(packages, native_names)
         for package in packages:
-            if package.name not in self._result.projects or self._is_blocked(package):
+            if package.name not in self._result.projects or self._failures.is_blocked(package):
                 continue
             if package.name not in native_names:
                 self._build_package(package, definitions)
@@ -199,7 +170,7 @@ class _Build:
         write_setup_files(self._layout.devel, sources, underlays)
         if self._options.installs:
             self._install(packages, underlays, definitions)
-        write_if_changed(self._state_file, json.dumps(self._state, indent=1, sort_keys=True))
+        self._state.write()
 
     def _update_typings(self, definitions: Definitions) -> None:
         """Update the stubs in `typings`, which `pipros stubs` creates, for packages with definitions."""
@@ -248,52 +219,20 @@ class _Build:
     ) -> Project | None:
         """Read and check a package. If that fails, report the failure and return None."""
         self._say(f"-- +++ processing catkin package: '{package.name}'")
-        if package.build_type.startswith("ament"):
-            self._fail(
-                package,
-                f"{package.manifest_file}: the package is for ROS 2 (build type {package.build_type}). Check "
-                "out its branch for ROS 1, or put a file named CATKIN_IGNORE into its folder",
-            )
-            return None
-        if not os.path.lexists(package.folder / "CMakeLists.txt"):
-            self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
-            return None
-        self._say(f"-- ==> add_subdirectory({relative_path(str(package.folder), str(self._layout.source))})")
-        status_lines: list[str] = []
         try:
-            project = read_project(
-                str(package.folder),
-                package.name,
+            return read_checked(
+                package,
+                self._layout.source,
                 self._settings(package),
                 self._variables,
-                find_for_cmake,
-                str(package.manifest.version),
-                status_lines=status_lines,
+                find_for_cmake=find_for_cmake,
+                find_folder=find_folder,
+                definitions=definitions,
+                say=self._say,
             )
-            check_manifest(project, package)
-            check_interfaces(project, definitions, find_folder)
         except PiprosError as error:
-            for line in status_lines:
-                self._say(line)
             self._fail(package, str(error))
             return None
-        counts = {
-            kind: sum(interface.kind == kind for interface in project.interfaces)
-            for kind in ("msg", "srv", "action")
-        }
-        if project.interfaces:
-            self._say("-- Using these message generators: genpy")
-            messages = counts["msg"] + 7 * counts["action"]
-            self._say(f"-- {package.name}: {messages} messages, {counts['srv']} services")
-            if not project.generate_messages_line:
-                self._say(
-                    f"-- WARNING: {package.name} lists message files but never calls generate_messages()"
-                )
-        for line in project.status_lines:
-            self._say(line)
-        for warning in project.warnings:
-            self._say(f"-- WARNING: {warning}")
-        return project
 
     def _note_compiled_tests(self, project: Project) -> None:
         """Record that genuine catkin must build compiled tests, if tests will be run and it is installed."""
@@ -306,7 +245,7 @@ class _Build:
     def _check_absent(self, package: SourcePackage, project: Project) -> None:
         """Report required packages that were not found, as an error only if the package has compiled code."""
         if project.absent and project.needs_cmake:
-            self._fail_native(package, project.absent[0].error)
+            self._failures.add_native(package, project.absent[0].error)
             return
         for absent in project.absent:
             self._say(
@@ -328,7 +267,7 @@ class _Build:
                 return
             for package in users:
                 target = self._result.projects[package.name].needs_cmake[0]
-                self._fail_native(
+                self._failures.add_native(
                     package,
                     f"{target.file}:{target.line}: the package [{package.name}] {target.what} and has "
                     "`.cfg` files, but genuine dynamic_reconfigure is not installed. Install it, or put its "
@@ -350,69 +289,33 @@ class _Build:
             **self._options.definitions,
         }
 
-    def _fail(self, package: SourcePackage, reason: str, *, is_said: bool = True) -> None:
-        if is_said:
-            self._say(reason)
-        self._failed[package.name] = package.name
-        self._result.errors.append(f"{package.name}: {reason}")
-        self._state.pop(package.name, None)
-
-    def _fail_native(self, package: SourcePackage, reason: str, *, is_said: bool = True) -> None:
-        """Report that the compiled part of a package cannot be built. Its other parts are not affected."""
-        if is_said:
-            self._say(reason)
-        self._broken[package.name] = package.name
-        self._result.errors.append(f"{package.name}: {reason}")
-
-    def _is_broken(self, package: SourcePackage) -> bool:
-        """Return whether the compiled part of the package, or of one of its dependencies, failed.
-
-        If a dependency failed, report the package as skipped.
-        """
-        if package.name in self._broken:
-            return True
-        needed = (name for name in sorted(package.all_dependencies) if name in self._broken)
-        culprit = self._broken.get(next(needed, ""))
-        if culprit is None:
-            return False
-        self._broken[package.name] = self._result.skipped[package.name] = culprit
-        self._say(f"-- {package.name} is not compiled, because it needs {culprit}, which failed")
-        return True
-
-    def _is_blocked(self, package: SourcePackage) -> bool:
-        """Return whether a dependency of the package failed. If so, report the package as skipped."""
-        for name in sorted(package.all_dependencies):
-            culprit = self._failed.get(name)
-            if culprit is not None:
-                self._failed[package.name] = culprit
-                self._result.skipped[package.name] = culprit
-                self._say(f"-- {package.name} is skipped, because it needs {culprit}, which failed")
-                return True
-        return False
+    def _fail(self, package: SourcePackage, reason: str) -> None:
+        self._failures.add(package, reason)
+        self._state.forget(package.name)
 
     def _build_package(self, package: SourcePackage, definitions: Definitions) -> None:
         """Build a package without compiled code, or the part of a package that needs no compiler."""
         project = self._result.projects[package.name]
-        is_broken = package.name in self._broken
+        is_broken = package.name in self._failures.broken
         steps = StepRunner(project.steps, project.binary, self._variables, self._say)
         try:
             steps.run_wanted(item.source for item in project.installations)
             for target in self._options.targets:
                 steps.run(target)
-            digest = self._digest(package, project)
-            is_unchanged = self._state.get(package.name) == digest and not is_broken
+            digest = self._state.digest(package, project)
+            is_unchanged = self._state.is_current(package.name, digest) and not is_broken
             if not is_unchanged:
                 write_devel_files(project, self._layout, definitions, self._say)
         except (PiprosError, OSError) as error:
             self._fail(package, str(error))
             return
         if is_broken:
-            self._state.pop(package.name, None)
+            self._state.forget(package.name)
         elif is_unchanged and not steps.has_run:
             self._result.unchanged.append(package.name)
         else:
             self._result.built.append(package.name)
-            self._state[package.name] = digest
+            self._state.set(package.name, digest)
 
     def _build_natives(
         self,
@@ -425,10 +328,10 @@ class _Build:
 
         For packages that fail, build the part that needs no compiler.
         """
-        natives = [package for package in natives if package.name not in self._failed]
+        natives = [package for package in natives if package.name not in self._failures.failed]
         if not natives:
             return
-        chosen = [item for item in packages if item.name in names and item.name not in self._failed]
+        chosen = [item for item in packages if item.name in names and item.name not in self._failures.failed]
         is_reason_said, has_catkin_built = True, False
         try:
             failed = self._run_genuine_catkin(chosen)
@@ -442,12 +345,12 @@ class _Build:
             if has_catkin_built and package.name not in failed:
                 write_over_genuine(self._result.projects[package.name], self._layout.devel)
                 self._result.built.append(package.name)
-                self._state.pop(package.name, None)
+                self._state.forget(package.name)
                 continue  # all others are built without genuine catkin
             if reason := failed.get(package.name):
-                self._fail_native(package, reason, is_said=is_reason_said)
+                self._failures.add_native(package, reason, is_said=is_reason_said)
             elif package.name in failed:
-                self._is_broken(package)  # reports the package as skipped
+                self._failures.is_broken(package)  # reports the package as skipped
             self._build_package(package, definitions)
 
     def _run_genuine_catkin(self, packages: Sequence[SourcePackage]) -> dict[str, str]:
@@ -472,7 +375,7 @@ class _Build:
         self, packages: Sequence[SourcePackage], underlays: Sequence[Path], definitions: Definitions
     ) -> None:
         for package in packages:
-            if package.name in self._result.projects and package.name not in self._failed:
+            if package.name in self._result.projects and package.name not in self._failures.failed:
                 project = self._result.projects[package.name]
                 try:
                     settings = self._settings(package)
@@ -482,38 +385,9 @@ class _Build:
                     self._fail(package, f"{project.file}: {error}")
         write_setup_files(self._layout.install, [], underlays)
 
-    def _digest(self, package: SourcePackage, project: Project) -> str:
-        """Return a digest of all inputs of the package's devel files."""
-        inputs = [
-            str(package.manifest_file),
-            project.file,
-            *(interface.path for interface in project.interfaces),
-            *(os.path.join(project.folder, file) for file in project.config_files),
-        ]
-        inputs += [item.source for item in project.installations if item.is_python]
-        inputs += [hook.source for hook in project.hooks]
-        inputs += python_sources(project)
-        texts = [hook.text for hook in project.hooks]
-        digest = hashlib.sha256(f"{pipros.__file__} {self._layout} {texts}".encode())
-        for path in inputs:
-            try:
-                status = os.stat(path)
-                digest.update(f"{path}\0{status.st_mtime_ns}\0{status.st_size}\0{status.st_mode}\n".encode())
-            except OSError:
-                digest.update(f"{path}\0gone\n".encode())
-        return digest.hexdigest()
-
 
 def _version_of(folder: Path) -> str:
     try:
         return read_manifest(folder).version
     except (XmlError, OSError):
         return ""
-
-
-def _read_state(file: Path) -> dict[str, str]:
-    try:
-        state = json.loads(read_text(file))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return {str(name): str(digest) for name, digest in state.items()} if isinstance(state, dict) else {}

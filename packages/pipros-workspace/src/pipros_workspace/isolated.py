@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros_workspace import genuine_catkin, native_tools
-from pipros_workspace.build import BuildResult, build
+from pipros_workspace.build import build
 from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.build_result import BuildResult
 from pipros_workspace.catkin.project import Project
 from pipros_workspace.cmake_runs import NativeBuildFailed
 from pipros_workspace.environment import underlays_of_build

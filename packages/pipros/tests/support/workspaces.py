@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros_workspace.build import BuildResult, build
+from pipros_workspace.build import build
 from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.build_result import BuildResult
 from pipros_workspace.layout import WorkspaceFolders
 
 MANIFEST = """\

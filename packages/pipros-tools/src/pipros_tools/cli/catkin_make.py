@@ -15,8 +15,9 @@ from pipros_tools.cli.catkin_init_workspace import initialize
 from pipros_tools.cli.entry_point import command
 from pipros_tools.cli.make_args import MakeArguments, read_make_arguments
 from pipros_workspace import genuine_catkin, native_tools
-from pipros_workspace.build import BuildResult, build
+from pipros_workspace.build import build
 from pipros_workspace.build_options import BuildOptions
+from pipros_workspace.build_result import BuildResult
 from pipros_workspace.cmake_runs import NativeBuildFailed
 from pipros_workspace.layout import WORKSPACE_MARKER, WorkspaceError, WorkspaceFolders
 from pipros_workspace.make_targets import names as target_names

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros_workspace.build import BuildResult
+from pipros_workspace.build_result import BuildResult
 from pipros_workspace.layout import WorkspaceError
 from tests.support.workspaces import Workspace
 
