@@ -13,7 +13,8 @@ from pipros.master.options import MasterOptions, limits_with_timeout
 from pipros_tools.launch.command import CannotLaunch
 from pipros_tools.launch.console import Console
 from pipros_tools.launch.model import LaunchError
-from pipros_tools.launch.run import LaunchRun, RunOptions
+from pipros_tools.launch.run import LaunchRun
+from pipros_tools.launch.run_options import RunOptions
 from pipros_tools.launch.session import LaunchSession, SessionOptions
 from roslaunch.core import *  # noqa: F403  # as in Noetic
 from roslaunch.core import (

@@ -9,7 +9,7 @@ from pipros.basics.env import Environment
 from pipros.master.options import MasterOptions, limits_with_timeout
 from pipros_tools.launch.console import Console
 from pipros_tools.launch.model import Launch
-from pipros_tools.launch.run import RunOptions
+from pipros_tools.launch.run_options import RunOptions
 from pipros_tools.launch.server import LaunchServer
 from pipros_tools.launch.session import LaunchSession, SessionOptions
 from roslaunch.config import ROSLaunchConfig, load_config_default

@@ -14,7 +14,7 @@ from pipros_tools.launch.model import Output
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pipros_tools.launch.run import RunOptions
+    from pipros_tools.launch.run_options import RunOptions
     from pipros_tools.launch.session import SessionOptions
 
 USAGE = (
@@ -160,7 +160,7 @@ def run_options(options: Values) -> RunOptions:
         LaunchError: the timeout of a stop signal is not positive.
     """
     from pipros_tools.launch import output_prefix
-    from pipros_tools.launch.run import RunOptions
+    from pipros_tools.launch.run_options import RunOptions
     from pipros_tools.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
 
     sigint, sigterm = options.sigint_timeout, options.sigterm_timeout

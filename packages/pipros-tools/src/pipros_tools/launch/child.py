@@ -39,8 +39,9 @@ from pipros_tools.launch.load_context import LoadContext
 from pipros_tools.launch.logs import LauncherLog
 from pipros_tools.launch.managed_node import ProcessInfo
 from pipros_tools.launch.model import LaunchError
-from pipros_tools.launch.run import LaunchRun, RunOptions
+from pipros_tools.launch.run import LaunchRun
 from pipros_tools.launch.run_id import is_run_id, new_run_id, run_id_problem
+from pipros_tools.launch.run_options import RunOptions
 from pipros_tools.launch.server import LaunchServer
 from pipros_tools.launch.xml import load
 from pipros_workspace.index import PackageIndex

@@ -9,57 +9,26 @@ threads may start and stop nodes in the meantime.
 from __future__ import annotations
 
 import itertools
-import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from queue import SimpleQueue
 
-from pipros.basics.interruptible_wait import SLICE_S, get_within_slice, wait_in_slices
+from pipros.basics.interruptible_wait import SLICE_S, get_within_slice
 from pipros_tools.launch.command import CannotLaunch, CannotStart, CommandMaker
 from pipros_tools.launch.console import Console
-from pipros_tools.launch.guardian import Guardian
 from pipros_tools.launch.logs import LogFolder
 from pipros_tools.launch.managed_node import AfterExit, ManagedNode, ProcessInfo
 from pipros_tools.launch.model import Launch, LaunchError, LaunchNode, Output
+from pipros_tools.launch.node_starter import NodeStarter
 from pipros_tools.launch.nodelet_choice import with_choices
 from pipros_tools.launch.param_upload import apply_parameters
 from pipros_tools.launch.placement import Placement
 from pipros_tools.launch.process import NodeProcess
-from pipros_tools.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S, end, report_end
+from pipros_tools.launch.run_options import RunOptions
+from pipros_tools.launch.terminate import await_exits, end, report_end
 
 _CHECK_EVERY_S = 0.2
-
-
-@dataclass(frozen=True, slots=True)
-class RunOptions:
-    """Options for running a launch.
-
-    Attributes:
-        output: the destination for the standard output of all nodes; None leaves the choice to each node.
-        all_required: whether to stop the launch when any node exits.
-        local_only: whether to skip nodes on other machines.
-        has_prefixes: whether lines that nodes print on the terminal are prefixed with the node's name.
-        is_child: whether this is a launch child, whose standard output is not shown.
-    """
-
-    output: Output | None = None
-    all_required: bool = False
-    local_only: bool = False
-    has_prefixes: bool = False
-    is_child: bool = False
-    sigint_timeout_s: float = SIGINT_TIMEOUT_S
-    sigterm_timeout_s: float = SIGTERM_TIMEOUT_S
-
-    def __post_init__(self) -> None:
-        for name, value in (
-            ("sigint_timeout", self.sigint_timeout_s),
-            ("sigterm_timeout", self.sigterm_timeout_s),
-        ):
-            if not value > 0:
-                raise LaunchError(f"{name} must be a positive number, received {value:f}")
 
 
 class _StopRequest:
@@ -99,18 +68,26 @@ class LaunchRun:
             on_end: called with the name and exit code of each process after its exit has been reported.
         """
         self._launch, self._nodelet_lines = with_choices(launch)
-        self._maker = maker
         self._master_uri = master_uri
         self._logs = logs
         self._console = console
         self._options = options or RunOptions()
-        self._numbers = numbers or itertools.count(1)
         self._on_end = on_end
-        self._guardian = Guardian(maker.tag)
         self._managed: list[ManagedNode] = []
         self._placement = placement or Placement(launch.machines)
         self._lock = threading.RLock()
         self._events: SimpleQueue[NodeProcess | _StopRequest] = SimpleQueue()
+        self._starter = NodeStarter(
+            maker,
+            master_uri,
+            self._launch.params,
+            logs=logs,
+            console=console,
+            options=self._options,
+            placement=self._placement,
+            numbers=numbers or itertools.count(1),
+            on_exit=self._events.put,
+        )
         self._stop_requests = 0
         self._handled_requests = 0
         self._has_lost_required = False
@@ -171,20 +148,8 @@ class LaunchRun:
     ) -> ManagedNode:
         """Like `start`, but return an object that tracks the node's restarts and must not be modified."""
         with self._lock:
-            self._guardian.start()
-            number = next(self._numbers)
-            name = f"{node.full_name.lstrip('/')}-{number}"
-            command = self._maker.make(
-                node,
-                self._master_uri,
-                log_stem=self._logs.stem(name),
-                machine=self._placement.remote_machine(node),
-                extra_arguments=extra_arguments,
-                params=self._launch.params,
-            )
-            output = output or self._options.output or node.output or Output.LOG
-            managed = ManagedNode(name, node, command, output, number)
-            self._start(managed)
+            managed = self._starter.prepare(node, extra_arguments, output)
+            self._starter.start(managed)
             self._managed.append(managed)
             return managed
 
@@ -234,7 +199,7 @@ class LaunchRun:
         end(
             [process],
             self._console,
-            _await_ends,
+            await_exits,
             sigint_timeout_s=self._options.sigint_timeout_s,
             sigterm_timeout_s=self._options.sigterm_timeout_s,
             is_announced=False,
@@ -298,7 +263,7 @@ class LaunchRun:
         )
         for managed in self._managed:
             managed.process = managed.left_behind = None
-        self._guardian.stop()
+        self._starter.close()
 
     def running(self) -> dict[str, int]:
         """Return the names and process ids of the running processes."""
@@ -360,30 +325,6 @@ class LaunchRun:
         managed.is_stopped = after_exit is AfterExit.STAY_STOPPED
         managed.restart_at = None if managed.is_stopped else time.monotonic()
 
-    def _start(self, managed: ManagedNode) -> None:
-        is_logged, is_child = managed.output is Output.LOG, self._options.is_child
-        is_again = managed.restart_at is not None
-        managed.restart_at = None
-        managed.is_stopped = False
-        managed.process = managed.latest = NodeProcess(
-            managed.name,
-            managed.command,
-            stdout_log=self._output_file(managed, "stdout") if is_logged or is_child else None,
-            stderr_log=self._output_file(managed, "stderr") if is_logged and is_child else None,
-            guardian=self._guardian,
-            on_exit=self._events.put,
-            restarts=is_again,
-            colour=managed.number if self._options.has_prefixes else None,
-        )
-        managed.spawn_count += 1
-        self._console.bold(f"process[{managed.name}]: started with pid [{managed.process.pid}]")
-
-    def _output_file(self, managed: ManagedNode, stream: str) -> Path | None:
-        """Return the file for a node's output; None, the console, if the folder was unusable at the start."""
-        if self._logs.is_usable:
-            return Path(f"{self._logs.stem(managed.name)}-{stream}.log")
-        return Path(os.devnull) if self._options.is_child else None
-
     @property
     def _is_running(self) -> bool:
         return not self._stop_requests and not self._has_lost_required
@@ -438,7 +379,7 @@ class LaunchRun:
             managed.left_behind = None
             self._console.say(f"[{managed.name}] restarting process")
             try:
-                self._start(managed)
+                self._starter.start(managed)
             except CannotLaunch as error:
                 managed.restart_at = None
                 self._console.error(f"ERROR: {error}")
@@ -455,13 +396,3 @@ class LaunchRun:
             left = [process for process in left if process.exit_code is None]
         self._handled_requests = min(self._handled_requests + 1, self._stop_requests)
         return left
-
-
-def _await_ends(processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
-    """Wait for processes to exit without consuming their events. Return those still running."""
-    deadline = time.monotonic() + timeout_s
-    return [
-        process
-        for process in processes
-        if not wait_in_slices(process.wait, max(0.0, deadline - time.monotonic()))
-    ]

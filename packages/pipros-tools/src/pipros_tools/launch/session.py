@@ -35,7 +35,8 @@ from pipros_tools.launch.model import Launch
 from pipros_tools.launch.param_upload import CALLER_ID
 from pipros_tools.launch.placement import Placement
 from pipros_tools.launch.roscore import ROS_COMM_VERSION, STANDARD_PARAMETERS
-from pipros_tools.launch.run import LaunchRun, RunOptions
+from pipros_tools.launch.run import LaunchRun
+from pipros_tools.launch.run_options import RunOptions
 from pipros_tools.launch.server import LaunchServer
 from pipros_tools.launch.session_master import SessionMaster, choose_run_id
 from pipros_tools.launch.xml import load

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
+from pipros.basics.interruptible_wait import wait_in_slices
 from pipros_tools.launch.console import Console
 from pipros_tools.launch.guardian import SIGKILL
 from pipros_tools.launch.process import SIGINT, SIGTERM, NodeProcess, last_lines
@@ -98,3 +99,13 @@ def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_requ
         advice = python2_advice(word) if word.endswith(".py") else None
         if advice is not None:
             console.error(f"[{process.name}] {advice}")
+
+
+def await_exits(processes: Sequence[NodeProcess], timeout_s: float) -> list[NodeProcess]:
+    """Wait for processes to exit without consuming their events. Return those still running."""
+    deadline = time.monotonic() + timeout_s
+    return [
+        process
+        for process in processes
+        if not wait_in_slices(process.wait, max(0.0, deadline - time.monotonic()))
+    ]

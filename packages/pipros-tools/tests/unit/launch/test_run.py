@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from pipros_tools.launch.model import LaunchError
-from pipros_tools.launch.run import RunOptions
+from pipros_tools.launch.run_options import RunOptions
 
 
 @pytest.mark.parametrize("name", ["sigint_timeout_s", "sigterm_timeout_s"])
