@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from fnmatch import fnmatchcase
 from typing import Any, TypeVar
@@ -260,7 +260,7 @@ def _static(values: Any, where: str) -> StaticRule:
 
 
 def _override(values: Any, where: str) -> QosOverride:
-    qos = _mapping(values, where, {"reliability", "durability", "depth"})
+    qos = _mapping(values, where, {each.name for each in fields(QosOverride)})
     depth = qos.get("depth")
     if depth is not None and (isinstance(depth, bool) or not isinstance(depth, int) or depth < 0):
         raise InvalidRules(f"{where}: depth must be a whole number >= 0, got {depth!r}")

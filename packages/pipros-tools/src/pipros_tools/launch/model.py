@@ -66,9 +66,14 @@ class WorkingFolder(enum.Enum):
 
 
 def _named(
-    xml: str = "", library: str = "", ros2: str = "", choices: type[enum.Enum] | None = None
+    xml: str = "",
+    library: str = "",
+    ros2: str = "",
+    choices: type[enum.Enum] | None = None,
+    *,
+    in_tests: bool = True,
 ) -> dict[str, Any]:
-    return {"xml": xml, "library": library, "ros2": ros2, "choices": choices}
+    return {"xml": xml, "library": library, "ros2": ros2, "choices": choices, "in_tests": in_tests}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,10 +104,12 @@ class LaunchNode:
         default=(), metadata=_named("", "env_args", "additional_env")
     )
     launch_prefix: str = field(default="", metadata=_named("launch-prefix", "launch_prefix", "prefix"))
-    output: Output | None = field(default=None, metadata=_named("output", "output", "output", Output))
-    respawn: bool = field(default=False, metadata=_named("respawn", "respawn", "respawn"))
+    output: Output | None = field(
+        default=None, metadata=_named("output", "output", "output", Output, in_tests=False)
+    )
+    respawn: bool = field(default=False, metadata=_named("respawn", "respawn", "respawn", in_tests=False))
     respawn_delay_s: float = field(
-        default=0.0, metadata=_named("respawn_delay", "respawn_delay", "respawn_delay")
+        default=0.0, metadata=_named("respawn_delay", "respawn_delay", "respawn_delay", in_tests=False)
     )
     required: bool = field(default=False, metadata=_named("required", "required", "on_exit"))
     machine: str = field(default="", metadata=_named("machine", "machine_name"))
@@ -127,6 +134,7 @@ class NodeSetting(NamedTuple):
         library: the attribute of nodes in Noetic's Python library.
         ros2: the argument of `Node` in Python launch files of ROS 2.
         choices: the values that it may have; None if it may have any of its type.
+        in_tests: whether `<test>` may have the attribute, too.
     """
 
     field: str
@@ -135,6 +143,7 @@ class NodeSetting(NamedTuple):
     library: str
     ros2: str
     choices: type[enum.Enum] | None
+    in_tests: bool
 
 
 NODE_SETTINGS = tuple(NodeSetting(each.name, each.default, **each.metadata) for each in fields(LaunchNode))

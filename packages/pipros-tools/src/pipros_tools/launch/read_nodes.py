@@ -22,7 +22,6 @@ from pipros_tools.launch.ros2_node import ARGUMENT as ROS2_PYTHON
 from pipros_tools.launch.scope import LaunchScope
 
 _TEST_ONLY = ("test-name", "time-limit", "retry")
-_REFUSED_IN_TEST = ("output", "respawn", "respawn_delay")
 
 
 def read_node(reader: ElementReader) -> None:
@@ -42,9 +41,9 @@ def read_test(reader: ElementReader) -> None:
     reader.allow(*NODE_ATTRIBUTES, *_TEST_ONLY)
     try:
         test_name = reader.required("test-name")
-        for refused in _REFUSED_IN_TEST:
-            if reader.has(refused):
-                raise reader.error(f"<test> tags cannot have '{refused}' attribute")
+        for setting in NODE_SETTINGS:
+            if not setting.in_tests and reader.has(setting.xml):
+                raise reader.error(f"<test> tags cannot have '{setting.xml}' attribute")
         node = _read(reader, reader.text("name") or test_name)
         # `required` has no effect, but Noetic refuses an invalid value.
         node = replace(node, output=Output.LOG, required=False)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import fields
+
 import pytest
 
 from pipros_ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
 from pipros_ros2.qos_choice import QosOverride, offered_qos, requested_qos
 from pipros_ros2.rules import Direction, GatewayRules, RuleKind, StaticRule, parse_gateway_rules
 from pipros_rosbag2.conversion.errors import InvalidRules
+from tests.support import documents
 
 RELIABLE, BEST_EFFORT = Reliability
 VOLATILE, LATCHED = Durability
@@ -26,6 +30,12 @@ def test_publishers_are_reliable_unless_topics_are_special() -> None:
     assert offered_qos("/clock", is_latched=False) == TopicQos(BEST_EFFORT, VOLATILE, 1)
     override = QosOverride(BEST_EFFORT, depth=5)
     assert offered_qos("/map", is_latched=True, override=override) == TopicQos(BEST_EFFORT, LATCHED, 5)
+
+
+def test_the_guide_has_the_keys_of_qos_and_their_words() -> None:
+    rule = documents.text_of("guides/ros2.md").partition("- `qos` has the keys ")[2].partition("\n\n")[0]
+    keys = {each.name for each in fields(QosOverride)}
+    assert {*re.findall(r"`(\w+)`", rule)} == {*keys, *(each.value for each in (*Reliability, *Durability))}
 
 
 def test_subscribers_match_all_publishers() -> None:
