@@ -34,8 +34,7 @@ def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None
 
 
 def test_silent_peers_beyond_the_handshake_limit_do_not_lock_others_out(
-    make_node: MakeNode,
-    constants: Constants,
+    make_node: MakeNode, constants: Constants
 ) -> None:
     constants(HANDSHAKES=8)
     node = make_node("talker")
@@ -48,10 +47,7 @@ def test_silent_peers_beyond_the_handshake_limit_do_not_lock_others_out(
         peer.close()
 
 
-def test_a_silent_peer_is_closed_in_time(
-    make_node: MakeNode,
-    constants: Constants,
-) -> None:
+def test_a_silent_peer_is_closed_in_time(make_node: MakeNode, constants: Constants) -> None:
     constants(HANDSHAKE_S=0.05)
     node = make_node("talker")
     with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as silent:

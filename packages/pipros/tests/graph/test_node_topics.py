@@ -142,9 +142,7 @@ def test_a_second_callback_gets_the_last_latched_message_at_once(make_node: Make
     assert [message.data for message in second.wait(2)] == ["old", "new"]
 
 
-def test_a_callback_added_amid_latched_messages_gets_each_message_once(
-    make_node: MakeNode,
-) -> None:
+def test_a_callback_added_amid_latched_messages_gets_each_message_once(make_node: MakeNode) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("count", Int32, latch=True, queue_size=0)
     first = Inbox()

@@ -136,11 +136,7 @@ for kind in ("throttle", "throttle_identical", "once"):
     ("code", "parameters", "expected"),
     [
         (NUMPY, {}, ["[('ndarray', 'float32', [1.5, 2.5]), ('ndarray', 'float32', [3.0, 5.0])]"]),
-        (
-            LISTENER,
-            {},
-            ["[('come', '/chat'), ('gone', '/chat', 0)] ['for you', 'for all']"],
-        ),
+        (LISTENER, {}, ["[('come', '/chat'), ('gone', '/chat', 0)] ['for you', 'for all']"]),
         (STATISTICS, {"/enable_statistics": True}, ["/chat /node /node True 0", "True"]),
         (ROSOUT, {}, ["4 /node low 5 True say ['/rosout'] True", "False"]),
         (WAITING_AGAIN_AND_AGAIN, {}, ["True"]),

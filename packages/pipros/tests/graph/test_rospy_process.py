@@ -74,13 +74,7 @@ def test_a_node_starts_without_openssl(processes: Processes, tmp_path: Path, mas
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
-    ("body", "ready"),
-    [
-        (SPIN, "ready"),
-        (RATE, "ready"),
-        (SLEEP, "ready"),
-        (CALLBACK_SLEEPS, "in callback"),
-    ],
+    ("body", "ready"), [(SPIN, "ready"), (RATE, "ready"), (SLEEP, "ready"), (CALLBACK_SLEEPS, "in callback")]
 )
 def test_a_signal_ends_a_node_cleanly(
     processes: Processes,

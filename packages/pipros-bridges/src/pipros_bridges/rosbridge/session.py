@@ -19,6 +19,7 @@ from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
 from pipros_bridges.call_turns import CallTurns, QuestionTurns
 from pipros_bridges.outbox import ClientOutbox
+from pipros_bridges.rosbridge.caller import RosbridgeCaller
 from pipros_bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
@@ -38,7 +39,6 @@ from pipros_bridges.rosbridge.filling import Filler
 from pipros_bridges.rosbridge.offering import OfferedServices
 from pipros_bridges.rosbridge.protocol import QUESTION_NAMES, ClientProtocol, Level, response_to
 from pipros_bridges.rosbridge.publishing import SharedPublishers
-from pipros_bridges.rosbridge.service_calls import ServiceCalls
 from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.shared_publisher import CallLater
 from pipros_bridges.rosbridge.streams import TopicStream
@@ -101,7 +101,7 @@ class RosbridgeNode:
             node, self.filler, self.topics.type_of, call_later, timing.unregister_s, self.gate
         )
         self.calls = CallTurns("service calls of a bridge", CALLS_AT_ONCE)
-        self.caller = ServiceCalls(node, self.gate, self.filler, self.encoder, timing.call_s)
+        self.caller = RosbridgeCaller(node, self.gate, self.filler, self.encoder, timing.call_s)
         # Calls to rosapi are short, and do not wait for other calls, which may take minutes.
         self.questions = QuestionTurns("questions of a bridge", QUESTION_THREADS)
 

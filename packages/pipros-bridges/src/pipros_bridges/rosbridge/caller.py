@@ -1,4 +1,4 @@
-"""Call services for clients, as far as the policy allows."""
+"""Calls services for clients, as far as the policy allows."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SET_PARAM_TYPE: Final = "rosapi/SetParam"
 """The service that sets parameters. If there is a policy, each call needs a rule for the parameter."""
 
 
-class ServiceCalls:
+class RosbridgeCaller:
     """Performs the calls of all clients. Methods may be called from any thread."""
 
     def __init__(self, node: Node, gate: ActGate, filler: Filler, encoder: Encoder, call_s: float) -> None:
