@@ -91,10 +91,10 @@ def test_the_clock_that_the_recorder_follows_is_recorded(
     client.set_param("/use_sim_time", True)
     client.close()
     clock = talker.advertise("/clock", Clock, queue_size=None)
-    record = start(ros, master, "record", "--chunksize", "0", "-O", "run", "/clock")
+    record = start(ros, master, "record", "--chunksize", "0", "--duration", "100", "-O", "run", "/clock")
     wait_until(lambda: clock.connection_count, what="a subscriber of /clock")
     active = ros.home / "run.bag.active"
-    ticks = itertools.count(1)
+    ticks = itertools.count(1000)
 
     def is_written() -> bool:
         clock.publish(Clock(rospy.Time(next(ticks), 7)))

@@ -32,6 +32,8 @@ KEPT_CONNECTIONS = 1000
 """Maximum number of cached connections per topic."""
 
 _WAIT_S = 0.2
+_CLOCK_S = 2.0
+"""How long to wait for simulated time before a warning."""
 _DISK_PERIOD_S = 5.0
 _ENDING_DISK_PERIOD_S = 0.5
 _CHUNK_AGE_S = 1.0
@@ -69,6 +71,7 @@ class Recorder:
         self._reported_dropped = 0
         self._has_space = True
         self._is_full = False
+        self._started_ns = 0
         self._next_poll = self._next_disk_check = 0.0
         self._next_flush = time.monotonic() + _CHUNK_AGE_S
 
@@ -85,14 +88,17 @@ class Recorder:
         Raises:
             OSError: the first file cannot be created.
         """
+        self._subscribe_to_named()
+        self._started_ns = self._first_time_ns()
+        if not self._started_ns:
+            return True
         if self._options.snapshot:
             self._run_snapshots()
             return True
         files = RecordFiles(self._options.files, self._say, self._announcer())
-        files.open(self._node.clock.now_ns())
+        files.open(self._started_ns)
         self._node.on_shutdown(self._queue.close)
         try:
-            self._subscribe_to_named()
             while not self._node.is_shutdown and not self._is_complete():
                 self._poll_master_and_disk(files)
                 if self._options.ends_without_space and not self._has_space:
@@ -113,6 +119,15 @@ class Recorder:
         for topic in dict.fromkeys(map(self._node.resolve, named)):
             self._subscribe(topic)
 
+    def _first_time_ns(self) -> int:
+        """Wait for simulated time, so that no bag starts at 0. Return 0 if the node ends before."""
+        warn_at = time.monotonic() + _CLOCK_S
+        while not (now_ns := self._node.clock.now_ns()) and not self._node.wait_for_shutdown(_WAIT_S):
+            if time.monotonic() >= warn_at:
+                warn_at = float("inf")
+                self._warn("/use_sim_time is true, but nothing publishes /clock: waiting for its first time")
+        return now_ns
+
     def _run_snapshots(self) -> None:
         from pipros.msg import load_message_class, load_service_class
 
@@ -129,7 +144,6 @@ class Recorder:
             announce(str(path))
             return answer._response_class(True, str(path))
 
-        self._subscribe_to_named()
         self._node.subscribe("snapshot_trigger", load_message_class("std_msgs/Empty"), write)
         self._node.serve("~trigger_snapshot", answer, write)
         self._say("Waiting for a message on snapshot_trigger, or a call to ~trigger_snapshot.")
@@ -250,6 +264,8 @@ class Recorder:
             if not self._has_space:
                 self._queue.dropped += 1
                 continue
+            if not message.time_ns:  # it arrived before the first simulated time
+                message = message._replace(time_ns=self._started_ns)
             try:
                 if not files.write(message):
                     return False
