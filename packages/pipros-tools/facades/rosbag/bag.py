@@ -335,7 +335,8 @@ class Bag(IndexAccess):
             with translated():
                 bag.finish()
         finally:
-            self._file = self._bag = self._indexed = self._entries = None
+            self._file = self._bag = None
+            self._clear_index()
             file.close()
 
     def _view(self) -> BagReader:

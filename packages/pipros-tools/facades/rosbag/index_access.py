@@ -139,6 +139,10 @@ class IndexAccess(BagContents):
         headers = self._chunk_headers.values()
         return sum(header.uncompressed_size for header in headers) if headers else self._view().size
 
+    def _clear_index(self) -> None:
+        """Forget what was read of the index; it is read again when it is needed."""
+        self._indexed = self._entries = self._infos = None
+
     def _index(self) -> MessageIndex:
         bag = self._view()
         index = self._indexed

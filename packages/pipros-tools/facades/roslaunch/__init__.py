@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
+from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.replaced_file import write_whole as _write_whole
 from roslaunch import (
     config,
@@ -101,3 +102,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     from pipros_tools.cli.roslaunch import main as run
 
     return run(None if argv is None else list(argv)[1:])
+
+
+__getattr__, __dir__ = _lazy_names(__name__, {}, ("depends", "param_dump"))

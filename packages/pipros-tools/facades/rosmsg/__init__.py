@@ -99,6 +99,16 @@ def _list_types(path: str, subdir: str, ext: str) -> list[str]:
     return sorted(file.stem for file in Path(path).glob(f"*{ext}") if file.is_file())
 
 
+def _get_package_paths(pkgname: str, rospack: Any) -> list[str]:
+    """Return the folder of a package, and its folder in a built workspace if that is another.
+
+    Raises:
+        rospkg.ResourceNotFound: the package does not exist.
+    """
+    built = find_in_workspaces(search_dirs=["share"], project=pkgname, first_match_only=True)
+    return list(dict.fromkeys([rospack.get_path(pkgname), *built]))
+
+
 def list_msgs(package: str, rospack: object = None) -> list[str]:
     """Return the messages in a package as `package/Name`, sorted."""
     return list_types(package, MODE_MSG, rospack)

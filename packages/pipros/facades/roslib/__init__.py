@@ -19,4 +19,4 @@ def set_interactive(interactive: bool) -> None:
     _interactive[0] = interactive
 
 
-__getattr__, __dir__ = _lazy_names(__name__, {}, ("exceptions", "launcher", "packages"))
+__getattr__, __dir__ = _lazy_names(__name__, {}, ("exceptions", "launcher", "message", "packages"))

@@ -23,6 +23,7 @@ class BeforeInit:
 
     Attributes:
         clock: the process's clock.
+        caller_id: the full name of the process, if a package set one.
     """
 
     def __init__(self) -> None:
@@ -34,6 +35,7 @@ class BeforeInit:
 
     def reset(self) -> None:
         """Discard deferred operations and resolved remappings before another node starts."""
+        self.caller_id: str | None = None
         self._remappings: dict[str, str] | None = None
         self._deferred: list[Deferred] = []
         self._services: set[str] = set()
@@ -61,6 +63,8 @@ class BeforeInit:
             identity = node.identity
         else:
             identity = Identity.unnamed(argv=sys.argv, environment=Environment.from_os())
+            if name := self.caller_id:
+                identity = identity._replace(name=name, namespace=names.namespace(name))
         if self._arguments is not None:
             identity = identity._replace(arguments=self._arguments)
         return identity if self._remappings is None else identity._replace(remappings=self._remappings)

@@ -69,6 +69,11 @@ def get_name() -> str:
 get_caller_id = get_name
 
 
+def _set_caller_id(caller_id: str) -> None:
+    """Set the full name that the process has until `init_node`."""
+    session.before.caller_id = caller_id
+
+
 def get_namespace() -> str:
     """Return the namespace of the node, with a trailing slash."""
     return session.namespace

@@ -48,6 +48,7 @@ class Rate:
             ZeroDivisionError: `hz` is 0.
         """
         self._rate = rate.Rate(clock(), int(NS_PER_S / hz), reset=reset)
+        self._reset = reset
 
     @property
     def sleep_dur(self) -> Duration:
@@ -66,6 +67,10 @@ class Rate:
     def remaining(self) -> Duration:
         """Return the time left in the current cycle, which is negative if the cycle is over."""
         return Duration(0, self._rate.remaining_ns())
+
+    def _remaining(self, curr_time: msg_time.Time) -> Duration:
+        """Return the time that is left at `curr_time`. If that is before the cycle, the cycle starts then."""
+        return Duration(0, self._rate.remaining_ns(curr_time.to_nsec()))
 
     def sleep(self) -> None:
         """Sleep for the rest of the current cycle. Raises the same errors as `rospy.sleep`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
@@ -140,6 +140,12 @@ class SubscriberImpl(TopicImpl):
                 self._subscription.remove(entry)
                 return
         raise KeyError("no matching cb")
+
+    def receive_callback(self, msgs: Iterable[Message], connection: object) -> None:  # noqa: ARG002
+        """Call all callbacks with each message. pipros does not call this for messages that arrive."""
+        for message in msgs:
+            for callback, args in self.callbacks:
+                callback(message) if args is None else callback(message, args)
 
 
 class Impls:

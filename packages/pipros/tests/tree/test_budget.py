@@ -11,7 +11,7 @@ import pytest
 from tests.support.environments import REPOSITORY
 
 BUDGETS = {
-    "packages/pipros": (26_510, 57_740),
+    "packages/pipros": (26_510, 57_750),
     "packages/pipros-bridges": (6_480, 6_650),
     "packages/pipros-libraries": (14_950, 5_080),
     "packages/pipros-page": (6_820, 11_900),

@@ -34,9 +34,9 @@ class Rate:
         self._clock = clock
         self._reset = reset
 
-    def remaining_ns(self) -> int:
+    def remaining_ns(self, now_ns: int | None = None) -> int:
         """Return the time until the current cycle ends, in nanoseconds; negative if the cycle has ended."""
-        now_ns = self._clock.now_ns()
+        now_ns = self._clock.now_ns() if now_ns is None else now_ns
         if self.last_ns > now_ns:  # simulated time has moved backwards: the cycle starts now
             self.last_ns = now_ns
         return self.last_ns + self.period_ns - now_ns

@@ -10,6 +10,7 @@ from std_msgs.msg import String
 import roslaunch.pmon
 import roslaunch.substitution_args
 import roslib.packages
+import rosmsg
 import rosnode
 import rospy
 import rospy.client
@@ -44,6 +45,12 @@ def tools():
         examine("no reply", lambda: isinstance(rosnode._succeed(reply), str))
     examine("same", lambda: type(rospy.client._unspecified) is rospy.client._Unspecified)
     examine("name", lambda: (rospy.client._Unspecified.__name__, rospy.client._Unspecified.__module__))
+    examine("paths", lambda: [len(rosmsg._get_package_paths("std_msgs", rospkg.RosPack()))])
+    rospy.names._set_caller_id("/robot/probe")
+    modules = [lambda: roslib.message, lambda: roslaunch.depends, lambda: roslaunch.param_dump]
+    examine("modules", lambda: [module().__name__ for module in modules])
+    examine("set", lambda: (rospy.get_name(), rospy.get_namespace(), rospy.resolve_name("~x")))
+    rospy.names._set_caller_id("/unnamed")
     examine("rosgraph", lambda: rospy.core.rosgraph.names.ns_join("/a", "b"))
 
 
@@ -111,6 +118,10 @@ def lazy():
         examine("unsubscribed", lambda: calls)
     node.peer_unsubscribe("/x")
     examine("twice", lambda: calls)
+    rate = rospy.Rate(10, reset=True)
+    rate.last_time = rospy.Time(100)
+    for now in (100.5, 99):
+        examine("left", lambda: (rate._remaining(rospy.Time(now)), rate.last_time, rate._reset))
     rospy.set_param("~lazy", False)
     node._post_init()
     examine("not lazy", lambda: (calls, node._connection_status))
