@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+
+import pytest
 
 from pipros_workspace.build import build
 from pipros_workspace.build_options import BuildOptions
@@ -16,6 +19,13 @@ MANIFEST = """\
   <buildtool_depend>catkin</buildtool_depend>
 {more}</package>
 """
+
+
+def hide_setuptools(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let each `setup.py` use the substitutes of pipros, which saves two thirds of its processor time."""
+    (folder / "hidden").mkdir()
+    (folder / "hidden" / "setuptools.py").write_text("raise ImportError\n")
+    monkeypatch.setenv("PYTHONPATH", str(folder / "hidden"), prepend=os.pathsep)
 
 
 class Workspace:

@@ -76,7 +76,7 @@ _NODE = Pack(
 )
 
 WORKSPACES: dict[str, dict[str, Pack]] = {
-    "thirty-nine packages of messages": {f"part{n}": _messages(f"part{n}") for n in range(1, 40)},
+    "twelve packages of messages": {f"part{n}": _messages(f"part{n}") for n in range(1, 13)},
     "messages that need each other": {
         "base_msgs": _messages("base_msgs"),
         "arm_msgs": _messages("arm_msgs", "base_msgs", "std_msgs/Header header\nbase_msgs/State[] states\n"),

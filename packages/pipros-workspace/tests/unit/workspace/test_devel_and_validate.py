@@ -10,14 +10,17 @@ from pathlib import Path
 import pytest
 
 from pipros_workspace.type_catalogue import ACTIONS, MESSAGES, SERVICES, expanded
-from tests.support.workspaces import Workspace
+from tests.support.workspaces import Workspace, hide_setuptools
 
 MODULES = "lib/python3/dist-packages"
 FIND = "find_package(catkin REQUIRED message_generation)\n"
 
 
 @pytest.fixture
-def workspace(tmp_path: Path) -> Workspace:
+def workspace(
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> Workspace:
+    hide_setuptools(tmp_path_factory.mktemp("path"), monkeypatch)
     return Workspace(tmp_path)
 
 

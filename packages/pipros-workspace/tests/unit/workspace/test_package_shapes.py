@@ -11,7 +11,7 @@ import pytest
 from pipros.packages import SHARE
 from pipros_workspace import genuine_catkin, native_tools
 from pipros_workspace.layout import SourcePackage
-from tests.support.workspaces import Workspace
+from tests.support.workspaces import Workspace, hide_setuptools
 
 SETUP = "from setuptools import setup\nsetup(packages=['p'], package_dir={'': 'src'})\n"
 MESSAGES = "add_message_files(FILES A.msg)\ngenerate_messages()\n"
@@ -24,7 +24,10 @@ exit(gen.generate("cfg", "cfg", "P"))
 
 
 @pytest.fixture
-def workspace(tmp_path: Path) -> Workspace:
+def workspace(
+    tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> Workspace:
+    hide_setuptools(tmp_path_factory.mktemp("path"), monkeypatch)
     return Workspace(tmp_path)
 
 

@@ -12,17 +12,63 @@ from pipros.packages.crawl import crawl
 from pipros_tools.cli import rosmsg, rospack
 from pipros_wheels import installer
 from pipros_wheels.commands import index, install, rosdep, wheel
-from tests.support.bad_packages import FAULTS, GOOD, NO_PACKAGE, POSITIONS, write_bad_package
-from tests.support.workspaces import Workspace
+from tests.support.workspaces import MANIFEST, Workspace, hide_setuptools
 from tests.unit.wheels.test_installation import add_wheel
+
+GOOD = ("b_good", "y_good")
+POSITIONS = {"first": "a_bad", "middle": "m_bad", "last": "z_bad"}
+HEAD = "cmake_minimum_required(VERSION 3.0.2)\nproject({0})\n"
+MESSAGES = (
+    "find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)\n"
+    "add_message_files(FILES {0}.msg)\ngenerate_messages(DEPENDENCIES std_msgs)\ncatkin_package()"
+)
+FAULTS: dict[str, dict[str, str | bytes | Path]] = {
+    "a_cmake_error": {"CMakeLists.txt": "project({0})\nmessage(FATAL_ERROR broken)\n"},
+    "a_malformed_manifest": {"package.xml": "<package><name>{0}</name>"},
+    "an_empty_manifest": {"package.xml": ""},
+    "a_foreign_encoding": {
+        "package.xml": MANIFEST.replace("<description>d", "<description>caf\xe9").encode("latin-1")
+    },
+    "an_invalid_message": {
+        "msg/Bad.msg": "int8 8\n",
+        "CMakeLists.txt": HEAD + MESSAGES.format("Bad") + "\n",
+    },
+    "an_invalid_setup": {
+        "CMakeLists.txt": f"{HEAD}find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()\n",
+        "setup.py": "raise RuntimeError('broken')\n",
+    },
+    "a_dangling_manifest": {"package.xml": Path("nowhere")},
+    "a_manifest_in_a_loop": {"package.xml": Path("package.xml")},
+}
+"""The files of a package with one fault, with `{0}` for its name; a path is that of a link."""
+NO_PACKAGE = ("a_dangling_manifest", "a_manifest_in_a_loop")
+"""Faults with which `rospack` finds no package in a folder."""
 
 every_fault = pytest.mark.parametrize("fault", FAULTS)
 every_position = pytest.mark.parametrize("position", POSITIONS)
 
 
+def write_bad_package(workspace: Workspace, fault: str, position: str) -> str:
+    """Write the good packages and a bad one, whose name decides its position, and return its name."""
+    bad = POSITIONS[position]
+    for name in (*GOOD, bad):
+        workspace.add(name, MESSAGES.format("Good"), "std_msgs message_runtime", msg__Good_dot_msg="int8 a\n")
+    for path, content in FAULTS[fault].items():
+        file = workspace.base / "src" / bad / path
+        if isinstance(content, Path):
+            file.unlink()
+            file.symlink_to(content)
+        elif isinstance(content, bytes):
+            file.write_bytes(content.replace(b"{name}", bad.encode()).replace(b"{more}", b""))
+        else:
+            file.write_text(content.replace("{0}", bad))
+    return bad
+
+
 @pytest.fixture
 def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Workspace:
     made = Workspace(tmp_path / "ws")
+    hide_setuptools(tmp_path, monkeypatch)
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
     return made

@@ -22,7 +22,7 @@ from pipros_wheels.file_tree import WheelRefused
 from pipros_wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
 from tests.support.constants import Constants
 from tests.support.wheel_forms import FORMS, write_forms
-from tests.support.workspaces import Workspace
+from tests.support.workspaces import Workspace, hide_setuptools
 
 MESSAGES = (
     "find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)\n"
@@ -37,6 +37,7 @@ SETUP = (
 @pytest.fixture
 def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Workspace:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    hide_setuptools(tmp_path, monkeypatch)
     return Workspace(tmp_path / "ws")
 
 
