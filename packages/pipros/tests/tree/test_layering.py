@@ -142,6 +142,7 @@ def known_imports() -> dict[str, set[str]]:
     return imported_files(FILES)
 
 
+@functools.cache
 def parts_of(file: Path) -> tuple[str, ...]:
     """Return the parts of its module name: `pipros`, `master`, `params`, or `rospy`, `core`."""
     root = next(folder for folder in ROOTS if file.is_relative_to(folder))
