@@ -3,13 +3,32 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 import pytest
 
 from tests.pyodide.conftest import pyodide_files  # noqa: F401 # a fixture
+from tests.support.environments import REPOSITORY
 from tests.support.pyodide_tab import STARTED_WITHIN_S, PyodideTab, PyodideTerminal
-from tests.support.student_edits import CMAKE_CHANGES, EXAMPLE, MANIFEST_CHANGES, WORKSPACE
 from tests.support.waiting import wait_until
+
+EXAMPLE: Final = REPOSITORY / "examples/catkin_ws/src/composiv_tryouts"
+WORKSPACE: Final = "feature/buse_nur_emir_07042023/catkin_ws"
+
+CMAKE_CHANGES: Final = {
+    "  rospy\n)": "  rospy\n  message_generation\n)",
+    "# add_message_files(": "add_message_files(FILES BatteryLevel.msg)\n# add_message_files(",
+    "# generate_messages(": "generate_messages()\n# generate_messages(",
+    "catkin_package(": "catkin_package(CATKIN_DEPENDS message_runtime",
+}
+"""Figure 3, as replacements in CMakeLists.txt."""
+
+MANIFEST_CHANGES: Final = {
+    "</build_depend>\n": "</build_depend>\n  <build_depend>message_generation</build_depend>\n",
+    "</exec_depend>\n": "</exec_depend>\n  <exec_depend>message_runtime</exec_depend>\n",
+}
+"""Figure 4, as replacements in package.xml."""
+
 
 pytestmark = pytest.mark.timeout(900)
 
