@@ -45,8 +45,8 @@ from pipros_ros2.rtps.identity import (
 from pipros_ros2.rtps.parameters import Address, SampleIdentity, related_sample
 from pipros_ros2.rtps.participant_core import ParticipantCore
 from pipros_ros2.rtps.qos import DurabilityKind, Qos
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.service_styles import Style, read_request
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 from tests.fuzz import mutation
 from tests.support.constants import changed
 

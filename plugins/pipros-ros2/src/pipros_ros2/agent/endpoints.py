@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
 from pipros.net.workers import Workers
@@ -55,11 +55,11 @@ class AgentPublisher(AgentEnd):
         if self._inbox.push(payload):
             self._engine.process.send_later(self._next)
 
-    def _next(self) -> bytes:
+    def _next(self) -> Sequence[bytes]:
         payload = self._inbox.pop()
         if self._inbox:
             self._engine.process.send_later(self._next)
-        return b"" if payload is None else frame(Kind.PUBLISH, self._number, 0, payload)
+        return () if payload is None else frame(Kind.PUBLISH, self._number, 0, payload)
 
     @property
     def subscriber_count(self) -> int:

@@ -7,7 +7,7 @@ import itertools
 import os
 import subprocess
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent import futures
 from pathlib import Path
 from queue import SimpleQueue
@@ -91,7 +91,7 @@ class AgentProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._is_closed = False
         self._end_reason = ""
-        self._outbox: SimpleQueue[Callable[[], bytes | None]] = SimpleQueue()
+        self._outbox: SimpleQueue[Callable[[], Sequence[bytes] | None]] = SimpleQueue()
         self._numbers = itertools.count(1)
         started = futures.Future[bytes]()
         self._asked = {0: started}
@@ -109,7 +109,7 @@ class AgentProcess:
         """Send a frame, without waiting."""
         self.send_later(lambda: frame(kind, end, number, body))
 
-    def send_later(self, make: Callable[[], bytes]) -> None:
+    def send_later(self, make: Callable[[], Sequence[bytes]]) -> None:
         """Send what a function returns when all earlier frames are sent."""
         if not self._is_closed:
             self._outbox.put(make)
@@ -179,8 +179,8 @@ class AgentProcess:
 
     def _write(self, file: BinaryIO) -> None:
         with contextlib.suppress(OSError), file:  # closing the file ends the agent
-            while (data := self._outbox.get()()) is not None:
-                file.write(data)
+            while (parts := self._outbox.get()()) is not None:
+                file.writelines(parts)
                 file.flush()
 
 

@@ -67,8 +67,9 @@ _TAKE_FAILED = 401
 _PR_SET_PDEATHSIG = 1
 
 
-def frame(kind: Kind, end: int = 0, number: int = 0, *parts: bytes) -> bytes:
-    return b"".join((HEADER.pack(sum(map(len, parts)), kind, end, number), *parts))
+def frame(kind: Kind, end: int, number: int, *parts: bytes) -> tuple[bytes, ...]:
+    """Return a frame in parts, which are not joined because messages can be large."""
+    return (HEADER.pack(sum(map(len, parts)), kind, end, number), *parts)
 
 
 def read_frame(file: BinaryIO) -> tuple[int, int, int, bytes] | None:
@@ -79,6 +80,19 @@ def read_frame(file: BinaryIO) -> tuple[int, int, int, bytes] | None:
     size, *numbers = HEADER.unpack(header)
     body = file.read(size)
     return (*numbers, body) if len(body) == size else None
+
+
+class FrameWriter:
+    """Writes frames to a file. Thread-safe."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._lock = threading.Lock()
+
+    def send(self, kind: Kind, end: int, number: int, *parts: bytes) -> None:
+        with self._lock:
+            self._file.writelines(frame(kind, end, number, *parts))
+            self._file.flush()
 
 
 def _words(*values: int | None) -> Any:
@@ -217,8 +231,8 @@ class RclpyAgent:
     One thread obeys the gateway's frames. The main thread passes on what arrives, and observes the graph.
     """
 
-    def __init__(self, domain: int, node: str, out: BinaryIO) -> None:
-        self._out = out
+    def __init__(self, domain: int, node: str, send: Callable[..., None]) -> None:
+        self._send = send
         self._rclpy: Any = importlib.import_module("rclpy")
         self._coding: Any = importlib.import_module("rclpy.serialization")
         no_handlers = self._rclpy.signals.SignalHandlerOptions.NO
@@ -244,10 +258,6 @@ class RclpyAgent:
         self._is_over = False
         self._rmw = str(self._rclpy.get_rmw_implementation_identifier())
         self._send(Kind.ANSWER, 0, 0, self._rmw.encode())
-
-    def _send(self, kind: Kind, end: int, number: int, *parts: bytes) -> None:
-        self._out.write(frame(kind, end, number, *parts))
-        self._out.flush()
 
     def _try(self, function: Callable[..., object], *arguments: Any) -> None:
         """Call a function, and report each error once."""
@@ -467,15 +477,14 @@ def _end_with_parent(number: int) -> None:
 
 def main() -> None:
     _end_with_parent(getattr(signal, "SIGKILL", 0))  # Windows lacks it
-    out = os.fdopen(os.dup(1), "wb")
+    out = FrameWriter(os.fdopen(os.dup(1), "wb"))
     os.dup2(2, 1)  # what others print must not disturb the frames
     try:
-        agent = RclpyAgent(int(sys.argv[1]), sys.argv[2], out)
+        agent = RclpyAgent(int(sys.argv[1]), sys.argv[2], out.send)
         threading.Thread(target=agent.obey, args=(sys.stdin.buffer,), daemon=True).start()
         agent.run()
     except Exception as error:
-        out.write(frame(Kind.FAILED, 0, 0, f"{type(error).__name__}: {error}".encode()))
-        out.flush()
+        out.send(Kind.FAILED, 0, 0, f"{type(error).__name__}: {error}".encode())
     os._exit(0)
 
 

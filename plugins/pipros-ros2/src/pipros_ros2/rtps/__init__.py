@@ -4,7 +4,9 @@ The following modules use neither sockets nor a clock. In order, from bytes to s
 
     submessages, encoding, parameters   bytes to values, and back
     announcements, qos                  announcements of participants and endpoints, and which endpoints match
-    writer, reader, incomplete, outbox  the two ends of a reliable or best-effort connection
+    writer, history, reader_proxy       the sending end of a reliable or best-effort connection
+    reader, incomplete, writer_proxy    the receiving end
+    outbox                              the datagrams of both
     peers, connections, presence        other participants, matched endpoints, our own announcements
     participant_core                    combines all of these, still without sockets
 

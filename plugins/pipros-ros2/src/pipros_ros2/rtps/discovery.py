@@ -33,9 +33,10 @@ from pipros_ros2.rtps.parameters import Parameter, ended, is_ended
 from pipros_ros2.rtps.peers import ROS2_DISCOVERY_BYTES, ROS2_PEER_BYTES, Peer, Peers
 from pipros_ros2.rtps.presence import ParticipantPresence
 from pipros_ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
-from pipros_ros2.rtps.reader import Reader, RtpsSample
+from pipros_ros2.rtps.reader import Reader
 from pipros_ros2.rtps.submessages import Data
 from pipros_ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, Writer
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 _LEASE_CHECK_S: Final = 0.5
 _ANSWERS_S: Final = 3.0

@@ -23,7 +23,6 @@ from pipros_ros2.interface import (
     TopicQos,
 )
 from pipros_ros2.qos_table import dds_qos
-from pipros_ros2.rtps import reader
 from pipros_ros2.rtps.domain import Discovery
 from pipros_ros2.rtps.engine_endpoints import (
     NO_GATEWAY,
@@ -43,6 +42,7 @@ from pipros_ros2.rtps.participant_core import ParticipantCore
 from pipros_ros2.rtps.service_client import RtpsClient
 from pipros_ros2.rtps.service_styles import PIPROS_MARK
 from pipros_ros2.rtps.services import RtpsServer
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 from pipros_rosbag2.names import dds_service, dds_topic, dds_type, topic_of_dds
 
 _LOG = logging.getLogger("pipros_ros2")
@@ -100,7 +100,7 @@ class RtpsEngine:
         qos: TopicQos,
         callback: Callable[[Sample], None],
     ) -> Ros2Subscription:
-        def pass_on(sample: reader.RtpsSample) -> None:
+        def pass_on(sample: RtpsSample) -> None:
             callback(Sample(sample.payload, sample.writer))
 
         name, kind, entry = dds_topic(topic), dds_type(type_name), hash_entry(type_hash)

@@ -8,7 +8,8 @@ from typing import NamedTuple, TypeAlias
 from pipros_ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros_ros2.rtps.parameters import Address
 from pipros_ros2.rtps.qos import QosPolicy
-from pipros_ros2.rtps.reader import REQUEST_BYTES, RtpsSample
+from pipros_ros2.rtps.reader import REQUEST_BYTES
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,8 +20,8 @@ from pipros_ros2.rtps.graph_info import (
 )
 from pipros_ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros_ros2.rtps.participant import Participant
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.topics import RtpsTopicWriter
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 MAX_INFO_BYTES: Final = 256 * 1024
 """Maximum size of a participant's list of nodes: about 10,000 endpoints."""

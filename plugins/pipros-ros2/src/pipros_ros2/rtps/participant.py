@@ -30,9 +30,9 @@ from pipros_ros2.rtps.intake import Intake
 from pipros_ros2.rtps.parameters import SampleIdentity
 from pipros_ros2.rtps.participant_core import ParticipantCore
 from pipros_ros2.rtps.qos import Qos
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.sockets import RtpsSockets, SocketBacklog
 from pipros_ros2.rtps.topics import ParticipantClosed, RtpsTopicWriter, TopicReader
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")

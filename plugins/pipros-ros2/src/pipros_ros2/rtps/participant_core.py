@@ -28,9 +28,10 @@ from pipros_ros2.rtps.identity import PARTICIPANT_WRITER, user_entity
 from pipros_ros2.rtps.outbox import DatagramOutbox, Outgoing
 from pipros_ros2.rtps.parameters import SampleIdentity, related_sample
 from pipros_ros2.rtps.qos import Qos
-from pipros_ros2.rtps.reader import Reader, RtpsSample
+from pipros_ros2.rtps.reader import Reader
 from pipros_ros2.rtps.submessages import AckNack, Data, Heartbeat, Submessage
 from pipros_ros2.rtps.writer import Writer
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 _PARTICIPANT_WORK: Final = 32
 

@@ -16,16 +16,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final, NamedTuple
+from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros_ros2.rtps.encoding import acknack, datagram_head, nack_frag
-from pipros_ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, inline_bytes, total_fragments
+from pipros_ros2.rtps.incomplete import Assembly, total_fragments
 from pipros_ros2.rtps.outbox import DatagramOutbox
-from pipros_ros2.rtps.parameters import Address, Parameters
-from pipros_ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat, HeartbeatFrag
+from pipros_ros2.rtps.parameters import Address
+from pipros_ros2.rtps.submessages import Data, DataFrag, Gap, Heartbeat, HeartbeatFrag
+from pipros_ros2.rtps.writer_proxy import REQUEST_AGAIN_S, RtpsSample, WriterProxy
 
-REQUEST_AGAIN_S: Final = 0.02
 SLOWEST_REQUEST_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
 """Maximum interval between ACKNACKs to a writer that has never sent a heartbeat."""
@@ -37,65 +37,11 @@ MAX_REQUESTS: Final = 12
 MAX_GAPS: Final = 32
 MAX_ASSEMBLIES: Final = 256
 MAX_FRAGMENTS: Final = 1 << 17
-MAX_EARLY: Final = 8192
-"""`MAX_GAPS` to `MAX_EARLY` limit the work that one submessage causes; the budgets limit memory."""
+"""`MAX_GAPS` to `MAX_FRAGMENTS` limit the work that one submessage causes; the budgets limit memory."""
 KEPT_PER_WORK: Final = 64
 """Number of early samples and assemblies that a heartbeat walks through for one unit of work."""
 ABANDONED_S: Final = 5.0
 """Fragments of a best-effort sample are dropped if no further fragment arrives within this time."""
-
-
-class RtpsSample(NamedTuple):
-    """A sample as it arrived.
-
-    Attributes:
-        payload: CDR with its encapsulation header, and up to three bytes of padding. If `has_payload` is
-            False, the key of the entity that has ended, or empty.
-    """
-
-    writer: bytes
-    sequence: int
-    payload: bytes
-    inline: Parameters | None = None
-    has_payload: bool = True
-
-
-@dataclass(slots=True, eq=False)
-class WriterProxy:
-    """A matched writer. Samples are identified by their sequence numbers.
-
-    Attributes:
-        question_base: base of the ACKNACKs that ask for the first heartbeat.
-        expected: the next sample to deliver.
-        announced: the last sample that the writer is known to have.
-        is_greeted: whether a heartbeat or a GAP of the writer has arrived.
-        early: samples after `expected` that have arrived, by sequence number.
-        skipped: ranges of samples after `expected` that do not exist, each as its start and exclusive end.
-        has_progressed: whether expected or requested data has arrived since `poll` last handled this writer.
-        requested: the samples of the last request that are still missing, in whole or in part.
-        requests: number of requests in a row without progress.
-        usual_bytes: the size of the last sample that had fragments.
-        due: time of the next repeated request, or of the next check for abandoned fragments.
-    """
-
-    guid: bytes
-    address: Address
-    head: bytes
-    is_reliable: bool
-    budget: Budget
-    question_base: int = 1
-    expected: int = 1
-    announced: int = 0
-    is_greeted: bool = False
-    early: dict[int, RtpsSample] = field(default_factory=dict)
-    skipped: list[tuple[int, int]] = field(default_factory=list)
-    assemblies: dict[int, Assembly] = field(default_factory=dict)
-    usual_bytes: int = 0
-    has_progressed: bool = False
-    requested: set[int] = field(default_factory=set)
-    requests: int = 0
-    due: float = math.inf
-    interval_s: float = REQUEST_AGAIN_S
 
 
 @dataclass(slots=True, eq=False)
@@ -155,12 +101,10 @@ class Reader:
         """Remove a writer and its incomplete samples. Do nothing if the writer is unknown."""
         self._waiting.pop(guid, None)
         writer = self.writers.pop(guid, None)
-        if writer is None:
-            return
-        for assembly in writer.assemblies.values():
-            assembly.release()
-        for sample in writer.early.values():
-            writer.budget.give_back(_cost(sample))
+        if writer is not None:
+            writer.release(writer.assemblies)
+            for sequence in list(writer.early):
+                writer.take_early(sequence)
 
     def _wait(self, writer: WriterProxy, now: float) -> None:
         if writer.due == math.inf:
@@ -178,13 +122,10 @@ class Reader:
 
     def on_data(self, guid: bytes, data: Data, now: float) -> None:
         writer = self.writers.get(guid)
-        if writer is None or not self._is_new(writer, data.sequence):
+        if writer is None or not writer.is_new(data.sequence):
             return
         sample = RtpsSample(guid, data.sequence, bytes(data.payload), data.inline, data.has_payload)
         self._accept(writer, sample, now)
-
-    def _is_new(self, writer: WriterProxy, sequence: int) -> bool:
-        return sequence >= writer.expected and sequence not in writer.early
 
     def _accept(self, writer: WriterProxy, sample: RtpsSample, now: float) -> None:
         """Deliver a new sample, or keep it until the earlier ones have arrived."""
@@ -194,22 +135,20 @@ class Reader:
             self.deliver(sample)
             if writer.early or writer.skipped or writer.assemblies:
                 self._catch_up(writer)
-        elif len(writer.early) < MAX_EARLY and writer.budget.take(_cost(sample)):
-            writer.early[sample.sequence] = sample
+        elif writer.keep_early(sample):
             writer.announced = max(writer.announced, sample.sequence)
             self._wait(writer, now)
         if sample.sequence in writer.requested:
             writer.requested.discard(sample.sequence)
             writer.has_progressed = True
-            if not self._is_answering(writer) and writer.announced >= writer.expected:
+            if not writer.is_answering and writer.announced >= writer.expected:
                 self._request(writer, now)
 
     def _catch_up(self, writer: WriterProxy) -> None:
         """Deliver the early samples that are next, and skip those that do not exist."""
         while True:
-            sample = writer.early.pop(writer.expected, None)
-            if sample is not None:
-                writer.budget.give_back(_cost(sample))
+            if writer.expected in writer.early:
+                sample = writer.take_early(writer.expected)
                 writer.expected += 1
                 self.deliver(sample)
                 continue
@@ -218,8 +157,7 @@ class Reader:
                 break
             self._pass(writer, end)
         writer.skipped = [each for each in writer.skipped if each[1] > writer.expected]
-        for sequence in [each for each in writer.assemblies if each < writer.expected]:
-            writer.assemblies.pop(sequence).release()
+        writer.release(each for each in writer.assemblies if each < writer.expected)
 
     def _advance(self, writer: WriterProxy, first: int) -> None:
         """Deliver the samples before `first` that have arrived, and skip the others."""
@@ -240,9 +178,7 @@ class Reader:
         else:
             arrived = sorted(each for each in early if each < end)
         for sequence in arrived:
-            sample = early.pop(sequence)
-            writer.budget.give_back(_cost(sample))
-            self.deliver(sample)
+            self.deliver(writer.take_early(sequence))
         writer.expected = end
 
     def on_data_frag(self, guid: bytes, fragment: DataFrag, now: float) -> None:
@@ -259,7 +195,7 @@ class Reader:
         if payload is None:
             writer.announced = max(writer.announced, sequence)
             self._wait(writer, now)
-            if sequence in writer.requested and not self._is_answering(writer):
+            if sequence in writer.requested and not writer.is_answering:
                 self._request(writer, now)
             return
         del writer.assemblies[sequence]
@@ -271,7 +207,7 @@ class Reader:
     def _start(self, writer: WriterProxy, fragment: DataFrag, now: float) -> Assembly | None:
         """Return a new assembly, or None if the sample is not new or exceeds a limit."""
         sequence = fragment.sequence
-        if not self._is_new(writer, sequence):
+        if not writer.is_new(sequence):
             return None
         fragments = total_fragments(fragment.fragment_bytes, fragment.sample_bytes)
         if fragment.sample_bytes > self.sample_bytes or fragments > MAX_FRAGMENTS:
@@ -308,8 +244,7 @@ class Reader:
             return
         first, last = skipped[0]
         singles = {start for start, _ in skipped[1:]}
-        for sequence in [each for each in writer.assemblies if first <= each < last or each in singles]:
-            writer.assemblies.pop(sequence).release()
+        writer.release(each for each in writer.assemblies if first <= each < last or each in singles)
         writer.requested = {
             each for each in writer.requested if not (first <= each < last or each in singles)
         }
@@ -328,7 +263,7 @@ class Reader:
         writer.announced = beat.last
         if beat.last >= writer.expected:
             self._wait(writer, now)
-            if not self._is_answering(writer):
+            if not writer.is_answering:
                 self._request(writer, now)
             return
         if not beat.is_final:
@@ -337,7 +272,7 @@ class Reader:
 
     def on_heartbeat_frag(self, guid: bytes, beat: HeartbeatFrag, now: float) -> None:
         writer = self.writers.get(guid)
-        if writer is not None and writer.is_reliable and self._is_new(writer, beat.sequence):
+        if writer is not None and writer.is_reliable and writer.is_new(beat.sequence):
             writer.announced = max(writer.announced, beat.sequence)
             self._wait(writer, now)
 
@@ -345,25 +280,6 @@ class Reader:
         if writer.is_greeted and not writer.assemblies:
             writer.due = math.inf
             self._waiting.pop(writer.guid, None)
-
-    def _missing(self, writer: WriterProxy) -> tuple[int, ...]:
-        last = min(writer.announced, writer.expected + MAX_SET - 1)
-        return tuple(
-            sequence
-            for sequence in range(writer.expected, last + 1)
-            if sequence not in writer.early
-            and not any(start <= sequence < end for start, end in writer.skipped)
-        )
-
-    def _is_answering(self, writer: WriterProxy) -> bool:
-        """Return True if part of the last request has not been fulfilled yet."""
-        return any(self._is_pending(writer, each) for each in writer.requested)
-
-    def _is_pending(self, writer: WriterProxy, sequence: int) -> bool:
-        if sequence < writer.expected or sequence in writer.early:
-            return False
-        assembly = writer.assemblies.get(sequence)
-        return assembly is None or not assembly.is_answered
 
     def _request(self, writer: WriterProxy, now: float, *, is_repeated: bool = False) -> None:
         """Acknowledge, and request the next missing samples or fragments, up to `request_bytes`.
@@ -374,7 +290,7 @@ class Reader:
         whole: list[int] = []
         left_bytes = self.request_bytes
         fragments: list[tuple[int, tuple[int, ...]]] = []
-        for sequence in self._missing(writer):
+        for sequence in writer.missing():
             assembly = writer.assemblies.get(sequence)
             if assembly is None:
                 whole.append(sequence)
@@ -412,7 +328,7 @@ class Reader:
         if writer.has_progressed:
             writer.has_progressed = False
             writer.interval_s, writer.requests = REQUEST_AGAIN_S, 0
-            if self._is_answering(writer):
+            if writer.is_answering:
                 writer.due = now + writer.interval_s
                 return
         else:
@@ -433,14 +349,9 @@ class Reader:
             self._rest(writer)
 
     def _abandon_old(self, writer: WriterProxy, now: float) -> None:
-        old = [seq for seq, each in writer.assemblies.items() if now - each.changed_at >= ABANDONED_S]
-        for sequence in old:
-            writer.assemblies.pop(sequence).release()
+        assemblies = writer.assemblies.items()
+        writer.release(seq for seq, each in assemblies if now - each.changed_at >= ABANDONED_S)
         writer.due = now + ABANDONED_S
         if not writer.assemblies:
             writer.due = math.inf
             self._waiting.pop(writer.guid, None)
-
-
-def _cost(sample: RtpsSample) -> int:
-    return len(sample.payload) + inline_bytes(sample.inline) + PIECE_OVERHEAD_BYTES

@@ -12,7 +12,6 @@ from pipros.basics.interruptible_wait import get_within_slice
 from pipros_ros2.rtps.parameters import SampleIdentity, read_related_sample
 from pipros_ros2.rtps.participant import Participant
 from pipros_ros2.rtps.participant_core import ParticipantCore
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.service_styles import (
     Style,
     cyclone_head,
@@ -23,6 +22,7 @@ from pipros_ros2.rtps.service_styles import (
     with_head,
 )
 from pipros_ros2.rtps.services import SERVICE_QOS, WRITER_QOS, Target, UnknownStyle, style_at
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 
 class RtpsClient:

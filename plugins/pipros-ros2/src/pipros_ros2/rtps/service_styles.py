@@ -17,7 +17,7 @@ from typing import Final
 from pipros_ros2.rtps.announcements import EndpointData, ParticipantData, entries
 from pipros_ros2.rtps.identity import CYCLONE_DDS, FAST_DDS
 from pipros_ros2.rtps.parameters import SampleIdentity, read_related_sample
-from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 PIPROS_MARK: Final = "pipros"
 """Name of the entry in USER_DATA that marks pipros participants."""

@@ -18,7 +18,6 @@ from pipros_ros2.rtps.identity import guid_text
 from pipros_ros2.rtps.participant import Participant
 from pipros_ros2.rtps.participant_core import ParticipantCore
 from pipros_ros2.rtps.qos import Qos
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.service_styles import (
     ServiceRequest,
     Style,
@@ -29,6 +28,7 @@ from pipros_ros2.rtps.service_styles import (
     topics_of,
 )
 from pipros_ros2.rtps.topics import cost_bytes
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 SERVICE_QOS: Final = Qos(depth=10)
 WRITER_QOS: Final = Qos(depth=0)

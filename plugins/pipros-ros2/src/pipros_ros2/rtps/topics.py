@@ -11,7 +11,7 @@ from pipros_ros2.inbox import OVERHEAD_BYTES, Inbox
 from pipros_ros2.rtps.incomplete import inline_bytes
 from pipros_ros2.rtps.parameters import SampleIdentity
 from pipros_ros2.rtps.participant_core import ParticipantCore
-from pipros_ros2.rtps.reader import RtpsSample
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 _Answer = TypeVar("_Answer")
 _LOG = logging.getLogger("pipros_ros2")

@@ -24,12 +24,13 @@ from typing import Final
 
 from pipros.basics.errors import LimitExceeded
 from pipros_ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat, info_ts
+from pipros_ros2.rtps.history import OVERHEAD_BYTES, CacheChange, History
 from pipros_ros2.rtps.outbox import DatagramOutbox, Outgoing, Transfer
 from pipros_ros2.rtps.parameters import Address
 from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.rtps.reader_proxy import FIRST_HEARTBEAT_S, ReaderProxy
 from pipros_ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
 
-FIRST_HEARTBEAT_S: Final = 0.02
 SLOWEST_HEARTBEAT_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
 """Maximum heartbeat interval for readers that never answered, so that a flood of them causes little work."""
@@ -40,79 +41,6 @@ QUEUE_BYTES: Final = 32 * 1024 * 1024
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
 """Fits an Ethernet frame, as in Cyclone DDS: a larger datagram is lost if one of its IP fragments is lost."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CacheChange:
-    """A sample in the history.
-
-    Attributes:
-        inline: inline QoS, with its sentinel, or empty.
-        recipients: GUIDs of the readers that get the sample; None for all.
-        is_key: whether the payload is the key of an entity that has ended.
-        stamp: the submessage with the time of the sample, or empty.
-    """
-
-    sequence: int
-    payload: bytes
-    inline: bytes = b""
-    recipients: frozenset[bytes] | None = None
-    is_key: bool = False
-    stamp: bytes = b""
-
-    def is_for(self, reader: bytes) -> bool:
-        return self.recipients is None or reader in self.recipients
-
-    @property
-    def cost_bytes(self) -> int:
-        return len(self.payload) + len(self.inline) + _OVERHEAD_BYTES
-
-
-_OVERHEAD_BYTES: Final = 200
-
-
-@dataclass(slots=True, eq=False)
-class ReaderProxy:
-    """A matched reader. Samples are identified by their sequence numbers.
-
-    Attributes:
-        head: the start of each datagram to the reader.
-        first: the first sample for the reader.
-        sent: the last sample that was sent to the reader, or that it must skip.
-        wanted: the last sample that the reader should have.
-        acked: the sample up to which the reader has acknowledged all samples.
-        asked: number of times that the reader has asked for a heartbeat.
-        given_up: the last sample that was counted as lost for the reader, or that the reader requested
-            although it was not available; at first, the one before `first`.
-        is_greeted: whether the reader has received a heartbeat: it has answered one, or has asked for one
-            `ENOUGH_QUESTIONS` times.
-        due: time of the next heartbeat.
-    """
-
-    guid: bytes
-    address: Address
-    head: bytes
-    is_reliable: bool
-    fragment_bytes: int
-    first: int
-    sent: int
-    wanted: int
-    acked: int
-    asked: int = 0
-    given_up: int = 0
-    is_greeted: bool = False
-    due: float = math.inf
-    interval_s: float = FIRST_HEARTBEAT_S
-    last_acknack: AckNack | None = None
-    last_nack_frag: NackFrag | None = None
-
-    @property
-    def entity(self) -> bytes:
-        return self.guid[12:]
-
-    @property
-    def is_behind(self) -> bool:
-        return self.is_reliable and (self.acked < self.wanted or not self.is_greeted)
 
 
 @dataclass(slots=True, eq=False)
@@ -134,22 +62,19 @@ class Writer:
     readers: dict[bytes, ReaderProxy] = field(default_factory=dict)
     dropped: int = 0
     lost: int = 0
-    _history: dict[int, CacheChange] = field(default_factory=dict)
-    _kept_bytes: int = 0
-    _first: int = 1
-    _last: int = 0
     _heartbeats: int = 0
     _behind: dict[bytes, ReaderProxy] = field(default_factory=dict)
+    _history: History = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._history = History(self.history_bytes)
 
     def has_space(self, payload_bytes: int) -> bool:
         """Return False if a sample would displace one that a reliable reader still lacks.
 
         With a limited depth, samples may always be displaced.
         """
-        return bool(self.qos.depth) or not self._behind or self._fits(payload_bytes)
-
-    def _fits(self, payload_bytes: int) -> bool:
-        return self._kept_bytes + payload_bytes + _OVERHEAD_BYTES <= self.history_bytes
+        return bool(self.qos.depth) or not self._behind or self._history.fits(payload_bytes)
 
     @property
     def is_acknowledged(self) -> bool:
@@ -174,34 +99,19 @@ class Writer:
         Raises:
             LimitExceeded: the sample is larger than `ROS2_HISTORY_BYTES`.
         """
-        if len(payload) + _OVERHEAD_BYTES > self.history_bytes:
+        if len(payload) + OVERHEAD_BYTES > self.history_bytes:
             text = f"the limit is {self.history_bytes} bytes"
             raise LimitExceeded(f"a message for ROS 2 is too large ({len(payload)} bytes): {text}")
-        self._last += 1
         stamp = info_ts(stamp_ns) if stamp_ns else b""
-        change = CacheChange(self._last, payload, inline, recipients, is_key, stamp)
+        change = CacheChange(self._history.last + 1, payload, inline, recipients, is_key, stamp)
         self._make_space(len(payload))
-        self._history[self._last] = change
-        self._kept_bytes += change.cost_bytes
+        self._history.add(change)
         for reader in self.readers.values():
             if change.is_for(reader.guid):
                 self._send_new(reader, change, now)
         if not self.readers and not self.qos.is_latched:
-            self._forget_all()
-        return self._last
-
-    def _oldest(self) -> int:
-        """Return the first sequence number in the history, or the next one if it is empty.
-
-        `next(iter(...))` would be slower: it steps over the gaps that removed samples leave in a dictionary.
-        """
-        while self._first <= self._last and self._first not in self._history:
-            self._first += 1
-        return self._first
-
-    def _forget_all(self) -> None:
-        self._history.clear()
-        self._kept_bytes = 0
+            self._history.forget_all()
+        return change.sequence
 
     def _make_space(self, payload_bytes: int) -> None:
         """Drop the oldest samples for a new one.
@@ -210,22 +120,23 @@ class Writer:
         exceed the depth are dropped, or half of the bytes: otherwise, no large sample would ever arrive while
         samples are written faster than they can be sent, as each would displace the one that is being sent.
         """
-        depth = self.qos.depth
-        while depth and len(self._history) >= depth and not self._is_sending(self._oldest()):
+        history, depth = self._history, self.qos.depth
+        while depth and len(history) >= depth and not self._is_sending(history.oldest()):
             self._drop_oldest()
-        if depth and len(self._history) >= 2 * depth and self._kept_bytes > QUEUE_BYTES:
-            while len(self._history) >= depth:
+        if depth and len(history) >= 2 * depth and history.kept_bytes > QUEUE_BYTES:
+            while len(history) >= depth:
                 self._drop_oldest()
-        if not self._fits(payload_bytes):
-            goal_bytes = self.history_bytes // 2 if self._is_sending(self._oldest()) else self._kept_bytes
-            while self._history and (self._kept_bytes > goal_bytes or not self._fits(payload_bytes)):
+        if not history.fits(payload_bytes):
+            is_sending = self._is_sending(history.oldest())
+            goal_bytes = self.history_bytes // 2 if is_sending else history.kept_bytes
+            while history and (history.kept_bytes > goal_bytes or not history.fits(payload_bytes)):
                 self._drop_oldest()
 
     def _is_sending(self, sequence: int) -> bool:
         return any(key[::2] == (self.entity, sequence) for key in self.outbox.sending)
 
     def _drop_oldest(self) -> None:
-        oldest = self._oldest()
+        oldest = self._history.oldest()
         if any(reader.acked < oldest <= reader.wanted for reader in self._behind.values()):
             self.dropped += 1
         waiting = [
@@ -236,13 +147,11 @@ class Writer:
         self.lost += bool(waiting)
         for reader in waiting:
             reader.given_up = oldest
-        self.forget(oldest)
+        self._history.forget(oldest)
 
     def forget(self, sequence: int) -> None:
         """Remove a sample from the history. Do nothing if it is not there."""
-        change = self._history.pop(sequence, None)
-        if change is not None:
-            self._kept_bytes -= change.cost_bytes
+        self._history.forget(sequence)
 
     def _send_new(self, reader: ReaderProxy, change: CacheChange, now: float) -> None:
         head = reader.head
@@ -254,7 +163,7 @@ class Writer:
                 self._behind[reader.guid] = reader
             if not reader.is_greeted:
                 return
-            skipped = max(reader.sent + 1, self._oldest())
+            skipped = max(reader.sent + 1, self._history.oldest())
             if skipped < change.sequence:
                 head += gap(reader.entity, self.entity, skipped, change.sequence)
         reader.sent = change.sequence
@@ -277,7 +186,7 @@ class Writer:
 
     def _heartbeat(self, reader: ReaderProxy, *, is_final: bool) -> bytes:
         self._heartbeats += 1
-        first = max(reader.first, self._oldest())
+        first = max(reader.first, self._history.oldest())
         last = max(reader.sent, first - 1)
         return heartbeat(reader.entity, self.entity, first, last, self._heartbeats, is_final=is_final)
 
@@ -338,8 +247,8 @@ class Writer:
             self.readers[guid].address = address
             return
         replays = self.qos.is_latched and requested.is_latched and requested.is_reliable
-        kept = list(self._history)[-self.qos.depth :] if replays else []
-        first = kept[0] if kept else self._last + 1
+        kept = [each.sequence for each in self._history][-self.qos.depth :] if replays else []
+        first = kept[0] if kept else self._history.last + 1
         reader = ReaderProxy(
             guid,
             address,
@@ -347,8 +256,8 @@ class Writer:
             requested.is_reliable and self.qos.is_reliable,
             fragment_bytes,
             first,
-            self._last,
-            self._last if replays else 0,
+            self._history.last,
+            self._history.last if replays else 0,
             first - 1,
             given_up=first - 1,
         )
@@ -377,7 +286,7 @@ class Writer:
             reader.is_greeted = True
             self._send_held(reader)
         if reader.acked < acknack.base - 1:
-            reader.acked = min(acknack.base - 1, self._last)
+            reader.acked = min(acknack.base - 1, self._history.last)
             reader.interval_s = FIRST_HEARTBEAT_S
             reader.due = now + reader.interval_s
         elif acknack.missing and acknack.base <= reader.acked:
@@ -397,7 +306,7 @@ class Writer:
 
     def _send_held(self, reader: ReaderProxy) -> None:
         """Send the samples that were held back until the reader's first response."""
-        held = [change for change in self._history.values() if change.sequence > reader.sent]
+        held = [change for change in self._history if change.sequence > reader.sent]
         for change in held:
             if change.is_for(reader.guid):
                 self._queue(reader, change)
@@ -406,17 +315,17 @@ class Writer:
     def _repeat(self, reader: ReaderProxy, missing: tuple[int, ...]) -> None:
         """Send samples again, a heartbeat for those no longer kept, and a GAP for those of other readers."""
         lacking: list[int] = []
-        first = max(reader.first, self._oldest())
+        first = max(reader.first, self._history.oldest())
         for sequence in missing:
             change = self._history.get(sequence)
             if change is not None and sequence >= reader.first and change.is_for(reader.guid):
                 self._queue(reader, change, is_requested=True)
-            elif sequence <= self._last:
+            elif sequence <= self._history.last:
                 if sequence >= first:
                     lacking.append(sequence)
                 self.lost += change is None and sequence > reader.given_up
                 reader.given_up = max(reader.given_up, sequence)
-        if missing and missing[0] < first <= self._last + 1:
+        if missing and missing[0] < first <= self._history.last + 1:
             self.outbox.send(reader.address, reader.head, self._heartbeat(reader, is_final=False))
         if lacking:
             start, base = lacking[0], lacking[0] + 1
@@ -441,11 +350,11 @@ class Writer:
         if self.qos.is_latched or not all(reader.is_reliable for reader in self.readers.values()):
             return  # datagrams for best-effort readers may still be in the outbox
         if not self._behind:
-            self._forget_all()
+            self._history.forget_all()
             return
         acked = min(reader.acked for reader in self._behind.values())
-        while self._history and self._oldest() <= acked:
-            self.forget(self._first)
+        while self._history and self._history.oldest() <= acked:
+            self._history.forget(self._history.oldest())
 
     @property
     def deadline(self) -> float:

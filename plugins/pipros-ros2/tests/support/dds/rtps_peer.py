@@ -19,11 +19,11 @@ from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros_ros2.rtps.outbox import Outgoing
 from pipros_ros2.rtps.participant import Participant
 from pipros_ros2.rtps.qos import DurabilityKind, Qos
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.service_client import RtpsClient
 from pipros_ros2.rtps.service_styles import PIPROS_MARK
 from pipros_ros2.rtps.services import RtpsServer
 from pipros_ros2.rtps.sockets import RtpsSockets
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 CDR = b"\0\1\0\0"
 _MESSAGE = Struct("<II")

@@ -29,8 +29,8 @@ from pipros_ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros_ros2.rtps.nodes import MAX_INFO_BYTES, Nodes
 from pipros_ros2.rtps.participant import Participant
 from pipros_ros2.rtps.qos import DurabilityKind, Qos
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.service_styles import PIPROS_MARK
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 from tests.support import documents
 from tests.support.constants import Constants
 from tests.support.processes import Processes

@@ -11,7 +11,7 @@ from pipros_ros2.rtps.decoding import read_datagram
 from pipros_ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
 from pipros_ros2.rtps.outbox import DatagramOutbox
 from pipros_ros2.rtps.parameters import Address
-from pipros_ros2.rtps.reader import Reader, RtpsSample
+from pipros_ros2.rtps.reader import Reader
 from pipros_ros2.rtps.submessages import (
     AckNack,
     Data,
@@ -22,6 +22,7 @@ from pipros_ros2.rtps.submessages import (
     NackFrag,
     Submessage,
 )
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 US, PEER = b"our prefix..", b"peer prefix."
 READER, WRITER = b"\0\0\1\4", b"\0\0\1\3"

@@ -8,7 +8,6 @@ from pipros_ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros_ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, OWN_VENDOR
 from pipros_ros2.rtps.parameters import Parameters, SampleIdentity, read_parameters, related_sample
 from pipros_ros2.rtps.qos import Qos
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.service_styles import (
     Style,
     cyclone_head,
@@ -20,6 +19,7 @@ from pipros_ros2.rtps.service_styles import (
     style_of,
     with_head,
 )
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 
 PREFIX = bytes(range(12))
 WRITER, READER = PREFIX + b"\0\0\1\3", PREFIX + b"\0\0\2\4"

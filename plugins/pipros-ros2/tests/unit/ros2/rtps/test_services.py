@@ -11,11 +11,11 @@ from pipros.basics.errors import NotFound
 from pipros_ros2.rtps.domain import Discovery
 from pipros_ros2.rtps.participant import Participant
 from pipros_ros2.rtps.qos import Qos
-from pipros_ros2.rtps.reader import RtpsSample
 from pipros_ros2.rtps.service_client import RtpsClient
 from pipros_ros2.rtps.service_styles import PIPROS_MARK, cyclone_head, id_entry, with_head
 from pipros_ros2.rtps.services import RtpsServer, UnknownStyle
 from pipros_ros2.rtps.topics import RtpsTopicWriter
+from pipros_ros2.rtps.writer_proxy import RtpsSample
 from tests.support.constants import Constants
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
