@@ -28,7 +28,7 @@ from pipros_ros2.limits import Ros2Limits
 from pipros_ros2.ros1_graph import Ros1Graph, Ros1Poller, Ros1Topic
 from pipros_ros2.ros2_graph import Ros2Graph
 from pipros_ros2.rules import GatewayRules
-from pipros_ros2.selection import GatewayParts, Key, Open, Selection
+from pipros_ros2.selection import GatewayParts, GatewaySelection, Key, Open
 from pipros_ros2.topic_to_ros1 import TopicToRos1
 from pipros_ros2.topic_to_ros2 import TopicToRos2
 from pipros_ros2.type_pairs import TypePairs
@@ -157,7 +157,7 @@ class Gateway:
         now_s = time.monotonic()
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
             self._seen, self._compare_at_s = (graph, endpoints), now_s + COMPARE_S
-            selection = Selection(self._parts, graph, found)
+            selection = GatewaySelection(self._parts, graph, found)
             self._open_wanted(selection)
             self._skipped = selection.skipped
             self._report(selection.skipped)
@@ -167,7 +167,7 @@ class Gateway:
             except PiprosError as error:  # the others must still be updated
                 each.counts.fail(f"{name}: {error}")
 
-    def _open_wanted(self, selection: Selection) -> None:
+    def _open_wanted(self, selection: GatewaySelection) -> None:
         wanted = selection.wanted()
         for key, (version, each) in list(self._open.items()):
             if key not in wanted or wanted[key][0] != version:

@@ -13,7 +13,7 @@ _Value = TypeVar("_Value", bound=Enum)
 _Dds = TypeVar("_Dds", bound=Enum)
 
 
-class Policy(Generic[_Value, _Dds]):
+class PolicyForms(Generic[_Value, _Dds]):
     """A policy. Each row is a value, whose name rclpy uses, too, with its forms for DDS and rmw_zenoh.
 
     The first row is the default, which rmw_zenoh omits, and which replaces unknown values.
@@ -30,11 +30,11 @@ class Policy(Generic[_Value, _Dds]):
         return self._of.get(form, self._default)
 
 
-RELIABILITY: Final = Policy(
+RELIABILITY: Final = PolicyForms(
     (Reliability.RELIABLE, ReliabilityKind.RELIABLE, ""),
     (Reliability.BEST_EFFORT, ReliabilityKind.BEST_EFFORT, "2"),
 )
-DURABILITY: Final = Policy(
+DURABILITY: Final = PolicyForms(
     (Durability.VOLATILE, DurabilityKind.VOLATILE, ""),
     (Durability.TRANSIENT_LOCAL, DurabilityKind.TRANSIENT_LOCAL, "1"),
 )

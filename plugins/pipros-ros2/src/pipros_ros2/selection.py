@@ -63,7 +63,7 @@ class GatewayParts:
 
 
 @dataclass(frozen=True, slots=True)
-class Selection:
+class GatewaySelection:
     """Selects what a gateway passes, by its rules and what exists on both sides.
 
     Attributes:

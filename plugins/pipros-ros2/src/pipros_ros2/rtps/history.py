@@ -37,7 +37,7 @@ class CacheChange:
 
 
 @dataclass(slots=True, eq=False)
-class History:
+class WriterHistory:
     """Samples by their sequence numbers.
 
     Attributes:

@@ -24,7 +24,7 @@ from typing import Final
 
 from pipros.basics.errors import LimitExceeded
 from pipros_ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat, info_ts
-from pipros_ros2.rtps.history import OVERHEAD_BYTES, CacheChange, History
+from pipros_ros2.rtps.history import OVERHEAD_BYTES, CacheChange, WriterHistory
 from pipros_ros2.rtps.outbox import DatagramOutbox, Outgoing, Transfer
 from pipros_ros2.rtps.parameters import Address
 from pipros_ros2.rtps.qos import Qos
@@ -64,10 +64,10 @@ class Writer:
     lost: int = 0
     _heartbeats: int = 0
     _behind: dict[bytes, ReaderProxy] = field(default_factory=dict)
-    _history: History = field(init=False)
+    _history: WriterHistory = field(init=False)
 
     def __post_init__(self) -> None:
-        self._history = History(self.history_bytes)
+        self._history = WriterHistory(self.history_bytes)
 
     def has_space(self, payload_bytes: int) -> bool:
         """Return False if a sample would displace one that a reliable reader still lacks.

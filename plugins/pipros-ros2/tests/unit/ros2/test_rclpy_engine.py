@@ -10,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from pipros_ros2.agent.endpoints import AgentCaller, AgentPublisher, AgentServer, cost_bytes
-from pipros_ros2.agent.engine import RclpyEngine
+from pipros_ros2.agent.engine import AgentCaller, AgentPublisher, AgentServer, RclpyEngine, cost_bytes
 from pipros_ros2.agent.process import agent_environment, reaches_out
 from pipros_ros2.agent.rclpy_agent import Kind, frame
 from pipros_ros2.inbox import Inbox
