@@ -13,17 +13,17 @@ from pipros_rosbag2.bags.metadata import is_latched, qos_text
 from pipros_rosbag2.bags.storage import NewTopic, StoredTopic
 from pipros_rosbag2.distribution import Distribution
 from pipros_tools.bag.errors import BagError, BagFormatError, NotIndexed
-from pipros_tools.bag.layout import REPAIR
 from pipros_tools.bag.mcap_files import (
     COMPRESSIONS,
     add_record,
     copy_beside,
     count_beside,
     mcap_library,
+    summary_of,
     translated,
 )
 from pipros_tools.bag.mcap_messages import McapMessages, OnDamage
-from pipros_tools.bag.mcap_records import McapSummary, read_profile, read_summary
+from pipros_tools.bag.mcap_records import read_profile
 from pipros_tools.bag.source import Source
 
 _ENCODINGS = ("ros2msg",)
@@ -32,9 +32,6 @@ _CHUNK_BYTES = 1024 * 1024
 
 class McapStorage:
     """An MCAP file open for reading.
-
-    Attributes:
-        profile: the profile in the file's header, such as `ros2`; may be empty.
 
     Raises:
         NotIndexed: the file has no summary.
@@ -47,16 +44,9 @@ class McapStorage:
         self._file = open_file(path)
         try:
             self._source = Source(self._file, os.fspath(path))
-            with translated(self._source.name):
-                summary = read_summary(self._source)
-                self.profile = read_profile(self._source)
-            if summary is None or summary.statistics is None:
-                raise NotIndexed(f"{path} has no summary with statistics. {REPAIR}")
-            self._summary: McapSummary = summary
-            schemas = summary.schemas
-            self.topics = [
-                self._topic(each, schemas.get(each.schema_id)) for each in summary.channels.values()
-            ]
+            self._summary = summary_of(self._source)
+            schemas, channels = self._summary.schemas, self._summary.channels
+            self.topics = [self._topic(each, schemas.get(each.schema_id)) for each in channels.values()]
             self.definitions: Mapping[str, str] = {
                 schema.name: bytes(schema.data).decode("utf-8", "replace")
                 for schema in schemas.values()
@@ -113,17 +103,21 @@ class McapStorage:
 def is_of_ros2(path: Path) -> bool:
     """Return whether an MCAP file has the profile `ros2`, or channels with ROS 2 messages.
 
-    Return False if its summary is unreadable.
+    Return False if its header, or the summary of a file without the profile, is unreadable.
 
     Raises:
         BagError: the library `mcap` is missing.
     """
+    mcap_library()
     try:
+        with open_file(path) as file, translated(os.fspath(path)):
+            if read_profile(Source(file, os.fspath(path))) == "ros2":
+                return True
         storage = McapStorage(path)
     except (NotIndexed, BagFormatError):
         return False
     storage.close()
-    return storage.profile == "ros2" or any(topic.encoding == "cdr" for topic in storage.topics)
+    return any(topic.encoding == "cdr" for topic in storage.topics)
 
 
 class McapStorageWriter:

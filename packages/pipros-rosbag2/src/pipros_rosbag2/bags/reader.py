@@ -22,7 +22,7 @@ from pipros_rosbag2.conversion.mapping import BUILTIN_RULES, MappingRules
 from pipros_rosbag2.conversion.plans import ConversionPlan, Plans
 from pipros_rosbag2.distribution import Distribution
 from pipros_rosbag2.interfaces.catalog import Catalog, Ros1Definitions
-from pipros_rosbag2.interfaces.installed import installed_definitions
+from pipros_rosbag2.interfaces.installed import installed_definitions, installed_package
 from pipros_rosbag2.interfaces.parse import is_full_name, messages_from_text
 from pipros_rosbag2.interfaces.parts import owner_of
 from pipros_rosbag2.interfaces.ros1_text import ros1_definition, ros1_name
@@ -244,7 +244,7 @@ class Ros2BagReader(BagReader):
                 f"got the encoding [{topic.encoding}] and the type [{topic.type}]"
             )
         plan = self._plan(topic.type)
-        plan.prepare()
+        plan.prepare(to_cdr=False)
         header = {"topic": topic.name.encode(), **self._fields_of_type(plan.ros1_type)}
         if topic.is_latched:
             header["latching"] = b"1"
@@ -287,22 +287,32 @@ class _Ros1Types:
 
     def __init__(self) -> None:
         self._installed = installed_definitions()
-        self._made: dict[str, MessageSpec] = {}
+        self._known: dict[str, MessageSpec | str] = {}
+        self._missing_packages: dict[str, str] = {}
         self.definitions = Ros1Definitions(self.message, self._installed.service)
 
     def message(self, name: str) -> MessageSpec:
-        try:
-            return self._installed.message(name)
-        except NotFound:
-            if name in self._made:
-                return self._made[name]
-            raise
+        package = name.partition("/")[0]
+        known = self._known.get(name) or self._missing_packages.get(package)
+        if known is None:
+            try:
+                known = self._installed.message(name)
+            except NotFound as error:
+                known = str(error)
+                if installed_package(package) is None:
+                    self._missing_packages[package] = known
+            self._known[name] = known
+        if isinstance(known, str):
+            raise NotFound(known)
+        return known
 
     def add(self, messages: Iterable[Any]) -> None:
         for each in messages:
             name = ros1_name(each.type)
-            if name not in self._made:
-                self._made[name] = ros1_definition(each)
+            try:
+                self.message(name)
+            except NotFound:
+                self._known[name] = ros1_definition(each)
 
 
 def open_any_bag(

@@ -121,7 +121,7 @@ class Ros2BagWriter:
         name = checked_name(connection.topic if connection.topic[:1] == "/" else f"/{connection.topic}")
         plans = self._plans_of(connection)
         plan = plans.for_ros1(connection.type)
-        plan.prepare()
+        plan.prepare(to_ros1=False)
         known = self._topics.get(name)
         if known is None:
             profiles = parsed_profiles(text_of(connection.header.get(QOS_FIELD, b"")))

@@ -51,15 +51,16 @@ class ConversionPlan:
         self.only_ros2 = pair.only_ros2
         self._functions: dict[bool, _Convert] = {}
 
-    def prepare(self) -> None:
-        """Compile both directions.
+    def prepare(self, *, to_cdr: bool = True, to_ros1: bool = True) -> None:
+        """Compile both directions, or one of them.
 
         Raises:
             NotConvertible: corresponding fields have incompatible types.
             DefinitionError: the types exceed a limit.
         """
-        self._function(to_cdr=True)
-        self._function(to_cdr=False)
+        for is_to_cdr, is_needed in ((True, to_cdr), (False, to_ros1)):
+            if is_needed:
+                self._function(to_cdr=is_to_cdr)
 
     def to_cdr_parts(self, data: Buffer) -> list[Any]:
         """Return the CDR of a ROS 1 message as buffers, which may be views of `data`.

@@ -80,6 +80,18 @@ def translated(name: str) -> Iterator[None]:
         ) from error
 
 
+def summary_of(source: Source) -> McapSummary:
+    """Return the summary of a file. Raise `NotIndexed` if it is missing, damaged or has no statistics."""
+    try:
+        with translated(source.name):
+            summary = read_summary(source)
+    except BagFormatError as error:
+        raise NotIndexed(f"{error}. {REPAIR}") from error
+    if summary is None or summary.statistics is None:
+        raise NotIndexed(f"{source.name} has no summary with statistics. {REPAIR}")
+    return summary
+
+
 def count_beside(source: Source, summary: McapSummary) -> dict[str, int]:
     """Return the names and numbers of the records that do not belong to messages."""
     metadata = summary.statistics.metadata_count
@@ -189,14 +201,7 @@ class McapReader(BagReader):
         self._owned = self._owned or path
         self._again = self._again and partial(McapReader, os.path.abspath(path), limits=limits)
         try:
-            try:
-                with translated(self.source.name):
-                    summary = read_summary(self.source)
-            except BagFormatError as error:
-                raise NotIndexed(f"{error}. {REPAIR}") from error
-            if summary is None or summary.statistics is None:
-                raise NotIndexed(f"{self.source.name} has no summary with statistics. {REPAIR}")
-            self._summary = summary
+            self._summary = summary_of(self.source)
             for channel in self._summary.channels.values():
                 schema = self._summary.schemas.get(channel.schema_id)
                 try:
