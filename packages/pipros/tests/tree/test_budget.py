@@ -15,7 +15,7 @@ BUDGETS = {
     "packages/pipros-bridges": (6_480, 6_650),
     "packages/pipros-libraries": (14_950, 5_080),
     "packages/pipros-page": (6_820, 11_900),
-    "packages/pipros-rosbag2": (3_690, 1_690),
+    "packages/pipros-rosbag2": (3_690, 1_720),
     "packages/pipros-server": (3_300, 1_820),
     "packages/pipros-simulation": (3_760, 2_060),
     "packages/pipros-tools": (30_180, 10_130),

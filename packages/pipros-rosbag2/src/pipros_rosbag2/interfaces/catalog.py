@@ -113,10 +113,10 @@ class Catalog:
         self._messages.update(messages)
 
     def add_derived(self, specs: Mapping[str, MessageSpec]) -> None:
-        """Add types derived from ROS 1, except those that are known or belong to a bundled package."""
+        """Add types derived from ROS 1, except those that are known or that a package lacks in ROS 2 only."""
         for spec in specs.values():
             made = derived_message(spec)
-            if not self._is_carried_package(made.type) and not self.has_message(made.type):
+            if not self._is_carried_package(made.type, of_both=True) and not self.has_message(made.type):
                 self._messages[made.type] = made
 
     def message(self, name: str) -> Ros2Message:
@@ -197,11 +197,17 @@ class Catalog:
     def _may_derive(self, name: str, same: frozenset[str]) -> bool:
         return name in same or (self._derive and not self._is_carried_package(name))
 
-    def _is_carried_package(self, name: str) -> bool:
-        """Return whether the type's package is bundled. Types missing from such a package are not derived."""
+    def _is_carried_package(self, name: str, *, of_both: bool = False) -> bool:
+        """Return whether the type's package is bundled. Types missing from such a package are not derived.
+
+        Args:
+            of_both: only if ROS 1 has the package, too, unlike `rcl_interfaces`, whose types are all ROS 2's.
+        """
         package = name.partition("/")[0] + "/"
-        known = self._carried.same_messages | self._carried.same_services | self._carried.texts.keys()
-        return any(each.startswith(package) for each in known)
+        known = self._carried.same_messages | self._carried.same_services
+        return any(
+            each.startswith(package) for each in (known if of_both else known | self._carried.texts.keys())
+        )
 
     def _text(self, name: str) -> tuple[str, str, str] | None:
         """Return a definition, its type and its file; None if it is neither in a folder nor bundled."""

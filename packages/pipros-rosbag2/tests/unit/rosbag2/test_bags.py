@@ -552,3 +552,31 @@ def test_topics_share_the_definition_of_their_type_and_those_without_names_are_c
             "topic 1009",
             "each of 20 more topics",
         ]
+
+
+def test_types_of_ros2_that_are_only_in_the_bag_are_converted_with_genuine_hashes(tmp_path: Path) -> None:
+    kinds = {"bool": "bool", "integer": "int64", "double": "float64", "string": "string"}
+    fields = [f"{kind} {name}_value" for name, kind in kinds.items()]
+    fields += [f"{kind}[] {name}_array_value" for name, kind in ({"byte": "byte"} | kinds).items()]
+    texts = {
+        "ParameterEvent": "builtin_interfaces/Time stamp\nstring node\n"
+        + "".join(f"Parameter[] {each}_parameters\n" for each in ("new", "changed", "deleted")),
+        "Parameter": "string name\nParameterValue value",
+        "ParameterValue": "\n".join(["uint8 type", *fields]),
+    }
+    folder = tmp_path / "share/rcl_interfaces/msg"
+    folder.mkdir(parents=True)
+    for name, text in texts.items():
+        (folder / f"{name}.msg").write_text(text)
+    with closing(sqlite3.connect("run.db3")) as database:
+        database.executescript(
+            "CREATE TABLE topics(id INTEGER, name, type, serialization_format, offered_qos_profiles);"
+            "CREATE TABLE messages(id INTEGER, topic_id, timestamp, data);"
+            "INSERT INTO topics VALUES(1, '/events', 'rcl_interfaces/msg/ParameterEvent', 'cdr', '');"
+            f"INSERT INTO messages VALUES(1, 1, 9, x'00010000{'00' * 8}01000000{'00' * 16}');"
+        )
+    assert rosbag(["convert", "--msgs", "share", "run.db3", "run.bag"]) == 0  # it has only ROS 1 definitions
+    assert rosbag(["convert", "--ros2", "jazzy", "run.bag", "jazzy"]) == 0
+    [topic] = parse_metadata(Path("jazzy/metadata.yaml").read_text(), "x").topics
+    assert topic.count == 1
+    assert topic.type_hash == "RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204"
