@@ -121,7 +121,10 @@ class Process:
 
 
 class Watched(Protocol):
-    """The nodes of a running launch; see `roslaunch.nodeprocess.RunProcesses`."""
+    """The nodes of a running launch.
+
+    A protocol because its implementation, `roslaunch.nodeprocess.RunProcesses`, imports this module.
+    """
 
     def watch_once(self, timeout_s: float | None = None) -> bool: ...
 

@@ -8,7 +8,7 @@ from pipros.node import Node
 
 
 class OwnerOfNode(Protocol):
-    """The part of the session that these variables reflect."""
+    """What these variables reflect of the session. A protocol because `Session` imports this module."""
 
     node: Node | None
     has_time: bool

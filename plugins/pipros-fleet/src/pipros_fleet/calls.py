@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import threading
-from collections.abc import Callable, Mapping
-from typing import Any, Final, Protocol
+from collections.abc import Mapping
+from typing import Any, Final
 
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import printable
@@ -21,6 +21,7 @@ from pipros_fleet import keys
 from pipros_fleet.directory import DirectoryEntry, read_json
 from pipros_fleet.fleet_rules import FleetFile
 from pipros_fleet.parameter_rules import check_set, parameter_name, readable, top_of
+from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_libraries.topic_tools.raw import raw_service_class
 
 FLEET_CALLS = 64
@@ -35,29 +36,10 @@ GRACE_S: Final = 2.0
 _LONGEST_REASON: Final = 2000
 
 
-class Requests(Protocol):
-    """Sender of requests to other members, implemented by `pipros_fleet.zenoh_session.SessionLink`."""
-
-    def get(
-        self, key: str, payload: bytes = b"", *, timeout_s: float, ended: Callable[[], bool] = ...
-    ) -> Any: ...
-
-
-class Asked(Protocol):
-    """A request from another member, implemented by `pipros_fleet.zenoh_session.ZenohQuestion`."""
-
-    key: str
-    payload: bytes
-
-    def answer(self, payload: bytes, attachment: bytes = b"", key: str = "") -> None: ...
-    def refuse(self, reason: str) -> None: ...
-    def close(self) -> None: ...
-
-
 class RemoteService:
     """A service of another member, advertised on the local master."""
 
-    def __init__(self, node: Node, link: Requests, me: str, member: str, entry: DirectoryEntry) -> None:
+    def __init__(self, node: Node, link: SessionLink, me: str, member: str, entry: DirectoryEntry) -> None:
         """Advertise the service as `/<member><name>`. Blocks until the master responds.
 
         Raises:
@@ -130,7 +112,7 @@ class LocalCalls:
         self._workers = Workers("calls of other members", FLEET_CALLS)
         self.services: Mapping[str, DirectoryEntry] = {}
 
-    def take(self, asked: Asked) -> None:
+    def take(self, asked: ZenohQuestion) -> None:
         """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""
         with self._lock:
             is_accepted = self._running < FLEET_CALLS
@@ -147,7 +129,7 @@ class LocalCalls:
         self._open.interrupt()
         self._workers.close()
 
-    def _run(self, asked: Asked) -> None:
+    def _run(self, asked: ZenohQuestion) -> None:
         try:
             self.calls += 1
             self._answer(asked)
@@ -159,7 +141,7 @@ class LocalCalls:
             with self._lock:
                 self._running -= 1
 
-    def _answer(self, asked: Asked) -> None:
+    def _answer(self, asked: ZenohQuestion) -> None:
         match keys.parts(asked.key):
             case (_, "s", [caller, *rest]) if rest:
                 asked.answer(self._call(caller, keys.unmangled("/".join(rest)), asked.payload))

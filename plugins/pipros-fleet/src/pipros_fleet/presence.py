@@ -17,7 +17,7 @@ RETURN_S: Final = 3.0
 
 
 class PresenceListener(Protocol):
-    """Interface through which `Presence` reports changes."""
+    """Interface through which `Presence` reports changes. A protocol because `Agent` imports this module."""
 
     def on_joined(self, token: Token) -> None:
         """Handle a member that has joined, or whose newest agent instance has changed."""

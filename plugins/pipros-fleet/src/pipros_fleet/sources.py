@@ -7,19 +7,20 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 from pipros.basics.limits import Limits
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
 from pipros_fleet.directory import DirectoryEntry
-from pipros_fleet.fleet_rules import FleetRule, Priority
+from pipros_fleet.fleet_rules import FleetRule
 from pipros_fleet.frames import FrameChange
 from pipros_fleet.limits import FleetLimits
 from pipros_fleet.local_graph import is_agent, is_result
 from pipros_fleet.messages import MessageAttachment, compressed, pack
 from pipros_fleet.outbox import FleetOutbox
+from pipros_fleet.zenoh_session import SessionLink
 from pipros_libraries.topic_tools.raw import class_like
 
 FLEET_LATCHED_BYTES = 64 * 1024 * 1024
@@ -46,14 +47,6 @@ RESULT_S: Final = 60.0
 _RESULTS: Final = 100
 _MAX_SOURCES: Final = 1000
 """Maximum number of publishers per topic that are numbered separately."""
-
-
-class Sends(Protocol):
-    """A link that sends messages, implemented by `pipros_fleet.zenoh_session.SessionLink`."""
-
-    def put(
-        self, key: str, payload: bytes, attachment: bytes = b"", priority: Priority = Priority.NORMAL
-    ) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +78,7 @@ class Sender:
         is_up: whether the link is up. While it is down, messages are counted and discarded.
     """
 
-    def __init__(self, link: Sends, instance: str, limits: Limits, bandwidth_kbit: float = 0.0) -> None:
+    def __init__(self, link: SessionLink, instance: str, limits: Limits, bandwidth_kbit: float = 0.0) -> None:
         self._link = link
         self.instance = instance
         self.limits = limits
@@ -248,7 +241,7 @@ class SentTopic:
         before = self._subscriber.statistics()["dropped"] if self._subscriber is not None else 0
         return before + self._sender.dropped(self.key)
 
-    def send(self, link: Sends, message: SourceMessage, *, is_up: bool) -> None:
+    def send(self, link: SessionLink, message: SourceMessage, *, is_up: bool) -> None:
         """Number a message, keep it if it is latched, and send it if the link is up. Called by `Sender`."""
         body = compressed(message.body) if self.rule.is_compressed else message.body
         with self._lock:

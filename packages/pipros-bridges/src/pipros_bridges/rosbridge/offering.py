@@ -22,7 +22,7 @@ _LONGEST_REASON: Final = 2000
 
 
 class Offerer(Protocol):
-    """A client that offers services."""
+    """A client that offers services. A protocol because `RosbridgeSession` imports this module."""
 
     def send_call(self, operation: Mapping[str, Any], request: Any) -> None:
         """Send the operation `call_service` with the values of a request.

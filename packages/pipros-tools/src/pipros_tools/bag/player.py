@@ -43,7 +43,7 @@ _AT_ONCE_NS = 1_000_000_000
 
 
 class Controls(Protocol):
-    """A player's keyboard and display."""
+    """A player's keyboard and display. A protocol because its implementation belongs to the command."""
 
     def key(self) -> str:
         """Return the next pressed key, or an empty string if there is none. Must not block."""

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
@@ -20,18 +20,14 @@ from pipros.net.rpc_client import RpcClient
 from pipros_tools.graph.bus_info import BusConnection, read_row, rows_of
 from pipros_tools.graph.system_state import SystemState
 
+if TYPE_CHECKING:
+    from pipros.net.master_client import MasterClient
+
 CALLER_ID = "/rosviz"
 ANSWER_DEADLINE_S = 3.0
 """Timeout for a node's response."""
 
 logger = logging.getLogger("rosgraph.graph")
-
-
-class GraphMaster(Protocol):
-    """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""
-
-    def get_system_state(self) -> Sequence[Sequence[Sequence[Any]]]: ...
-    def lookup_node(self, node: str) -> str: ...
 
 
 def ask_bus_info(api: str) -> Any:
@@ -96,7 +92,7 @@ class LiveGraph:
 
     def __init__(
         self,
-        master: GraphMaster,
+        master: MasterClient,
         node_namespace: str = "/",
         topic_namespace: str = "/",
         *,

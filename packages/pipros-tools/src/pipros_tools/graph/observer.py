@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
@@ -28,17 +28,10 @@ from pipros_tools.graph.node_clients import NodeClients
 from pipros_tools.graph.system_state import SystemState, TopicConnection
 from pipros_tools.graph.wrong_types import NodeTypes, WrongTypes
 
+if TYPE_CHECKING:
+    from pipros.net.master_client import MasterClient
+
 Ask = Callable[[str], tuple[Any, Any]]
-
-
-class ObservedMaster(Protocol):
-    """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""
-
-    caller_id: str
-
-    def get_system_state(self) -> Sequence[Sequence[Sequence[Any]]]: ...
-    def get_topic_types(self) -> Sequence[Sequence[str]]: ...
-    def lookup_node(self, node: str) -> str: ...
 
 
 CALLS_PER_POLL = 60
@@ -168,7 +161,7 @@ class SystemObserver:
 
     def __init__(
         self,
-        master: ObservedMaster,
+        master: MasterClient,
         *,
         clients: NodeClients | None = None,
         ask: Ask | None = None,

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from pipros.basics.errors import PiprosError
+
+if TYPE_CHECKING:
+    from pipros.net.master_client import MasterClient
 
 Registrations = Mapping[str, Sequence[str]]
 """The nodes for each topic or service. Both topics and nodes are in the order of registration."""
@@ -47,13 +50,6 @@ class SystemState(NamedTuple):
         return SystemState(publishers, subscribers, {})
 
 
-class StateOfMaster(Protocol):
-    """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""
-
-    def get_system_state(self) -> list[list[list[object]]]: ...
-    def get_topic_types(self) -> list[list[str]]: ...
-
-
 class TopicConnection(NamedTuple):
     """A connection reported by a node: messages of `topic` flow from `publisher` to `subscriber`."""
 
@@ -93,7 +89,7 @@ def is_below(name: str, ns: str) -> bool:
     return name == ns or name.startswith(ns if ns.endswith("/") else ns + "/")
 
 
-def read_state(master: StateOfMaster) -> tuple[SystemState, dict[str, str]] | None:
+def read_state(master: MasterClient) -> tuple[SystemState, dict[str, str]] | None:
     """Return a master's registrations and topic types, or None if it does not return a valid response."""
     try:
         state = SystemState.from_state(master.get_system_state())

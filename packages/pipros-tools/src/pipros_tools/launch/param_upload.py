@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from pipros.basics.errors import Refused
 from pipros.basics.replaced_file import write_whole
@@ -28,17 +28,7 @@ def apply_parameters(launch: Launch, master_uri: str) -> None:
         client.close()
 
 
-class ParameterServer(Protocol):
-    """Calls to the parameter server. They raise `Refused` if a parameter does not exist."""
-
-    def get_param(self, key: str) -> Any: ...
-
-    def set_param(self, key: str, value: Any) -> None: ...
-
-    def delete_param(self, key: str) -> None: ...
-
-
-def upload(launch: Launch, client: ParameterServer) -> None:
+def upload(launch: Launch, client: MasterClient) -> None:
     """Like `apply_parameters`, but use an open connection."""
     for command in launch.commands:
         _run(command, client)
@@ -48,7 +38,7 @@ def upload(launch: Launch, client: ParameterServer) -> None:
         _set(client, key, value)
 
 
-def _run(command: ParameterCommand, client: ParameterServer) -> None:
+def _run(command: ParameterCommand, client: MasterClient) -> None:
     if command.action is ParameterAction.DELETE:
         _delete(client, command.key)
         return
@@ -69,12 +59,12 @@ def _run(command: ParameterCommand, client: ParameterServer) -> None:
         ) from None
 
 
-def _delete(client: ParameterServer, key: str) -> None:
+def _delete(client: MasterClient, key: str) -> None:
     with suppress(Refused):  # the parameter does not exist
         client.delete_param(key)
 
 
-def _set(client: ParameterServer, key: str, value: Any) -> None:
+def _set(client: MasterClient, key: str, value: Any) -> None:
     try:
         client.set_param(key, value)
     except (TypeError, OverflowError) as error:

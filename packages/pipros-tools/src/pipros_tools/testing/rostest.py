@@ -36,7 +36,10 @@ class TestProgramTimedOut(PiprosError):
 
 
 class SystemFixture(Protocol):
-    """A running system for one test: a new or an existing master, and the launch file's nodes."""
+    """A running system for one test: a new or an existing master, and the launch file's nodes.
+
+    A protocol because its implementation, `LaunchFixture`, imports this module.
+    """
 
     @property
     def run_id(self) -> str: ...

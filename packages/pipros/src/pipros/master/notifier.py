@@ -45,7 +45,10 @@ KEEP_CONNECTION_S: Final = 30.0
 
 
 class Recipients(Protocol):
-    """The registered nodes, which receive notices. Methods are called in the notifier's event loop."""
+    """The registered nodes, which receive notices. Methods are called in the notifier's event loop.
+
+    A protocol because its implementation, `RegisteredNodes`, imports this module.
+    """
 
     async def may_deliver(self, notice: Notice) -> bool:
         """Return whether the notice is still due, and the server at its URI is the node.
@@ -67,15 +70,6 @@ class Recipients(Protocol):
         ...
 
 
-class NoticeClient(Protocol):
-    """A connection to one node's XML-RPC API."""
-
-    async def post(self, document: bytes, *, timeout_s: float) -> object:
-        """Send an encoded call and wait for the response. Raises PiprosError if the call fails."""
-
-    def close(self) -> None: ...
-
-
 class Notifier:
     """Delivers notices in the event loop in which it is used. `notify` returns at once.
 
@@ -90,7 +84,7 @@ class Notifier:
         recipients: Recipients,
         limits: Limits | None = None,
         *,
-        connect: Callable[[str], NoticeClient] = AsyncRpcClient,
+        connect: Callable[[str], AsyncRpcClient] = AsyncRpcClient,
     ) -> None:
         """Store the settings; `notify` opens connections when needed.
 
@@ -258,7 +252,7 @@ class _Queue:
 
     __slots__ = ("_idle_timer", "api", "client", "has_dropped", "is_in_line", "is_slow", "waiting")
 
-    def __init__(self, api: str, client: NoticeClient) -> None:
+    def __init__(self, api: str, client: AsyncRpcClient) -> None:
         self.api = api
         self.client = client
         self.waiting: OrderedDict[tuple[str, str, str], Notice] = OrderedDict()

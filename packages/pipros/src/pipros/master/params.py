@@ -40,7 +40,10 @@ class NotSet(PiprosError, KeyError):
 
 
 class ParamJournal(Protocol):
-    """Receives every change of a parameter tree, in order. Its methods must not block."""
+    """Receives every change of a parameter tree, in order. Its methods must not block.
+
+    A protocol because its implementation, `Store`, imports this module.
+    """
 
     def param_set(self, key: str, value: object) -> None: ...
 

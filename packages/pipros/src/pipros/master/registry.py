@@ -86,7 +86,10 @@ class NodeEntry:
 
 
 class RegistryJournal(Protocol):
-    """Receives every change of a registry, in order. Its methods must not block."""
+    """Receives every change of a registry, in order. Its methods must not block.
+
+    A protocol because its implementation, `Store`, imports this module.
+    """
 
     def registered(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None: ...
 

@@ -13,7 +13,10 @@ from pipros.wire.slot_frames import SEGMENT, ControlFrame, Slot, encode
 
 
 class SlotGiver(Protocol):
-    """The topic's memory, which gives slots to a subscriber and takes them back."""
+    """The topic's memory, which gives slots to a subscriber and takes them back.
+
+    A protocol because its implementation, `TopicMemory`, imports this module.
+    """
 
     def give(self, link: LinkMemory, placed: PlacedMessage) -> bool: ...
 
@@ -25,7 +28,10 @@ class SlotGiver(Protocol):
 
 
 class MemorySharingLink(Protocol):
-    """The link to a subscriber that shares memory."""
+    """The link to a subscriber that shares memory.
+
+    A protocol because its implementation, `LocalOutgoingLink`, imports the module of `TopicMemory`.
+    """
 
     queue_size: int | None
 

@@ -55,7 +55,7 @@ class MessageBatch:
 
 
 class Batching(Protocol):
-    """A topic that collects messages."""
+    """A topic that collects messages. A protocol because `Publication` imports this module."""
 
     def flush(self) -> None:
         """Send the collected messages. Does not block for long."""

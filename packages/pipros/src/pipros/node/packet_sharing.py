@@ -9,9 +9,12 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterable
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from pipros.net.loop import BackgroundLoop
+
+if TYPE_CHECKING:
+    from pipros.net.outgoing import OutgoingLink
 
 PACKET_SHARING_BYTES: Final = 8 * 1024
 """Messages up to this size share packets when they follow each other closely."""
@@ -73,12 +76,6 @@ class BurstDetector:
         return False
 
 
-class PacketSharingLink(Protocol):
-    """A link whose small messages can share packets."""
-
-    def share_packets(self, *, share: bool) -> None: ...
-
-
 class PacketSharing:
     """Makes a topic's links share packets during bursts.
 
@@ -97,7 +94,7 @@ class PacketSharing:
         self,
         loop: BackgroundLoop,
         lock: threading.Lock,
-        links: Callable[[], Iterable[PacketSharingLink]],
+        links: Callable[[], Iterable[OutgoingLink]],
         flush: Callable[[], object],
     ) -> None:
         """Start without a burst.
@@ -117,7 +114,7 @@ class PacketSharing:
         self._is_watched = False  # whether the event loop is watching a burst
         self._is_closed = False
 
-    def apply_to(self, link: PacketSharingLink) -> None:
+    def apply_to(self, link: OutgoingLink) -> None:
         """Make a new link share packets if the other links do."""
         link.share_packets(share=self.detector.in_burst)
 

@@ -73,6 +73,8 @@ Reply = tuple[bool, Sequence[bytes | memoryview]]
 class Server(Protocol):
     """The attributes and methods of a service server that its connections use.
 
+    A protocol because its implementation, `ServiceServer`, imports this module.
+
     Attributes:
         loop: the event loop in which its connections wait.
         connections: the table of all the node's connections.

@@ -43,7 +43,7 @@ _DOUBTED_LIMIT: Final = 100
 
 
 class SlaveNode(Protocol):
-    """The parts of a node that the slave API uses."""
+    """The parts of a node that the slave API uses. A protocol because `Node` imports this module."""
 
     name: str
     log: logging.Logger

@@ -47,7 +47,10 @@ class End:
 
 
 class Base(Protocol):
-    """Interface through which the state machine controls the robot."""
+    """Interface through which the state machine controls the robot.
+
+    A protocol because its implementation, `MoveBase`, imports this module.
+    """
 
     def pose(self) -> Triple | None:
         """Return the pose in the global frame, or None if it is unknown."""
