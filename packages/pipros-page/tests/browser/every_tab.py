@@ -10,6 +10,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.test_bags_tab import make_bag
+from tests.support.environments import source
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -58,6 +59,11 @@ TABS = {
 OPEN_DETAILS = "document.querySelectorAll('.recorder details').forEach((each) => { each.open = true; })"
 
 
+def names_of_tabs() -> set[str]:
+    """Return the names of all tabs and their sections: each has a file in the page."""
+    return {file.stem for file in source("pipros_page/page/tabs").iterdir()}
+
+
 def page_with_every_tab(ros: RosSystem, folder: Path) -> Page:
     """Start a system and its page, with control. `folder` gets a launch file and a bag."""
     ros.pipros.start_master()
@@ -72,6 +78,8 @@ def page_with_every_tab(ros: RosSystem, folder: Path) -> Page:
 
 def visited(tab: Tab) -> Iterator[str]:
     """Go to one place after the other, and yield it once it shows data and all of its controls."""
+    new = names_of_tabs() - {place.partition("/")[0] for place in TABS}
+    assert not new, f"add a place for each of {new} to TABS in {__file__}"
     for place, element in TABS.items():
         tab.evaluate("(place) => { location.hash = place; }", place)
         if place.startswith("panels"):

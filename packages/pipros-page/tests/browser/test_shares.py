@@ -11,7 +11,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab
-from tests.browser.every_tab import TABS, page_with_every_tab, visited
+from tests.browser.every_tab import page_with_every_tab, visited
 from tests.browser.shares import share_of_pictures
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -115,7 +115,6 @@ def test_nothing_is_cut_at_any_width(ros: RosSystem, open_tab: OpenTab, tmp_path
 
     for place in visited(tab):
         wait_until(lambda: not cut(), 20, lambda place=place: f"{place}: {cut()}")  # type: ignore[misc]
-    assert len(TABS) > 20
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (1000, 500), (800, 900), (390, 844)])

@@ -77,6 +77,7 @@ def instructions(folder: Path) -> list[tuple[str, dict[str, Any]]]:
         ("record", {"topics": ["/camera"], "seconds": 5}),
         ("query_bag", {"bag": "run.bag", "sql": f"COPY (SELECT 1) TO '{folder}/stolen.csv'"}),
         ("read_bag", {"bag": "../secret.bag", "topic": "/a"}),
+        ("list_launch_files", {"package": "robot"}),
         ("read_launch_file", {"package": "robot", "file": "$(find robot)/../secret.launch"}),
         ("approve", {"verdict": "minute"}),
     ]
@@ -225,30 +226,34 @@ def publish_texts(node: Node, make_node: MakeNode, texts: Texts, home: Path) -> 
         bag.write("/a", String(texts.some(6)))
 
 
+# Calls of the tools that only read; those that need no arguments are called without, unless they are here.
 READING: list[tuple[str, dict[str, Any]]] = [
-    ("list_nodes", {}),
-    ("list_topics", {}),
-    ("list_services", {}),
-    ("list_actions", {}),
     ("show_definition", {"type": "foreign/Status"}),
-    ("doctor", {}),
     ("why_no_data", {"topic": "/scan", "wait_s": 0.3}),
-    ("read_topic", {"topic": "/chatter"}),
-    ("read_topic", {"topic": "/scan"}),
-    ("read_topic", {"topic": "/marker"}),
-    ("show_topic", {"topic": "/image"}),
-    ("show_topic", {"topic": "/camera"}),
-    ("list_parameters", {}),
+    ("describe_service", {"service": "/shutdown"}),
+    *(("read_topic", {"topic": topic}) for topic in ("/chatter", "/scan", "/marker")),
+    *(("show_topic", {"topic": topic}) for topic in ("/image", "/camera")),
+    ("summarize_topic", {"topic": "/chatter", "seconds": 0.5}),
     ("read_parameter", {"name": "/"}),
     ("read_logs", {"wait_s": 0.5}),
     ("read_diagnostics", {"wait_s": 0.5}),
     ("list_frames", {"wait_s": 0.5}),
     ("find_transform", {"target": "x", "source": "y", "wait_s": 0.5}),
+    ("list_launch_files", {"package": "robot"}),
     ("read_launch_file", {"package": "robot", "file": "launch/up.launch"}),
-    ("list_bags", {}),
     ("describe_bag", {"bag": "run.bag"}),
-    ("read_bag", {"bag": "run.bag", "topic": "/a"}),
+    *((tool, {"bag": "run.bag", "topic": "/a"}) for tool in ("read_bag", "show_bag", "summarize_bag")),
+    ("plot_bag", {"bag": "run.bag", "topic": "/a", "parts": ["data"]}),
+    ("query_bag", {"bag": "run.bag", "sql": 'SELECT * FROM "/a"'}),
 ]
+
+
+def reading_calls(tools: list[Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Return calls of all tools that only read."""
+    others = [each for each in tools if each.annotations.read_only_hint and each.name not in dict(READING)]
+    unknown = [each.name for each in others if each.input_schema.get("required")]
+    assert unknown == [], "add calls of these tools to READING"
+    return [*((each.name, {}) for each in others), *READING]
 
 
 def test_an_obedient_client_reaches_no_act_outside_the_policy(
@@ -273,7 +278,7 @@ def test_an_obedient_client_reaches_no_act_outside_the_policy(
     described = assistant.tools()
     try:
         with Human(assistant.approvals, "minute") as human:
-            for tool, arguments in READING:
+            for tool, arguments in reading_calls(described):
                 client.call(tool, arguments)
             acts = assistant.approvals.answer({"do": "list"})["acts"]
     finally:
