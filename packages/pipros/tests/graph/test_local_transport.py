@@ -67,7 +67,7 @@ def test_a_publisher_serves_both_transports_at_the_same_time(
     assert sorted(transports(talker)) == [PROTOCOL, "TCPROS"]
 
 
-def test_tcpros_is_always_offered_and_unknown_protocols_are_skipped(make_node: MakeNode) -> None:
+def test_tcpros_is_offered_first_and_unknown_protocols_are_skipped(make_node: MakeNode) -> None:
     node = make_node("talker")
     node.advertise("/chat", String)
     tcp = ["TCPROS", *node.endpoints.address]
@@ -75,9 +75,9 @@ def test_tcpros_is_always_offered_and_unknown_protocols_are_skipped(make_node: M
     assert request_topic(node, [PROTOCOL, VERSION, "another machine"], ["TCPROS"])[2] == tcp
     assert request_topic(node, [PROTOCOL, "v2", here], ["TCPROS"])[2] == tcp
     assert request_topic(node, [PROTOCOL], ["TCPROS"])[2] == tcp
-    assert request_topic(node, ["TCPROS"], [PROTOCOL, VERSION, here])[2] == tcp
-    assert request_topic(node, [PROTOCOL, VERSION, here], ["TCPROS"])[2][:2] == [PROTOCOL, VERSION]
-    assert local_stream.offer()[-1] == ["TCPROS"]
+    for offers in ((["TCPROS"], [PROTOCOL, VERSION, here]), ([PROTOCOL, VERSION, here], ["TCPROS"])):
+        assert request_topic(node, *offers)[2][:2] == [PROTOCOL, VERSION]
+    assert local_stream.offer()[0] == ["TCPROS"]
 
 
 def test_a_subscriber_that_cannot_use_the_stream_uses_tcp(

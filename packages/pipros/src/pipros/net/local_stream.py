@@ -4,9 +4,9 @@ A node that listens for TCPROS connections also listens at a name in Linux's abs
 streams carry the bytes of TCPROS unchanged. For large messages, the kernel does half as much work as for TCP,
 and there are no delays caused by TCP.
 
-- Topics negotiate the stream in `requestTopic`: a subscriber offers `["PIPROSLOCAL", "v1", <token>]` before
+- Topics negotiate the stream in `requestTopic`: a subscriber offers `["PIPROSLOCAL", "v1", <token>]` after
   `["TCPROS"]`, and a publisher with the same token replies `["PIPROSLOCAL", "v1", <name>]`. Genuine nodes
-  ignore unknown protocols.
+  ignore unknown protocols; others, such as those of rosnodejs, read only the first.
 - Services have no negotiation, so the name is derived from the address that the server registers.
 
 Like ports, abstract names belong to a network namespace: they can be reached from other mount, PID and IPC
@@ -76,9 +76,9 @@ def machine_token() -> str | None:
 
 
 def offer() -> list[list[str]]:
-    """Return the protocols to offer in `requestTopic`, the preferred one first."""
+    """Return the protocols to offer in `requestTopic`. TCPROS is first, for nodes that read only one."""
     token = machine_token() if is_enabled() else None
-    return ([[PROTOCOL, VERSION, token]] if token else []) + [["TCPROS"]]
+    return [["TCPROS"], *([[PROTOCOL, VERSION, token]] if token else [])]
 
 
 def is_offer_from_here(protocol: object) -> bool:

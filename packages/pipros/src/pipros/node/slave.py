@@ -227,10 +227,10 @@ class SlaveApi:
         return [1, "", 0]
 
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
-        """Return the address for a topic, in the first of the requested protocols that this node supports.
+        """Return the address for a topic, in one of the requested protocols.
 
-        This node supports TCPROS and, for nodes on this machine, Unix streams (`pipros.net.local_stream`).
-        As in genuine nodes, unknown protocols are ignored.
+        This node supports TCPROS and prefers, for nodes on this machine, Unix streams
+        (`pipros.net.local_stream`). As in genuine nodes, unknown protocols are ignored.
         """
         del caller_id
         if not isinstance(topic, str) or not topic:
@@ -241,12 +241,12 @@ class SlaveApi:
         if self._node.endpoints.publication(topic) is None:
             return [-1, f"Not a publisher of [{topic}]", []]
         local_name = self._node.endpoints.local_name
-        for protocol in protocols if isinstance(protocols, list) else ():
-            if local_name and local_stream.is_offer_from_here(protocol):
-                return [1, "ready on this machine", [local_stream.PROTOCOL, local_stream.VERSION, local_name]]
-            if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
-                host, port = self._node.endpoints.address
-                return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
+        offers = protocols if isinstance(protocols, list) else []
+        if local_name and any(map(local_stream.is_offer_from_here, offers)):
+            return [1, "ready on this machine", [local_stream.PROTOCOL, local_stream.VERSION, local_name]]
+        if any(isinstance(offer, list) and offer[:1] == ["TCPROS"] for offer in offers):
+            host, port = self._node.endpoints.address
+            return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
         return [0, "no supported protocol implementations", []]
 
     def shutdown(self, caller_id: str, reason: str) -> Answer:
