@@ -13,6 +13,7 @@ from typing import NamedTuple
 import pytest
 
 from tests.support.environments import import_path, source_files
+from tests.support.trees import nodes_of, parsed
 
 
 def has_example(file: Path) -> bool:
@@ -45,7 +46,7 @@ class ModuleNames(NamedTuple):
 
 def read_names(file: Path) -> ModuleNames:
     found = ModuleNames(set(), set(), [])
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes_of(parsed(file)):
         if isinstance(node, ast.Name):
             found.names.add(node.id)
         elif isinstance(node, ast.Attribute):

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 import pytest
 
 from tests.support.environments import FACADES, source_files
+from tests.support.trees import parsed
 
 MAX_BRANCHES = 6
 
@@ -62,7 +63,7 @@ def facade_functions() -> Mapping[str, int]:
         root = next((folder for folder in FACADES if file.is_relative_to(folder)), None)
         if root is not None:
             parts = file.relative_to(root).with_suffix("").parts
-            for name, function in functions_of(ast.parse(file.read_text()), ".".join(parts)):
+            for name, function in functions_of(parsed(file), ".".join(parts)):
                 found[name] = branches_of(function)
     return found
 

@@ -10,6 +10,7 @@ import ast
 from pathlib import Path
 
 from tests.support.environments import SHIPPED, files_below, import_path, source_files
+from tests.support.trees import nodes_of, parsed
 
 KERNEL = "the kernel's files in /proc and /sys"
 OWN = "files that pipros has created, in a folder that is not the user's or is new"
@@ -90,7 +91,7 @@ def opens_a_file(node: ast.AST) -> bool:
 
 
 def has_its_own_way(file: Path) -> bool:
-    return any(map(opens_a_file, ast.walk(ast.parse(file.read_text(encoding="utf-8")))))
+    return any(map(opens_a_file, nodes_of(parsed(file))))
 
 
 def test_files_of_users_are_opened_by_the_functions_that_refuse_pipes_and_keep_old_files() -> None:

@@ -17,6 +17,7 @@ import pytest
 from tests.support import documents
 from tests.support.absent_plugins import DELETED
 from tests.support.environments import FLOORS, REPOSITORY, ROOTS, SOURCES, source, source_files
+from tests.support.trees import nodes_of, parsed
 
 ROOTS = ROOTS
 """The folders on `sys.path`: the library, and the packages with Noetic's names."""
@@ -126,16 +127,6 @@ PARTS = {"pipros_workspace": {"cmake"}, "pipros_server": {"policy"}}
 """Parts of other packages that are."""
 
 
-def parsed(file: Path) -> ast.Module:
-    """Return the syntax tree of a file, cached for many tests."""
-    return _parse(file.read_text())
-
-
-@functools.cache
-def _parse(text: str) -> ast.Module:
-    return ast.parse(text)
-
-
 @functools.cache
 def known_imports() -> dict[str, set[str]]:
     """Return the imports between all files."""
@@ -168,8 +159,8 @@ def package_of_module(name: str) -> str:
     return package if has_parts and package else top.removeprefix("pipros_")
 
 
-def imported_modules(tree: ast.AST, file: Path) -> Iterator[tuple[int, str]]:
-    for node in ast.walk(tree):
+def imported_modules(tree: ast.Module, file: Path) -> Iterator[tuple[int, str]]:
+    for node in nodes_of(tree):
         if isinstance(node, ast.Import):
             yield from ((node.lineno, alias.name) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -182,9 +173,9 @@ def imported_modules(tree: ast.AST, file: Path) -> Iterator[tuple[int, str]]:
                 yield from ((node.lineno, f"pipros.{alias.name}") for alias in node.names)
 
 
-def named_modules(tree: ast.AST) -> Iterator[tuple[int, str]]:
+def named_modules(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield modules named in strings: `import_module("x")`, `"-m", "x"`, `"x:function"`, and `pipros…`."""
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         match node:
             case ast.Call(
                 func=ast.Name(id="import_module" | "__import__") | ast.Attribute(attr="import_module"),
@@ -280,7 +271,7 @@ def banned_constructs(file: Path) -> Iterator[str]:
     has_raw_yaml = package_of(file) != "safe" and any(
         name == "yaml" for _, name in imported_modules(tree, file)
     )
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         match node:
             case ast.Call(func=ast.Name(id="eval" | "exec" as name)) if name == "eval" or file not in [
                 source(path) for path in MAY_EXECUTE
@@ -397,7 +388,7 @@ def imported_files(files: Iterable[Path]) -> dict[str, set[str]]:
     modules = {module_name(file): file for file in files}
     found: dict[str, set[str]] = {name: set() for name in modules}
     for name, file in modules.items():
-        for node in ast.walk(parsed(file)):
+        for node in nodes_of(parsed(file)):
             if isinstance(node, ast.Import):
                 found[name] |= {alias.name for alias in node.names} & modules.keys()
             elif isinstance(node, ast.ImportFrom):
@@ -465,7 +456,7 @@ def logic_taken_from_commands(file: Path) -> list[str]:
     """Return the names besides `main` that a facade imports from commands, which are forbidden."""
     return [
         described(file, node.lineno, f"imports {alias.name} from {node.module}")
-        for node in ast.walk(parsed(file))
+        for node in nodes_of(parsed(file))
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pipros_tools.cli")
         for alias in node.names
         if alias.name != "main"
@@ -567,11 +558,11 @@ MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server": 1}
 """Threads that are not daemons, by module. Each ends soon after the shutdown, whatever others wait for."""
 
 
-def threads_that_keep_the_process(tree: ast.AST) -> int:
+def threads_that_keep_the_process(tree: ast.Module) -> int:
     """Return the number of threads created without `daemon=True`."""
     made = [
         node
-        for node in ast.walk(tree)
+        for node in nodes_of(tree)
         if isinstance(node, ast.Call) and ast.unparse(node.func) in ("Thread", "threading.Thread")
     ]
     return sum(

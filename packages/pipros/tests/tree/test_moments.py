@@ -10,11 +10,12 @@ from pathlib import Path
 import pytest
 
 from tests.support.environments import REPOSITORY
-from tests.tree.test_layering import FILES, parsed
+from tests.support.trees import nodes_of, parsed
+from tests.tree.test_layering import FILES
 
 MOMENT = re.compile(r"(now|stamp|time|moment)\w*")
 DURATION = re.compile(r"timeout|window|interval|period|limit|tolerance|extension|delay|history")
-NODES = re.compile(r"src/pipros\w*/(libraries|navigation|perception)/")
+NODES = re.compile(r"src/pipros(_libraries|\w*/(navigation|perception))/")
 
 MAY_WAIT = {
     "topic_tools/rates.py": "sets its moment to now before, as genuine throttle does",
@@ -29,9 +30,9 @@ def name_of(node: ast.expr) -> str:
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
 
 
-def subtracted(tree: ast.AST) -> Iterator[int]:
+def subtracted(tree: ast.Module) -> Iterator[int]:
     """Yield the lines where one bound is compared with a moment minus an earlier one of the object."""
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         if not (isinstance(node, ast.Compare) and len(node.ops) == 1):
             continue
         for side in (node.left, *node.comparators):
@@ -41,9 +42,9 @@ def subtracted(tree: ast.AST) -> Iterator[int]:
                     yield node.lineno
 
 
-def ending_loops(tree: ast.AST) -> Iterator[int]:
+def ending_loops(tree: ast.Module) -> Iterator[int]:
     """Yield the lines of rospy's pauses that raise if the time moves back, which ends a program."""
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         if isinstance(node, ast.Call) and ast.unparse(node.func) in ("rospy.Rate", "rospy.sleep"):
             is_start = [ast.unparse(each) for each in node.args] == ["0"]  # only waits for the first time
             if not is_start and not any(each.arg == "reset" for each in node.keywords):

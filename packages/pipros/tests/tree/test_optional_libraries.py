@@ -14,6 +14,7 @@ import pytest
 from pipros.basics.plugin_table import PLUGINS
 from tests.support.environments import ROOTS, SHIPPED, SOURCE_PATH, files_below, import_path
 from tests.support.project import EXTRAS
+from tests.support.trees import nodes_of, parsed
 
 _NAMES = """
     numpy cv2 PIL scipy pandas polars pyarrow duckdb av mcp PyKDL zenoh cryptography Cryptodome gnupg lz4
@@ -86,8 +87,8 @@ def unguarded(node: ast.AST) -> Iterator[int]:
             yield from unguarded(child)
 
 
-def functions(tree: ast.AST) -> Iterator[ast.AST]:
-    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+def functions(tree: ast.Module) -> Iterator[ast.AST]:
+    return (node for node in nodes_of(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
 
 
 @pytest.mark.timeout(300)
@@ -95,7 +96,7 @@ def test_functions_import_optional_libraries_inside_of_try_or_by_required() -> N
     found = {
         f"{name}:{line}"
         for name, file in modules()
-        for function in functions(ast.parse(file.read_text(encoding="utf-8")))
+        for function in functions(parsed(file))
         for line in unguarded(function)
     }
 
@@ -138,7 +139,7 @@ def test_the_extras_that_errors_name_exist() -> None:
     named = {
         f"{argument.value} in {name}:{call.lineno}"
         for name, file in modules()
-        for call in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for call in nodes_of(parsed(file))
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in ADVISORS
         for argument in call.args[ADVISORS[call.func.id] :]
         if isinstance(argument, ast.Constant)
