@@ -146,12 +146,12 @@ class ClientProtocol:
         }
 
     def receive(self, data: str | bytes) -> Iterator[Effect]:
-        """Process a frame, and yield the effects of its operations; see `OperationReader.read`."""
-        yield from self._handle_all(self._reader.read(data))
+        """Return an iterator that processes a frame and yields its effects; see `OperationReader.read`."""
+        return self._handle_all(self._reader.read(data))
 
     def receive_stream(self, text: str) -> Iterator[Effect]:
-        """Process the next part of a stream of JSON objects, and yield the effects of complete objects."""
-        yield from self._handle_all(self._reader.read_stream(text))
+        """Like `receive`, but for the next part of a stream of JSON objects."""
+        return self._handle_all(self._reader.read_stream(text))
 
     def _handle_all(self, operations: Iterator[dict[str, Any] | BadInput]) -> Iterator[Effect]:
         for operation in operations:
