@@ -100,8 +100,10 @@ def test_tabs_without_data_are_folded_until_they_have_some(ros: RosSystem, open_
 
 
 def test_a_phone_shows_one_panel_at_a_time(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(topics~column(console~tf))", (390, 800))
+    tab = open_tab(Page(robot), "panels/row(topics//tf~column(console~tf))", (390, 800))
     expect(tab.get_by_role("region", name="Topics")).to_be_visible()
+    expect(tab.locator(".subject").first).to_have_text("/tf")
+    expect(tab.locator(".subject").first).to_be_hidden()  # it would lie over the view
     expect(tab.locator(".panel:visible")).to_have_count(1)
     box = tab.locator(".panel:visible").bounding_box()
     assert box is not None

@@ -45,9 +45,10 @@ SMALL = f"""() => [...document.querySelectorAll("{CONTROLS}")].filter((element) 
   const {{ width, height }} = target.getBoundingClientRect();
   return width < 39.5 || height < 39.5;
 }}).map((element) => element.outerHTML.slice(0, 150))"""
-# Tabs that are narrower than their titles, and therefore overlap.
-SQUEEZED = """() => [...document.querySelectorAll("[role=tab]")]
-  .filter((tab) => tab.scrollWidth > tab.clientWidth).map((tab) => tab.textContent)"""
+# Tabs that are narrower than their titles, and therefore overlap; and details that leave a part empty.
+SQUEEZED = """() => [...document.querySelectorAll("[role=tab], aside")].filter((each) =>
+  each.checkVisibility() && (each.matches("aside") ? each.offsetWidth < innerWidth
+    : each.scrollWidth > each.clientWidth)).map((each) => each.textContent.slice(0, 150))"""
 # Notes the names of elements in the page when they get the focus: one question for many keys.
 NOTE_FOCUS = f"""() => {{
   const name = {NAME};

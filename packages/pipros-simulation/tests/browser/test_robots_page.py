@@ -50,6 +50,7 @@ def test_a_robot_is_dragged_turned_steered_and_reset(ros: RosSystem, open_tab: O
     drag(tab, (2, -1), (-5, 0))
     expect(tab.locator("#system")).to_contain_text("a wall or the map's edge is too close")
     keep_screenshots(tab, "robots")
+    expect(tab.get_by_label("Robot to steer")).to_be_visible()
     tab.locator("canvas").press("ArrowUp")
     wait_until(lambda: pose_on(tab)[1] > -0.9, 30, lambda: str(pose_on(tab)))
     tab.get_by_role("button", name="Reset robots").click()

@@ -59,7 +59,9 @@ def test_polling_continues_after_an_error(
 def test_a_view_that_opens_between_two_looks_shows_the_last_one_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(watched_system, "SystemObserver", lambda *_, **__: SimpleNamespace(poll=GraphObservation))
+    monkeypatch.setattr(
+        watched_system, "SystemObserver", lambda *_, **__: SimpleNamespace(poll=GraphObservation)
+    )
     nothing: Any = SimpleNamespace(master=None)
 
     async def observations() -> list[GraphObservation]:
