@@ -15,7 +15,7 @@ from types import FrameType
 from typing import NoReturn
 
 from pipros_tab.processes import ONLY_PYTHON
-from pipros_tab.tab_socket import NO_KEYS
+from pipros_tab.tab_socket import NO_LINES
 
 INTERRUPTED = 130
 NOT_FOUND = 127
@@ -135,7 +135,7 @@ def code_of(call: Callable[[], object]) -> int:
         while frames is not None and _is_own(frames.tb_frame):
             frames = frames.tb_next
         home = os.path.expanduser("~")
-        if str(error) == NO_KEYS and not any(home in each.filename for each in traceback.extract_tb(frames)):
+        if str(error) == NO_LINES and not any(home in each.filename for each in traceback.extract_tb(frames)):
             print(error, file=sys.stderr)  # a program of pipros
             return 1
         traceback.print_exception(type(error), error, frames)

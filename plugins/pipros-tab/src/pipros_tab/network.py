@@ -28,6 +28,7 @@ LONGEST_WAIT_S: Final = 0.2
 
 _PACKET_BYTES: Final = 64 * 1024
 _BACKLOG: Final = 128
+_MOST_KEYS: Final = 100
 _HUB_S: Final = 5.0
 """How long the hub may take to open a port."""
 
@@ -165,6 +166,7 @@ class Network:
         port: the rings.
         codes: the exit codes of the child processes that have ended.
         typed: what the user did in the worker's terminal.
+        keys: the keys that were pressed in the terminal and are not read yet; at most `_MOST_KEYS`.
         take_file: called with each piece of a file that another worker has changed.
     """
 
@@ -178,6 +180,8 @@ class Network:
         self._started: dict[int, int] = {}  # processes, by the number of the request
         self.codes: dict[int, int] = {}
         self.typed: deque[Mapping[str, Any]] = deque()
+        self.keys = bytearray()
+        self._wants_keys = False
         self.take_file: Callable[[bytes], None] = lambda _: None
 
     def send(self, kind: PacketKind, end: int, content: bytes = b"") -> None:
@@ -210,6 +214,12 @@ class Network:
         arrived: deque[TabStream] = deque()
         self._listeners[opened] = arrived
         return opened, arrived
+
+    def ask_for_keys(self) -> None:
+        """Let the terminal send each key, from now on until the program ends; see `terminal.py`."""
+        if not self._wants_keys:
+            self._wants_keys = True
+            print("\033]133;K;\007", end="", flush=True)
 
     def close_port(self, port: int) -> None:
         """Close a port and the connections that were not accepted."""
@@ -263,7 +273,12 @@ class Network:
         elif packet.kind is PacketKind.FILE:
             self.take_file(packet.content)
         elif packet.kind is PacketKind.TYPED:
-            self.typed.append(json.loads(packet.content))
+            typed = json.loads(packet.content)
+            if "keys" in typed:
+                self.keys[_MOST_KEYS:] = b""
+                self.keys += typed["keys"].encode()
+            else:
+                self.typed.append(typed)
         elif packet.kind is PacketKind.ACCEPT:
             arrived = self._listeners.get(NUMBER.unpack(packet.content)[0])
             stream = self._streams[packet.end] = TabStream(self, packet.end)

@@ -39,7 +39,7 @@ class PacketKind(IntEnum):
     ENDED = 14  # to the worker: a process that it started has ended; its exit code
     SIGNAL = 15  # to the hub: a process, and the number of a signal
     FILE = 16  # a piece of a file that has changed, or its removal
-    TYPED = 17  # to the worker: what a user does in its terminal (JSON)
+    TYPED = 17  # to the worker: what a user does in its terminal, or the keys for its program (JSON)
 
 
 class Packet(NamedTuple):

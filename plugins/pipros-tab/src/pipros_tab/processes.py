@@ -15,7 +15,8 @@ from typing import IO, Any, ClassVar, Final, NoReturn
 from pipros_tab.files import SharedFiles
 from pipros_tab.network import Network
 from pipros_tab.packets import NUMBER, PacketKind
-from pipros_tab.tab_socket import NO_KEYS
+from pipros_tab.sockets import KEYBOARD
+from pipros_tab.tab_socket import NO_LINES
 from pipros_tab.turns import WorkerTurns
 
 ONLY_PYTHON: Final = "a browser tab runs only Python programs and pipros's commands"
@@ -137,14 +138,17 @@ def _no_program(*_: object, **__: object) -> None:
     raise OSError(ONLY_PYTHON)
 
 
-def _no_keys(*_: object) -> NoReturn:
-    raise OSError(NO_KEYS)
+def _no_lines(*_: object) -> NoReturn:
+    raise OSError(NO_LINES)
 
 
 class _Keys(io.TextIOBase):
     """The standard input: that of a terminal, so that no command waits for text from another program."""
 
-    read = readline = fileno = _no_keys
+    read = readline = _no_lines
+
+    def fileno(self) -> int:
+        return KEYBOARD
 
     def isatty(self) -> bool:
         return True
@@ -162,7 +166,7 @@ def install(network: Network, turns: WorkerTurns, files: SharedFiles, threads: A
     replace(os, "killpg", _signal_process)
     replace(threads, "start", _no_thread)
     replace(_thread, "start_new_thread", _no_thread)
-    replace(builtins, "input", _no_keys)
+    replace(builtins, "input", _no_lines)
     replace(sys, "stdin", _Keys())
     for name in ("execv", "fork", "popen", "posix_spawn", "spawnv", "spawnve", "system"):
         replace(os, name, _no_program)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import select
 import selectors
 import socket
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Final
 
 from pipros_tab.network import Network
-from pipros_tab.tab_socket import HERE, NO_KEYS, OPTIONS, TabSocket
+from pipros_tab.tab_socket import HERE, OPTIONS, TabSocket
+
+KEYBOARD: Final = 0
+"""The descriptor of the keys that are pressed in the terminal."""
+_read = os.read
 
 
 def socketpair(*_: object) -> tuple[TabSocket, TabSocket]:
@@ -97,19 +102,15 @@ class TabPoll:
 
 
 def wait_for_any(
-    reading: Sequence[TabSocket], writing: Sequence[TabSocket], _failing: object, timeout: float | None = None
-) -> tuple[list[TabSocket], list[TabSocket], list[TabSocket]]:
-    """Do the same as `select.select`.
+    reading: Sequence[Any], writing: Sequence[TabSocket], _failing: object, timeout: float | None = None
+) -> tuple[list[Any], list[TabSocket], list[TabSocket]]:
+    """Do the same as `select.select`, for sockets and the keyboard."""
+    if KEYBOARD in reading:
+        TabSocket.network.ask_for_keys()
 
-    Raises:
-        OSError: one of them is not a socket, such as the keyboard.
-    """
-    if any(isinstance(each, int) for each in (*reading, *writing)):
-        raise OSError(NO_KEYS)
-
-    def ready() -> tuple[list[TabSocket], list[TabSocket], list[TabSocket]]:
+    def ready() -> tuple[list[Any], list[TabSocket], list[TabSocket]]:
         return (
-            [each for each in reading if each.is_readable],
+            [each for each in reading if (TabSocket.network.keys if each == KEYBOARD else each.is_readable)],
             [each for each in writing if each.is_writable],
             [],
         )
@@ -117,6 +118,17 @@ def wait_for_any(
     if timeout is None or timeout > 0:
         TabSocket.wait(lambda: any(ready()), timeout)
     return ready()
+
+
+def read(descriptor: int, count: int) -> bytes:
+    """Do the same as `os.read`, also for the keyboard."""
+    if descriptor != KEYBOARD:
+        return _read(descriptor, count)
+    wait_for_any([KEYBOARD], [], [])
+    keys = TabSocket.network.keys
+    taken = bytes(keys[:count])
+    del keys[:count]
+    return taken
 
 
 def install(network: Network, wait: Callable[[Callable[[], bool], float | None], bool]) -> None:
@@ -135,6 +147,7 @@ def install(network: Network, wait: Callable[[Callable[[], bool], float | None],
         (socket, "SocketType", TabSocket),
         (socket, "socketpair", socketpair),
         (socket, "getaddrinfo", getaddrinfo),
+        (os, "read", read),
         (select, "select", wait_for_any),
         (select, "poll", TabPoll),
         (selectors, "DefaultSelector", TabSelector),

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Final
 
 from pipros_tab.network import Network, TabStream
 
-NO_KEYS: Final = "the programs of a browser tab read no keys: use arguments, parameters or topics"
+NO_LINES: Final = "the programs of a browser tab read keys, but no lines: use arguments, parameters or topics"
 HERE: Final = "127.0.0.1"
 """The address of the tab. All names of this machine resolve to it."""
 Data = bytes | bytearray | memoryview

@@ -2,7 +2,8 @@
 
 The page shows the output, which also has marks: escape sequences `ESC ] 133 ; LETTER ; TEXT BEL`. With P,
 the terminal is ready, and the text is the prompt. D has a line that succeeded. C has a typed line, the line
-completed, and the words that may end it (JSON). E opens a file in the editor.
+completed, and the words that may end it (JSON). E opens a file in the editor. After K, the program that runs
+gets each key.
 """
 
 from __future__ import annotations

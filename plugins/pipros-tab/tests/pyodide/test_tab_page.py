@@ -283,6 +283,17 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
     interrupt(page, 1)
     begin(page, "echo the talker has ended", 1)
     shows(page, "the talker has ended", 1)
+    begin(page, "rosrun turtlesim turtle_teleop_key", 1)
+    shows(page, "'q' to quit", 1)
+    wait_until(lambda: turtle_moves(page, 1))
+    terminal(page, 1).locator("input").press("q")
+    begin(page, "rosnode list", 1)
+
+
+def turtle_moves(page: Page, number: int) -> bool:
+    """Press an arrow key. Return whether the turtle has left its first place."""
+    terminal(page, number).locator("input").press("ArrowUp")
+    return not picture(page, "rqt_plot").get_by_text("/turtle1/pose/x: 5.54").is_visible()
 
 
 def run_tests(typed: Any, launch: Any) -> None:

@@ -156,9 +156,8 @@ for text, call in (
     (PROGRAM, lambda: os.fork()),
     (PROGRAM + ", without pipes: rosnode list", lambda: subprocess.check_output(["rosnode", "list"])),
     (PROGRAM + ", without a shell: ls | wc", lambda: subprocess.run("ls | wc", shell=True)),
-    ("the programs of a browser tab read no keys", lambda: input("name? ")),
-    ("the programs of a browser tab read no keys", lambda: list(sys.stdin)),
-    ("the programs of a browser tab read no keys", lambda: os.read(sys.stdin.fileno(), 1)),
+    ("the programs of a browser tab read keys, but no lines", lambda: input("name? ")),
+    ("the programs of a browser tab read keys, but no lines", lambda: list(sys.stdin)),
 ):
     try:
         call()

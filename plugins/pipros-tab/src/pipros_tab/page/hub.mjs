@@ -141,6 +141,14 @@ export class Hub {
     this.#send(process, Kind.TYPED, 0, encoder.encode(JSON.stringify(typed)));
   }
 
+  /** Passes on keys to the programs of a terminal. */
+  press(process, keys) {
+    for (const child of process.children) {
+      this.type(child, { keys });
+      this.press(child, keys);
+    }
+  }
+
   /** Changes a file for all programs. @param {string} path @param {Uint8Array | null} content null removes the file
    * @param {number} mode of a new file */
   writeFile(path, content, mode = 0o644) {

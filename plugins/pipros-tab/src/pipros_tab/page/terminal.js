@@ -6,11 +6,13 @@ import { Output } from "./screen.mjs";
 const LINES = 3000;
 const LINE_CHARACTERS = 16384;
 const WHOLE = /^(?:[^"'\\]|\\.|"(?:[^"\\]|\\.)*"|'[^']*')*$/s; // no quote is open
+const KEYS = { ArrowUp: "\x1b[A", ArrowDown: "\x1b[B", ArrowRight: "\x1b[C", ArrowLeft: "\x1b[D", Enter: "\n" };
 const history = JSON.parse(localStorage.getItem("pipros-tab-history") ?? "[]");
 
 export class Terminal {
   #output = new Output();
   #isReady = false;
+  #sendsKeys = false; // to the program that runs
   /** @type {string[]} */
   #waiting = []; // lines that were typed while a program ran
   #at = history.length;
@@ -88,6 +90,7 @@ export class Terminal {
     if (letter === "E") this.edit(value);
     if (letter === "C") this.#complete(JSON.parse(value));
     if (letter === "D") this.done(value);
+    if (letter === "K" || letter === "P") this.#sendsKeys = letter === "K";
     if (letter !== "P") return;
     if (this.#startsAnew) this.line.replaceChildren();
     this.#startsAnew = false;
@@ -120,7 +123,9 @@ export class Terminal {
 
   #key(event) {
     const { key, ctrlKey } = event;
-    if (key === "Enter") this.#enter();
+    const sent = this.#sendsKeys && !ctrlKey && (KEYS[key] ?? (key.length === 1 && key));
+    if (sent) this.hub.press(this.process, sent);
+    else if (key === "Enter") this.#enter();
     else if (key === "Tab" && this.input.value && this.#isReady) {
       this.hub.type(this.process, { complete: this.input.value });
     } else if (ctrlKey && key === "c" && getSelection()?.isCollapsed !== false) {

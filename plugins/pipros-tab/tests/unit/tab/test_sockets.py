@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import select
 import selectors
 import socket
@@ -12,7 +13,7 @@ import pytest
 
 from pipros_tab import sockets
 from pipros_tab.network import WINDOW_BYTES, Network
-from pipros_tab.sockets import TabPoll, TabSelector, getaddrinfo, socketpair, wait_for_any
+from pipros_tab.sockets import TabPoll, TabSelector, getaddrinfo, read, socketpair, wait_for_any
 from pipros_tab.tab_socket import HERE, TabSocket
 from tests.support.tab_hub import MemoryPort, Switch
 
@@ -216,9 +217,11 @@ def test_select_reports_what_is_ready(network: Network, pair: Pair) -> None:
     assert wait_for_any([first], [], [], 1) == ([first], [], [])
 
 
-def test_select_of_a_key_is_refused() -> None:
-    with pytest.raises(OSError, match="read no keys"):
-        wait_for_any([0], [], [])  # type: ignore[list-item] # as programs that read keys do
+def test_keys_are_read_one_by_one(network: Network) -> None:
+    assert wait_for_any([0], [], [], 0.01) == ([], [], [])
+    network.keys += b"\033[A"
+    assert wait_for_any([0], [], [], 1) == ([0], [], [])
+    assert [read(0, 1), read(0, 8)] == [b"\033", b"[A"]
 
 
 def test_http_clients_read_a_file_of_the_socket(pair: Pair) -> None:
@@ -235,6 +238,7 @@ def test_installing_replaces_pythons_sockets(monkeypatch: pytest.MonkeyPatch, ne
         *((socket, name) for name in ("socket", "SocketType", "socketpair", "getaddrinfo")),
         *((select, name) for name in ("select", "poll")),
         (selectors, "DefaultSelector"),
+        (os, "read"),
     ):
         monkeypatch.setattr(module, name, getattr(module, name))
     monkeypatch.delattr(socket, "SO_REUSEADDR")
