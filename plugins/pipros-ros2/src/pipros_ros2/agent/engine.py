@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
 from pipros.net.workers import Workers
-from pipros_ros2.agent.process import AgentProcess
-from pipros_ros2.agent.rclpy_agent import GID_BYTES, Kind, frame
+from pipros_ros2.agent.process import AgentProcess, Frame
+from pipros_ros2.agent.rclpy_agent import GID_BYTES, Kind
 from pipros_ros2.inbox import OVERHEAD_BYTES, ROS2_INBOX_BYTES, Inbox
 from pipros_ros2.interface import (
     NO_HASHES,
@@ -86,11 +86,11 @@ class AgentPublisher(AgentEnd):
         if self._inbox.push(payload):
             self._engine.process.send_later(self._next)
 
-    def _next(self) -> Sequence[bytes]:
+    def _next(self) -> Frame | None:
         payload = self._inbox.pop()
         if self._inbox:
             self._engine.process.send_later(self._next)
-        return () if payload is None else frame(Kind.PUBLISH, self._number, 0, payload)
+        return None if payload is None else (Kind.PUBLISH, self._number, 0, payload)
 
     @property
     def subscriber_count(self) -> int:
@@ -103,11 +103,7 @@ class AgentPublisher(AgentEnd):
 
 class AgentSubscriber(AgentEnd):
     def __init__(
-        self,
-        engine: RclpyEngine,
-        number: int,
-        own: Endpoint,
-        callback: Callable[[Sample], None],
+        self, engine: RclpyEngine, number: int, own: Endpoint, callback: Callable[[Sample], None]
     ) -> None:
         super().__init__(engine, number, own)
         self._inbox = Inbox(own.qos.depth, ROS2_INBOX_BYTES, cost_bytes)

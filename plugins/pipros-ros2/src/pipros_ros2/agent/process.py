@@ -7,18 +7,20 @@ import itertools
 import os
 import subprocess
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent import futures
 from pathlib import Path
 from queue import SimpleQueue
 from typing import BinaryIO, Final, cast
 
 from pipros_ros2.agent import rclpy_agent
-from pipros_ros2.agent.rclpy_agent import Kind, frame, read_frame
+from pipros_ros2.agent.rclpy_agent import FrameWriter, Kind, read_frame
 from pipros_ros2.interface import EngineError
 from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros_workspace.client_library import without_libraries
 
+Frame = tuple[Kind, int, int, bytes]
+"""A kind, the number of an endpoint, that of a question or of what is answered, and the body."""
 START_S: Final = 60.0
 """Timeout of the start, which imports rclpy."""
 _END_S: Final = 1.0
@@ -58,19 +60,10 @@ def agent_environment(discovery: Discovery, variables: Mapping[str, str]) -> dic
 
 
 class AgentProcess:
-    """Runs the agent. Thread-safe.
+    """Runs the agent. Thread-safe. For what is not here, see `RclpyEngine`.
 
     Args:
-        python: the interpreter that can import rclpy.
-        on_frame: called in one thread for each frame, with its kind, endpoint, number and body.
-        on_end: called once with the reason, if the process ends before `close`.
-
-    Attributes:
-        rmw: the name of the middleware.
-        pid: the number of the process.
-
-    Raises:
-        EngineError: the process cannot be started, or rclpy cannot connect.
+        on_frame: called in one thread for each frame that is no answer.
     """
 
     pid: int
@@ -91,7 +84,7 @@ class AgentProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._is_closed = False
         self._end_reason = ""
-        self._outbox: SimpleQueue[Callable[[], Sequence[bytes] | None]] = SimpleQueue()
+        self._outbox: SimpleQueue[Callable[[], Frame | None] | None] = SimpleQueue()
         self._numbers = itertools.count(1)
         started = futures.Future[bytes]()
         self._asked = {0: started}
@@ -107,10 +100,10 @@ class AgentProcess:
 
     def send(self, kind: Kind, end: int, number: int = 0, body: bytes = b"") -> None:
         """Send a frame, without waiting."""
-        self.send_later(lambda: frame(kind, end, number, body))
+        self.send_later(lambda: (kind, end, number, body))
 
-    def send_later(self, make: Callable[[], Sequence[bytes]]) -> None:
-        """Send what a function returns when all earlier frames are sent."""
+    def send_later(self, make: Callable[[], Frame | None]) -> None:
+        """Send the frame that a function returns, if any, when all earlier ones are sent."""
         if not self._is_closed:
             self._outbox.put(make)
 
@@ -135,7 +128,7 @@ class AgentProcess:
     def close(self) -> None:
         """End the process. May be called repeatedly."""
         self._is_closed = True
-        self._outbox.put(lambda: None)
+        self._outbox.put(None)
         if threading.current_thread() is not self._reader:
             self._reader.join(_END_S)
         if self._process is not None and self._process.poll() is None:
@@ -178,10 +171,11 @@ class AgentProcess:
             self._on_end(reason)
 
     def _write(self, file: BinaryIO) -> None:
+        writer = FrameWriter(file)
         with contextlib.suppress(OSError), file:  # closing the file ends the agent
-            while (parts := self._outbox.get()()) is not None:
-                file.writelines(parts)
-                file.flush()
+            while (make := self._outbox.get()) is not None:
+                if (made := make()) is not None:
+                    writer.send(*made)
 
 
 def _explained(python: str, error: str) -> str:

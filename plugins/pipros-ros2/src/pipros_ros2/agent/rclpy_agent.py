@@ -67,11 +67,6 @@ _TAKE_FAILED = 401
 _PR_SET_PDEATHSIG = 1
 
 
-def frame(kind: Kind, end: int, number: int, *parts: bytes) -> tuple[bytes, ...]:
-    """Return a frame in parts, which are not joined because messages can be large."""
-    return (HEADER.pack(sum(map(len, parts)), kind, end, number), *parts)
-
-
 def read_frame(file: BinaryIO) -> tuple[int, int, int, bytes] | None:
     """Return the kind, both numbers and the body of a frame, or None at the end of the file."""
     header = file.read(HEADER.size)
@@ -89,9 +84,10 @@ class FrameWriter:
         self._file = file
         self._lock = threading.Lock()
 
-    def send(self, kind: Kind, end: int, number: int, *parts: bytes) -> None:
+    def send(self, kind: int, end: int, number: int, *parts: bytes) -> None:
+        header = HEADER.pack(sum(map(len, parts)), kind, end, number)
         with self._lock:
-            self._file.writelines(frame(kind, end, number, *parts))
+            self._file.writelines((header, *parts))
             self._file.flush()
 
 

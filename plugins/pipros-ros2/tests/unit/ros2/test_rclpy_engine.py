@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pipros_ros2.agent.engine import AgentCaller, AgentPublisher, AgentServer, RclpyEngine, cost_bytes
-from pipros_ros2.agent.process import agent_environment, reaches_out
-from pipros_ros2.agent.rclpy_agent import Kind, frame
+from pipros_ros2.agent.process import Frame, agent_environment, reaches_out
+from pipros_ros2.agent.rclpy_agent import Kind
 from pipros_ros2.inbox import Inbox
 from pipros_ros2.interface import Endpoint, EndpointKind, EngineError, Ros2CallFailed
 from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
@@ -26,14 +26,14 @@ class Engine:
 
     def __init__(self) -> None:
         self.process = self
-        self.frames: list[Sequence[bytes]] = []
+        self.frames: list[Frame] = []
         self.available = 0
         self.answers: list[bytes | None] = []
 
     def send(self, kind: Kind, end: int, number: int = 0, body: bytes = b"") -> None:
-        self.frames.append(frame(kind, end, number, body))
+        self.frames.append((kind, end, number, body))
 
-    def send_later(self, make: Callable[[], Sequence[bytes]]) -> None:
+    def send_later(self, make: Callable[[], Frame | None]) -> None:
         self.later = make
 
     def ask(self, kind: Kind, end: int, body: bytes, timeout_s: float) -> bytes | None:
@@ -109,16 +109,16 @@ def test_a_publisher_sends_a_message_when_the_pipe_has_room(engine: Any) -> None
     publisher.publish(b"another")
 
     for message in (b"message", b"another"):
-        send, engine.later = engine.later, tuple
-        assert send() == frame(Kind.PUBLISH, 7, 0, message)
-    assert engine.later() == ()
+        send, engine.later = engine.later, None
+        assert send() == (Kind.PUBLISH, 7, 0, message)
+    assert engine.later is None
 
 
 def test_a_call_waits_for_a_server(engine: Any) -> None:
     engine.answers = [b"", b"", b"response"]
 
     assert AgentCaller(engine, 7, SWITCH).call(b"request", 60) == b"response"
-    assert engine.frames == 3 * [frame(Kind.CALL, 7, 1, b"request")]
+    assert engine.frames == 3 * [(Kind.CALL, 7, 1, b"request")]
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_a_service_that_fails_or_has_too_many_requests_sends_no_answer(engine: A
         server.on_frame(number, b"good")
     over.set()
 
-    answers = [frame(Kind.ANSWER, 7, number, b"GOOD") for number in range(2, 65)]
+    answers = [(Kind.ANSWER, 7, number, b"GOOD") for number in range(2, 65)]
     wait_until(lambda: sorted(engine.frames) == sorted(answers))
     assert server.dropped == 5
     server.close()
