@@ -165,8 +165,9 @@ class AgentProcess:
     def _end(self, reason: str) -> None:
         self._end_reason = reason
         is_started = 0 not in self._asked
-        while self._asked:
-            self._asked.popitem()[1].set_exception(EngineError(reason))
+        for number in list(self._asked):
+            if (asked := self._asked.pop(number, None)) is not None:
+                asked.set_exception(EngineError(reason))
         if is_started and not self._is_closed:
             self._on_end(reason)
 

@@ -12,7 +12,7 @@ import pytest
 
 from pipros_ros2.agent.engine import AgentCaller, AgentPublisher, AgentServer, RclpyEngine, cost_bytes
 from pipros_ros2.agent.process import Frame, agent_environment, reaches_out
-from pipros_ros2.agent.rclpy_agent import Kind
+from pipros_ros2.agent.rclpy_agent import PENDING, Kind, RosEnd
 from pipros_ros2.inbox import Inbox
 from pipros_ros2.interface import Endpoint, EndpointKind, EngineError, Ros2CallFailed
 from pipros_ros2.rtps.domain import Discovery, DiscoveryRange
@@ -150,6 +150,13 @@ def test_a_service_that_fails_or_has_too_many_requests_sends_no_answer(engine: A
     wait_until(lambda: sorted(engine.frames) == sorted(answers))
     assert server.dropped == 5
     server.close()
+
+
+def test_calls_that_never_get_a_response_are_forgotten() -> None:
+    end = RosEnd(1, "client", None, None)
+    for number in range(PENDING + 2):
+        end.keep_pending(number, number)
+    assert list(end.pending) == list(range(2, PENDING + 2))
 
 
 def test_a_python_without_rclpy_is_one_line(tmp_path: Path) -> None:
