@@ -20,7 +20,14 @@ Draw = Callable[[NodeGraph, bool], Awaitable[Scene]]
 
 @dataclass(slots=True)
 class _Drawing:
+    """A cached drawing, with the observation for which it was last requested.
+
+    Attributes:
+        drawn: the parts of that observation that a graph has; all others, such as rates, change each second.
+    """
+
     observation: GraphObservation | None = None
+    drawn: object = None
     graph: NodeGraph = field(default_factory=NodeGraph)
     scene: asyncio.Future[Scene] | None = None
 
@@ -52,16 +59,16 @@ class GraphDrawings:
             del self._drawings[next(iter(self._drawings))]
         if drawing.observation is not observation:
             drawing.observation = observation
-            graph = node_graph(
-                observation.state,
-                observation.connections,
-                observation.unreachable,
-                options,
-                observation.wrong_types,
-            )
-            graph = grouped(marked(graph, removed), observation.state.topics(), grouping)
-            if graph != drawing.graph:
-                drawing.graph, drawing.scene = graph, None
+            state, connections = observation.state, observation.connections
+            drawn = state, connections.keys(), observation.unreachable, observation.wrong_types, {*removed}
+            if drawn != drawing.drawn:
+                drawing.drawn = drawn
+                graph = node_graph(
+                    state, connections, observation.unreachable, options, observation.wrong_types
+                )
+                graph = grouped(marked(graph, removed), state.topics(), grouping)
+                if graph != drawing.graph:
+                    drawing.graph, drawing.scene = graph, None
         return drawing.graph
 
     async def scene(self, graph: NodeGraph, options: GraphOptions, grouping: Grouping | None = None) -> Scene:

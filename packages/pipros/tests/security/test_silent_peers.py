@@ -11,7 +11,7 @@ from pipros_tools.health.gather_publisher import CALLER_ID
 from pipros_tools.health.gather_system import AT_ONCE, gather_system
 from tests.support.node_fixtures import master as master
 
-NODES = 60
+NODES = 3 * AT_ONCE
 
 
 def test_a_silent_address_is_examined_once_by_each_thread_whatever_is_registered_there(

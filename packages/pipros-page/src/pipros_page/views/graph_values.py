@@ -116,8 +116,9 @@ def traffic_values(
     the topic is latched, and that no rate is expected.
     """
     sums: _Sums = {}
+    topics = {arrow.topic for arrow, _, _ in scene.arrows}
     for connection, traffic in observation.connections.items():
-        if traffic is not None:
+        if traffic is not None and connection.topic in topics:
             _add_traffic(sums, connection, traffic)
     for name, known in (of_topics or {}).items():
         publishers = observation.state.publishers.get(name, ())

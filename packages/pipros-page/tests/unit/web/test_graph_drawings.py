@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
+from unittest.mock import Mock
 
 import pytest
 
+from pipros_page import graph_drawings
 from pipros_page.graph_drawings import GraphDrawings
 from pipros_page.views.graph_values import scene_values
 from pipros_tools.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
 from pipros_tools.graph.drawing.scene import Scene
 from pipros_tools.graph.drawing.scene import draw as draw_scene
-from pipros_tools.graph.observer import GraphObservation, ObservedNode
+from pipros_tools.graph.observer import GraphObservation, ObservedNode, Traffic
 from pipros_tools.graph.system_state import SystemState, TopicConnection
+from pipros_tools.graph.wrong_types import WrongTypes
 
 
 def observation(*topics: str) -> GraphObservation:
@@ -46,6 +50,31 @@ def test_a_graph_is_laid_out_once_for_all_browsers() -> None:
         )
 
     asyncio.run(look())
+
+
+def test_a_graph_is_selected_again_only_after_a_change_of_its_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    select = Mock(wraps=node_graph)
+    monkeypatch.setattr(graph_drawings, "node_graph", select)
+    drawings, first = GraphDrawings(draw_nothing), observation("/level")
+    with_rates = replace(first, connections=dict.fromkeys(first.connections, Traffic(10.0, 240.0)))
+    for each in (first, observation("/level"), with_rates):
+        drawings.graph(each, GraphOptions())
+    assert select.call_count == 1
+    changes = [
+        replace(first, nodes={**first.nodes, "/b": ObservedNode(error="refused")}),
+        replace(first, connections={}),
+        replace(first, state=observation("/level", "/scan").state),
+        replace(first, wrong_types={TopicConnection("/a", "/level", "/c"): WrongTypes("a/A", "b/B")}),
+    ]
+    for number, each in enumerate(changes, 2):
+        drawings.graph(each, GraphOptions())
+        assert select.call_count == number
+    drawings.graph(replace(changes[-1]), GraphOptions(), removed={("node", "/b"): 1.0})
+    assert select.call_count == 2 + len(changes)
+
+
+async def draw_nothing(graph: NodeGraph, is_vertical: bool) -> Scene:
+    return Scene()
 
 
 def test_a_failed_drawing_is_tried_again() -> None:

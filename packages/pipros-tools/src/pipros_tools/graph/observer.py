@@ -196,8 +196,9 @@ class SystemObserver:
             state = SystemState.from_state(self._master.get_system_state())
             types = {topic: kind for topic, kind in self._master.get_topic_types()}  # noqa: C416
         except (PiprosError, ValueError) as error:
-            last = self._last
-            return replace(last, error=str(error))
+            return replace(self._last, error=str(error))
+        if state == self._last.state:
+            state = self._last.state  # comparing an object with itself takes no time
         names = state.nodes()
         self._nodes = {name: self._nodes.get(name) or _Node() for name in names}
         now_s = self._now_s()

@@ -69,10 +69,11 @@ class RecentChanges:
         """Compare an observation, made at the wall time `now_s`, with the previous observation."""
         if observation.error:
             return
-        parts = _parts_of(observation.state)
         last, gap_s = self._last, now_s - self._last_s
         self._last, self._last_s = observation, now_s
-        before, self._parts = self._parts, parts
+        before = parts = self._parts
+        if last is None or observation.state is not last.state:
+            parts = self._parts = _parts_of(observation.state)
         self._connected_s = {
             **{
                 connection: seen_s

@@ -28,8 +28,10 @@ from pipros_tools.health.nodelet_checks import services_of_managers
 from pipros_tools.health.plugin_check import PluginCheck, PluginReply, plugin_checks
 from pipros_tools.health.system_report import Failure, NodeReport, ServiceReport, SystemReport
 
-AT_ONCE = 16
-"""Maximum number of nodes queried concurrently."""
+AT_ONCE = 64
+"""Maximum number of nodes queried concurrently. A node that does not answer keeps a thread for the whole
+timeout, which costs no more than its memory.
+"""
 
 
 _NODELETS = 1000  # maximum number of lines in a manager's reply
