@@ -24,7 +24,7 @@ BUDGETS = {
     "plugins/pipros-data": (2_990, 2_770),
     "plugins/pipros-fleet": (4_220, 3_370),
     "plugins/pipros-robot": (13_850, 12_460),
-    "plugins/pipros-ros2": (9_740, 7_060),
+    "plugins/pipros-ros2": (9_700, 7_060),
     "plugins/pipros-tab": (1_830, 2_460),
     "plugins/pipros-wheels": (2_410, 2_960),
 }

@@ -124,37 +124,16 @@ class RtpsEngine:
                 return None
 
         del type_hash
-        dds_service(service)  # raises if the name is not legal
-        kind = dds_type(type_name)[:-1]
-        server = self._open(
-            lambda: RtpsServer(
-                self._participant,
-                service,
-                f"{kind}_Request_",
-                f"{kind}_Response_",
-                handle,
-                hash_entry(parts.request),
-                hash_entry(parts.response),
-            )
-        )
+        types, hashes = _service_types(service, type_name), _hash_entries(parts)
+        server = self._open(lambda: RtpsServer(self._participant, service, *types, handle, *hashes))
         return self._owned(OwnEndpoint(self, [server]))
 
     def caller(
         self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES
     ) -> Ros2Caller:
         del type_hash
-        dds_service(service)
-        kind = dds_type(type_name)[:-1]
-        client = self._open(
-            lambda: RtpsClient(
-                self._participant,
-                service,
-                f"{kind}_Request_",
-                f"{kind}_Response_",
-                hash_entry(parts.request),
-                hash_entry(parts.response),
-            )
-        )
+        types, hashes = _service_types(service, type_name), _hash_entries(parts)
+        client = self._open(lambda: RtpsClient(self._participant, service, *types, *hashes))
         return self._owned(EngineCaller(self, client))
 
     def lacks(self, type_name: str) -> str:
@@ -276,3 +255,14 @@ class RtpsEngine:
         if (guid, text) not in self._reported and len(self._reported) < _REPORTED:
             self._reported.add((guid, text))
             _LOG.warning(text)
+
+
+def _service_types(service: str, type_name: str) -> tuple[str, str]:
+    """Return the DDS types of requests and responses. Raise PiprosError if the name is not legal."""
+    dds_service(service)
+    kind = dds_type(type_name)[:-1]
+    return f"{kind}_Request_", f"{kind}_Response_"
+
+
+def _hash_entries(parts: PartHashes) -> tuple[bytes, bytes]:
+    return hash_entry(parts.request), hash_entry(parts.response)

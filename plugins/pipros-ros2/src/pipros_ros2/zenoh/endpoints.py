@@ -184,8 +184,7 @@ class ZenohServer:
             EndpointKind.SERVER, service, type_name, type_hash, _SERVICE_QOS
         )
         self._workers = Workers("zenoh service", _WORKERS)
-        self._lock = threading.Lock()
-        self._open = 0
+        self._slots = threading.BoundedSemaphore(_REQUESTS)
         self.dropped = 0
         # A full FIFO would block the whole session. A full ring drops the oldest request.
         channel = connection.library.handlers.RingChannel(_REQUESTS)
@@ -195,17 +194,16 @@ class ZenohServer:
 
     def _run(self) -> None:
         for query in received(self._connection.library, self._queryable.handler):
-            with self._lock:
-                self._open += 1
-                is_admitted = self._open <= _REQUESTS
+            is_admitted = self._slots.acquire(blocking=False)
             try:
                 if is_admitted:
                     self._workers.run(self._handle, query)
             except RuntimeError:  # the system cannot start another thread
                 is_admitted = False
+                self._slots.release()
             if not is_admitted:
                 self.dropped += 1
-                self._finish(query)
+                query.drop()
 
     def _handle(self, query: Any) -> None:
         try:
@@ -213,13 +211,8 @@ class ZenohServer:
         except Exception:
             _LOG.exception("a service for ROS 2 failed")
         finally:
-            self._finish(query)
-
-    def _finish(self, query: Any) -> None:
-        """Notify the client that no further reply follows."""
-        query.drop()
-        with self._lock:
-            self._open -= 1
+            query.drop()  # no further reply follows
+            self._slots.release()
 
     def _reply(self, query: Any) -> None:
         attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
