@@ -122,7 +122,9 @@ class Bags:
             each.close()
 
     def __repr__(self) -> str:
-        return f"<Bags of {', '.join(each.name for each in self.readers)}: {len(self.topics())} topics>"
+        left = sum(len(each.skipped) for each in self.readers)
+        more = f", {left} left out; info() has the reasons" if left else ""
+        return f"<Bags of {', '.join(each.name for each in self.readers)}: {len(self.topics())} topics{more}>"
 
     def _repr_html_(self) -> str:
         """Return an HTML table of the topics of each bag, for notebooks."""

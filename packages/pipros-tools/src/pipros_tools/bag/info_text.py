@@ -55,7 +55,8 @@ def info_html(info: BagInfo) -> str:
     span = "" if info.start is None or info.end is None else f", {info.end - info.start:.1f} s"
     title = f"{info.path or ''} {human_size(info.size)}{span}, {info.messages} messages".strip()
     seconds = (info.end or 0) - (info.start or 0)
-    rows = [(each.topic, each.type, each.messages, _rate(each, seconds)) for each in info.topics]
+    rows = [(each.topic, each.type, str(each.messages), _rate(each, seconds)) for each in info.topics]
+    rows += [(name, f"left out: {reason}", "", "") for name, reason in info.left_out]
     return html_table(("topic", "type", "messages", "Hz"), rows, title)
 
 

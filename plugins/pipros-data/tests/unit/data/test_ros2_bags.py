@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -29,3 +31,25 @@ def test_ros_2_bags_are_read(storage: str, tmp_path: Path, monkeypatch: pytest.M
         assert list(bags.table("/s")["data"]) == ["x"]
     assert rosbag(["table", "ros2", "/t", "-o", "t.csv"]) == 0
     assert len(Path("t.csv").read_text().splitlines()) == 2
+
+
+def test_what_is_left_out_of_a_ros_2_bag_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("run.bag").write_bytes(bag_bytes([("/t", Twist(), 3, 4), ("/s", String("x"), 3, 5)]))
+    command = [
+        "convert",
+        "-q",
+        "--ros2",
+        Distribution.HUMBLE.value,
+        "--storage",
+        "sqlite3",
+        "run.bag",
+        "ros2",
+    ]
+    assert rosbag(command) == 0
+    with closing(sqlite3.connect(next(Path("ros2").glob("*.db3")))) as database, database:
+        database.execute("UPDATE topics SET type = 'lab_msgs/msg/Odd' WHERE name = '/s'")
+
+    with open_bags("ros2") as bags:
+        assert repr(bags) == "<Bags of ros2: 1 topics, 1 left out; info() has the reasons>"
+        assert "/s</td><td>left out: the type lab_msgs/msg/Odd is unknown" in bags._repr_html_()
