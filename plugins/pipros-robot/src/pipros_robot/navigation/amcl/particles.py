@@ -26,7 +26,7 @@ BIN: Final = np.array((0.5, 0.5, np.radians(10.0)))
 CONVERGED_M: Final = 0.5
 """The filter has converged if no particle is farther than this from the mean in x or in y."""
 
-_NEIGHBOURS: Final = [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]
+_NEIGHBOURS: Final = np.array([step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)])
 """Half of the 26 steps to neighbours; the other half are their opposites."""
 
 
@@ -90,7 +90,7 @@ class ParticleFilter:
             is_random = self._rng.random(count) < share
             drawn[is_random] = random_poses(int(is_random.sum()), self._rng)
             self._slow = self._fast = 0.0
-        _, first = np.unique(_bins(drawn), axis=0, return_index=True)
+        _, first = np.unique(_bins(drawn)[0], return_index=True)
         is_new = np.zeros(count, np.int64)
         is_new[first] = 1
         limits = kld_limits(np.cumsum(is_new), settings)
@@ -119,8 +119,9 @@ class ParticleFilter:
 
     def heaviest_cluster(self) -> tuple[float, Triple]:
         """Return the weight and mean pose of the heaviest cluster of particles in adjacent bins."""
-        bins, member = np.unique(_bins(self.poses), axis=0, return_inverse=True)
-        label = _connected(bins)[member.ravel()]
+        codes, scale = _bins(self.poses)
+        distinct, member = np.unique(codes, return_inverse=True)
+        label = _connected(distinct, scale)[member]
         totals = np.bincount(label, self.weights)
         heaviest = int(totals.argmax())
         inside = label == heaviest
@@ -147,26 +148,23 @@ def kld_limits(occupied: Labels, settings: AmclSettings) -> Array:
     return np.where(occupied <= 1, float(settings.max_particles), limited)
 
 
-def _bins(poses: Array) -> Labels:
+def _bins(poses: Array) -> tuple[Labels, Labels]:
+    """Return the code of each pose's bin, and how much codes differ between neighbours along each axis."""
     # As in amcl, yaws are not wrapped, so that particles that turn past pi together stay together.
-    found: Labels = np.floor(poses / BIN).astype(np.int64)
-    return found
-
-
-def _connected(bins: Labels) -> Labels:
-    """Return the label of the connected component of each bin. Bins are sorted, distinct rows."""
+    bins = np.floor(poses / BIN).astype(np.int64)
     low = bins.min(axis=0) - 1
     _, width, depth = (bins.max(axis=0) + 2 - low).tolist()
     scale = np.array((width * depth, depth, 1))
-    codes = (bins - low) @ scale  # in ascending order, like the bins
-    pairs = []
-    for step in _NEIGHBOURS:
-        wanted = codes + np.dot(step, scale)
-        place = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
-        hit = np.flatnonzero(codes[place] == wanted)
-        pairs.append(np.stack((hit, place[hit])))
-    one, other = np.concatenate(pairs, axis=1)
-    label: Labels = np.arange(len(bins))
+    return (bins - low) @ scale, scale
+
+
+def _connected(codes: Labels, scale: Labels) -> Labels:
+    """Return the label of the connected component of each bin. `codes` are sorted and distinct."""
+    wanted = codes + (_NEIGHBOURS @ scale)[:, None]
+    place = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
+    step, one = np.nonzero(codes[place] == wanted)
+    other = place[step, one]
+    label: Labels = np.arange(len(codes))
     while True:  # each round spreads the smallest label to neighbours, then follows labels to their ends
         smallest = np.minimum(label[one], label[other])
         before = label.copy()
