@@ -24,6 +24,7 @@ from pipros.packages.system_packages import program
 from pipros_libraries.bonds.node_bond import NodeBond
 from pipros_libraries.nodelets.as_node import run_alone
 from pipros_libraries.nodelets.hosting import CannotLoad, Hosting
+from pipros_libraries.nodes.kept_memory import keep_freed_memory
 from pipros_workspace.compiled_nodelets import loadable_nodelets
 from pipros_workspace.program_start import command_of, environment_of
 
@@ -57,6 +58,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(words: Sequence[str], argv: Sequence[str]) -> int:
     command, *rest = words
+    if command in ("manager", "standalone"):
+        keep_freed_memory()  # for images and clouds
     if command == "manager":
         with roscpp_program("manager", "nodelet", argv) as (node, log):
             Manager(node, log)

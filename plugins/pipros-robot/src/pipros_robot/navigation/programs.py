@@ -7,6 +7,7 @@ import sys
 from importlib import import_module
 
 from pipros.basics.extras import missing
+from pipros_libraries.nodes.kept_memory import keep_freed_memory
 
 
 def run_program(module: str, *arguments: str) -> int:
@@ -16,6 +17,7 @@ def run_program(module: str, *arguments: str) -> int:
     """
     # For matrices of 15 rows, OpenBLAS's threads bring no benefit, but burn CPU time in busy waits.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    keep_freed_memory()
     try:
         program = import_module(f"pipros_robot.navigation.{module}")
     except ImportError as error:
