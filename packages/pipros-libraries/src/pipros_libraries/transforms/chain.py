@@ -113,23 +113,28 @@ def _poses_at(frames: list[_Frame], time: int, keeps: bool) -> list[Pose] | None
     If `keeps` is true, interpolated poses are kept for the next lookup.
     """
     found = []
+    after, older, newer, ratio = 0, -1, -1, 0.0
     for stamps, poses, interpolated in frames:
         if not stamps:  # a static frame
             found.append(poses[0])
-        elif not stamps[0] <= time <= stamps[-1]:
-            return None
-        elif time == stamps[-1] or time == 0:
-            found.append(poses[-1])
-        elif keeps and interpolated and interpolated[0][0] == time:
-            found.append(interpolated[0][1])
-        else:
+            continue
+        # Frames that were sent together have the same stamps, so that the last frame's place is tried first.
+        if not (after < len(stamps) and stamps[after - 1] == older and stamps[after] == newer):
+            if not stamps[0] <= time <= stamps[-1]:
+                return None
+            if time == stamps[-1] or time == 0:
+                found.append(poses[-1])
+                continue
             after = bisect_right(stamps, time)
-            older = stamps[after - 1]
-            ratio = (time - older) / (stamps[after] - older)
-            pose = interpolate(poses[after - 1], poses[after], ratio)
-            if keeps:
-                interpolated[:] = [(time, pose)]
-            found.append(pose)
+            older, newer = stamps[after - 1], stamps[after]
+            ratio = (time - older) / (newer - older)
+        if keeps and interpolated and interpolated[0][0] == time:
+            found.append(interpolated[0][1])
+            continue
+        pose = interpolate(poses[after - 1], poses[after], ratio)
+        if keeps:
+            interpolated[:] = [(time, pose)]
+        found.append(pose)
     return found
 
 

@@ -118,7 +118,7 @@ def interpolate(older: Pose, newer: Pose, ratio: float) -> Pose:
     rest = 1.0 - ratio
     px, py, pz = rest * px + ratio * to_px, rest * py + ratio * to_py, rest * pz + ratio * to_pz
     # As in `composed_up`, omit products with zeros if both rotations are about the z axis.
-    if is_flat := qx == qy == to_qx == to_qy == 0.0:
+    if is_flat := not (qx or qy or to_qx or to_qy):
         dot = qz * to_qz + qw * to_qw
         cosine = abs(dot) / sqrt((qz * qz + qw * qw) * (to_qz * to_qz + to_qw * to_qw))
     else:
