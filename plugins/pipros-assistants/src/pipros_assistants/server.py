@@ -28,7 +28,7 @@ from pipros.msg.errors import MessageException
 from pipros_assistants.answer import Answer, ToolRefused, answer_text, error_text
 from pipros_assistants.robot import ASSISTANT_CALL_S, RobotAccess
 from pipros_assistants.schemas import required
-from pipros_assistants.tools.acts import ActTools, names_of_tools
+from pipros_assistants.tools.acts import ActReports, ActTools, names_of_tools
 from pipros_assistants.tools.bags import BagTools
 from pipros_assistants.tools.frames import FrameTools
 from pipros_assistants.tools.graph import GraphTools
@@ -75,8 +75,6 @@ _READS: Final = ToolAnnotations(
 _ACTS: Final = ToolAnnotations(
     read_only_hint=False, destructive_hint=True, idempotent_hint=False, open_world_hint=True
 )
-READING: Final = ("read_policy", "list_runs")
-"""The tools of `ActTools` that only read."""
 
 
 class StrictServer(MCPServer[Any]):
@@ -164,7 +162,7 @@ def _add(
     server: MCPServer[Any], tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool, shares: Shares
 ) -> None:
     """Add a tool to the server. `bind` returns the tool's function for a given client."""
-    acts = isinstance(getattr(tool, "__self__", None), ActTools) and tool.__name__ not in READING
+    acts = isinstance(getattr(tool, "__self__", None), ActTools) and not hasattr(ActReports, tool.__name__)
     server.add_tool(
         _answering(tool, bind, robot, pool, shares),
         description=" ".join((inspect.getdoc(tool) or "").split()),

@@ -41,19 +41,30 @@ Value = Annotated[bool | int | float | Annotated[str, Field(max_length=1000)], F
 Run = Annotated[int, Field(ge=1, le=10**9, description="field run in the answer of start_launch or record")]
 
 
-class ActTools:
-    """The tools that act, bound to the client of one call."""
+class ActReports:
+    """The tools that read what the policy allows, and what acts have started. They change nothing."""
 
-    def __init__(self, acts: ApprovedActs, robot: RobotAccess, bags: Path | None, caller: Caller) -> None:
+    def __init__(self, acts: ApprovedActs) -> None:
         self._acts = acts
-        self._robot = robot
-        self._bags = bags
-        self._caller = caller
 
     def read_policy(self, cursor: Cursor = 0) -> Answer:
         """Show the user's policy, a YAML file, line by line. It says what the tools that act may do, with
         which values and how often, and how the robot is stopped. Everything else is refused."""
         return Answer(self._acts.policy.text.splitlines())
+
+    def list_runs(self, cursor: Cursor = 0) -> Answer:
+        """List the launch files and recordings that were started here, with the end of their output."""
+        return Answer(self._acts.runs.rows())
+
+
+class ActTools(ActReports):
+    """The tools that act, and those that report on them, bound to the client of one call."""
+
+    def __init__(self, acts: ApprovedActs, robot: RobotAccess, bags: Path | None, caller: Caller) -> None:
+        super().__init__(acts)
+        self._robot = robot
+        self._bags = bags
+        self._caller = caller
 
     def publish(
         self,
@@ -212,10 +223,6 @@ class ActTools:
             return self._start(bag, "rosbag", words, limit_s)
 
         return self._acts.perform(self._caller, "record", acts, {"seconds": seconds, "bag": bag}, carry_out)
-
-    def list_runs(self, cursor: Cursor = 0) -> Answer:
-        """List the launch files and recordings that were started here, with the end of their output."""
-        return Answer(self._acts.runs.rows())
 
     def stop_run(self, run: Run) -> Answer:
         """Stop a launch file or a recording that was started here, and wait a few seconds for its end."""
