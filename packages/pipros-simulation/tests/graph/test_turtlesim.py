@@ -172,7 +172,7 @@ def test_the_arrow_keys_of_teleop_move_the_turtle(ros: RosSystem) -> None:
         terminal.answer("\x1b[C\x1b[D")
         commands = [(twist.linear.x, twist.angular.z) for twist in inbox.wait(4)]
     assert commands == [(3.0, 0.0), (-3.0, 0.0), (0.0, -2.0), (0.0, 2.0)]
-    terminal.send_keys("xq")
+    terminal.press_in_program("xq")
     assert terminal.wait_for_prompt() == 0
     code, echoed = terminal.run("echo back")
     assert (code, echoed.strip()) == (0, "back")

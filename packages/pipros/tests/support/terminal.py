@@ -118,11 +118,6 @@ class Terminal:
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
 
-    def send_keys(self, keys: str) -> None:
-        """Press keys in the running program. Same as `press_in_program`."""
-        self._typed_at = len(self._screen)
-        os.write(self._keyboard, keys.encode())
-
     def type(self, line: str) -> None:
         """Type a line and Enter after the prompt has appeared, and wait for the echo."""
         self.wait_for_prompt()

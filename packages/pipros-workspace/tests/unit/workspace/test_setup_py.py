@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipros_workspace.setup_py import SetupPyError, read_setup_py
+from tests.support.workspaces import hide_setuptools
 
 
 def write(folder: Path, text: str, *packages: str) -> str:
@@ -165,7 +166,10 @@ def test_modules_data_files_and_entry_points_are_read(tmp_path: Path) -> None:
         "[console_scripts]\narm = a.cli:main\n\n[ gui_scripts ]\n  leg = a.leg:Leg.main\n[other]\nx = a:b\n",
     ],
 )
-def test_entry_points_are_read_in_all_forms_of_setuptools(tmp_path: Path, declared: object) -> None:
+def test_entry_points_are_read_in_all_forms_of_setuptools(
+    tmp_path: Path, declared: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hide_setuptools(tmp_path, monkeypatch)
     text = f"from setuptools import setup\nsetup(packages=['a'], entry_points={declared!r})"
     setup = read_setup_py(write(tmp_path, text))
     assert setup.entry_points == {"arm": "a.cli:main", "leg": "a.leg:Leg.main"}
@@ -181,8 +185,9 @@ def test_entry_points_are_read_in_all_forms_of_setuptools(tmp_path: Path, declar
     ],
 )
 def test_packages_that_only_another_file_names_are_not_lost_in_silence(
-    tmp_path: Path, file: str, content: str
+    tmp_path: Path, file: str, content: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    hide_setuptools(tmp_path, monkeypatch)
     (tmp_path / file).write_text(content)
     folder = write(tmp_path, "from setuptools import setup\nsetup()")
     with pytest.raises(
