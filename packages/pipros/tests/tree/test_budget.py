@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.support.environments import REPOSITORY
+from tests.support.trees import parsed
 
 BUDGETS = {
-    "packages/pipros": (26_510, 57_750),
+    "packages/pipros": (26_510, 57_160),
     "packages/pipros-bridges": (6_480, 6_650),
     "packages/pipros-libraries": (14_950, 5_080),
     "packages/pipros-page": (6_820, 11_900),
@@ -20,13 +21,13 @@ BUDGETS = {
     "packages/pipros-simulation": (3_760, 2_060),
     "packages/pipros-tools": (30_180, 10_130),
     "packages/pipros-workspace": (6_420, 3_670),
-    "plugins/pipros-assistants": (1_730, 2_080),
+    "plugins/pipros-assistants": (1_730, 2_070),
     "plugins/pipros-data": (2_990, 2_770),
     "plugins/pipros-fleet": (4_220, 3_370),
     "plugins/pipros-robot": (13_850, 12_460),
     "plugins/pipros-ros2": (9_700, 7_060),
     "plugins/pipros-tab": (1_830, 2_460),
-    "plugins/pipros-wheels": (2_410, 2_960),
+    "plugins/pipros-wheels": (2_410, 2_930),
 }
 """Lines of `src` and `facades`, and of `tests`: as they were on 2026-11-29, and 2 % more."""
 
@@ -41,9 +42,9 @@ def lines_of(tree: ast.Module) -> Iterator[int]:
             yield from (node.lineno, node.end_lineno or node.lineno)
 
 
-def code_lines(folders: list[Path]) -> int:
+def code_lines(folders: list[Path], parse: Callable[[Path], ast.Module]) -> int:
     files = [file for folder in folders for file in folder.rglob("*.py")]
-    return sum(len({*lines_of(ast.parse(file.read_text()))}) for file in files)
+    return sum(len({*lines_of(parse(file))}) for file in files)
 
 
 FOLDERS = [folder for top in ("packages", "plugins") for folder in REPOSITORY.glob(f"{top}/pipros*")]
@@ -54,5 +55,5 @@ def test_a_folder_keeps_within_its_budget(folder: str) -> None:
     here = REPOSITORY / folder
     source, tests = BUDGETS[folder]
     advice = "take something out, or raise the number with a line in CHANGELOG.md that says what it bought"
-    assert code_lines([here / "src", here / "facades"]) <= source, advice
-    assert code_lines([here / "tests"]) <= tests, advice
+    assert code_lines([here / "src", here / "facades"], parsed) <= source, advice
+    assert code_lines([here / "tests"], lambda file: ast.parse(file.read_text())) <= tests, advice
