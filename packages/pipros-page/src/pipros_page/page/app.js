@@ -124,10 +124,8 @@ function masterState() {
   return h("span", { class: "master lost", role: "alert", title: masterError }, `the master at ${address} does not answer`);
 }
 
-function permit() {
-  if (about.control) return "can change the system";
-  return about.may.map((name) => `can ${about.can[name]}`).join(", ") || "read-only";
-}
+const permit = () => (about.control ? "can change the system"
+  : about.may.map((name) => `can ${about.can[name]}`).join(", ") || "read-only");
 
 // Asks for the token, or an address that contains it, and keeps the requested place.
 function tokenForm() {

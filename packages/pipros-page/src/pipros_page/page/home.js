@@ -23,10 +23,7 @@ function firstOf(view, args, isEnough) {
       resolve(last);
     };
     let timer = 0;
-    const begin = () => {
-      if (!live.isOpen || timer) return;
-      timer = setTimeout(finish, LONGEST_MS);
-    };
+    const begin = () => { if (live.isOpen) timer ||= setTimeout(finish, LONGEST_MS); };
     live.addEventListener("state", begin);
     begin();
     const stop = live.watch(view, args, (data) => {
@@ -51,10 +48,9 @@ export async function robotScene(isSure, onFound = () => {}) {
 }
 
 // Returns a promise of the place of the Overview; null if there is no scene.
-async function robotPlace(isSure, onFound = () => {}) {
+async function robotPlace(isSure, onFound) {
   const found = await robotScene(isSure, onFound);
-  if (!found) return null;
-  return placeOf("panels", robotLayout(found.topics, found.link));
+  return found && placeOf("panels", robotLayout(found.topics, found.link));
 }
 
 // Makes a link open the Overview: the layout of the last time or, if there is none or it is open already, that for the robot that runs.

@@ -262,7 +262,7 @@ ae.size)})`])];ne.map(([,ae])=>ae).join(`
 `)!==[...n.options].map(ae=>ae.textContent).join(`
 `)&&(N(n,ne.map(([ae,ye])=>i("option",{value:ae},ye))),n.value=U.name),A()},l.show);function R(j){_=j;let ne=_?` the whole bag (${ft(U.bag.size)})?`:"",ae=L?` s\
 election (${yt(L[1]-L[0])})`:ne;N(E,`Export${ae}`)}function I(){let{bag:j}=U,[ne,ae]=L??[j.begin,j.end],ye=[],xe=0,et=()=>N(E,`Exporting: ${ft(xe)}`);E.disabled=
-!0,S.hidden=!1,et();let je=ie=>{E.disabled=!1,S.hidden=!0,R(!1),l.show(ie),V()};S.onclick=()=>je("");let V=o.watch("bag_export",{name:j.name,format:T.value,topics:v.
+!0,S.hidden=!1,et();let je=ie=>{E.disabled=!1,S.hidden=!0,R(!1),l.show(ie),W()};S.onclick=()=>je("");let W=o.watch("bag_export",{name:j.name,format:T.value,topics:v.
 topics(),begin:ne,end:ae},ie=>{if(!ie.done){ye.push(ie),xe+=ie.byteLength,et();return}let ge=j.name.split("/").at(-1).replace(/\.(bag|mcap|bag\.active)$/,"");wt(
 `${ge}-part.${T.value==="bag"?"bag":"zip"}`,new Blob(ye),"application/octet-stream"),je("")},ie=>ie&&je(ie),{always:!0})}async function H(j){U.bag&&(Z=j-U.bag.begin,
 v.setMoment(j),await U.jump(j),U.error||(Z=null))}function z(j){let[ne,ae="0"]=j.trim().split(":").reverse(),ye=Number(ae)*60+Number(ne);j.trim()&&Number.isFinite(
@@ -295,43 +295,43 @@ r",{},i("td",{},g.name),i("td",{},m(g))))))}catch(w){N(u,i("p",{class:"error"},w
 target:g})=>p(w.name,g.value)},cm.map(g=>i("option",{value:g,selected:g===w.level.toLowerCase()},g)));async function p(w,g){await s.attempt(()=>t.act("set_logge\
 r_level",{name:a.value,logger:w,level:g}))||d()}n&&d()}var zs=1e5,$c=matchMedia("(max-width: 700px)"),xn=()=>$c.matches?40:22,um=/;(?=(?:levels|text|node|place)=)/,Si="A part of the text; -part excludes; /regular ex\
 pression/",xo=[[1,"Debug"],[2,"Info"],[4,"Warn"],[8,"Error"],[16,"Fatal"]],[js,vo,Ei,Jo,Ti,fm,Ec]=[0,1,2,3,4,5,6];function pm(e,t,o){let n=[],s=[],l=new Bs,r=0,
-a="",c=null,u=!1,d=[],m=new Set(xo.map(([V])=>V)),p=new Map(xo.map(([V])=>[V,i("input",{type:"checkbox",checked:!0,onchange:ie=>{ie.target.checked?m.add(V):m.delete(
-V),ee()}})])),w=i("input",{type:"search",placeholder:"Text",title:Si,"aria-label":"Filter by text","aria-keyshortcuts":"/",oninput:()=>ee()}),g=i("input",{type:"\
+a="",c=null,u=!1,d=[],m=new Set(xo.map(([W])=>W)),p=new Map(xo.map(([W])=>[W,i("input",{type:"checkbox",checked:!0,onchange:ie=>{ie.target.checked?m.add(W):m.delete(
+W),ee()}})])),w=i("input",{type:"search",placeholder:"Text",title:Si,"aria-label":"Filter by text","aria-keyshortcuts":"/",oninput:()=>ee()}),g=i("input",{type:"\
 search",placeholder:"Node",title:Si,"aria-label":"Filter by node",oninput:()=>ee()}),k=i("input",{type:"search",placeholder:"File or function",title:Si,"aria-la\
 bel":"Filter by place",size:14,oninput:()=>ee()}),x={text:w,node:g,place:k},T=i("input",{type:"checkbox",checked:!0,onchange:()=>{l.isFolding=T.checked,X()}}),E=i(
-"button",{"aria-pressed":"false",onclick:()=>v(!u)},"Pause"),S=i("input",{type:"file",hidden:!0,"aria-label":"Log file",accept:".jsonl",onchange:()=>L()});function v(V){
-u=V,E.setAttribute("aria-pressed",String(u)),N(E,u?"Resume":"Pause"),u||D(d.splice(0))}async function L(){try{let V=xc(await S.files[0].text());v(!0),n=V.slice(
--zs),r=0,X(),F.show()}catch(V){F.show(`${S.files[0].name} cannot be loaded: ${V.message}`)}S.value=""}let _=i("span",{class:"count pale"}),F=pe(),C=i("div",{class:"\
+"button",{"aria-pressed":"false",onclick:()=>v(!u)},"Pause"),S=i("input",{type:"file",hidden:!0,"aria-label":"Log file",accept:".jsonl",onchange:()=>L()});function v(W){
+u=W,E.setAttribute("aria-pressed",String(u)),N(E,u?"Resume":"Pause"),u||D(d.splice(0))}async function L(){try{let W=xc(await S.files[0].text());v(!0),n=W.slice(
+-zs),r=0,X(),F.show()}catch(W){F.show(`${S.files[0].name} cannot be loaded: ${W.message}`)}S.value=""}let _=i("span",{class:"count pale"}),F=pe(),C=i("div",{class:"\
 space"}),K=i("div",{class:"rows",role:"log","aria-live":"off"}),M=i("div",{class:"scroll log",tabindex:0,role:"group","aria-label":"Entries; up and down choose \
-one",onscroll:()=>Q(),onkeydown:V=>Te(V)},C,K),P=i("aside",{hidden:!0,tabindex:0,"aria-label":"Entry"});e.append(i("div",{class:"column"},he({title:"Console"},xo.
-map(([V,ie])=>i("label",{class:`level-${V}`},p.get(V),ie)),w,g,i("label",{title:"Show consecutive equal entries as one row"},T,"Fold"),i("button",{title:"Go to \
+one",onscroll:()=>Q(),onkeydown:W=>Te(W)},C,K),P=i("aside",{hidden:!0,tabindex:0,"aria-label":"Entry"});e.append(i("div",{class:"column"},he({title:"Console"},xo.
+map(([W,ie])=>i("label",{class:`level-${W}`},p.get(W),ie)),w,g,i("label",{title:"Show consecutive equal entries as one row"},T,"Fold"),i("button",{title:"Go to \
 the next error (e)",onclick:()=>ne()},"Next error"),i("span",{class:"spring"}),_,E,i("button",{onclick:()=>{n=[],r=0,X()}},"Clear"),k,i("button",{title:"Save th\
 e entries that pass the filters",onclick:()=>wt("log.jsonl",vc(s),"application/jsonl")},"Save"),i("button",{title:"Show the entries of a saved file",onclick:()=>S.
 click()},"Load"),S,i("button",{onclick:()=>et()},"Rules"),i("button",{onclick:()=>je()},"Logger levels")),F.element,M),P);let R=new WeakMap;o.onSource(()=>{n=[],
-r=0,X()});let[I,H,z]=[w,g,k].map(V=>Yo(V.value)),A=V=>m.has(V[js])&&H(V[vo])&&I(V[Ei])&&z(`${V[Ti]} ${V[Ec]}`);function D(V){n.push(...V);let ie=V.filter(A);s.push(
+r=0,X()});let[I,H,z]=[w,g,k].map(W=>Yo(W.value)),A=W=>m.has(W[js])&&H(W[vo])&&I(W[Ei])&&z(`${W[Ti]} ${W[Ec]}`);function D(W){n.push(...W);let ie=W.filter(A);s.push(
 ...ie),l.add(ie),n.length>zs*1.1&&(n=n.slice(-zs),s=n.filter(A),l.set(s));let ge=M.scrollTop+M.clientHeight>=M.scrollHeight-xn()*2;Z(),ge&&(M.scrollTop=M.scrollHeight)}
-function ee(){o.remember(oe(),{isReplacing:!0}),X()}function oe(){let V=m.size===xo.length?[]:[`levels=${xo.flatMap(([ge])=>m.has(ge)?[ge]:[]).join(",")}`],ie=Object.
-entries(x).filter(([,ge])=>ge.value).map(([ge,De])=>`${ge}=${De.value}`);return["",...V,...ie].join(";")}function q(V){let[ie,...ge]=V.split(um),De=Object.fromEntries(
+function ee(){o.remember(oe(),{isReplacing:!0}),X()}function oe(){let W=m.size===xo.length?[]:[`levels=${xo.flatMap(([ge])=>m.has(ge)?[ge]:[]).join(",")}`],ie=Object.
+entries(x).filter(([,ge])=>ge.value).map(([ge,De])=>`${ge}=${De.value}`);return["",...W,...ie].join(";")}function q(W){let[ie,...ge]=W.split(um),De=Object.fromEntries(
 ge.map($e=>[$e.slice(0,$e.indexOf("=")),$e.slice($e.indexOf("=")+1)]));for(let[$e,Je]of Object.entries(x))Je.value=De[$e]??"";for(let[$e,Je]of p)Je.checked=!("l\
-evels"in De)||De.levels.split(",").includes(String($e)),Je.checked?m.add($e):m.delete($e);X(),ie&&je(ie)}function X(){[I,H,z]=[w,g,k].map(V=>Yo(V.value)),s=n.filter(
-A),l.set(s),c&&(c=l.all.find(({first:V,entry:ie})=>c.entry===ie||c.first===V)??null),Z(),M.scrollTop=M.scrollHeight}function Z(){C.style.height=`${l.all.length*
-xn()}px`,N(_,`${s.length} of ${n.length}${r?`, ${r} lost`:""}`),Q()}function Q(){let V=Math.max(0,Math.floor(M.scrollTop/xn())-5),{all:ie}=l,ge=Math.min(ie.length,
-V+Math.ceil(M.clientHeight/xn())+10);K.style.transform=`translateY(${V*xn()}px)`;let De=ie.slice(V,ge).map(me);for(let $e of[...K.children])De.includes($e)||$e.
-remove();De.forEach(($e,Je)=>$e.classList.toggle("again",ie[V+Je].entry[vo]===ie[V+Je-1]?.entry[vo])),De.forEach(($e,Je)=>{K.children[Je]!==$e&&K.insertBefore($e,
-K.children[Je]??null)})}function me(V){let{entry:ie,count:ge}=V,De=R.get(V),$e=De?.row??i("div",{class:`entry level-${ie[js]}`,onclick:()=>{getSelection()?.isCollapsed&&
-ye(V)}},i("span",{class:"when"}),i("span",{class:"kind"},Tc(ie[js])),i("span",{class:"node"},ie[vo]),i("span",{class:"times"}),i("span",{class:"text mono"}));if(De?.
+evels"in De)||De.levels.split(",").includes(String($e)),Je.checked?m.add($e):m.delete($e);X(),ie&&je(ie)}function X(){[I,H,z]=[w,g,k].map(W=>Yo(W.value)),s=n.filter(
+A),l.set(s),c&&(c=l.all.find(({first:W,entry:ie})=>c.entry===ie||c.first===W)??null),Z(),M.scrollTop=M.scrollHeight}function Z(){C.style.height=`${l.all.length*
+xn()}px`,N(_,`${s.length} of ${n.length}${r?`, ${r} lost`:""}`),Q()}function Q(){let W=Math.max(0,Math.floor(M.scrollTop/xn())-5),{all:ie}=l,ge=Math.min(ie.length,
+W+Math.ceil(M.clientHeight/xn())+10);K.style.transform=`translateY(${W*xn()}px)`;let De=ie.slice(W,ge).map(me);for(let $e of[...K.children])De.includes($e)||$e.
+remove();De.forEach(($e,Je)=>$e.classList.toggle("again",ie[W+Je].entry[vo]===ie[W+Je-1]?.entry[vo])),De.forEach(($e,Je)=>{K.children[Je]!==$e&&K.insertBefore($e,
+K.children[Je]??null)})}function me(W){let{entry:ie,count:ge}=W,De=R.get(W),$e=De?.row??i("div",{class:`entry level-${ie[js]}`,onclick:()=>{getSelection()?.isCollapsed&&
+ye(W)}},i("span",{class:"when"}),i("span",{class:"kind"},Tc(ie[js])),i("span",{class:"node"},ie[vo]),i("span",{class:"times"}),i("span",{class:"text mono"}));if(De?.
 entry!==ie){let[Je,,,Nt,qe]=$e.children;Je.textContent=$i(ie[Jo]),Nt.textContent=ge>1?`\xD7${ge}`:"",qe.textContent=ie[Ei].replaceAll(`
-`," \u23CE "),R.set(V,{row:$e,entry:ie})}return $e.classList.toggle("selected",V===c),$e}function Te(V){if(V.key==="Escape"&&c){ae();return}if(V.key==="e"){ne();
-return}let ie={ArrowDown:1,ArrowUp:-1}[V.key];if(!ie||!l.all.length)return;V.preventDefault();let ge=c?l.all.indexOf(c)+ie:Math.floor((M.scrollTop+M.clientHeight)/
-xn())-1;j(Math.min(l.all.length-1,Math.max(0,ge)))}function j(V){M.scrollTop=Math.min(V*xn(),Math.max(M.scrollTop,(V+1)*xn()-M.clientHeight)),ye(l.all[V])}function ne(){
-let V=l.nextError(c?l.all.indexOf(c):-1);V>=0?j(V):N(_,"no errors")}function ae(){c=null,P.hidden=!0,Q()}function ye(V){c=V;let{entry:ie}=V;P.hidden=!1,Q(),N(P,
+`," \u23CE "),R.set(W,{row:$e,entry:ie})}return $e.classList.toggle("selected",W===c),$e}function Te(W){if(W.key==="Escape"&&c){ae();return}if(W.key==="e"){ne();
+return}let ie={ArrowDown:1,ArrowUp:-1}[W.key];if(!ie||!l.all.length)return;W.preventDefault();let ge=c?l.all.indexOf(c)+ie:Math.floor((M.scrollTop+M.clientHeight)/
+xn())-1;j(Math.min(l.all.length-1,Math.max(0,ge)))}function j(W){M.scrollTop=Math.min(W*xn(),Math.max(M.scrollTop,(W+1)*xn()-M.clientHeight)),ye(l.all[W])}function ne(){
+let W=l.nextError(c?l.all.indexOf(c):-1);W>=0?j(W):N(_,"no errors")}function ae(){c=null,P.hidden=!0,Q()}function ye(W){c=W;let{entry:ie}=W;P.hidden=!1,Q(),N(P,
 Ue(ie[vo],()=>ae()),i("dl",{},Object.entries({Level:Tc(ie[js]),Time:`${$i(ie[Jo])} (${ie[Jo]})`,Place:ie[Ti]?`${ie[Ti]}:${ie[fm]}`:"\u2013",Function:ie[Ec]||"\u2013"}).
-map(([ge,De])=>[i("dt",{},ge),i("dd",{},De)])),V.count>1?i("p",{class:"key"},`The newest of ${V.count} entries since ${$i(V.first[Jo])}. Without Fold, each has \
-a row.`):null,i("p",{class:"moment"},xe(ie[Jo])),i("h3",{},"Text"),i("pre",{class:"mono whole"},ie[Ei]))}function xe(V){let ie=U.canShow(V),ge=()=>{U.canShow(V)&&
-U.jump(V)};return["This moment in ",i("a",{href:ve("plot",`at:${V}`),onclick:()=>{U.bag&&ge()}},"Plot"),ie?[", ",i("a",{href:ve("scene"),onclick:ge},"Scene"),",\
- ",i("button",{class:"plain link",onclick:ge},"all views")]:null]}function et(){ae(),P.hidden=!1,gc(P,o,oe,V=>{q(V),ee()},()=>{P.hidden=!0})}function je(V=""){P.
-hidden=!1;let ie=[...new Set(n.map(ge=>ge[vo]))];Sc(P,o,ie,V,F,()=>{P.hidden=!0})}return o.watch("console",{},V=>{r+=V.lost,V.error!==a&&F.show(a=V.error),V.history&&
-!n.length&&D(V.history),u?d=d.concat(V.entries).slice(-zs):D(V.entries)},F.show,{always:!0}),$c.addEventListener("change",()=>Z(),{signal:o.signal}),new ResizeObserver(
+map(([ge,De])=>[i("dt",{},ge),i("dd",{},De)])),W.count>1?i("p",{class:"key"},`The newest of ${W.count} entries since ${$i(W.first[Jo])}. Without Fold, each has \
+a row.`):null,i("p",{class:"moment"},xe(ie[Jo])),i("h3",{},"Text"),i("pre",{class:"mono whole"},ie[Ei]))}function xe(W){let ie=U.canShow(W),ge=()=>{U.canShow(W)&&
+U.jump(W)};return["This moment in ",i("a",{href:ve("plot",`at:${W}`),onclick:()=>{U.bag&&ge()}},"Plot"),ie?[", ",i("a",{href:ve("scene"),onclick:ge},"Scene"),",\
+ ",i("button",{class:"plain link",onclick:ge},"all views")]:null]}function et(){ae(),P.hidden=!1,gc(P,o,oe,W=>{q(W),ee()},()=>{P.hidden=!0})}function je(W=""){P.
+hidden=!1;let ie=[...new Set(n.map(ge=>ge[vo]))];Sc(P,o,ie,W,F,()=>{P.hidden=!0})}return o.watch("console",{},W=>{r+=W.lost,W.error!==a&&F.show(a=W.error),W.history&&
+!n.length&&D(W.history),u?d=d.concat(W.entries).slice(-zs):D(W.entries)},F.show,{always:!0}),$c.addEventListener("change",()=>Z(),{signal:o.signal}),new ResizeObserver(
 ()=>Q()).observe(M),t&&q(t),{go:q}}var Tc=e=>xo.find(([t])=>t===e)?.[1]??String(e),dm=new Intl.DateTimeFormat("en-GB",{hour:"2-digit",minute:"2-digit",second:"2\
 -digit",fractionalSecondDigits:3}),hm=1e8,$i=e=>e<hm?`${e.toFixed(3)} s`:dm.format(e*1e3);var Mi={};Ye(Mi,{open:()=>ym});function Hs(e,t){let o=new Set;return e.addEventListener("click",n=>{let s=n.target instanceof Element?n.target.closest("button"):null;s&&t(s.dataset.name)}),e.
 addEventListener("toggle",({target:{open:n,dataset:s}})=>{s.path&&o[n?"delete":"add"](s.path)},{capture:!0}),()=>{for(let n of e.querySelectorAll("details[data-\
@@ -760,17 +760,17 @@ if(e.length>1){let a=null;for(let c=0,u=1/0;c<e.length;c++)if(t[c]!==void 0){if(
 function Tw(e){e=e||rs;let t=Ee(e.size,[.6,Pe,1]),o=e.align||0,n=e.gap||0,s=e.radius;s=s==null?[0,0]:typeof s=="number"?[s,0]:s;let l=we(s),r=1-t[0],a=Ee(t[1],Pe),
 c=Ee(t[2],1),u=Ee(e.disp,rs),d=Ee(e.each,w=>{}),{fill:m,stroke:p}=u;return(w,g,k,x)=>Hn(w,g,(T,E,S,v,L,_,F,C,K,M,P)=>{let R=T.pxRound,I=o,H=n*Me,z=a*Me,A=c*Me,D,
 ee;v.ori==0?[D,ee]=l(w,g):[ee,D]=l(w,g);let oe=v.dir*(v.ori==0?1:-1),q=v.ori==0?hl:Er,X=v.ori==0?d:(te,Ae,He,Un,En,Qt,Tn)=>{d(te,Ae,He,En,Un,Tn,Qt)},Z=Ee(w.bands,
-br).find(te=>te.series[0]==g),Q=Z!=null?Z.dir:0,me=T.fillTo(w,g,T.min,T.max,Q),Te=R(F(me,L,P,K)),j,ne,ae,ye=M,xe=R(T.width*Me),et=!1,je=null,V=null,ie=null,ge=null;
-m!=null&&(xe==0||p!=null)&&(et=!0,je=m.values(w,g,k,x),V=new Map,new Set(je).forEach(te=>{te!=null&&V.set(te,new Path2D)}),xe>0&&(ie=p.values(w,g,k,x),ge=new Map,
+br).find(te=>te.series[0]==g),Q=Z!=null?Z.dir:0,me=T.fillTo(w,g,T.min,T.max,Q),Te=R(F(me,L,P,K)),j,ne,ae,ye=M,xe=R(T.width*Me),et=!1,je=null,W=null,ie=null,ge=null;
+m!=null&&(xe==0||p!=null)&&(et=!0,je=m.values(w,g,k,x),W=new Map,new Set(je).forEach(te=>{te!=null&&W.set(te,new Path2D)}),xe>0&&(ie=p.values(w,g,k,x),ge=new Map,
 new Set(ie).forEach(te=>{te!=null&&ge.set(te,new Path2D)})));let{x0:De,size:$e}=u;if(De!=null&&$e!=null){I=1,E=De.values(w,g,k,x),De.unit==2&&(E=E.map(He=>w.posToVal(
 C+He*M,v.key,!0)));let te=$e.values(w,g,k,x);$e.unit==2?ne=te[0]*M:ne=_(te[0],v,M,C)-_(0,v,M,C),ye=af(E,S,_,v,M,C,ye),ae=ye-ne+H}else ye=af(E,S,_,v,M,C,ye),ae=ye*
 r+H,ne=ye-ae;ae<1&&(ae=0),xe>=ne/2&&(xe=0),ae<5&&(R=bf);let Je=ae>0,Nt=ye-ae-(Je?xe:0);ne=R(lr(Nt,A,z)),j=(I==0?ne/2:I==oe?0:ne)-I*oe*((I==0?H/2:0)+(Je?xe/2:0));
 let qe={stroke:null,fill:null,clip:null,band:null,gaps:null,flags:0},Zt=et?null:new Path2D,Pt=null;if(Z!=null)Pt=w.data[Z.series[1]];else{let{y0:te,y1:Ae}=u;te!=
-null&&Ae!=null&&(S=Ae.values(w,g,k,x),Pt=te.values(w,g,k,x))}let W=D*ne,J=ee*ne;for(let te=oe==1?k:x;te>=k&&te<=x;te+=oe){let Ae=S[te];if(Ae==null)continue;if(Pt!=
+null&&Ae!=null&&(S=Ae.values(w,g,k,x),Pt=te.values(w,g,k,x))}let G=D*ne,J=ee*ne;for(let te=oe==1?k:x;te>=k&&te<=x;te+=oe){let Ae=S[te];if(Ae==null)continue;if(Pt!=
 null){let St=Pt[te]??0;if(Ae-St==0)continue;Te=F(St,L,P,K)}let He=v.distr!=2||u!=null?E[te]:te,Un=_(He,v,M,C),En=F(Ee(Ae,me),L,P,K),Qt=R(Un-j),Tn=R(xt(En,Te)),$t=R(
-Jt(En,Te)),Rt=Tn-$t;if(Ae!=null){let St=Ae<0?J:W,Vt=Ae<0?W:J;et?(xe>0&&ie[te]!=null&&q(ge.get(ie[te]),Qt,$t+Ot(xe/2),ne,xt(0,Rt-xe),St,Vt),je[te]!=null&&q(V.get(
+Jt(En,Te)),Rt=Tn-$t;if(Ae!=null){let St=Ae<0?J:G,Vt=Ae<0?G:J;et?(xe>0&&ie[te]!=null&&q(ge.get(ie[te]),Qt,$t+Ot(xe/2),ne,xt(0,Rt-xe),St,Vt),je[te]!=null&&q(W.get(
 je[te]),Qt,$t+Ot(xe/2),ne,xt(0,Rt-xe),St,Vt)):q(Zt,Qt,$t+Ot(xe/2),ne,xt(0,Rt-xe),St,Vt),X(w,g,te,Qt-xe/2,$t,ne+xe,Rt)}}return xe>0?qe.stroke=et?ge:Zt:et||(qe._fill=
-T.width==0?T._fill:T._stroke??T._fill,qe.width=0),qe.fill=et?V:Zt,qe})}function $w(e,t){let o=Ee(t?.alignGaps,0);return(n,s,l,r)=>Hn(n,s,(a,c,u,d,m,p,w,g,k,x,T)=>{
+T.width==0?T._fill:T._stroke??T._fill,qe.width=0),qe.fill=et?W:Zt,qe})}function $w(e,t){let o=Ee(t?.alignGaps,0);return(n,s,l,r)=>Hn(n,s,(a,c,u,d,m,p,w,g,k,x,T)=>{
 [l,r]=rl(u,l,r);let E=a.pxRound,S=D=>E(p(D,d,x,g)),v=D=>E(w(D,m,T,k)),L,_,F;d.ori==0?(L=pl,F=Co,_=Vf):(L=dl,F=No,_=Gf);let C=d.dir*(d.ori==0?1:-1),K=S(c[C==1?l:
 r]),M=K,P=[],R=[];for(let D=C==1?l:r;D>=l&&D<=r;D+=C)if(u[D]!=null){let oe=c[D],q=S(oe);P.push(M=q),R.push(v(u[D]))}let I={stroke:e(P,R,L,F,_,E),fill:null,clip:null,
 band:null,gaps:null,flags:_o},H=I.stroke,[z,A]=kr(n,s);if(a.fill!=null||z!=0){let D=I.fill=new Path2D(H),ee=a.fillTo(n,s,a.min,a.max,z),oe=v(ee);F(D,M,oe),F(D,K,
@@ -794,29 +794,29 @@ we(f.fill||null),f.dir=Ee(f.dir,-1)});let _=s==2?E[1].facets[0].scale:E[0].scale
 let h=f.distr==3?b=>fn(b>0?b:f.clamp(n,b,f.min,f.max,f.key)):f.distr==4?b=>Ji(b,f.asinh):f.distr==100?b=>f.fwd(b):b=>b;return b=>{let y=h(b),{_min:$,_max:O}=f,B=O-
 $;return(y-$)/B}}function M(f){let h=v[f];if(h==null){let b=(e.scales||rs)[f]||rs;if(b.from!=null){M(b.from);let y=Xe({},v[b.from],b,{key:f});y.valToPct=K(y),v[f]=
 y}else{h=v[f]=Xe({},f==_?Bf:yw,b),h.key=f;let y=h.time,$=h.range,O=kn($);if((f!=_||s==2&&!y)&&(O&&($[0]==null||$[1]==null)&&($={min:$[0]==null?Fu:{mode:1,hard:$[0],
-soft:$[0]},max:$[1]==null?Fu:{mode:1,hard:$[1],soft:$[1]}},O=!1),!O&&ul($))){let B=$;$=(G,Y,se)=>Y==null?Mo:ll(Y,se,B)}h.range=we($||(y?Cw:f==_?h.distr==3?Pw:h.
+soft:$[0]},max:$[1]==null?Fu:{mode:1,hard:$[1],soft:$[1]}},O=!1),!O&&ul($))){let B=$;$=(V,Y,se)=>Y==null?Mo:ll(Y,se,B)}h.range=we($||(y?Cw:f==_?h.distr==3?Pw:h.
 distr==4?Rw:Yf:h.distr==3?Xf:h.distr==4?Jf:Nw)),h.auto=we(O?!1:h.auto),h.clamp=we(h.clamp||ww),h._min=h._max=null,h.valToPct=K(h)}}}M("x"),M("y"),s==1&&E.forEach(
 f=>{M(f.scale)}),S.forEach(f=>{M(f.scale)});for(let f in e.scales)M(f);let P=v[_],R=P.distr,I,H;P.ori==0?(_t(u,Gg),I=l,H=r):(_t(u,Ug),I=r,H=l);let z={};for(let f in v){
 let h=v[f];(h.min!=null||h.max!=null)&&(z[f]={min:h.min,max:h.max},h.min=h.max=null)}let A=e.tzDate||(f=>new Date(Ze(f/T))),D=e.fmtDate||wr,ee=T==1?Gb(A):Kb(A),
 oe=Yu(A,Ku(T==1?Vb:qb,D)),q=Ju(A,Xu(Xb,D)),X=[],Z=n.legend=Xe({},Qb,e.legend),Q=n.cursor=Xe({},lw,{drag:{y:s==2}},e.cursor),me=Z.show,Te=Q.show,j=Z.markers;Z.idxs=
-X,j.width=we(j.width),j.dash=we(j.dash),j.stroke=we(j.stroke),j.fill=we(j.fill);let ne,ae,ye,xe=[],et=[],je,V=!1,ie={};if(Z.live){let f=E[1]?E[1].values:null;V=
-f!=null,je=V?f(n,1,0):{_:0};for(let h in je)ie[h]=pr}if(me)if(ne=Yt("table",nb,u),ye=Yt("tbody",null,ne),Z.mount(n,ne),V){ae=Yt("thead",null,ne,ye);let f=Yt("tr",
+X,j.width=we(j.width),j.dash=we(j.dash),j.stroke=we(j.stroke),j.fill=we(j.fill);let ne,ae,ye,xe=[],et=[],je,W=!1,ie={};if(Z.live){let f=E[1]?E[1].values:null;W=
+f!=null,je=W?f(n,1,0):{_:0};for(let h in je)ie[h]=pr}if(me)if(ne=Yt("table",nb,u),ye=Yt("tbody",null,ne),Z.mount(n,ne),W){ae=Yt("thead",null,ne,ye);let f=Yt("tr",
 null,ae);Yt("th",null,f);for(var ge in je)Yt("th",Tu,f).textContent=ge}else _t(ne,sb),Z.live&&_t(ne,ob);let De={show:!0},$e={show:!1};function Je(f,h){if(h==0&&
-(V||!Z.live||s==2))return Mo;let b=[],y=Yt("tr",lb,ye,ye.childNodes[h]);_t(y,f.class),f.show||_t(y,Bn);let $=Yt("th",null,y);if(j.show){let G=Ht(ib,$);if(h>0){let Y=j.
-width(n,h);Y&&(G.style.border=Y+"px "+j.dash(n,h)+" "+j.stroke(n,h)),G.style.background=j.fill(n,h)}}let O=Ht(Tu,$);f.label instanceof HTMLElement?O.appendChild(
-f.label):O.textContent=f.label,h>0&&(j.show||(O.style.color=f.width>0?j.stroke(n,h):j.fill(n,h)),qe("click",$,G=>{if(Q._lock)return;Ln(G);let Y=E.indexOf(f);if((G.
-ctrlKey||G.metaKey)!=Z.isolate){let se=E.some((le,re)=>re>0&&re!=Y&&le.show);E.forEach((le,re)=>{re>0&&tn(re,se?re==Y?De:$e:De,!0,Ke.setSeries)})}else tn(Y,{show:!f.
-show},!0,Ke.setSeries)},!1),Kn&&qe(Au,$,G=>{Q._lock||(Ln(G),tn(E.indexOf(f),io,!0,Ke.setSeries))},!1));for(var B in je){let G=Yt("td",rb,y);G.textContent="--",b.
-push(G)}return[y,b]}let Nt=new Map;function qe(f,h,b,y=!0){let $=Nt.get(h)||{},O=Q.bind[f](n,h,b,y);O&&(zn(f,h,$[f]=O),Nt.set(h,$))}function Zt(f,h,b){let y=Nt.
-get(h)||{};for(let $ in y)(f==null||$==f)&&(sr($,h,y[$]),delete y[$]);f==null&&Nt.delete(h)}let Pt=0,W=0,J=0,te=0,Ae=0,He=0,Un=Ae,En=He,Qt=J,Tn=te,$t=0,Rt=0,St=0,
+(W||!Z.live||s==2))return Mo;let b=[],y=Yt("tr",lb,ye,ye.childNodes[h]);_t(y,f.class),f.show||_t(y,Bn);let $=Yt("th",null,y);if(j.show){let V=Ht(ib,$);if(h>0){let Y=j.
+width(n,h);Y&&(V.style.border=Y+"px "+j.dash(n,h)+" "+j.stroke(n,h)),V.style.background=j.fill(n,h)}}let O=Ht(Tu,$);f.label instanceof HTMLElement?O.appendChild(
+f.label):O.textContent=f.label,h>0&&(j.show||(O.style.color=f.width>0?j.stroke(n,h):j.fill(n,h)),qe("click",$,V=>{if(Q._lock)return;Ln(V);let Y=E.indexOf(f);if((V.
+ctrlKey||V.metaKey)!=Z.isolate){let se=E.some((le,re)=>re>0&&re!=Y&&le.show);E.forEach((le,re)=>{re>0&&tn(re,se?re==Y?De:$e:De,!0,Ke.setSeries)})}else tn(Y,{show:!f.
+show},!0,Ke.setSeries)},!1),Kn&&qe(Au,$,V=>{Q._lock||(Ln(V),tn(E.indexOf(f),io,!0,Ke.setSeries))},!1));for(var B in je){let V=Yt("td",rb,y);V.textContent="--",b.
+push(V)}return[y,b]}let Nt=new Map;function qe(f,h,b,y=!0){let $=Nt.get(h)||{},O=Q.bind[f](n,h,b,y);O&&(zn(f,h,$[f]=O),Nt.set(h,$))}function Zt(f,h,b){let y=Nt.
+get(h)||{};for(let $ in y)(f==null||$==f)&&(sr($,h,y[$]),delete y[$]);f==null&&Nt.delete(h)}let Pt=0,G=0,J=0,te=0,Ae=0,He=0,Un=Ae,En=He,Qt=J,Tn=te,$t=0,Rt=0,St=0,
 Vt=0;n.bbox={};let $l=!1,ms=!1,qn=!1,$n=!1,gs=!1,Dt=!1;function Ll(f,h,b){(b||f!=n.width||h!=n.height)&&Wr(f,h),Qn(!1),qn=!0,ms=!0,eo()}function Wr(f,h){n.width=
-Pt=J=f,n.height=W=te=h,Ae=He=0,Zp(),Qp();let b=n.bbox;$t=b.left=In(Ae*Me,.5),Rt=b.top=In(He*Me,.5),St=b.width=In(J*Me,.5),Vt=b.height=In(te*Me,.5)}let Yp=3;function Xp(){
+Pt=J=f,n.height=G=te=h,Ae=He=0,Zp(),Qp();let b=n.bbox;$t=b.left=In(Ae*Me,.5),Rt=b.top=In(He*Me,.5),St=b.width=In(J*Me,.5),Vt=b.height=In(te*Me,.5)}let Yp=3;function Xp(){
 let f=!1,h=0;for(;!f;){h++;let b=ad(h),y=cd(h);f=h==Yp||b&&y,f||(Wr(n.width,n.height),ms=!0)}}function Jp({width:f,height:h}){Ll(f,h)}n.setSize=Jp;function Zp(){
-let f=!1,h=!1,b=!1,y=!1;S.forEach(($,O)=>{if($.show&&$._show){let{side:B,_size:G}=$,Y=B%2,se=$.label!=null?$.labelSize:0,le=G+se;le>0&&(Y?(J-=le,B==3?(Ae+=le,y=
+let f=!1,h=!1,b=!1,y=!1;S.forEach(($,O)=>{if($.show&&$._show){let{side:B,_size:V}=$,Y=B%2,se=$.label!=null?$.labelSize:0,le=V+se;le>0&&(Y?(J-=le,B==3?(Ae+=le,y=
 !0):b=!0):(te-=le,B==0?(He+=le,f=!0):h=!0))}}),Mn[0]=f,Mn[1]=b,Mn[2]=h,Mn[3]=y,J-=dn[1]+dn[3],Ae+=dn[3],te-=dn[2]+dn[0],He+=dn[0]}function Qp(){let f=Ae+J,h=He+
 te,b=Ae,y=He;function $(O,B){switch(O){case 1:return f+=B,f-B;case 2:return h+=B,h-B;case 3:return b-=B,b+B;case 0:return y-=B,y+B}}S.forEach((O,B)=>{if(O.show&&
-O._show){let G=O.side;O._pos=$(G,O._size),O.label!=null&&(O._lpos=$(G,O.labelSize))}})}if(Q.dataIdx==null){let f=Q.hover,h=f.skip=new Set(f.skip??[]);h.add(void 0);
-let b=f.prox=we(f.prox),y=f.bias??=0;Q.dataIdx=($,O,B,G)=>{if(O==0)return B;let Y=B,se=b($,O,B,G)??Pe,le=se>=0&&se<Pe,re=P.ori==0?J:te,de=Q.left,Le=t[0],ke=t[O];
+O._show){let V=O.side;O._pos=$(V,O._size),O.label!=null&&(O._lpos=$(V,O.labelSize))}})}if(Q.dataIdx==null){let f=Q.hover,h=f.skip=new Set(f.skip??[]);h.add(void 0);
+let b=f.prox=we(f.prox),y=f.bias??=0;Q.dataIdx=($,O,B,V)=>{if(O==0)return B;let Y=B,se=b($,O,B,V)??Pe,le=se>=0&&se<Pe,re=P.ori==0?J:te,de=Q.left,Le=t[0],ke=t[O];
 if(h.has(ke[B])){Y=null;let be=null,fe=null,ce;if(y==0||y==-1)for(ce=B;be==null&&ce-- >0;)h.has(ke[ce])||(be=ce);if(y==0||y==1)for(ce=B;fe==null&&ce++<ke.length;)
 h.has(ke[ce])||(fe=ce);if(be!=null||fe!=null)if(le){let Be=be==null?-1/0:I(Le[be],P,re,0),Ve=fe==null?1/0:I(Le[fe],P,re,0),it=de-Be,Ce=Ve-de;it<=Ce?it<=se&&(Y=be):
 Ce<=se&&(Y=fe)}else Y=fe==null?be:be==null?fe:B-be<=fe-B?be:fe}else le&&Qe(de-I(Le[B],P,re,0))>se&&(Y=null);return Y}}let Ln=f=>{Q.event=f};Q.idxs=X,Q._lock=!1;
@@ -835,7 +835,7 @@ kn(f.incrs)&&f.incrs.forEach(B=>{!Sn.has(B)&&Sn.set(B,vf(B))}),f.incrs=we(f.incr
 3?ir:y.distr==4?uw:cw)),f.stroke=we(f.stroke),f.grid.stroke=we(f.grid.stroke),f.ticks.stroke=we(f.ticks.stroke),f.border.stroke=we(f.border.stroke);let O=f.values;
 f.values=kn(O)&&!kn(O[0])?we(O):$?kn(O)?Yu(A,Ku(O,D)):Vu(O)?Yb(A,O):O||oe:O||aw,f.filter=we(f.filter||(y.distr>=3&&y.log==10?dw:y.distr==3&&y.log==2?hw:wf)),f.font=
 ff(f.font),f.labelFont=ff(f.labelFont),f._size=f.size(n,null,h,0),f._space=f._rotate=f._incrs=f._found=f._splits=f._values=null,f._size>0&&(Mn[h]=!0,f._el=Ht(Jg,
-p))}}function Do(f,h,b,y){let[$,O,B,G]=b,Y=h%2,se=0;return Y==0&&(G||O)&&(se=h==0&&!$||h==2&&!B?Ze(Zu.size/3):0),Y==1&&($||B)&&(se=h==1&&!O||h==3&&!G?Ze(tf.size/
+p))}}function Do(f,h,b,y){let[$,O,B,V]=b,Y=h%2,se=0;return Y==0&&(V||O)&&(se=h==0&&!$||h==2&&!B?Ze(Zu.size/3):0),Y==1&&($||B)&&(se=h==1&&!O||h==3&&!V?Ze(tf.size/
 2):0),se}let Ur=n.padding=(e.padding||[Do,Do,Do,Do]).map(f=>we(Ee(f,Do))),dn=n._padding=Ur.map((f,h)=>f(n,h,Mn,0)),ct,tt=null,nt=null,bs=s==1?E[0].idxs:null,Gt=null,
 Io=!1;function qr(f,h){if(t=f??[],n.data=n._data=t,s==2){ct=0;for(let b=1;b<E.length;b++)ct+=t[b][0].length}else{t.length==0&&(n.data=n._data=t=[[]]),Gt=t[0],ct=
 Gt.length;let b=t;if(R==2){b=t.slice();let y=b[0]=Array(ct);for(let $=0;$<ct;$++)y[$]=$}n._data=t=b}if(Qn(!0),lt("setData"),R==2&&(qn=!0),h!==!1){let b=P;b.auto(
@@ -844,13 +844,13 @@ n,Io)?Ml():mn(_,b.min,b.max),$n=$n||Q.left>=0,Dt=!0,eo()}}n.setData=qr;function 
 _,f,h)}let ws,Zn,Al,_l,Ol,Cl,Nl,Pl,Rl,Et;function Kr(f,h,b,y,$,O){f??=Lu,b??=br,y??="butt",$??=Lu,O??="round",f!=ws&&(m.strokeStyle=ws=f),$!=Zn&&(m.fillStyle=Zn=
 $),h!=Al&&(m.lineWidth=Al=h),O!=Ol&&(m.lineJoin=Ol=O),y!=Cl&&(m.lineCap=Cl=y),b!=_l&&m.setLineDash(_l=b)}function Yr(f,h,b,y){h!=Zn&&(m.fillStyle=Zn=h),f!=Nl&&(m.
 font=Nl=f),b!=Pl&&(m.textAlign=Pl=b),y!=Rl&&(m.textBaseline=Rl=y)}function Dl(f,h,b,y,$=0){if(y.length>0&&f.auto(n,Io)&&(h==null||h.min==null)){let O=Ee(tt,0),B=Ee(
-nt,y.length-1),G=b.min==null?db(y,O,B,$,f.distr==3):[b.min,b.max];f.min=Jt(f.min,b.min=G[0]),f.max=xt(f.max,b.max=G[1])}}let Xr={min:null,max:null};function od(){
+nt,y.length-1),V=b.min==null?db(y,O,B,$,f.distr==3):[b.min,b.max];f.min=Jt(f.min,b.min=V[0]),f.max=xt(f.max,b.max=V[1])}}let Xr={min:null,max:null};function od(){
 for(let y in v){let $=v[y];z[y]==null&&($.min==null||z[_]!=null&&$.auto(n,Io))&&(z[y]=Xr)}for(let y in v){let $=v[y];z[y]==null&&$.from!=null&&z[$.from]!=null&&
 (z[y]=Xr)}z[_]!=null&&Qn(!0);let f={};for(let y in z){let $=z[y];if($!=null){let O=f[y]=Ao(v[y],kb);if($.min!=null)Xe(O,$);else if(y!=_||s==2)if(ct==0&&O.from==
-null){let B=O.range(n,null,null,y);O.min=B[0],O.max=B[1]}else O.min=Pe,O.max=-Pe}}if(ct>0){E.forEach((y,$)=>{if(s==1){let O=y.scale,B=z[O];if(B==null)return;let G=f[O];
-if($==0){let Y=G.range(n,G.min,G.max,O);G.min=Y[0],G.max=Y[1],tt=Xt(G.min,t[0]),nt=Xt(G.max,t[0]),nt-tt>1&&(t[0][tt]<G.min&&tt++,t[0][nt]>G.max&&nt--),y.min=Gt[tt],
-y.max=Gt[nt]}else y.show&&y.auto&&Dl(G,B,y,t[$],y.sorted);y.idxs[0]=tt,y.idxs[1]=nt}else if($>0&&y.show&&y.auto){let[O,B]=y.facets,G=O.scale,Y=B.scale,[se,le]=t[$],
-re=f[G],de=f[Y];re!=null&&Dl(re,z[G],O,se,O.sorted),de!=null&&Dl(de,z[Y],B,le,B.sorted),y.min=B.min,y.max=B.max}});for(let y in f){let $=f[y],O=z[y];if($.from==
+null){let B=O.range(n,null,null,y);O.min=B[0],O.max=B[1]}else O.min=Pe,O.max=-Pe}}if(ct>0){E.forEach((y,$)=>{if(s==1){let O=y.scale,B=z[O];if(B==null)return;let V=f[O];
+if($==0){let Y=V.range(n,V.min,V.max,O);V.min=Y[0],V.max=Y[1],tt=Xt(V.min,t[0]),nt=Xt(V.max,t[0]),nt-tt>1&&(t[0][tt]<V.min&&tt++,t[0][nt]>V.max&&nt--),y.min=Gt[tt],
+y.max=Gt[nt]}else y.show&&y.auto&&Dl(V,B,y,t[$],y.sorted);y.idxs[0]=tt,y.idxs[1]=nt}else if($>0&&y.show&&y.auto){let[O,B]=y.facets,V=O.scale,Y=B.scale,[se,le]=t[$],
+re=f[V],de=f[Y];re!=null&&Dl(re,z[V],O,se,O.sorted),de!=null&&Dl(de,z[Y],B,le,B.sorted),y.min=B.min,y.max=B.max}});for(let y in f){let $=f[y],O=z[y];if($.from==
 null&&(O==null||O.min==null)){let B=$.range(n,$.min==Pe?null:$.min,$.max==-Pe?null:$.max,y);$.min=B[0],$.max=B[1]}}}for(let y in f){let $=f[y];if($.from!=null){
 let O=f[$.from];if(O.min==null)$.min=$.max=null;else{let B=$.range(n,O.min,O.max,y);$.min=B[0],$.max=B[1]}}}let h={},b=!1;for(let y in f){let $=f[y],O=v[y];if(O.
 min!=$.min||O.max!=$.max){O.min=$.min,O.max=$.max;let B=O.distr;O._min=B==3?fn(O.min):B==4?Ji(O.min,O.asinh):B==100?O.fwd(O.min):O.min,O._max=B==3?fn(O.max):B==
@@ -861,26 +861,26 @@ b,!1),Jr(b,!0),h._paths==null)){let y=Et;Et!=h.alpha&&(m.globalAlpha=Et=h.alpha)
 (m.globalAlpha=Et=y)}}),E.forEach((h,b)=>{if(b>0&&h.show){let y=Et;Et!=h.alpha&&(m.globalAlpha=Et=h.alpha),h._paths!=null&&Zr(b,!1);{let $=h._paths!=null?h._paths.
 gaps:null,O=h.points.show(n,b,tt,nt,$),B=h.points.filter(n,b,O,$);(O||B)&&(h.points._paths=h.points.paths(n,b,tt,nt,B),Zr(b,!0))}Et!=y&&(m.globalAlpha=Et=y),lt(
 "drawSeries",b)}}),f&&(m.globalAlpha=Et=1)}}function Jr(f,h){let b=h?E[f].points:E[f];b._stroke=b.stroke(n,f),b._fill=b.fill(n,f)}function Zr(f,h){let b=h?E[f].
-points:E[f],{stroke:y,fill:$,clip:O,flags:B,_stroke:G=b._stroke,_fill:Y=b._fill,_width:se=b.width}=b._paths;se=Re(se*Me,3);let le=null,re=se%2/2;h&&Y==null&&(Y=
-se>0?"#fff":G);let de=b.pxAlign==1&&re>0;if(de&&m.translate(re,re),!h){let Le=$t-se/2,ke=Rt-se/2,be=St+se,fe=Vt+se;le=new Path2D,le.rect(Le,ke,be,fe)}h?Il(G,se,
-b.dash,b.cap,Y,y,$,B,O):id(f,G,se,b.dash,b.cap,Y,y,$,B,le,O),de&&m.translate(-re,-re)}function id(f,h,b,y,$,O,B,G,Y,se,le){let re=!1;Y!=0&&L.forEach((de,Le)=>{if(de.
+points:E[f],{stroke:y,fill:$,clip:O,flags:B,_stroke:V=b._stroke,_fill:Y=b._fill,_width:se=b.width}=b._paths;se=Re(se*Me,3);let le=null,re=se%2/2;h&&Y==null&&(Y=
+se>0?"#fff":V);let de=b.pxAlign==1&&re>0;if(de&&m.translate(re,re),!h){let Le=$t-se/2,ke=Rt-se/2,be=St+se,fe=Vt+se;le=new Path2D,le.rect(Le,ke,be,fe)}h?Il(V,se,
+b.dash,b.cap,Y,y,$,B,O):id(f,V,se,b.dash,b.cap,Y,y,$,B,le,O),de&&m.translate(-re,-re)}function id(f,h,b,y,$,O,B,V,Y,se,le){let re=!1;Y!=0&&L.forEach((de,Le)=>{if(de.
 series[0]==f){let ke=E[de.series[1]],be=t[de.series[1]],fe=(ke._paths||rs).band;kn(fe)&&(fe=de.dir==1?fe[0]:fe[1]);let ce,Be=null;ke.show&&fe&&mb(be,tt,nt)?(Be=
-de.fill(n,Le)||O,ce=ke._paths.clip):fe=null,Il(h,b,y,$,Be,B,G,Y,se,le,ce,fe),re=!0}}),re||Il(h,b,y,$,O,B,G,Y,se,le)}let Qr=_o|ar;function Il(f,h,b,y,$,O,B,G,Y,se,le,re){
-Kr(f,h,b,y,$),(Y||se||re)&&(m.save(),Y&&m.clip(Y),se&&m.clip(se)),re?(G&Qr)==Qr?(m.clip(re),le&&m.clip(le),vs($,B),ys(f,O,h)):G&ar?(vs($,B),m.clip(re),ys(f,O,h)):
-G&_o&&(m.save(),m.clip(re),le&&m.clip(le),vs($,B),m.restore(),ys(f,O,h)):(vs($,B),ys(f,O,h)),(Y||se||re)&&m.restore()}function ys(f,h,b){b>0&&(h instanceof Map?
+de.fill(n,Le)||O,ce=ke._paths.clip):fe=null,Il(h,b,y,$,Be,B,V,Y,se,le,ce,fe),re=!0}}),re||Il(h,b,y,$,O,B,V,Y,se,le)}let Qr=_o|ar;function Il(f,h,b,y,$,O,B,V,Y,se,le,re){
+Kr(f,h,b,y,$),(Y||se||re)&&(m.save(),Y&&m.clip(Y),se&&m.clip(se)),re?(V&Qr)==Qr?(m.clip(re),le&&m.clip(le),vs($,B),ys(f,O,h)):V&ar?(vs($,B),m.clip(re),ys(f,O,h)):
+V&_o&&(m.save(),m.clip(re),le&&m.clip(le),vs($,B),m.restore(),ys(f,O,h)):(vs($,B),ys(f,O,h)),(Y||se||re)&&m.restore()}function ys(f,h,b){b>0&&(h instanceof Map?
 h.forEach((y,$)=>{m.strokeStyle=ws=$,m.stroke(y)}):h!=null&&f&&m.stroke(h))}function vs(f,h){h instanceof Map?h.forEach((b,y)=>{m.fillStyle=Zn=y,m.fill(b)}):h!=
-null&&f&&m.fill(h)}function rd(f,h,b,y){let $=S[f],O;if(y<=0)O=[0,0];else{let B=$._space=$.space(n,f,h,b,y),G=$._incrs=$.incrs(n,f,h,b,y,B);O=Dw(h,b,G,y,B)}return $.
-_found=O}function Fl(f,h,b,y,$,O,B,G,Y,se){let le=B%2/2;k==1&&m.translate(le,le),Kr(G,B,Y,se,G),m.beginPath();let re,de,Le,ke,be=$+(y==0||y==3?-O:O);b==0?(de=$,
+null&&f&&m.fill(h)}function rd(f,h,b,y){let $=S[f],O;if(y<=0)O=[0,0];else{let B=$._space=$.space(n,f,h,b,y),V=$._incrs=$.incrs(n,f,h,b,y,B);O=Dw(h,b,V,y,B)}return $.
+_found=O}function Fl(f,h,b,y,$,O,B,V,Y,se){let le=B%2/2;k==1&&m.translate(le,le),Kr(V,B,Y,se,V),m.beginPath();let re,de,Le,ke,be=$+(y==0||y==3?-O:O);b==0?(de=$,
 ke=be):(re=$,Le=be);for(let fe=0;fe<f.length;fe++)h[fe]!=null&&(b==0?re=Le=f[fe]:de=ke=f[fe],m.moveTo(re,de),m.lineTo(Le,ke));m.stroke(),k==1&&m.translate(-le,-le)}
 function ad(f){let h=!0;return S.forEach((b,y)=>{if(!b.show)return;let $=v[b.scale];if($.min==null){b._show&&(h=!1,b._show=!1,Qn(!1));return}else b._show||(h=!1,
-b._show=!0,Qn(!1));let O=b.side,B=O%2,{min:G,max:Y}=$,[se,le]=rd(y,G,Y,B==0?J:te);if(le==0)return;let re=$.distr==2,de=b._splits=b.splits(n,y,G,Y,se,le,re),Le=$.
+b._show=!0,Qn(!1));let O=b.side,B=O%2,{min:V,max:Y}=$,[se,le]=rd(y,V,Y,B==0?J:te);if(le==0)return;let re=$.distr==2,de=b._splits=b.splits(n,y,V,Y,se,le,re),Le=$.
 distr==2?de.map(ce=>Gt[ce]):de,ke=$.distr==2?Gt[de[1]]-Gt[de[0]]:se,be=b._values=b.values(n,b.filter(n,Le,y,le,ke),y,le,ke);b._rotate=O==2?b.rotate(n,be,y,le):0;
 let fe=b._size;b._size=Wt(b.size(n,be,y,f)),fe!=null&&b._size!=fe&&(h=!1)}),h}function cd(f){let h=!0;return Ur.forEach((b,y)=>{let $=b(n,y,Mn,f);$!=dn[y]&&(h=!1),
-dn[y]=$}),h}function ud(){for(let f=0;f<S.length;f++){let h=S[f];if(!h.show||!h._show)continue;let b=h.side,y=b%2,$,O,B=h.stroke(n,f),G=b==0||b==3?-1:1,[Y,se]=h.
-_found;if(h.label!=null){let ht=h.labelGap*G,At=Ze((h._lpos+ht)*Me);Yr(h.labelFont[0],B,"center",b==2?"top":$u),m.save(),y==1?($=O=0,m.translate(At,Ze(Rt+Vt/2)),
+dn[y]=$}),h}function ud(){for(let f=0;f<S.length;f++){let h=S[f];if(!h.show||!h._show)continue;let b=h.side,y=b%2,$,O,B=h.stroke(n,f),V=b==0||b==3?-1:1,[Y,se]=h.
+_found;if(h.label!=null){let ht=h.labelGap*V,At=Ze((h._lpos+ht)*Me);Yr(h.labelFont[0],B,"center",b==2?"top":$u),m.save(),y==1?($=O=0,m.translate(At,Ze(Rt+Vt/2)),
 m.rotate((b==3?-ol:ol)/2)):($=Ze($t+St/2),O=At);let On=gf(h.label)?h.label(n,f,Y,se):h.label;m.fillText(On,$,O),m.restore()}if(se==0)continue;let le=v[h.scale],
 re=y==0?St:Vt,de=y==0?$t:Rt,Le=h._splits,ke=le.distr==2?Le.map(ht=>Gt[ht]):Le,be=le.distr==2?Gt[Le[1]]-Gt[Le[0]]:Y,fe=h.ticks,ce=h.border,Be=fe.show?fe.size:0,Ve=Ze(
-Be*Me),it=Ze((h.alignTo==2?h._size-Be-h.gap:h.gap)*Me),Ce=h._rotate*-ol/180,Ge=x(h._pos*Me),Lt=(Ve+it)*G,dt=Ge+Lt;O=y==0?dt:0,$=y==1?dt:0;let Ft=h.font[0],Ut=h.
+Be*Me),it=Ze((h.alignTo==2?h._size-Be-h.gap:h.gap)*Me),Ce=h._rotate*-ol/180,Ge=x(h._pos*Me),Lt=(Ve+it)*V,dt=Ge+Lt;O=y==0?dt:0,$=y==1?dt:0;let Ft=h.font[0],Ut=h.
 align==1?Eo:h.align==2?Ki:Ce>0?Eo:Ce<0?Ki:y==0?"center":b==3?Ki:Eo,on=Ce||y==1?"middle":b==2?"top":$u;Yr(Ft,B,Ut,on);let Mt=h.font[1]*h.lineGap,Bt=Le.map(ht=>x(
 a(ht,le,re,de))),qt=h._values;for(let ht=0;ht<qt.length;ht++){let At=qt[ht];if(At!=null){y==0?$=Bt[ht]:O=Bt[ht],At=""+At;let On=At.indexOf(`
 `)==-1?[At]:At.split(/\n/gm);for(let mt=0;mt<On.length;mt++){let wa=On[mt];Ce?(m.save(),m.translate($,O+mt*Mt),m.rotate(Ce),m.fillText(wa,0,0),m.restore()):m.fillText(
@@ -889,12 +889,12 @@ se,be),y,y==0?2:1,y==0?Rt:$t,y==0?Vt:St,Re(sn.width*Me,3),sn.stroke(n,f),sn.dash
 Me,3),ce.stroke(n,f),ce.dash,ce.cap)}lt("drawAxes")}function Qn(f){E.forEach((h,b)=>{b>0&&(h._paths=null,f&&(s==1?(h.min=null,h.max=null):h.facets.forEach(y=>{y.
 min=null,y.max=null})))})}let xs=!1,Bl=!1,Fo=[];function fd(){Bl=!1;for(let f=0;f<Fo.length;f++)lt(...Fo[f]);Fo.length=0}function eo(){xs||(Ab(ea),xs=!0)}function pd(f,h=!1){
 xs=!0,Bl=h,f(n),ea(),h&&Fo.length>0&&queueMicrotask(fd)}n.batch=pd;function ea(){if($l&&(od(),$l=!1),qn&&(Xp(),qn=!1),ms){if(ze(w,Eo,Ae),ze(w,"top",He),ze(w,os,
-J),ze(w,ss,te),ze(g,Eo,Ae),ze(g,"top",He),ze(g,os,J),ze(g,ss,te),ze(p,os,Pt),ze(p,ss,W),d.width=Ze(Pt*Me),d.height=Ze(W*Me),S.forEach(({_el:f,_show:h,_size:b,_pos:y,
+J),ze(w,ss,te),ze(g,Eo,Ae),ze(g,"top",He),ze(g,os,J),ze(g,ss,te),ze(p,os,Pt),ze(p,ss,G),d.width=Ze(Pt*Me),d.height=Ze(G*Me),S.forEach(({_el:f,_show:h,_size:b,_pos:y,
 side:$})=>{if(f!=null)if(h){let O=$===3||$===0?b:0,B=$%2==1;ze(f,B?"left":"top",y-O),ze(f,B?"width":"height",b),ze(f,B?"top":"left",B?He:Ae),ze(f,B?"height":"wi\
 dth",B?te:J),or(f,Bn)}else _t(f,Bn)}),ws=Zn=Al=Ol=Cl=Nl=Pl=Rl=_l=null,Et=1,jo(!0),Ae!=Un||He!=En||J!=Qt||te!=Tn){Qn(!1);let f=J/Qt,h=te/Tn;if(Te&&!$n&&Q.left>=0){
 Q.left*=f,Q.top*=h,to&&rn(to,Ze(Q.left),0,J,te),no&&rn(no,0,Ze(Q.top),J,te);for(let b=0;b<It.length;b++){let y=It[b];y!=null&&(Xn[b]*=f,Jn[b]*=h,rn(y,Wt(Xn[b]),
 Wt(Jn[b]),J,te))}}if(Fe.show&&!gs&&Fe.left>=0&&Fe.width>0){Fe.left*=f,Fe.width*=f,Fe.top*=h,Fe.height*=h;for(let b in Gl)ze(lo,b,Fe[b])}Un=Ae,En=He,Qt=J,Tn=te}lt(
-"setSize"),ms=!1}Pt>0&&W>0&&(m.clearRect(0,0,d.width,d.height),lt("drawClear"),C.forEach(f=>f()),lt("draw")),Fe.show&&gs&&(ks(Fe),gs=!1),Te&&$n&&(_n(null,!0,!1),
+"setSize"),ms=!1}Pt>0&&G>0&&(m.clearRect(0,0,d.width,d.height),lt("drawClear"),C.forEach(f=>f()),lt("draw")),Fe.show&&gs&&(ks(Fe),gs=!1),Te&&$n&&(_n(null,!0,!1),
 $n=!1),Z.show&&Z.live&&Dt&&(Wl(),Dt=!1),c||(c=!0,n.status=1,lt("ready")),Io=!1,xs=!1}n.redraw=(f,h)=>{qn=h||!1,f!==!1?mn(_,P.min,P.max):eo()};function zl(f,h){let b=v[f];
 if(b.from==null){if(ct==0){let y=b.range(n,h.min,h.max,f);h.min=y[0],h.max=y[1]}if(h.min>h.max){let y=h.min;h.min=h.max,h.max=y}if(ct>1&&h.min!=null&&h.max!=null&&
 h.max-h.min<1e-16)return;f==_&&b.distr==2&&ct>0&&(h.min=Xt(h.min,t[0]),h.max=Xt(h.max,t[0]),h.min==h.max&&h.max++),z[f]=h,$l=!0,eo()}}n.setScale=zl;let jl,Hl,to,
@@ -907,16 +907,16 @@ n,f,h)}n.setSeries=tn;function hd(f,h){Xe(L[f],h)}function md(f,h){f.fill=we(f.f
 L.length=0:L.splice(f,1)}n.addBand=md,n.setBand=hd,n.delBand=gd;function bd(f,h){E[f].alpha=h,Te&&It[f]!=null&&(It[f].style.opacity=h),me&&xe[f]&&(xe[f].style.opacity=
 h)}let an,gn,An,io={focus:!0};function wd(f){if(f!=An){let h=f==null,b=en.alpha!=1;E.forEach((y,$)=>{if(s==1||$>0){let O=h||$==0||$==f;y._focus=h?null:O,b&&bd($,
 O?1:en.alpha)}}),An=f,b&&eo()}}me&&Kn&&qe(_u,ne,f=>{Q._lock||(Ln(f),An!=null&&tn(null,io,!0,Ke.setSeries))});function nn(f,h,b){let y=v[h];b&&(f=f/Me-(y.ori==1?
-He:Ae));let $=J;y.ori==1&&($=te,f=$-f),y.dir==-1&&(f=$-f);let O=y._min,B=y._max,G=f/$,Y=O+(B-O)*G,se=y.distr;return se==3?Lo(10,Y):se==4?bb(Y,y.asinh):se==100?y.
+He:Ae));let $=J;y.ori==1&&($=te,f=$-f),y.dir==-1&&(f=$-f);let O=y._min,B=y._max,V=f/$,Y=O+(B-O)*V,se=y.distr;return se==3?Lo(10,Y):se==4?bb(Y,y.asinh):se==100?y.
 bwd(Y):Y}function yd(f,h){let b=nn(f,_,h);return Xt(b,t[0],tt,nt)}n.valToIdx=f=>Xt(f,t[0]),n.posToIdx=yd,n.posToVal=nn,n.valToPos=(f,h,b)=>v[h].ori==0?l(f,v[h],
 b?St:J,b?$t:0):r(f,v[h],b?Vt:te,b?Rt:0),n.setCursor=(f,h,b)=>{Ie=f.left,We=f.top,_n(null,h,b)};function la(f,h){ze(lo,Eo,Fe.left=f),ze(lo,os,Fe.width=h)}function ia(f,h){
-ze(lo,"top",Fe.top=f),ze(lo,ss,Fe.height=h)}let Bo=P.ori==0?la:ia,zo=P.ori==1?la:ia;function vd(){if(me&&Z.live)for(let f=s==2?1:0;f<E.length;f++){if(f==0&&V)continue;
+ze(lo,"top",Fe.top=f),ze(lo,ss,Fe.height=h)}let Bo=P.ori==0?la:ia,zo=P.ori==1?la:ia;function vd(){if(me&&Z.live)for(let f=s==2?1:0;f<E.length;f++){if(f==0&&W)continue;
 let h=Z.values[f],b=0;for(let y in h)et[f][b++].firstChild.nodeValue=h[y]}}function Wl(f,h){if(f!=null&&(f.idxs?f.idxs.forEach((b,y)=>{X[y]=b}):xb(f.idx)||X.fill(
-f.idx),Z.idx=X[0]),me&&Z.live){for(let b=0;b<E.length;b++)(b>0||s==1&&!V)&&xd(b,X[b]);vd()}Dt=!1,h!==!1&&lt("setLegend")}n.setLegend=Wl;function xd(f,h){let b=E[f],
-y=f==0&&R==2?Gt:t[f],$;V?$=b.values(n,f,h)??ie:($=b.value(n,h==null?null:y[h],f,h),$=$==null?ie:{_:$}),Z.values[f]=$}function _n(f,h,b){oa=Ie,sa=We,[Ie,We]=Q.move(
+f.idx),Z.idx=X[0]),me&&Z.live){for(let b=0;b<E.length;b++)(b>0||s==1&&!W)&&xd(b,X[b]);vd()}Dt=!1,h!==!1&&lt("setLegend")}n.setLegend=Wl;function xd(f,h){let b=E[f],
+y=f==0&&R==2?Gt:t[f],$;W?$=b.values(n,f,h)??ie:($=b.value(n,h==null?null:y[h],f,h),$=$==null?ie:{_:$}),Z.values[f]=$}function _n(f,h,b){oa=Ie,sa=We,[Ie,We]=Q.move(
 n,Ie,We),Q.left=Ie,Q.top=We,Te&&(to&&rn(to,Ze(Ie),0,J,te),no&&rn(no,0,Ze(We),J,te));let y,$=tt>nt;an=Pe,gn=null;let O=P.ori==0?J:te,B=P.ori==1?J:te;if(Ie<0||ct==
-0||$){y=Q.idx=null;for(let G=0;G<E.length;G++){let Y=It[G];Y!=null&&rn(Y,-10,-10,J,te)}Kn&&tn(null,io,!0,f==null&&Ke.setSeries),Z.live&&(X.fill(y),Dt=!0)}else{let G,
-Y,se;s==1&&(G=P.ori==0?Ie:We,Y=nn(G,_),y=Q.idx=Xt(Y,t[0],tt,nt),se=I(t[0][y],P,O,0));let le=-10,re=-10,de=0,Le=0,ke=!0,be="",fe="";for(let ce=s==2?1:0;ce<E.length;ce++){
+0||$){y=Q.idx=null;for(let V=0;V<E.length;V++){let Y=It[V];Y!=null&&rn(Y,-10,-10,J,te)}Kn&&tn(null,io,!0,f==null&&Ke.setSeries),Z.live&&(X.fill(y),Dt=!0)}else{let V,
+Y,se;s==1&&(V=P.ori==0?Ie:We,Y=nn(V,_),y=Q.idx=Xt(Y,t[0],tt,nt),se=I(t[0][y],P,O,0));let le=-10,re=-10,de=0,Le=0,ke=!0,be="",fe="";for(let ce=s==2?1:0;ce<E.length;ce++){
 let Be=E[ce],Ve=X[ce],it=Ve==null?null:s==1?t[ce][Ve]:t[ce][1][Ve],Ce=Q.dataIdx(n,ce,y,Y),Ge=Ce==null?null:s==1?t[ce][Ce]:t[ce][1][Ce];if(Dt=Dt||Ge!=it||Ce!=Ve,
 X[ce]=Ce,ce>0&&Be.show){let Lt=Ce==null?-10:Ce==y?se:I(s==1?t[0][Ce]:t[ce][0][Ce],P,O,0),dt=Ge==null?-10:H(Ge,s==1?v[Be.scale]:v[Be.facets[1].scale],B,0);if(Kn&&
 Ge!=null){let Ft=P.ori==1?Ie:We,Ut=Qe(en.dist(n,ce,Ce,dt,Ft));if(Ut<an){let on=en.bias;if(on!=0){let Mt=nn(Ft,Be.scale),Bt=Ge>=0?1:-1,qt=Mt>=0?1:-1;qt==Bt&&(qt==
@@ -924,27 +924,27 @@ Ge!=null){let Ft=P.ori==1?Ie:We,Ut=Qe(en.dist(n,ce,Ce,dt,Ft));if(Ut<an){let on=e
 On=pt.bbox;if(On!=null){At=!1;let mt=On(n,ce);Bt=mt.left,qt=mt.top,on=mt.width,Mt=mt.height}else Bt=Ft,qt=Ut,on=Mt=pt.size(n,ce);if(ht=pt.fill(n,ce),sn=pt.stroke(
 n,ce),Yn)ce==gn&&an<=en.prox&&(le=Bt,re=qt,de=on,Le=Mt,ke=At,be=ht,fe=sn);else{let mt=It[ce];mt!=null&&(Xn[ce]=Bt,Jn[ce]=qt,Iu(mt,on,Mt,At),Ru(mt,ht,sn),rn(mt,Wt(
 Bt),Wt(qt),J,te))}}}}if(Yn){let ce=en.prox,Be=An==null?an<=ce:an>ce||gn!=An;if(Dt||Be){let Ve=It[0];Ve!=null&&(Xn[0]=le,Jn[0]=re,Iu(Ve,de,Le,ke),Ru(Ve,be,fe),rn(
-Ve,Wt(le),Wt(re),J,te))}}}if(Fe.show&&hn)if(f!=null){let[G,Y]=Ke.scales,[se,le]=Ke.match,[re,de]=f.cursor.sync.scales,Le=f.cursor.drag;if(ot=Le._x,st=Le._y,ot||
-st){let{left:ke,top:be,width:fe,height:ce}=f.select,Be=f.scales[re].ori,Ve=f.posToVal,it,Ce,Ge,Lt,dt,Ft=G!=null&&se(G,re),Ut=Y!=null&&le(Y,de);Ft&&ot?(Be==0?(it=
-ke,Ce=fe):(it=be,Ce=ce),Ge=v[G],Lt=I(Ve(it,re),Ge,O,0),dt=I(Ve(it+Ce,re),Ge,O,0),Bo(Jt(Lt,dt),Qe(dt-Lt))):Bo(0,O),Ut&&st?(Be==1?(it=ke,Ce=fe):(it=be,Ce=ce),Ge=v[Y],
-Lt=H(Ve(it,de),Ge,B,0),dt=H(Ve(it+Ce,de),Ge,B,0),zo(Jt(Lt,dt),Qe(dt-Lt))):zo(0,B)}else Ul()}else{let G=Qe(oa-ta),Y=Qe(sa-na);if(P.ori==1){let de=G;G=Y,Y=de}ot=ut.
-x&&G>=ut.dist,st=ut.y&&Y>=ut.dist;let se=ut.uni;se!=null?ot&&st&&(ot=G>=se,st=Y>=se,!ot&&!st&&(Y>G?st=!0:ot=!0)):ut.x&&ut.y&&(ot||st)&&(ot=st=!0);let le,re;ot&&
+Ve,Wt(le),Wt(re),J,te))}}}if(Fe.show&&hn)if(f!=null){let[V,Y]=Ke.scales,[se,le]=Ke.match,[re,de]=f.cursor.sync.scales,Le=f.cursor.drag;if(ot=Le._x,st=Le._y,ot||
+st){let{left:ke,top:be,width:fe,height:ce}=f.select,Be=f.scales[re].ori,Ve=f.posToVal,it,Ce,Ge,Lt,dt,Ft=V!=null&&se(V,re),Ut=Y!=null&&le(Y,de);Ft&&ot?(Be==0?(it=
+ke,Ce=fe):(it=be,Ce=ce),Ge=v[V],Lt=I(Ve(it,re),Ge,O,0),dt=I(Ve(it+Ce,re),Ge,O,0),Bo(Jt(Lt,dt),Qe(dt-Lt))):Bo(0,O),Ut&&st?(Be==1?(it=ke,Ce=fe):(it=be,Ce=ce),Ge=v[Y],
+Lt=H(Ve(it,de),Ge,B,0),dt=H(Ve(it+Ce,de),Ge,B,0),zo(Jt(Lt,dt),Qe(dt-Lt))):zo(0,B)}else Ul()}else{let V=Qe(oa-ta),Y=Qe(sa-na);if(P.ori==1){let de=V;V=Y,Y=de}ot=ut.
+x&&V>=ut.dist,st=ut.y&&Y>=ut.dist;let se=ut.uni;se!=null?ot&&st&&(ot=V>=se,st=Y>=se,!ot&&!st&&(Y>V?st=!0:ot=!0)):ut.x&&ut.y&&(ot||st)&&(ot=st=!0);let le,re;ot&&
 (P.ori==0?(le=oo,re=Ie):(le=so,re=We),Bo(Jt(le,re),Qe(re-le)),st||zo(0,B)),st&&(P.ori==1?(le=oo,re=Ie):(le=so,re=We),zo(Jt(le,re),Qe(re-le)),ot||Bo(0,O)),!ot&&!st&&
-(Bo(0,0),zo(0,0))}if(ut._x=ot,ut._y=st,f==null){if(b){if(ba!=null){let[G,Y]=Ke.scales;Ke.values[0]=G!=null?nn(P.ori==0?Ie:We,G):null,Ke.values[1]=Y!=null?nn(P.ori==
-1?Ie:We,Y):null}Ho(Yi,n,Ie,We,J,te,y)}if(Kn){let G=b&&Ke.setSeries,Y=en.prox;An==null?an<=Y&&tn(gn,io,!0,G):an>Y?tn(null,io,!0,G):gn!=An&&tn(gn,io,!0,G)}}Dt&&(Z.
+(Bo(0,0),zo(0,0))}if(ut._x=ot,ut._y=st,f==null){if(b){if(ba!=null){let[V,Y]=Ke.scales;Ke.values[0]=V!=null?nn(P.ori==0?Ie:We,V):null,Ke.values[1]=Y!=null?nn(P.ori==
+1?Ie:We,Y):null}Ho(Yi,n,Ie,We,J,te,y)}if(Kn){let V=b&&Ke.setSeries,Y=en.prox;An==null?an<=Y&&tn(gn,io,!0,V):an>Y?tn(null,io,!0,V):gn!=An&&tn(gn,io,!0,V)}}Dt&&(Z.
 idx=y,Wl()),h!==!1&&lt("setCursor")}let bn=null;Object.defineProperty(n,"rect",{get(){return bn==null&&jo(!1),bn}});function jo(f=!1){f?bn=null:(bn=g.getBoundingClientRect(),
 lt("syncRect",bn))}function ra(f,h,b,y,$,O,B){Q._lock||hn&&f!=null&&f.movementX==0&&f.movementY==0||(Vl(f,h,b,y,$,O,B,!1,f!=null),f!=null?_n(null,!0,!0):_n(h,!0,
-!1))}function Vl(f,h,b,y,$,O,B,G,Y){if(bn==null&&jo(!1),Ln(f),f!=null)b=f.clientX-bn.left,y=f.clientY-bn.top;else{if(b<0||y<0){Ie=-10,We=-10;return}let[se,le]=Ke.
+!1))}function Vl(f,h,b,y,$,O,B,V,Y){if(bn==null&&jo(!1),Ln(f),f!=null)b=f.clientX-bn.left,y=f.clientY-bn.top;else{if(b<0||y<0){Ie=-10,We=-10;return}let[se,le]=Ke.
 scales,re=h.cursor.sync,[de,Le]=re.values,[ke,be]=re.scales,[fe,ce]=Ke.match,Be=h.axes[0].side%2==1,Ve=P.ori==0?J:te,it=P.ori==1?J:te,Ce=Be?O:$,Ge=Be?$:O,Lt=Be?
 y:b,dt=Be?b:y;if(ke!=null?b=fe(se,ke)?a(de,v[se],Ve,0):-10:b=Ve*(Lt/Ce),be!=null?y=ce(le,be)?a(Le,v[le],it,0):-10:y=it*(dt/Ge),P.ori==1){let Ft=b;b=y,y=Ft}}Y&&(h==
-null||h.cursor.event.type==Yi)&&((b<=1||b>=J-1)&&(b=In(b,J)),(y<=1||y>=te-1)&&(y=In(y,te))),G?(ta=b,na=y,[oo,so]=Q.move(n,b,y)):(Ie=b,We=y)}let Gl={width:0,height:0,
+null||h.cursor.event.type==Yi)&&((b<=1||b>=J-1)&&(b=In(b,J)),(y<=1||y>=te-1)&&(y=In(y,te))),V?(ta=b,na=y,[oo,so]=Q.move(n,b,y)):(Ie=b,We=y)}let Gl={width:0,height:0,
 left:0,top:0};function Ul(){ks(Gl,!1)}let aa,ca,ua,fa;function pa(f,h,b,y,$,O,B){hn=!0,ot=st=ut._x=ut._y=!1,Vl(f,h,b,y,$,O,B,!0,!1),f!=null&&(qe(Xi,tr,da,!1),Ho(
-Mu,n,oo,so,J,te,null));let{left:G,top:Y,width:se,height:le}=Fe;aa=G,ca=Y,ua=se,fa=le}function da(f,h,b,y,$,O,B){hn=ut._x=ut._y=!1,Vl(f,h,b,y,$,O,B,!1,!0);let{left:G,
-top:Y,width:se,height:le}=Fe,re=se>0||le>0,de=aa!=G||ca!=Y||ua!=se||fa!=le;if(re&&de&&ks(Fe),ut.setScale&&re&&de){let Le=G,ke=se,be=Y,fe=le;if(P.ori==1&&(Le=Y,ke=
-le,be=G,fe=se),ot&&mn(_,nn(Le,_),nn(Le+ke,_)),st)for(let ce in v){let Be=v[ce];ce!=_&&Be.from==null&&Be.min!=Pe&&mn(ce,nn(be+fe,ce),nn(be,ce))}Ul()}else Q.lock&&
-(Q._lock=!Q._lock,_n(h,!0,f!=null));f!=null&&(Zt(Xi,tr),Ho(Xi,n,Ie,We,J,te,null))}function kd(f,h,b,y,$,O,B){if(Q._lock)return;Ln(f);let G=hn;if(hn){let Y=!0,se=!0,
+Mu,n,oo,so,J,te,null));let{left:V,top:Y,width:se,height:le}=Fe;aa=V,ca=Y,ua=se,fa=le}function da(f,h,b,y,$,O,B){hn=ut._x=ut._y=!1,Vl(f,h,b,y,$,O,B,!1,!0);let{left:V,
+top:Y,width:se,height:le}=Fe,re=se>0||le>0,de=aa!=V||ca!=Y||ua!=se||fa!=le;if(re&&de&&ks(Fe),ut.setScale&&re&&de){let Le=V,ke=se,be=Y,fe=le;if(P.ori==1&&(Le=Y,ke=
+le,be=V,fe=se),ot&&mn(_,nn(Le,_),nn(Le+ke,_)),st)for(let ce in v){let Be=v[ce];ce!=_&&Be.from==null&&Be.min!=Pe&&mn(ce,nn(be+fe,ce),nn(be,ce))}Ul()}else Q.lock&&
+(Q._lock=!Q._lock,_n(h,!0,f!=null));f!=null&&(Zt(Xi,tr),Ho(Xi,n,Ie,We,J,te,null))}function kd(f,h,b,y,$,O,B){if(Q._lock)return;Ln(f);let V=hn;if(hn){let Y=!0,se=!0,
 le=10,re,de;P.ori==0?(re=ot,de=st):(re=st,de=ot),re&&de&&(Y=Ie<=le||Ie>=J-le,se=We<=le||We>=te-le),re&&Y&&(Ie=Ie<oo?0:J),de&&se&&(We=We<so?0:te),_n(null,!0,!0),
-hn=!1}Ie=-10,We=-10,X.fill(null),_n(null,!0,!0),G&&(hn=G)}function ha(f,h,b,y,$,O,B){Q._lock||(Ln(f),Ml(),Ul(),f!=null&&Ho(Ou,n,Ie,We,J,te,null))}function ma(){
+hn=!1}Ie=-10,We=-10,X.fill(null),_n(null,!0,!0),V&&(hn=V)}function ha(f,h,b,y,$,O,B){Q._lock||(Ln(f),Ml(),Ul(),f!=null&&Ho(Ou,n,Ie,We,J,te,null))}function ma(){
 S.forEach(Iw),Ll(n.width,n.height,!0)}zn(sl,$o,ma);let ro={};ro.mousedown=pa,ro.mousemove=ra,ro.mouseup=da,ro.dblclick=ha,ro.setSeries=(f,h,b,y)=>{let $=Ke.match[2];
 b=$(n,h,b),b!=-1&&tn(b,y,!0,!1)},Te&&(qe(Mu,g,pa),qe(Yi,g,ra),qe(Au,g,f=>{Ln(f),jo(!1)}),qe(_u,g,kd),qe(Ou,g,ha),cr.add(n),n.syncRect=jo);let Ss=n.hooks=e.hooks||
 {};function lt(f,h,b){Bl?Fo.push([f,h,b]):f in Ss&&Ss[f].forEach(y=>{y.call(null,n,h,b)})}(e.plugins||[]).forEach(f=>{for(let h in f.hooks)Ss[h]=(Ss[h]||[]).concat(
@@ -988,8 +988,8 @@ indexOf(t)]}textAt(t){let o=this.exact.get(this.times[this.indexOf(t)]);return o
 null||t[n+1]===null)return null;let s=(o-e[n])/(e[n+1]-e[n]);return t[n]+s*(t[n+1]-t[n])}function pp(e,t,[o,n]){let s=[];for(let l=Math.max(0,Ar(t.times,o));l<t.
 times.length&&t.times[l]<=n;l+=1){let r=Kw(e,t.times[l]);r!==void 0&&s.push(r===null||t.values[l]===null?null:[r,t.values[l],t.times[l]])}return s}var Yw=[0,2],gp=1e8,dp=.05,Xw=40,bp=160,Jw=20,hp="11px system-ui, sans-serif",Zw=new Intl.DateTimeFormat("en-GB",{hour:"2-digit",minute:"2-digit",second:"2-digi\
 t",fractionalSecondDigits:2}),Qw=new Intl.DateTimeFormat("en-GB",{hour:"2-digit",minute:"2-digit"}),e0={4:"--warn",8:"--bad",16:"--bad"},Po=e=>getComputedStyle(
-document.body).getPropertyValue(e),mp=(e,t)=>t>e?(t-e)*dp:Math.abs(t)*dp||1;function ml(e){return e<gp?`${Number(e.toFixed(2))} s`:Zw.format(e*1e3)}function t0(e,t,o,n,s){
-let l="";return t.map(r=>{if(t.at(-1)<gp)return`${Number(r.toFixed(3))} s`;let a=new Date(r*1e3),c=Qw.format(a);if(s>=60)return c;let u=s<1?`.${String(a.getMilliseconds()).
+document.body).getPropertyValue(e),mp=(e,t)=>t>e?(t-e)*dp:Math.abs(t)*dp||1,ml=e=>e<gp?`${Number(e.toFixed(2))} s`:Zw.format(e*1e3);function t0(e,t,o,n,s){let l="";
+return t.map(r=>{if(t.at(-1)<gp)return`${Number(r.toFixed(3))} s`;let a=new Date(r*1e3),c=Qw.format(a);if(s>=60)return c;let u=s<1?`.${String(a.getMilliseconds()).
 padStart(3,"0")}`:"",d=`:${String(a.getSeconds()).padStart(2,"0")}${u}`;return c===l||e.height<bp?d:(l=c,`${d}
 ${c}`)})}var n0=e=>(t,o,n)=>{let s=t.height<bp;return t.axes[n].label=s?null:e,s?24:50},us=(e,t=[])=>(o,n,s)=>{let[l,r]=[Math.min(n,...t),Math.max(s,...t)];return[
 e[0]??l-mp(l,r),e[1]??r+mp(l,r)]};function wp(e,t,o,n){let{curves:s,isXy:l}=o,r={stroke:Po("--pale"),font:hp,grid:{stroke:Po("--line"),width:1},ticks:{stroke:Po(
@@ -998,25 +998,25 @@ E=>({label:E.text,stroke:E.colour,width:m,spanGaps:!1,scale:E.isRight?"right":"y
 n.zoom],setCursor:[n.point],draw:[E=>{w(E,o),c0(E,o.lines,g)}]},x=E=>E===g?o.lines:[],T={x:{time:!0},y:{range:us(o.limits,x("y"))},right:{range:us([null,null],x(
 "right"))}};return new at({...t,series:[{},...p],axes:[{...r,values:l?void 0:t0,label:o.axis,labelSize:16,labelFont:hp,size:n0(o.axis)},...d?[{...a,scale:"y"}]:
 [],...u?[{...a,scale:"right",side:1,grid:d?{show:!1}:r.grid}]:[]],scales:l?s0(o):T,legend:{show:!1},cursor:{drag:{x:!l,y:!1},points:{show:!l},...l?{}:{move:l0(o)}},
-hooks:k},_r(o),e)}function _r(e,[t,o]=e.span()){let{curves:n,isXy:s}=e;if(s)return[vp(e),...n.map(()=>[0,1])];let l=n.map(({times:r,values:a})=>{let c=[Math.max(
-0,Vn(r,t)-1),Vn(r,o)+1];return[r.slice(...c),a.slice(...c)]});return l.length===1?l[0]:at.join(l,n.map(()=>Yw))}var gl=({curves:e,span:t})=>e.slice(1).map(o=>({
-curve:o,points:pp(e[0],o,t())}));function o0(e){let[t,o]=[1/0,-1/0];for(let n of e)t=Math.min(t,n),o=Math.max(o,n);return t>o?[0,1]:[t,o]}var yp=(e,t)=>o0(e.flatMap(
-({points:o})=>o.filter(Boolean).map(n=>n[t]))),vp=e=>yp(gl(e),0);function s0(e){let t=o=>yp(gl(e).filter(({curve:n})=>n.isRight===o),1);return{x:{time:!1,range:()=>us(
-[null,null])(null,...vp(e))},y:{range:()=>us(e.limits)(null,...t(!1))},right:{range:()=>us([null,null])(null,...t(!0))}}}var l0=({curves:e,marks:t})=>(o,n,s)=>{
-if(o.cursor.event?.buttons)return[n,s];let r=(n<0?[]:[Or(o,e,n),kp(o,t(),n)?.[0]??null]).filter(a=>a!==null).map(a=>o.valToPos(a,"x"));return r.sort((a,c)=>Math.
-abs(a-n)-Math.abs(c-n)),[r[0]??n,s]};function Or(e,t,o){let[n,s]=[o,o+Xw].map(l=>e.posToVal(l,"x"));return ap(t,n,s-n)}function Cr(e,t){let{left:o,top:n,width:s,
-height:l}=e.bbox;e.ctx.save(),e.ctx.beginPath(),e.ctx.rect(o,n,s,l),e.ctx.clip(),t(e.ctx,{top:n,bottom:n+l}),e.ctx.restore()}function i0(e,t){Cr(e,o=>{for(let{curve:n,
-points:s}of gl(t)){o.beginPath(),o.strokeStyle=n.colour,o.lineWidth=1.5*devicePixelRatio;let l=!1;for(let r of s){if(r){let a=[e.valToPos(r[0],"x",!0),e.valToPos(
-r[1],n.isRight?"right":"y",!0)];l?o.lineTo(a[0],a[1]):o.moveTo(a[0],a[1])}l=!!r}o.stroke()}})}function r0(e,t,{left:o,top:n}){let[s,l]=[null,1/0];for(let{curve:r,
-points:a}of gl(t))for(let c of a.filter(Boolean)){let[u,d]=[e.valToPos(c[0],"x"),e.valToPos(c[1],r.isRight?"right":"y")],m=Math.hypot(u-o,d-n);m<l&&([s,l]=[c,m])}
-return s}function a0(e,{marks:t,moment:o}){let n=(s,{top:l,bottom:r},a,c,u)=>{let d=Math.round(e.valToPos(a,"x",!0))+.5;s.beginPath(),s.strokeStyle=c,s.lineWidth=
-devicePixelRatio,s.setLineDash(u),s.moveTo(d,l),s.lineTo(d,r),s.stroke()};Cr(e,(s,l)=>{for(let[r,a]of t())n(s,l,r,Po(e0[a]??"--pale"),[4,3]);o()!==null&&n(s,l,o(),
-Po("--accent"),[])})}function c0(e,t,o){t.length&&Cr(e,n=>{let{left:s,width:l}=e.bbox;n.strokeStyle=n.fillStyle=Po("--ink"),n.lineWidth=devicePixelRatio,n.setLineDash(
-[6,4]),Object.assign(n,{textAlign:"left",textBaseline:"bottom"}),n.font=`${11*devicePixelRatio}px system-ui, sans-serif`;for(let r of t){let a=Math.round(e.valToPos(
-r,o,!0))+.5;n.beginPath(),n.moveTo(s,a),n.lineTo(s+l,a),n.stroke(),n.fillText(String(r),s+4*devicePixelRatio,a-3*devicePixelRatio)}})}var u0={4:"Warn",8:"Error",
-16:"Fatal"};function xp(e,t,{left:o,time:n,isSample:s}){if(o===null)return"";if(t.isXy){let r=r0(e,t,e.cursor);return r?`nearest sample ${Wn(r[0])}, ${Wn(r[1])}\
- at ${ml(r[2])}`:""}let l=kp(e,t.marks(),o);return`${s?"sample ":""}at ${ml(n)}${l?`: ${u0[l[1]]??""} ${l[2]}`:""}`}function kp(e,t,o){let[s,l]=[null,6];for(let r of t){
-let a=Math.abs(e.valToPos(r[0],"x")-o);a<l&&([s,l]=[r,a])}return s}var f0=2e3,bl=class{constructor(t,o){this.context=t,this.on=o,this.curves=new Map,this.marks=[],this.closeMarks=()=>{},this.axis="received",this.hasMarks=!1,this.
+hooks:k},_r(o),e)}function _r(e,[t,o]=e.span()){let{curves:n,isXy:s}=e;if(s)return[vp(e),...n.map(()=>[0,1])];let l=(a,c)=>c.slice(Math.max(0,Vn(a,t)-1),Vn(a,o)+
+1),r=n.map(({times:a,values:c})=>[l(a,a),l(a,c)]);return r.length===1?r[0]:at.join(r,n.map(()=>Yw))}var gl=({curves:e,span:t})=>e.slice(1).map(o=>({curve:o,points:pp(
+e[0],o,t())}));function o0(e){let[t,o]=[1/0,-1/0];for(let n of e)t=Math.min(t,n),o=Math.max(o,n);return t>o?[0,1]:[t,o]}var yp=(e,t)=>o0(e.flatMap(({points:o})=>o.
+filter(Boolean).map(n=>n[t]))),vp=e=>yp(gl(e),0);function s0(e){let t=o=>yp(gl(e).filter(({curve:n})=>n.isRight===o),1);return{x:{time:!1,range:()=>us([null,null])(
+null,...vp(e))},y:{range:()=>us(e.limits)(null,...t(!1))},right:{range:()=>us([null,null])(null,...t(!0))}}}var l0=({curves:e,marks:t})=>(o,n,s)=>{if(o.cursor.event?.
+buttons)return[n,s];let r=(n<0?[]:[Or(o,e,n),kp(o,t(),n)?.[0]??null]).filter(a=>a!==null).map(a=>o.valToPos(a,"x"));return r.sort((a,c)=>Math.abs(a-n)-Math.abs(
+c-n)),[r[0]??n,s]};function Or(e,t,o){let[n,s]=[o,o+Xw].map(l=>e.posToVal(l,"x"));return ap(t,n,s-n)}function Cr(e,t){let{left:o,top:n,width:s,height:l}=e.bbox;
+e.ctx.save(),e.ctx.beginPath(),e.ctx.rect(o,n,s,l),e.ctx.clip(),t(e.ctx,{top:n,bottom:n+l}),e.ctx.restore()}function i0(e,t){Cr(e,o=>{for(let{curve:n,points:s}of gl(
+t)){o.beginPath(),o.strokeStyle=n.colour,o.lineWidth=1.5*devicePixelRatio;let l=!1;for(let r of s){if(r){let a=[e.valToPos(r[0],"x",!0),e.valToPos(r[1],n.isRight?
+"right":"y",!0)];l?o.lineTo(a[0],a[1]):o.moveTo(a[0],a[1])}l=!!r}o.stroke()}})}function r0(e,t,{left:o,top:n}){let[s,l]=[null,1/0];for(let{curve:r,points:a}of gl(
+t))for(let c of a.filter(Boolean)){let[u,d]=[e.valToPos(c[0],"x"),e.valToPos(c[1],r.isRight?"right":"y")],m=Math.hypot(u-o,d-n);m<l&&([s,l]=[c,m])}return s}function a0(e,{
+marks:t,moment:o}){let n=(s,{top:l,bottom:r},a,c,u)=>{let d=Math.round(e.valToPos(a,"x",!0))+.5;s.beginPath(),s.strokeStyle=c,s.lineWidth=devicePixelRatio,s.setLineDash(
+u),s.moveTo(d,l),s.lineTo(d,r),s.stroke()};Cr(e,(s,l)=>{for(let[r,a]of t())n(s,l,r,Po(e0[a]??"--pale"),[4,3]);o()!==null&&n(s,l,o(),Po("--accent"),[])})}function c0(e,t,o){
+t.length&&Cr(e,n=>{let{left:s,width:l}=e.bbox;n.strokeStyle=n.fillStyle=Po("--ink"),n.lineWidth=devicePixelRatio,n.setLineDash([6,4]),Object.assign(n,{textAlign:"\
+left",textBaseline:"bottom"}),n.font=`${11*devicePixelRatio}px system-ui, sans-serif`;for(let r of t){let a=Math.round(e.valToPos(r,o,!0))+.5;n.beginPath(),n.moveTo(
+s,a),n.lineTo(s+l,a),n.stroke(),n.fillText(String(r),s+4*devicePixelRatio,a-3*devicePixelRatio)}})}var u0={4:"Warn",8:"Error",16:"Fatal"};function xp(e,t,{left:o,
+time:n,isSample:s}){if(o===null)return"";if(t.isXy){let r=r0(e,t,e.cursor);return r?`nearest sample ${Wn(r[0])}, ${Wn(r[1])} at ${ml(r[2])}`:""}let l=kp(e,t.marks(),
+o);return`${s?"sample ":""}at ${ml(n)}${l?`: ${u0[l[1]]??""} ${l[2]}`:""}`}function kp(e,t,o){let[s,l]=[null,6];for(let r of t){let a=Math.abs(e.valToPos(r[0],"\
+x")-o);a<l&&([s,l]=[r,a])}return s}var f0=2e3,bl=class{constructor(t,o){this.context=t,this.on=o,this.curves=new Map,this.marks=[],this.closeMarks=()=>{},this.axis="received",this.hasMarks=!1,this.
 wantsWhole=!1}get all(){return[...this.curves.values()]}get isXy(){return this.axis==="xy"}get times(){return this.isXy?"received":this.axis}get isWhole(){return this.
 wantsWhole&&!!U.bag}get oldest(){return this.all.reduce((t,o)=>Math.min(t,o.times[0]??1/0),1/0)}get newest(){return this.all.reduce((t,o)=>Math.max(t,o.times.at(
 -1)??0),0)}watch(t,o,n,s){let[l,r]=t,a={axis:this.times,...this.isWhole?{name:U.name}:{}};return this.context.watch(this.isWhole?r:l,{...o,...a},n,s,{always:!0})}add(t){
@@ -1050,45 +1050,45 @@ return;N(o,s.map(r=>i("option",{value:r.name})));let l=s.filter(({type:r})=>!w0.
 onclick:()=>t(r)},r)))}),{names:o,buttons:n}}var Mp=[["received","time of arrival"],["stamp","header stamp"],["ros","ROS time"],["xy","first curve (x-y)"]],Ap=5,y0=[10,30,60,300,1800],v0="Type a topic and \
 a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over t\
 he curves to zoom, double-click to follow again; or use +, -, the arrow keys and 0.",x0=e=>(U.isRewind||e.isWhole)&&!e.isXy&&e.axis!=="stamp"?U.moment??null:null;
-function k0(e,t,o){let n=new bl(o,{change:()=>{P=!0},fields:(W,J)=>{n.drop(W.text),A(),v.show(W.field,J)}}),s=Lp(o,W=>D(W)),l=i("input",{size:34,placeholder:"/t\
+function k0(e,t,o){let n=new bl(o,{change:()=>{P=!0},fields:(G,J)=>{n.drop(G.text),A(),v.show(G.field,J)}}),s=Lp(o,G=>D(G)),l=i("input",{size:34,placeholder:"/t\
 opic/field or /topic/pose/x:y:z","aria-label":"Topic and field",spellcheck:"false",list:s.names.id}),r=i("select",{"aria-label":"Time span",onchange:()=>qe()},y0.
-map(W=>i("option",{value:W,selected:W===30},W<60?`${W} s`:`${W/60} min`))),a=i("input",{size:6,placeholder:"auto","aria-label":"Lowest value",onchange:()=>je()}),
-c=i("input",{size:6,placeholder:"auto","aria-label":"Highest value",onchange:()=>je()}),u=i("select",{"aria-label":"X axis",onchange:()=>{Z(),z()}},Mp.map(([W,J])=>i(
-"option",{value:W},J))),d=i("input",{type:"checkbox",onchange:()=>{ee(),z()}}),m=i("input",{type:"checkbox",onchange:()=>{P=R=!0,z()}}),p=Tp(()=>A()),w=i("input",
+map(G=>i("option",{value:G,selected:G===30},G<60?`${G} s`:`${G/60} min`))),a=i("input",{size:6,placeholder:"auto","aria-label":"Lowest value",onchange:()=>je()}),
+c=i("input",{size:6,placeholder:"auto","aria-label":"Highest value",onchange:()=>je()}),u=i("select",{"aria-label":"X axis",onchange:()=>{Z(),z()}},Mp.map(([G,J])=>i(
+"option",{value:G},J))),d=i("input",{type:"checkbox",onchange:()=>{ee(),z()}}),m=i("input",{type:"checkbox",onchange:()=>{P=R=!0,z()}}),p=Tp(()=>A()),w=i("input",
 {type:"checkbox",checked:!0,onchange:()=>Z()}),g=i("label",{title:"Plot the whole bag; otherwise, the part since the last jump",hidden:!0},w,"Whole bag"),k=i("b\
 utton",{type:"button","aria-pressed":"false",onclick:()=>Te(!K)},"Pause"),x=i("button",{type:"button",hidden:!0,title:"Show the newest samples again",onclick:()=>ie(
-null,!0)},"Follow"),T=pe(),E=Sp({change:(W,J)=>{n.change(W,J),A()},remove:W=>{n.drop(W.text),A()},removeLine:p.remove},o),S=$p(),v=Ep(W=>D(W)),L=i("div",{class:"\
-chart",tabindex:0,role:"application","aria-label":"Curves: the arrow keys move, + and - zoom, 0 follows again",onkeydown:W=>V(W)}),_=i("button",{type:"button",title:"\
+null,!0)},"Follow"),T=pe(),E=Sp({change:(G,J)=>{n.change(G,J),A()},remove:G=>{n.drop(G.text),A()},removeLine:p.remove},o),S=$p(),v=Ep(G=>D(G)),L=i("div",{class:"\
+chart",tabindex:0,role:"application","aria-label":"Curves: the arrow keys move, + and - zoom, 0 follows again",onkeydown:G=>W(G)}),_=i("button",{type:"button",title:"\
 Save the samples; after a zoom, those of the shown part",onclick:()=>wt("rqt_plot.csv",up(n.all,et()),"text/csv")},"CSV"),F=_e("\u223F",v0,s.buttons);e.append(i(
-"div",{class:"column"},he({title:"Plot",tag:"form",onsubmit:W=>{W.preventDefault(),D(l.value)}},l,s.names,i("button",{},"Add"),k,x,i("label",{},"Show",r),i("lab\
+"div",{class:"column"},he({title:"Plot",tag:"form",onsubmit:G=>{G.preventDefault(),D(l.value)}},l,s.names,i("button",{},"Add"),k,x,i("label",{},"Show",r),i("lab\
 el",{},"x",u),i("label",{},"y from",a),i("label",{},"to",c),i("label",{title:"Show warnings and errors in the log as dashed lines"},d,"Log entries"),g,i("label",
 {title:"A horizontal line for reference"},"Line",p.input),i("label",{title:"Statistics of the samples shown"},m,"Statistics"),i("span",{class:"spring"}),_),T.element,
 v.element,E.element,S.element,F,L));let C=null;T0(L,()=>S0(n,C));let K=!1,M=!1,P=!1,R=!1,I=null,H=null,z=()=>o.remember(tp([...n.curves.keys()],u.value,d.checked,
-{hasStatistics:m.checked,lines:p.values()})),A=()=>{z(),je()};function D(W){Tr(W).forEach(J=>n.add(J)),l.value="",A()}function ee(){n.hasMarks=d.checked,n.followMarks(),
-P=!0}let oe=null,q=()=>w.checked||!!U.bag?.rewind,X=()=>q()?U.bag:null;function Z(){let W=`${n.isWhole} ${n.times}`,J=oe===X();n.axis=u.value,n.wantsWhole=q(),oe=
-X(),(!J||`${n.isWhole} ${n.times}`!==W)&&n.restart(),M=!1,H=null,o.times?.forget(e),je()}function Q(W){let J=ep(W);if(J.at!==null&&!J.curves.length){me(J.at);return}
-if(J.curves.length===1&&J.curves[0]===W&&n.curves.size&&!n.curves.has(W)){D(W);return}p.set(J.lines),m.checked=J.hasStatistics;for(let He of[...n.curves.keys()])
+{hasStatistics:m.checked,lines:p.values()})),A=()=>{z(),je()};function D(G){Tr(G).forEach(J=>n.add(J)),l.value="",A()}function ee(){n.hasMarks=d.checked,n.followMarks(),
+P=!0}let oe=null,q=()=>w.checked||!!U.bag?.rewind,X=()=>q()?U.bag:null;function Z(){let G=`${n.isWhole} ${n.times}`,J=oe===X();n.axis=u.value,n.wantsWhole=q(),oe=
+X(),(!J||`${n.isWhole} ${n.times}`!==G)&&n.restart(),M=!1,H=null,o.times?.forget(e),je()}function Q(G){let J=ep(G);if(J.at!==null&&!J.curves.length){me(J.at);return}
+if(J.curves.length===1&&J.curves[0]===G&&n.curves.size&&!n.curves.has(G)){D(G);return}p.set(J.lines),m.checked=J.hasStatistics;for(let He of[...n.curves.keys()])
 J.curves.includes(He)||n.drop(He);let Ae=u.value===J.axis;u.value=J.axis,J.curves.forEach(He=>n.add(He)),Ae?je():Z(),d.checked!==J.hasMarks&&(d.checked=J.hasMarks,
-ee())}function me(W){H=W,z(),!(!n.curves.size||n.isXy)&&(C||je(),ie([W-Ap,W+Ap],!0))}function Te(W){K=W,I=W?n.newest:null,k.setAttribute("aria-pressed",String(W)),
-N(k,W?"Resume":"Pause"),P=!0}function j(){let W=I??n.newest;if(n.isWhole)return[Math.min(n.oldest,W),W];let J=o.times&&n.axis==="received"?o.times.range(e,n.oldest,
-W)[1]:W;return[J-Number(r.value),J]}let ne=W=>W.value.trim()===""||Number.isNaN(Number(W.value))?null:Number(W.value),ae=()=>H??(n.isWhole&&n.axis!=="stamp"?U.state?.
-moment??null:null),ye=()=>n.isXy?n.all[0]?.text:Mp.find(([W])=>W===u.value)[1],xe=()=>({axis:ye(),curves:n.all,limits:[ne(a),ne(c)],lines:p.values(),isXy:n.isXy,
+ee())}function me(G){H=G,z(),!(!n.curves.size||n.isXy)&&(C||je(),ie([G-Ap,G+Ap],!0))}function Te(G){K=G,I=G?n.newest:null,k.setAttribute("aria-pressed",String(G)),
+N(k,G?"Resume":"Pause"),P=!0}function j(){let G=I??n.newest;if(n.isWhole)return[Math.min(n.oldest,G),G];let J=o.times&&n.axis==="received"?o.times.range(e,n.oldest,
+G)[1]:G;return[J-Number(r.value),J]}let ne=G=>G.value.trim()===""||Number.isNaN(Number(G.value))?null:Number(G.value),ae=()=>H??(n.isWhole&&n.axis!=="stamp"?U.state?.
+moment??null:null),ye=()=>n.isXy?n.all[0]?.text:Mp.find(([G])=>G===u.value)[1],xe=()=>({axis:ye(),curves:n.all,limits:[ne(a),ne(c)],lines:p.values(),isXy:n.isXy,
 span:j,moment:ae,marks:()=>n.marks}),et=()=>M&&C&&!n.isXy?[C.scales.x.min,C.scales.x.max]:null;function je(){C?.destroy(),C=null,F.hidden=n.curves.size>0,Zt(),n.
-curves.size&&(C=wp(L,Nt(),xe(),{zoom:$e,point:Je}),L.ondblclick=()=>ie(null,!0),P=R=!0)}function V(W){let J=C&&!n.isXy?rp(W.key,C.scales.x):void 0;J!==void 0&&(W.
-preventDefault(),ie(J,!0))}function ie(W,J){M=W!==null,P=R=!0,W||(H=null),W&&C.setScale("x",{min:W[0],max:W[1]}),J&&ge({range:W})}let ge=W=>{n.axis==="received"&&
-o.times?.tell(C,W)},De=!1;function $e(W){M=W.select.width>0,P=R=!0;let J=[W.select.left,W.select.left+W.select.width].map(te=>W.posToVal(te,"x"));M&&ge({range:J})}
-function Je(W){Zt(),De||ge({time:W.cursor.left>=0?W.posToVal(W.cursor.left,"x"):null})}o.times?.listen(e,({plot:W,range:J,time:te})=>{!C||W===C||n.axis!=="recei\
+curves.size&&(C=wp(L,Nt(),xe(),{zoom:$e,point:Je}),L.ondblclick=()=>ie(null,!0),P=R=!0)}function W(G){let J=C&&!n.isXy?rp(G.key,C.scales.x):void 0;J!==void 0&&(G.
+preventDefault(),ie(J,!0))}function ie(G,J){M=G!==null,P=R=!0,G||(H=null),G&&C.setScale("x",{min:G[0],max:G[1]}),J&&ge({range:G})}let ge=G=>{n.axis==="received"&&
+o.times?.tell(C,G)},De=!1;function $e(G){M=G.select.width>0,P=R=!0;let J=[G.select.left,G.select.left+G.select.width].map(te=>G.posToVal(te,"x"));M&&ge({range:J})}
+function Je(G){Zt(),De||ge({time:G.cursor.left>=0?G.posToVal(G.cursor.left,"x"):null})}o.times?.listen(e,({plot:G,range:J,time:te})=>{!C||G===C||n.axis!=="recei\
 ved"||(J!==void 0&&ie(J,!1),te!==void 0&&(De=!0,C.setCursor(te===null?{left:-10,top:-10}:{left:C.valToPos(te,"x"),top:0}),De=!1))},o.signal);let Nt=()=>({width:Math.
 max(200,L.clientWidth-8),height:Math.max(40,L.clientHeight-10)});function qe(){if(!C)return;P=R=!1,Zt(),T.show(n.isXy&&n.curves.size<2?"An x-y plot needs two cu\
 rves: the first is x.":H!==null&&H<n.oldest?`There are no samples at ${ml(H)}: the curves begin later.`:""),x.hidden=!M,N(_,M?"CSV of the shown part":"CSV"),S.element.
-hidden=!m.checked||n.isXy;let[W,J]=j(),te=et()??[W,J];C.setData(_r(xe(),te),n.isXy),!n.isXy&&(m.checked&&S.draw(n.all,te),M||!J?C.redraw():C.setScale("x",{min:W,
-max:J>W?J:W+1}))}function Zt(){let W=C&&C.cursor.left>=0?C.cursor.left:null,J=W===null||n.isXy?null:Or(C,n.all,W),te=W===null||n.isXy?null:J??C.posToVal(W,"x"),
-Ae=xp(C,xe(),{left:W,time:te,isSample:J!==null});E.draw(n.all,{time:te??x0(n),place:Ae,isXy:n.isXy,lines:p.values()})}function Pt(){g.hidden=!U.bag||U.bag.rewind,
+hidden=!m.checked||n.isXy;let[G,J]=j(),te=et()??[G,J];C.setData(_r(xe(),te),n.isXy),!n.isXy&&(m.checked&&S.draw(n.all,te),M||!J?C.redraw():C.setScale("x",{min:G,
+max:J>G?J:G+1}))}function Zt(){let G=C&&C.cursor.left>=0?C.cursor.left:null,J=G===null||n.isXy?null:Or(C,n.all,G),te=G===null||n.isXy?null:J??C.posToVal(G,"x"),
+Ae=xp(C,xe(),{left:G,time:te,isSample:J!==null});E.draw(n.all,{time:te??x0(n),place:Ae,isXy:n.isXy,lines:p.values()})}function Pt(){g.hidden=!U.bag||U.bag.rewind,
 X()!==oe&&Z(),P||=n.isWhole}return o.onSource(()=>{n.isWhole||(n.forget(),o.times?.forget(e),P=!0)}),U.addEventListener("change",Pt,{signal:o.signal}),requestAnimationFrame(
-function W(){o.signal.aborted||((R||P&&!K)&&o.isShown&&qe(),requestAnimationFrame(W))}),new ResizeObserver(()=>{let W=Nt();C&&(C.width!==W.width||C.height!==W.height)&&
-C.setSize(W)}).observe(L),matchMedia("(prefers-color-scheme: dark)").addEventListener("change",je,{signal:o.signal}),Pt(),t&&Q(t),{go:Q}}function S0(e,t){t?.cursor.
-left>=0&&e.isWhole&&!e.isXy&&e.axis!=="stamp"&&U.jump(t.posToVal(t.cursor.left,"x"))}var E0=4;function T0(e,t){let o=0;e.addEventListener("pointerdown",({clientX:n})=>{
-o=n}),e.addEventListener("click",({clientX:n})=>{Math.abs(n-o)<E0&&t()},{capture:!0})}var Pr={};Ye(Pr,{open:()=>$0});function $0(e,t,o){let{control:n}=o,s=i("input",{placeholder:"/topic",value:t,"aria-label":"Topic",spellcheck:"false",list:gt("publish-topics"),onchange:()=>w()}),
+function G(){o.signal.aborted||((R||P&&!K)&&o.isShown&&qe(),requestAnimationFrame(G))}),new ResizeObserver(()=>C?.setSize(Nt())).observe(L),matchMedia("(prefers\
+-color-scheme: dark)").addEventListener("change",je,{signal:o.signal}),Pt(),t&&Q(t),{go:Q}}function S0(e,t){t?.cursor.left>=0&&e.isWhole&&!e.isXy&&e.axis!=="sta\
+mp"&&U.jump(t.posToVal(t.cursor.left,"x"))}var E0=4;function T0(e,t){let o=0;e.addEventListener("pointerdown",({clientX:n})=>{o=n}),e.addEventListener("click",({
+clientX:n})=>{Math.abs(n-o)<E0&&t()},{capture:!0})}var Pr={};Ye(Pr,{open:()=>$0});function $0(e,t,o){let{control:n}=o,s=i("input",{placeholder:"/topic",value:t,"aria-label":"Topic",spellcheck:"false",list:gt("publish-topics"),onchange:()=>w()}),
 l=i("input",{placeholder:"std_msgs/String","aria-label":"Type",spellcheck:"false",onchange:()=>g()}),r=i("input",{type:"number",value:1,min:0,max:1e3,step:"any",
 "aria-label":"Rate in hertz",title:"0 publishes once"}),a=i("textarea",{rows:12,class:"mono","aria-label":"Message in YAML",spellcheck:"false",placeholder:"The \
 message in YAML. A topic or a type fills in its fields."}),c=i("datalist",{id:s.getAttribute("list")}),u=pe(),d=Ps(o.signal),m=[jt(o.signal),he({title:"Publish"}),
@@ -1223,18 +1223,18 @@ e.includes(t.dataset.tab)&&t.getAttribute("aria-selected")!=="true";qp(e)}functi
 may?.includes(kt.controls[e]));function yy(e,t,o){let n=i("div",{class:`tab tab-${e}`}),s={element:n,argument:t};return s.context=new yo(e,Ui(e),l=>{s.argument=
 l,s.context.isShown&&Kp(e,l),Gn.find(r=>r.dataset.tab===un(e)).href=ve(e,l)}),Sl.set(e,s),ds.append(n),s.handle=o.open(n,t,s.context)??{},s}function vy(){let e=kt.
 master.replace(/^http:\/\/|\/$/g,"");return El?i("span",{class:"master lost",role:"alert",title:El},`the master at ${e} does not answer`):i("span",{class:"maste\
-r",title:"The master"},e)}function xy(){return kt.control?"can change the system":kt.may.map(e=>`can ${kt.can[e]}`).join(", ")||"read-only"}function ky(){let e=i(
-"input",{size:40,placeholder:"or the token alone","aria-label":"Token or printed address",spellcheck:"false",autocomplete:"off"});return i("form",{class:"choice\
-s",onsubmit:t=>{t.preventDefault();let o=e.value.trim().replace(/^.*#token=/,"").replace(/\/.*$/,"");o&&(location.hash=`token=${o}/${location.hash.slice(1)}`)}},
-e,i("button",{},"Open"))}function hs(){vl.className=ue.isCurrent?"":"lost",ps.hidden=!ue.isRefused,ds.hidden=ue.isRefused,ds.classList.toggle("outdated",kt!==null&&
-!ue.isCurrent),Ma();let[e,t]=ue.isRestarted?gy:my;ue.isRefused?(!ps.childElementCount||ps.firstChild.textContent!==e)&&N(ps,i("h2",{},e),i("p",{},t,i("code",{},
-"http://\u2026/#token=\u2026")),ky(),i("p",{class:"pale"},"Without --token-file, each start of the command creates a new token, so earlier addresses do not work\
-. A tab that you open yourself also needs the whole address; a reload does not.")):N(ps),ue.isCurrent?kt?N(vl,vy(),i("span",{class:kt.may.length?"permit control":
-"permit"},xy())):N(vl):N(vl,ue.problem(),ue.isOpen||ue.isRefused?"":", trying again")}for(let[e,t]of cn)Gn.push(i("a",{href:ve(e),role:"tab",id:`tab-${e}`,"aria\
--controls":"view","data-tab":e,"data-title":t},t));Jl(Gn[0]);Tl.before(Jl(i("a",{href:"#panels",id:"robot"},"Overview")));Wa(Tl,Gn,cn);qp=Va(Tl,cn.flatMap(e=>[e,
-...Ds.filter(([t])=>un(t)===e[0]).map(([t,o])=>[t,o,e[2]])]));document.querySelector("header").prepend(ec());Ga();Xa();Ba(document.getElementById("time"));za(document.
-getElementById("rewind"));Ra(()=>kt?.can??{});Tl.addEventListener("keydown",e=>{let t=Gn.filter(l=>!l.hidden),o=t.findIndex(l=>l===document.activeElement),n={ArrowRight:o+
-1,ArrowLeft:o-1,Home:0,End:t.length-1}[e.key];if(n===void 0)return;e.preventDefault();let s=t[(n+t.length)%t.length];s.focus(),s.click()});ue.addEventListener("\
-state",async()=>{hs(),ue.isOpen&&(kt=await ue.act("about"),ue.node=kt.node,ue.isSmooth=kt.smooth,ue.ofMessages=new Set(kt.of_messages),Vp(),hs())});ue.addEventListener(
-"silence",hs);ue.watch("master",{},({error:e})=>{e!==El&&(El=e,hs())});ue.watch("content",{},e=>{({empty:Up}=e),Hr()});U.addEventListener("change",Hr);addEventListener(
-"hashchange",Gp);hs();Gp();export{Ui as mayControl};
+r",title:"The master"},e)}var xy=()=>kt.control?"can change the system":kt.may.map(e=>`can ${kt.can[e]}`).join(", ")||"read-only";function ky(){let e=i("input",
+{size:40,placeholder:"or the token alone","aria-label":"Token or printed address",spellcheck:"false",autocomplete:"off"});return i("form",{class:"choices",onsubmit:t=>{
+t.preventDefault();let o=e.value.trim().replace(/^.*#token=/,"").replace(/\/.*$/,"");o&&(location.hash=`token=${o}/${location.hash.slice(1)}`)}},e,i("button",{},
+"Open"))}function hs(){vl.className=ue.isCurrent?"":"lost",ps.hidden=!ue.isRefused,ds.hidden=ue.isRefused,ds.classList.toggle("outdated",kt!==null&&!ue.isCurrent),
+Ma();let[e,t]=ue.isRestarted?gy:my;ue.isRefused?(!ps.childElementCount||ps.firstChild.textContent!==e)&&N(ps,i("h2",{},e),i("p",{},t,i("code",{},"http://\u2026/#toke\
+n=\u2026")),ky(),i("p",{class:"pale"},"Without --token-file, each start of the command creates a new token, so earlier addresses do not work. A tab that you ope\
+n yourself also needs the whole address; a reload does not.")):N(ps),ue.isCurrent?kt?N(vl,vy(),i("span",{class:kt.may.length?"permit control":"permit"},xy())):N(
+vl):N(vl,ue.problem(),ue.isOpen||ue.isRefused?"":", trying again")}for(let[e,t]of cn)Gn.push(i("a",{href:ve(e),role:"tab",id:`tab-${e}`,"aria-controls":"view","\
+data-tab":e,"data-title":t},t));Jl(Gn[0]);Tl.before(Jl(i("a",{href:"#panels",id:"robot"},"Overview")));Wa(Tl,Gn,cn);qp=Va(Tl,cn.flatMap(e=>[e,...Ds.filter(([t])=>un(
+t)===e[0]).map(([t,o])=>[t,o,e[2]])]));document.querySelector("header").prepend(ec());Ga();Xa();Ba(document.getElementById("time"));za(document.getElementById("\
+rewind"));Ra(()=>kt?.can??{});Tl.addEventListener("keydown",e=>{let t=Gn.filter(l=>!l.hidden),o=t.findIndex(l=>l===document.activeElement),n={ArrowRight:o+1,ArrowLeft:o-
+1,Home:0,End:t.length-1}[e.key];if(n===void 0)return;e.preventDefault();let s=t[(n+t.length)%t.length];s.focus(),s.click()});ue.addEventListener("state",async()=>{
+hs(),ue.isOpen&&(kt=await ue.act("about"),ue.node=kt.node,ue.isSmooth=kt.smooth,ue.ofMessages=new Set(kt.of_messages),Vp(),hs())});ue.addEventListener("silence",
+hs);ue.watch("master",{},({error:e})=>{e!==El&&(El=e,hs())});ue.watch("content",{},e=>{({empty:Up}=e),Hr()});U.addEventListener("change",Hr);addEventListener("h\
+ashchange",Gp);hs();Gp();export{Ui as mayControl};

@@ -100,14 +100,14 @@ if(e.length>3e4)throw new Error("too long");let t=Uint8Array.from(atob(e.replace
 new DecompressionStream("deflate-raw")).getReader(),s=[],r=0;for(;;){let{done:o,value:i}=await n.read();if(o)return new Blob(s).text();if(r+=i.length,r>2e6)throw await n.
 cancel(),new Error("too large");s.push(i)}}var q=e=>typeof e=="object"&&e&&!Array.isArray(e)?e:{};function _(e,t=0){return t>40?"":Array.isArray(e)?e.map(n=>_(n,
 t+1)):typeof e!="object"||e===null?String(e??""):Object.fromEntries(Object.entries(e).map(([n,s])=>[n,_(s,t+1)]))}var mt="pipros.last",be="pipros.panels",ye=["/tf","/tf_static"],xe=1e4;function X(e,t,n){return new Promise(s=>{let r=null,o=()=>{clearTimeout(i),w.removeEventListener(
-"state",a),c(),s(r)},i=0,a=()=>{!w.isOpen||i||(i=setTimeout(o,xe))};w.addEventListener("state",a),a();let c=w.watch(e,t,l=>{r=l,n(l)&&setTimeout(o)},()=>{})})}async function Ee(e,t=()=>{}){
+"state",a),c(),s(r)},i=0,a=()=>{w.isOpen&&(i||=setTimeout(o,xe))};w.addEventListener("state",a),a();let c=w.watch(e,t,l=>{r=l,n(l)&&setTimeout(o)},()=>{})})}async function Ee(e,t=()=>{}){
 let{topics:n=[]}=await X("running_topics",{},()=>!0)??{},s=n.some(({name:a,publishers:c})=>ye.includes(a)&&c.length);if(!s&&!e)return null;t();let[r,o]=await Promise.
 all([s?X("frames",{},({frames:a})=>a?.length>0):null,X("scene_robot",{name:"robot_description"},()=>!0)]);if(!r?.frames?.length&&!e)return null;let i=ht(n,r?.frames??
-[],!!o?.links);return{topics:n,link:await dt(JSON.stringify(i))}}async function gt(e,t=()=>{}){let n=await Ee(e,t);return n?S("panels",ft(n.topics,n.link)):null}
-function Ln(e){return e.title="Views side by side (h); again: scene, cameras, plot and console of the robot that runs",e.setAttribute("aria-keyshortcuts","h"),e.
-addEventListener("click",async t=>{(localStorage.getItem(be)||e.hash!==S("panels"))&&B()[0]!=="panels"||(t.preventDefault(),e.setAttribute("aria-busy","true"),location.
-hash=await gt(!0),e.removeAttribute("aria-busy"))}),e}function _n(){try{localStorage.setItem(mt,location.hash)}catch{}}function In(e){if(B()[0])return!1;let t="";
-try{t=localStorage.getItem(mt)??""}catch{}let n=s=>{B()[0]||location.replace(s)};return t.length>1?n(t):gt(!1,e).then(s=>n(s??S("graph"))),!0}var[Se,Te]=[3,10],[Me,Ae]=[5,20],wt=["OK","Warning","Error","Stale"],yt=3,Oe=(e,t)=>t!==null&&e>Math.max(Se,Te*t),ve=e=>e<10?`${e.toFixed(1)} s`:e<120?`${e.toFixed(
+[],!!o?.links);return{topics:n,link:await dt(JSON.stringify(i))}}async function gt(e,t){let n=await Ee(e,t);return n&&S("panels",ft(n.topics,n.link))}function Ln(e){
+return e.title="Views side by side (h); again: scene, cameras, plot and console of the robot that runs",e.setAttribute("aria-keyshortcuts","h"),e.addEventListener(
+"click",async t=>{(localStorage.getItem(be)||e.hash!==S("panels"))&&B()[0]!=="panels"||(t.preventDefault(),e.setAttribute("aria-busy","true"),location.hash=await gt(
+!0),e.removeAttribute("aria-busy"))}),e}function _n(){try{localStorage.setItem(mt,location.hash)}catch{}}function In(e){if(B()[0])return!1;let t="";try{t=localStorage.
+getItem(mt)??""}catch{}let n=s=>{B()[0]||location.replace(s)};return t.length>1?n(t):gt(!1,e).then(s=>n(s??S("graph"))),!0}var[Se,Te]=[3,10],[Me,Ae]=[5,20],wt=["OK","Warning","Error","Stale"],yt=3,Oe=(e,t)=>t!==null&&e>Math.max(Se,Te*t),ve=e=>e<10?`${e.toFixed(1)} s`:e<120?`${e.toFixed(
 0)} s`:`${(e/60).toFixed(0)} min`,Dn=(e=null,t="stale")=>f("span",{class:"stale",title:e===null?null:`The last data is ${ve(e)} old`},t),Fn="latched",ke=e=>m.seconds&&
 !e.startsWith("\u2013")?f("span",{class:"rate stale","data-rate":e},"stale"):f("span",{class:"rate"},e);function Bn(){for(let e of document.querySelectorAll(".r\
 ate"))"rate"in e.dataset!=!!m.seconds&&e.replaceWith(ke(e.dataset.rate??e.textContent))}var bt=class{constructor(){this.times=[]}note(t){let{times:n}=this,s=n.length>

@@ -11,7 +11,7 @@ const SNAP_PX = 40;
 const LOW_PX = 160; // lower charts have one line of times, and no label below it
 const MANY = 20; // more curves have thin lines, which are drawn several times faster without a graphics card
 const FONT = "11px system-ui, sans-serif"; // of axes
-// Creating such a format takes longer than drawing a curve.
+// Creating a format takes longer than drawing a curve.
 const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 2 });
 const minutes = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit" });
 const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
@@ -20,10 +20,7 @@ const colourOf = (name) => getComputedStyle(document.body).getPropertyValue(name
 const spread = (low, high) => (high > low ? (high - low) * MARGIN : Math.abs(high) * MARGIN || 1);
 
 // A time of day, or simulated seconds.
-export function timeText(time) {
-  if (time < EPOCH) return `${Number(time.toFixed(2))} s`;
-  return clock.format(time * 1000);
-}
+export const timeText = (time) => (time < EPOCH ? `${Number(time.toFixed(2))} s` : clock.format(time * 1000));
 
 // Labels of the time axis: 24 hours, as in logs; seconds, with the minute once.
 function timeLabels(own, splits, _axis, _space, step) {
@@ -97,10 +94,8 @@ export function createChart(place, size, settings, on) {
 export function dataOf(settings, [begin, end] = settings.span()) {
   const { curves, isXy } = settings;
   if (isXy) return [xExtent(settings), ...curves.map(() => [0, 1])];
-  const shown = curves.map(({ times, values }) => {
-    const part = /** @type {const} */ ([Math.max(0, firstFrom(times, begin) - 1), firstFrom(times, end) + 1]);
-    return [times.slice(...part), values.slice(...part)];
-  });
+  const part = (times, all) => all.slice(Math.max(0, firstFrom(times, begin) - 1), firstFrom(times, end) + 1);
+  const shown = curves.map(({ times, values }) => [part(times, times), part(times, values)]);
   return shown.length === 1 ? shown[0] : uPlot.join(shown, curves.map(() => JOINED));
 }
 

@@ -258,10 +258,7 @@ export function open(view, argument, context) {
     if ((isRebuilt || (needsDraw && !isPaused)) && context.isShown) draw();
     requestAnimationFrame(onFrame);
   });
-  new ResizeObserver(() => {
-    const next = size();
-    if (plot && (plot.width !== next.width || plot.height !== next.height)) plot.setSize(next);
-  }).observe(chart);
+  new ResizeObserver(() => plot?.setSize(size())).observe(chart);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", rebuild, { signal: context.signal });
   showSource();
   if (argument) go(argument);
