@@ -122,7 +122,9 @@ def _copy_metadata(bag: Path, folder: Path, options: Values) -> None:
     """Copy the `metadata.yaml` of a ROS 2 bag, or say why it is left out."""
     metadata = bag / "metadata.yaml"
     try:
-        (folder / metadata.name).write_bytes(read_file(metadata))
+        content = read_file(metadata)
+        with replaced_file(folder / metadata.name) as file:
+            file.write(content)
     except FileNotFoundError:
         pass
     except OSError as error:
