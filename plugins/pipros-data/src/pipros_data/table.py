@@ -86,7 +86,16 @@ class Table:
         try:
             return self.columns[name]
         except KeyError:
-            raise KeyError(f"no column {name!r}; the columns are {', '.join(self.columns)}") from None
+            known = ", ".join(self.columns)
+            raise KeyError(f"no column {name!r} in {self.topic}; the columns are {known}") from None
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise `AttributeError` with the advice to use an index, or a data frame."""
+        if name.startswith("_"):  # protocols such as that of pickle
+            raise AttributeError(name)
+        is_column = name in vars(self).get("columns", ())
+        advice = f"table[{name!r}] is a column" if is_column else f"table.to_pandas().{name} may exist"
+        raise AttributeError(f"a Table has no attribute {name!r}; {advice}", name=name, obj=self)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)

@@ -121,6 +121,9 @@ def test_a_bag_is_split_by_size() -> None:
     found = parts()
     assert [row for part in found for row in part] == values(rows)
     assert [len(part) for part in found] == [4, 4, 2]
+    assert main(["split", "-f", "run.bag", "--size", "1", "--output-dir", "one"]) == 0  # MB, as rosbag record
+    assert len(contents("one/run_0.bag")) == 10
+    assert main(["split", "run.bag", "--size", "0", "--output-dir", "none"]) == 1
 
 
 def test_each_part_begins_with_the_latched_messages_of_each_publisher() -> None:

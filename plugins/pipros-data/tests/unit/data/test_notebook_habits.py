@@ -65,8 +65,11 @@ def test_rows_and_columns_are_chosen_as_in_data_frames() -> None:
     assert table[-1] == {"_time": 1011_000_000_000, "data": 11}
     assert table[np.int64(0)]["data"] == 0
     assert table[["data"]].shape == (12, 1)
-    with pytest.raises(KeyError, match=r"no column 'x'; the columns are _time, data"):
+    with pytest.raises(KeyError, match=r"no column 'x' in /\w+; the columns are _time, data"):
         table["x"]
+    for name, advice in (("data", r"table\['data'\] is a column"), ("iloc", r"table.to_pandas\(\).iloc may")):
+        with pytest.raises(AttributeError, match=f"a Table has no attribute '{name}'; {advice}"):
+            getattr(table, name)
 
 
 def test_columns_with_cells_of_different_sizes_are_sliced() -> None:
@@ -143,7 +146,9 @@ def test_only_the_wanted_columns_are_kept() -> None:
         table = bags.table("/imu", columns=["orientation.w", "header.frame_id"])
         assert list(table) == ["_time", "orientation.w", "header.frame_id"]
         assert [list(each) for each in bags.batches("/imu", columns=["_time"])] == [["_time"]]
-        with pytest.raises(KeyError, match=r"no column 'nothing'; the columns are _time, header\.seq"):
+        with pytest.raises(
+            KeyError, match=r"no column 'nothing' in /imu; the columns are _time, header\.seq"
+        ):
             bags.table("/imu", columns=["nothing"])
 
 

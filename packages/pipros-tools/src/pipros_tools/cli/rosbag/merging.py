@@ -49,7 +49,11 @@ def split(argv: Sequence[str]) -> int:
     )
     add = parser.add_option
     add("--every", metavar="DURATION", help="begin a bag after each DURATION, such as 60s, 5m or 2h")
-    add("--size", metavar="SIZE", help="begin a bag when the last one has the size SIZE, such as 500M or 2G")
+    add(
+        "--size",
+        metavar="SIZE",
+        help="begin a bag when the last one has SIZE MB, or a size such as 500k or 2G",
+    )
     at = "begin a bag at TIME, in seconds since 1970, or, with a plus sign, after the first message: +90s"
     add("--at", action="append", default=[], metavar="TIME", help=at)
     add("--output-dir", metavar="DIR", help="write to directory DIR")
@@ -63,9 +67,9 @@ def split(argv: Sequence[str]) -> int:
     folder = Path(options.output_dir) if options.output_dir else source.parent
     suffix = source.suffix if source.suffix in (".bag", ".mcap") else ".bag"
     pattern = f"{source.stem}_[0-9]*{suffix}"
-    _check_free([each for each in folder.glob(pattern) if _is_part(each, source)], names, options)
+    _check_free(sorted(each for each in folder.glob(pattern) if _is_part(each, source)), names, options)
     try:
-        size_bytes = bytes_of(options.size, "--size") if options.size else 0
+        size_bytes = _size_bytes(options.size) if options.size else 0
         with opened(source, options, left_out) as bag:
             part_of = _part_of(bag, options)
             folder.mkdir(parents=True, exist_ok=True)
@@ -98,6 +102,14 @@ def _parser(description: str, usage: str) -> OptionParser:
     parser.add_option("--compression", default="", help="as for rosbag convert")
     add_reading_options(parser)
     return parser
+
+
+def _size_bytes(text: str) -> int:
+    """Return a size in bytes. A number alone is in MB, as for `rosbag record`."""
+    found = bytes_of(f"{text}M" if text.isdecimal() else text, "--size")
+    if not found:
+        raise ValueError(f"--size must be > 0, got {text}")
+    return found
 
 
 def _is_part(path: Path, source: Path) -> bool:
