@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from pipros.msg.bulk.columns import Column, ListColumn, OctetColumn, RecordColumn, TextColumn
-    from pipros_data.bags import Bags, open_bags
+    from pipros_data.bags import Bags
     from pipros_data.live.commands import ActionRefused
     from pipros_data.live.environment import RobotEnvironment
     from pipros_data.live.robot import LiveRobot
     from pipros_data.live.sources import RobotSilent
     from pipros_data.live.teleoperator import LiveTeleoperator
+    from pipros_data.opening import open_bags
     from pipros_data.table import Table
 
 __all__ = [
@@ -42,7 +43,8 @@ __all__ = [
 ]
 
 _HOMES = {
-    "pipros_data.bags": "Bags open_bags",
+    "pipros_data.bags": "Bags",
+    "pipros_data.opening": "open_bags",
     "pipros_data.live.commands": "ActionRefused",
     "pipros_data.live.environment": "RobotEnvironment",
     "pipros_data.live.robot": "LiveRobot",

@@ -1,21 +1,18 @@
-"""Open bags, and read their topics as tables."""
+"""Read the topics of bags as tables."""
 
 from __future__ import annotations
 
-import glob
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 from itertools import pairwise
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
-from pipros.basics.plugins import offered
 from pipros.basics.printable import listed
 from pipros.msg.bulk.columns import Column
 from pipros.msg.bulk.decode import MalformedMessage, decode
@@ -30,7 +27,6 @@ from pipros_tools.bag.info import BagInfo, bag_info
 from pipros_tools.bag.info_text import info_html
 from pipros_tools.bag.merge import merged_raw
 from pipros_tools.bag.message_groups import MessageGroup, grouped, joined_groups
-from pipros_tools.bag.opening import is_ros1_bag, open_bag
 from pipros_tools.bag.reader import BagReader
 from pipros_tools.bag.times import received_at
 
@@ -57,42 +53,6 @@ class NoSuchTopic(PiprosError, LookupError):
     """No bag contains a topic with this name."""
 
 
-def open_bags(*paths: BagPath | Iterable[BagPath], msgs: Sequence[BagPath] = ()) -> Bags:
-    """Open bags, MCAP files and ROS 2 bags. Topics are read as if all files were a single bag.
-
-    Args:
-        paths: paths of bags, patterns such as `run*.bag`, or lists of them.
-        msgs: folders with the message definitions for ROS 2 bags.
-
-    Raises:
-        BagError: a file is not a bag, or is damaged.
-        FileNotFoundError: a path does not exist, or a pattern matches nothing.
-        ValueError: there is no path, as in a list that `glob` returned.
-    """
-    readers: list[BagReader] = []
-    each_path = list(_each_path(paths))
-    if not each_path:
-        raise ValueError("no bags to open: the list of paths is empty")
-    try:
-        for path in each_path:
-            readers += [_opened(name, msgs) for name in matching_files(path)]
-    except BaseException:
-        for each in readers:
-            each.close()
-        raise
-    return Bags(readers)
-
-
-def _each_path(paths: Iterable[BagPath | Iterable[BagPath]]) -> Iterator[BagPath]:
-    for path in paths:
-        if isinstance(path, str | os.PathLike):
-            yield path
-        elif isinstance(path, Iterable):
-            yield from path
-        else:
-            raise TypeError(f"a bag must be named by its path, got {path!r}")
-
-
 class Bags:
     """A set of open bags. `bags["/imu"]` is the table of a topic, and iterating yields the topics.
 
@@ -106,7 +66,7 @@ class Bags:
     """
 
     def __init__(self, readers: Iterable[BagReader], limits: Limits | None = None) -> None:
-        self.readers = sorted(readers, key=_start_of)
+        self.readers = sorted(readers, key=_range_of)
         self._limits = (limits or process_limits()).of(DataLimits)
         self.on_bad_message: Callable[[str, str], object] | None = None
 
@@ -186,12 +146,8 @@ class Bags:
 
     def count(self, topic: str) -> int:
         """Return the number of messages on a topic."""
-        return sum(
-            counts.get(each.id, 0)
-            for bag in self.readers
-            for counts in [bag.count_by_connection()]
-            for each in bag.connections_of(topic)
-        )
+        counts = ((bag.count_by_connection(), bag.connections_of(topic)) for bag in self.readers)
+        return sum(found.get(each.id, 0) for found, connections in counts for each in connections)
 
     def table(
         self,
@@ -431,33 +387,10 @@ def _malformed(plan: MessagePlan, part: MessageGroup, first: int) -> Iterator[tu
             yield from _malformed(plan, part.take(np.arange(begin, end)), first + begin)
 
 
-def matching_files(path: BagPath) -> list[str]:
-    """Return the files that match a pattern. A path that exists or has no wildcards is returned as it is.
-
-    Raises:
-        FileNotFoundError: no file matches the pattern.
-    """
-    name = os.fspath(path)
-    if os.path.exists(name) or not glob.has_magic(name):
-        return [name]
-    found = sorted(glob.glob(name, recursive=True))
-    if not found:
-        raise FileNotFoundError(2, "no such bag", name)
-    return found
-
-
 def names_of(topics: Sequence[str]) -> str:
     """Return the names for an error text: at most 20 of them, because a bag may have thousands."""
     more = [f"and {len(topics) - _NAMED} more"] if len(topics) > _NAMED else []
     return ", ".join([*map(listed, topics[:_NAMED]), *more]) or "none"
-
-
-def _opened(path: str, folders: Sequence[BagPath]) -> BagReader:
-    others = None if is_ros1_bag(path) else offered("bags")
-    if others is None:
-        return open_bag(path)
-    found: BagReader = others.opened(path, SimpleNamespace(msgs=[os.fspath(each) for each in folders]))
-    return found
 
 
 def _range_of(bag: BagReader) -> tuple[int, int]:
@@ -465,7 +398,3 @@ def _range_of(bag: BagReader) -> tuple[int, int]:
         return bag.range_ns
     except NoMessages:
         return 0, 0
-
-
-def _start_of(bag: BagReader) -> int:
-    return _range_of(bag)[0]

@@ -8,8 +8,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from pipros.basics.errors import MissingExtra, PiprosError
-from pipros_data.bags import open_bags
 from pipros_data.files import print_csv
+from pipros_data.opening import open_bags
 from pipros_data.sql import Database, queried
 
 

@@ -177,11 +177,8 @@ class Ros2BagReader(BagReader):
             try:
                 data = plan.to_ros1(cdr)
             except ConversionError as error:
-                if self.on_bad_message is None:
-                    raise BagFormatError(
-                        f"{self.name}: a message on {connection.topic} is damaged: {error}"
-                    ) from None
-                self.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
+                damaged = BagFormatError(f"{self.name}: a message on {connection.topic} is damaged: {error}")
+                self._report(connection.topic, f"{received_at(time_ns)}: {error}", damaged)
                 continue
             self._note_origin(time_ns, sequence, published_ns)
             yield connection, time_ns, data, sequence, published_ns

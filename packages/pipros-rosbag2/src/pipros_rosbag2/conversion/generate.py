@@ -18,17 +18,15 @@ The generated source contains no text from definitions; it refers to tables by n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from pipros.basics.limits import Limits, limit_text
-from pipros.msg.compile.arrays import EMPTY_ELEMENTS
-from pipros.msg.compile.layout import MESSAGE_VALUES
-from pipros.msg.language.spec import DefinitionError, MessageSpec
-from pipros_rosbag2.conversion.defaults import default_bytes
+from pipros.basics.limits import Limits
+from pipros.msg.language.spec import MessageSpec
 from pipros_rosbag2.conversion.errors import NotConvertible
+from pipros_rosbag2.conversion.one_sided import OneSidedEmitter, one_of
 from pipros_rosbag2.conversion.pairing import Pair, Pairing, Path
-from pipros_rosbag2.conversion.run_emitter import Cursor, RunEmitter
+from pipros_rosbag2.conversion.run_emitter import Cursor
 from pipros_rosbag2.conversion.runs import Check, RunItem, RunRole, layout
 from pipros_rosbag2.conversion.values import Value, ValueKind, Values
 from pipros_rosbag2.interfaces.spec import Form, Ros2Message
@@ -56,28 +54,22 @@ def converter_source(
         NotConvertible: corresponding fields have incompatible types.
         DefinitionError: the types exceed a limit.
     """
-    made = _Converter(pairing, limits, to_cdr=to_cdr)
+    made = _Converter(pair, pairing, limits, to_cdr=to_cdr)
     made.whole(pair)
     lines = ["def convert(data):", *made.lines]
     return "\n".join((*lines, "")), made.tables
 
 
-class _Converter(RunEmitter):
-    def __init__(self, pairing: Pairing, limits: Limits, *, to_cdr: bool) -> None:
-        super().__init__(to_cdr=to_cdr)
+class _Converter(OneSidedEmitter):
+    def __init__(self, pair: Pair, pairing: Pairing, limits: Limits, *, to_cdr: bool) -> None:
+        super().__init__(pair, Values(pairing.lookup, pairing.catalog), limits, to_cdr=to_cdr)
         self._pairing = pairing
-        self._values = Values(pairing.lookup, pairing.catalog)
-        self._limits = limits
-        self._fields = 0
-        self._outer = ""
-        self._smallest: dict[str, int] = {}
         self._flat: dict[str, bool] = {}
 
     def whole(self, pair: Pair) -> None:
-        self._outer = pair.ros1.type
         self.emit("parts = [_header]" if self.to_cdr else "parts = []")
         self.emit("add = parts.append")
-        first, second = self._values.of_message(pair.ros1), self._values.of_message(pair.ros2)
+        first, second = self.values.of_message(pair.ros1), self.values.of_message(pair.ros2)
         if first.kind is not ValueKind.MESSAGE and first.kind is second.kind:
             self._single(*self._ordered(first, second))
         else:
@@ -93,7 +85,7 @@ class _Converter(RunEmitter):
     # Messages ---------------------------------------------------------------------------------------------
 
     def _linked(self, pair: Pair) -> None:
-        ros1, ros2 = self._values.of_fields(pair.ros1), self._values.of_fields(pair.ros2)
+        ros1, ros2 = self.values.of_fields(pair.ros1), self.values.of_fields(pair.ros2)
         source, target = self._ordered_fields(ros1, ros2)
         links = {
             (link.ros2 if self.to_cdr else link.ros1): (link.ros1 if self.to_cdr else link.ros2)
@@ -120,13 +112,13 @@ class _Converter(RunEmitter):
         left = list(source)
         for name, value in target.items():
             if name not in links:
-                self._fill(value, pair)
+                self.fill(value, pair)
                 continue
             while left[0] != links[name]:
-                self._skip(source[left.pop(0)])
+                self.skip(source[left.pop(0)])
             self._field(source[left.pop(0)], value, f"{pair.ros1.type}.{name}")
         for name in left:
-            self._skip(source[name])
+            self.skip(source[name])
 
     def _anywhere(
         self, source: Mapping[str, Value], target: Mapping[str, Value], links: Mapping[Path, Path], pair: Pair
@@ -162,9 +154,9 @@ class _Converter(RunEmitter):
                 found[path] = self.source, value
             is_above = any(len(each) > len(path) and each[: len(path)] == path for each in wanted)
             if is_above and value.form is Form.SINGLE and value.message is not None:
-                self._locate(self._values.of_fields(value.message), path, wanted, found)
+                self._locate(self.values.of_fields(value.message), path, wanted, found)
             else:
-                self._skip(value)
+                self.skip(value)
 
     def _fill_tree(
         self,
@@ -188,14 +180,14 @@ class _Converter(RunEmitter):
                     self._field(source, value, f"{pair.ros1.type}.{name}")
                 self.flush()
             elif any(each[: len(path)] == path for each in links) and value.message is not None:
-                self._fill_tree(self._values.of_fields(value.message), path, links, found, used, pair)
+                self._fill_tree(self.values.of_fields(value.message), path, links, found, used, pair)
             else:
-                self._fill(value, pair)
+                self.fill(value, pair)
 
     # Fields -----------------------------------------------------------------------------------------------
 
     def _field(self, source: Value, target: Value, where: str) -> None:
-        self._count_field(where)
+        self.count_field(where)
         if source.form is not target.form or source.length != target.length or source.kind is not target.kind:
             raise NotConvertible(f"{where}: {_described(source)} and {_described(target)} do not correspond")
         if source.kind is ValueKind.WIDE_STRING:
@@ -210,12 +202,6 @@ class _Converter(RunEmitter):
             self.items.append(RunItem(RunRole.COPY, source.size * source.length, source.size))
         else:
             self._array(source, target)
-
-    def _count_field(self, where: str) -> None:
-        self._fields += 1
-        if self._fields > self._limits.definition_fields:
-            limit = limit_text("definition_fields", self._limits.definition_fields)
-            raise DefinitionError(f"the message has too many fields in total; {limit}", file=where)
 
     def _single(self, source: Value, target: Value) -> None:
         if source.kind is ValueKind.STRING:
@@ -271,23 +257,8 @@ class _Converter(RunEmitter):
                 units = (u for u in (8, 4, 2) if size % u == 0 and self.target.remainder(u) == 0)
                 self.target = self.target_local(f"{self.target} + {end} - ({start})", next(units, 1))
             return
-        self._check_count(count, source)
-        self._loop(count, lambda: self._single(_one(source), _one(target)))
-
-    def _loop(self, count: str, body: Callable[[], None]) -> None:
-        """Emit a loop whose cursors are local variables."""
-        self.flush()
-        source = self.assign("o", str(self.source))
-        target = self.assign("w", str(self.target)) if self.to_cdr else ""
-        self.source, self.target = Cursor(source, 0, 1), Cursor(target, 0, 1)
-        with self.loop(f"for _ in _range({count}):", _place(self._outer)):
-            body()
-            self.flush()
-            for name, cursor in ((source, self.source), (target, self.target)):
-                if name and str(cursor) != name:
-                    self.emit(f"{name} = {cursor}")
-            self.emit("pass")
-        self.source, self.target = Cursor(source, 0, 1), Cursor(target, 0, 1)
+        self.check_left(count, source)
+        self.repeat(count, lambda: self._single(one_of(source), one_of(target)))
 
     def _copied_count(self, source: Value, target: Value) -> str:
         if source.form is Form.ARRAY:
@@ -305,25 +276,6 @@ class _Converter(RunEmitter):
             self.emit(f"add(_p32({count}))")
         return count
 
-    def _check_count(self, count: str, source: Value) -> None:
-        smallest = self._smallest_size(_one(source))
-        left = f"_len(data) - ({self.source})"
-        self.emit(f"_check_count({count}, {smallest}, {left}, {EMPTY_ELEMENTS})")
-
-    def _smallest_size(self, value: Value) -> int:
-        """Return a lower bound for the size of a value in the source, in bytes."""
-        if value.form is Form.SEQUENCE or (value.form is Form.SINGLE and value.kind is ValueKind.STRING):
-            return 4
-        if value.form is Form.ARRAY:
-            return value.length * self._smallest_size(_one(value))
-        if value.kind is not ValueKind.MESSAGE or value.message is None:
-            return value.size or 4
-        name = value.message.type
-        if name not in self._smallest:
-            fields = self._values.of_fields(value.message).values()
-            self._smallest[name] = sum(self._smallest_size(each) for each in fields)
-        return self._smallest[name]
-
     def _flat_element(self, source: Value, target: Value) -> tuple[int, int] | None:
         """Return an element's size and alignment.
 
@@ -331,7 +283,7 @@ class _Converter(RunEmitter):
         """
         if source.kind in (ValueKind.INTEGER, ValueKind.FLOAT):
             return source.size, source.size
-        if not self._may_be_flat(_one(source)):
+        if not self._may_be_flat(one_of(source)):
             return None
         before = self.lines, self.items, self.source, self.target
         self.lines, self.items = [], []
@@ -361,73 +313,9 @@ class _Converter(RunEmitter):
             return False
         name = value.message.type
         if name not in self._flat:
-            fields = self._values.of_fields(value.message).values()
+            fields = self.values.of_fields(value.message).values()
             self._flat[name] = all(self._may_be_flat(each) for each in fields)
         return self._flat[name]
-
-    # Fields on one side only ------------------------------------------------------------------------------
-
-    def _skip(self, value: Value) -> None:
-        """Emit code that skips a field that the target lacks."""
-        self._count_field(self._outer)
-        is_number = value.kind in (ValueKind.INTEGER, ValueKind.FLOAT)
-        if value.form is Form.SINGLE:
-            self._skip_single(value)
-        elif is_number and value.form is Form.ARRAY:
-            self.items.append(RunItem(RunRole.DROP, value.size * value.length, value.size))
-        else:
-            self.flush()
-            count = str(value.length)
-            if value.form is Form.SEQUENCE:
-                count = self._read_length()
-            if is_number:
-                if not self.to_cdr and value.size == 8:
-                    self.align_elements(count)
-                self.slice(f"{count} * {value.size}", 0)
-                return
-            self._check_count(count, value)
-            target = self.target
-            self._loop(count, lambda: self._skip_single(_one(value)))
-            self.target = target
-
-    def _skip_single(self, value: Value) -> None:
-        if value.kind in (ValueKind.STRING, ValueKind.WIDE_STRING):
-            self.flush()
-            length = self._read_length()
-            self.slice(length, 0)
-        elif value.kind is ValueKind.MESSAGE and value.message is not None:
-            for field in self._values.of_fields(value.message).values():
-                self._skip(field)
-        else:
-            self.items.append(RunItem(RunRole.DROP, value.size, value.alignment))
-
-    def _read_length(self) -> str:
-        if not self.to_cdr:
-            self.align_source(4)
-        length = self.local("n")
-        self.emit(f"({length},) = _u32(data, {self.source})")
-        self.source = self.source.plus(4)
-        return length
-
-    def _fill(self, value: Value, pair: Pair) -> None:
-        """Emit code that writes the default value of a field that the source lacks."""
-        self._count_field(self._outer)
-        count = value.length if value.form is Form.ARRAY else 1
-        if count * max(1, value.size) > MESSAGE_VALUES:
-            raise NotConvertible(
-                f"{pair.ros2.type}: a default value has {count} elements of {value.size} bytes; "
-                f"the limit is {MESSAGE_VALUES}"
-            )
-        for size, alignment, octets in default_bytes(value, self._values, to_cdr=self.to_cdr):
-            self._count_field(pair.ros2.type)
-            if not octets.strip(b"\0"):
-                self.items.append(RunItem(RunRole.FILL, size, alignment))
-                continue
-            self.flush()
-            if self.to_cdr:
-                self.align_target(alignment)
-                self.target = self.target.plus(size)
-            self.emit(f"add({self.table('_fill', octets)})")
 
 
 def _is_log(pair: Pair) -> bool:
@@ -438,16 +326,8 @@ def _no_field(pair: Pair, name: str) -> NotConvertible:
     return NotConvertible(f"a rule for {pair.ros1.type} names the field {name}, which does not exist")
 
 
-def _one(value: Value) -> Value:
-    return Value(value.kind, Form.SINGLE, 0, value.size, value.message, 0, value.string_bound)
-
-
 def _described(value: Value) -> str:
     if value.form is Form.SINGLE:
         return f"one {value.kind.value.removesuffix('s')}"
     many = f"an array of {value.length}" if value.form is Form.ARRAY else "a sequence of"
     return f"{many} {value.kind.value}"
-
-
-def _place(type_name: str) -> MessageSpec:
-    return MessageSpec(type_name, (), (), "", type_name)

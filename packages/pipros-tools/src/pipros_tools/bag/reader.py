@@ -12,17 +12,18 @@ from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import open_file
 from pipros.basics.limits import Limits, process_limits
-from pipros.msg.class_finder import ClassFinder, MissingDefinition, installed_class
+from pipros.msg.class_finder import ClassFinder
 from pipros.msg.errors import DeserializationError
-from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import NS_PER_S, Time
 from pipros_tools.bag.chunk_messages import fields_of_chunks
 from pipros_tools.bag.connection import Connection, StoredMessage
 from pipros_tools.bag.contents import BagContents
 from pipros_tools.bag.errors import BagError, BagFormatError
 from pipros_tools.bag.layout import BagLayout, read_layout, read_version
+from pipros_tools.bag.message_classes import MessageClasses
 from pipros_tools.bag.old_format import scan_old_format
 from pipros_tools.bag.records import is_valid_time
 from pipros_tools.bag.scan import Progress, scan
@@ -92,7 +93,7 @@ class BagReader(BagContents):
         self._limits = limits or process_limits()
         self._classes = ClassFinder()
         self._owned: Any = None
-        self._classes_without_fields: dict[int, Any] = {}
+        self._message_classes = MessageClasses(self._classes)
         self._again: Callable[[], BagReader] | None = None
         self.origins: dict[str, bool] = {}
         self.skipped: dict[str, str] = {}
@@ -150,32 +151,10 @@ class BagReader(BagContents):
 
         Raise `BagError` if there is no valid definition of its type.
         """
-        kind, topic = connection.type, connection.topic
-        try:
-            found = self._classes.find(kind, connection.md5sum, connection.definition)
-            return found if found.__slots__ else self._class_without_fields(connection, found)
-        except MissingDefinition:
-            raise BagError(
-                f"the bag has no definition of {kind} (topic {topic}), and no package has the same definition"
-            ) from None
-        except DefinitionError as error:
-            raise BagError(f"the bag's definition of {kind} (topic {topic}) is broken: {error}") from error
+        return self._message_classes.of(connection, self._first_message)
 
-    def _class_without_fields(self, connection: Connection, found: Any) -> Any:
-        """Return the class for a definition without fields: the installed one, if messages are not empty.
-
-        Some recorders store an empty definition instead of one that they do not know.
-        """
-        known = self._classes_without_fields.get(connection.id)
-        if known is None:
-            known, installed = found, installed_class(connection.type)
-            if installed is None or installed.__slots__:
-                first = next(self.stored_fields([connection]), None)
-                known = found if first is None or not len(first[2]) else installed
-            if known is None:
-                raise MissingDefinition
-            self._classes_without_fields[connection.id] = known
-        return known
+    def _first_message(self, connection: Connection) -> bytes | None:
+        return next((data for _, _, data, *_ in self.stored_fields([connection])), None)
 
     def raw_messages(
         self,
@@ -338,9 +317,7 @@ class BagReader(BagContents):
             try:
                 message = cls().deserialize(data)
             except DeserializationError as error:
-                if self.on_bad_message is None:
-                    raise
-                self.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
+                self._report(connection.topic, f"{received_at(time_ns)}: {error}", error)
                 continue
             yield connection, time_ns, message
 
@@ -349,26 +326,27 @@ class BagReader(BagContents):
         try:
             return self.class_of(connection)
         except BagError as error:
-            if self.on_bad_message is None:
-                raise
-            self.on_bad_message(connection.topic, str(error))
+            self._report(connection.topic, str(error), error)
             return None
 
-    def _chunk_left_out(self, topics: Iterable[str], error: BagFormatError) -> None:
-        """Report a damaged chunk for each of its topics, or raise the error if nothing is to be left out."""
+    def _report(self, topic: str, reason: str, error: PiprosError) -> None:
+        """Report what is left out of a topic, or raise the error if nothing is to be left out."""
         if self.on_bad_message is None:
             raise error
+        self.on_bad_message(topic, reason)
+
+    def _chunk_left_out(self, topics: Iterable[str], error: BagFormatError) -> None:
+        """Report a damaged chunk for each of its topics; see `_report`."""
         for topic in dict.fromkeys(topics):
-            self.on_bad_message(topic, str(error))
+            self._report(topic, str(error), error)
 
     def _has_valid_time(self, connection: Connection, time_ns: int) -> bool:
         """Return whether ROS times include a message's; if not, report it as one that cannot be read."""
         if is_valid_time(time_ns):
             return True
         reason = f"timestamps must be from 0 to 2^32 s, got {time_ns} ns"
-        if self.on_bad_message is None:
-            raise BagFormatError(f"{self.name}: a message on {connection.topic}: {reason}")
-        self.on_bad_message(connection.topic, reason)
+        error = BagFormatError(f"{self.name}: a message on {connection.topic}: {reason}")
+        self._report(connection.topic, reason, error)
         return False
 
     def decode(self, stored: StoredMessage) -> Any:

@@ -57,7 +57,7 @@ def opened_bags(
         BagError, OSError: no file can be read.
     """
     from pipros_data import Bags
-    from pipros_data.bags import matching_files
+    from pipros_data.opening import matching_files
 
     readers: list[BagReader] = []
     failed: dict[str, BagError | OSError] = {}

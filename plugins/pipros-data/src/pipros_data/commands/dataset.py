@@ -75,9 +75,9 @@ def _mark(chosen: Namespace) -> int:
 
 
 def _build(chosen: Namespace) -> int:
-    from pipros_data.bags import matching_files
     from pipros_data.datasets.build import build
     from pipros_data.datasets.config import read_config
+    from pipros_data.opening import matching_files
 
     config = read_config(chosen.config)
     bags = [name for each in chosen.bags for name in matching_files(each)]

@@ -20,7 +20,6 @@ from pipros.basics.process_pool import in_processes
 from pipros.basics.replaced_file import replaced_file
 from pipros.msg.time import NS_PER_S
 from pipros.safe.settings import BadSettings
-from pipros_data.bags import open_bags
 from pipros_data.datasets.config import DatasetConfig
 from pipros_data.datasets.drawing import episode_svg
 from pipros_data.datasets.episodes import Episode, find_episodes
@@ -28,6 +27,7 @@ from pipros_data.datasets.formats import WRITERS
 from pipros_data.datasets.lerobot import LEROBOT, check_lerobot, join_lerobot, write_lerobot
 from pipros_data.datasets.rows import EpisodeRows, episode_rows
 from pipros_data.extras import library
+from pipros_data.opening import open_bags
 from pipros_libraries.pictures.errors import PictureError
 from pipros_tools.bag.errors import BagError
 
