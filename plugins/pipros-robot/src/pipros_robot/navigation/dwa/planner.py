@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,8 @@ FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
 
 EQUAL = 1e-9
 """Scores that differ by at most this much count as equal."""
-_TOGETHER = 64
-"""Number of trajectories whose obstacles are looked at together: their arrays fit into a cache."""
+_FIRST = 64
+"""Number of trajectories whose obstacles are looked at first, if only the best is wanted."""
 
 
 class Oscillation:
@@ -150,15 +151,15 @@ class DwaPlanner:
         settings, (scale, _) = self.settings, self.scales()
         scores = np.where(self._is_forbidden(tried.commands), FORBIDDEN, 0.0)
         path, goal, nose = self.distances
-        for bias, distance, ahead in (
-            (settings.path_distance_bias, path, 0.0),
-            (settings.goal_distance_bias, goal, 0.0),
-            (self._alignment, path, settings.forward_point_distance),
-            (settings.goal_distance_bias, nose, settings.forward_point_distance),
+        to_goal = settings.goal_distance_bias
+        for ahead, terms in (
+            (0.0, ((settings.path_distance_bias, path), (to_goal, goal))),
+            (settings.forward_point_distance, ((self._alignment, path), (to_goal, nose))),
         ):
-            if bias:
-                found = self._distance_scores(tried, distance, ahead)
-                add_scores(scores, found, bias * scale)
+            used = [(bias, distance) for bias, distance in terms if bias]
+            found = self._distance_scores(tried, [distance for _, distance in used], ahead)
+            for (bias, _), each in zip(used, found, strict=True):
+                add_scores(scores, each, bias * scale)
         if settings.twirling_scale:
             add_scores(scores, np.abs(tried.commands[:, 2]), settings.twirling_scale)
         if settings.occdist_scale:
@@ -175,8 +176,9 @@ class DwaPlanner:
         """
         left, best = np.flatnonzero(scores >= 0), math.inf
         left = left[scores[left].argsort()]
+        count = _FIRST if only_best else len(left)
         while left.size:
-            chosen, left = left[:_TOGETHER], left[_TOGETHER:]
+            chosen, left, count = left[:count], left[count:], 2 * count
             found = self._obstacle_scores(tried, chosen)
             scores[chosen] = np.where(found < 0, found, scores[chosen] + found * weight)
             best = min(best, scores[chosen].min(where=found >= 0, initial=math.inf))
@@ -189,25 +191,33 @@ class DwaPlanner:
         """Return the factors of distances in cells and of costs, in addition to their weights."""
         return self._grid.resolution, 1.0
 
-    def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
-        """Return the distance at the end of each trajectory, or at a point `ahead` metres ahead of the end.
+    def _distance_scores(
+        self, tried: Trajectories, distances: Sequence[NDArray[np.int64]], ahead: float
+    ) -> list[Array]:
+        """Return distances at the end of each trajectory, or at a point `ahead` metres ahead of the end.
 
         Trajectories that leave the grid are discarded. If `ahead` is 0, trajectories through obstacles or
         unreached cells are also discarded.
+
+        Args:
+            distances: grids of distances. One array is returned for each.
         """
         x, y = tried.x, tried.y
         if ahead:
             x, y = x + ahead * np.cos(tried.yaw), y + ahead * np.sin(tried.yaw)
         is_part = np.arange(x.shape[1]) < tried.counts[:, None]
         columns, rows, inside = self._grid.world_to_cells(x, y)
-        found = distance[rows, columns]
-        scores: Array = found[np.arange(len(tried)), tried.counts - 1].astype(float)
-        if not ahead:
-            cells = distance.size
-            scores[((found == cells + 1) & is_part).any(1)] = UNREACHED
-            scores[((found == cells) & is_part).any(1)] = BLOCKED
-        scores[(~inside & is_part).any(1)] = OFF_MAP
-        return scores
+        is_off, last = (~inside & is_part).any(1), (np.arange(len(tried)), tried.counts - 1)
+        results = []
+        for distance in distances:
+            scores: Array = distance[rows[last], columns[last]].astype(float)
+            found, cells = (None if ahead else distance[rows, columns]), distance.size
+            if found is not None and (found >= cells).any():
+                scores[((found == cells + 1) & is_part).any(1)] = UNREACHED
+                scores[((found == cells) & is_part).any(1)] = BLOCKED
+            scores[is_off] = OFF_MAP
+            results.append(scores)
+        return results
 
     def _obstacle_scores(self, tried: Trajectories, chosen: NDArray[np.int64]) -> Array:
         """Return the greatest cost, or the sum of costs, under the footprint along each trajectory."""

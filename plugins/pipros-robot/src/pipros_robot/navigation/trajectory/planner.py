@@ -101,7 +101,8 @@ class TrajectoryPlanner(DwaPlanner):
         equal = legal[scores[legal] <= scores[best] + EQUAL]
         turning = equal[~tried.goals[equal, :2].any(axis=1)]
         if len(turning):  # turns in place end at the same position: the point ahead decides
-            ahead = self._distance_scores(tried, self.distances[1], self.own.heading_lookahead)[turning]
+            (found,) = self._distance_scores(tried, self.distances[1:2], self.own.heading_lookahead)
+            ahead = found[turning]
             best = int(turning[np.where(ahead < 0, np.inf, ahead).argmin()])
         x, y, turn = map(float, tried.goals[best])
         return Choice((x, y, turn), tried.way(best), tried, scores)
@@ -115,7 +116,7 @@ class TrajectoryPlanner(DwaPlanner):
         scores = np.where(self._is_forbidden(tried.goals), FORBIDDEN, 0.0)
         scale, _ = self.scales()
         last = np.arange(len(tried)), tried.counts - 1
-        path, goal = (self._distance_scores(tried, each, 0.0) for each in self.distances[:2])
+        path, goal = self._distance_scores(tried, self.distances[:2], 0.0)
         if own.simple_attractor:
             away = (tried.x[last] - self._goal[0]) ** 2 + (tried.y[last] - self._goal[1]) ** 2
             path, goal = np.where(path < 0, path, 0.0), np.where(goal < 0, goal, away)
