@@ -71,11 +71,14 @@ def write(pytester: pytest.Pytester, name: str, content: str) -> None:
     (pytester.path / name).write_text(textwrap.dedent(content))
 
 
-def test_each_test_of_a_launch_file_is_an_item(run: Run) -> None:
+def test_each_test_of_a_launch_file_is_an_item_and_leaves_no_results_behind(
+    run: Run, pytester: pytest.Pytester
+) -> None:
     result = run("-v")
 
     result.assert_outcomes(passed=2)
     result.stdout.fnmatch_lines(["level.test::first PASSED*", "level.test::second PASSED*"])
+    assert not (pytester.path / ".ros/test_results").exists()
 
 
 def test_one_test_of_a_file_can_be_chosen(run: Run) -> None:
@@ -122,33 +125,35 @@ def test_a_failure_shows_the_text_of_the_test_program_and_none_of_our_frames(run
     assert "test_nothing" not in output
 
 
-@pytest.mark.parametrize(
-    ("element", "expected"),
-    [
-        (f"{TEST_OF}'pkg' type='gone.py'/>", "[pkg/gone.py] does not exist or is not executable"),
-        (f"{TEST_OF}'gone' type='t.py'/>", "Package [gone] for test node [gone/t.py] does not exist"),
-        (
-            f"<node name='n' pkg='pkg' type='gone.py'/>{TEST_OF}'pkg' type='t.py'/>",
-            "Test Fixture Nodes ['n'] failed to launch",
-        ),
-        (f"{TEST_OF}'pkg' type='stays.py' time-limit='0.3'/>", "max time [0.3s] allotted for test [t]"),
-        (f"{TEST_OF}'pkg' type='silent.py'/>", "test [t] did not generate test results"),
-    ],
+CANNOT_RUN = (
+    (f"{TEST_OF}'pkg' type='gone.py'/>", "[pkg/gone.py] does not exist or is not executable"),
+    (f"{TEST_OF}'gone' type='t.py'/>", "Package [gone] for test node [gone/t.py] does not exist"),
+    (
+        f"<node name='n' pkg='pkg' type='gone.py'/>{TEST_OF}'pkg' type='t.py'/>",
+        "Test Fixture Nodes ['n'] failed to launch",
+    ),
+    (f"{TEST_OF}'pkg' type='stays.py' time-limit='0.3'/>", "max time [0.3s] allotted for test [t]"),
+    (f"{TEST_OF}'pkg' type='silent.py'/>", "test [t] did not generate test results"),
 )
-def test_a_test_that_cannot_run_says_why(
-    run: Run, pytester: pytest.Pytester, element: str, expected: str
-) -> None:
-    write(pytester, "level.test", f"<launch>{element}</launch>")
+"""Elements of launch files, and what their tests say."""
+
+
+def test_a_test_that_cannot_run_says_why(run: Run, pytester: pytest.Pytester) -> None:
+    (pytester.path / "level.test").unlink()
+    for number, (element, _) in enumerate(CANNOT_RUN):
+        write(pytester, f"case_{number}.test", f"<launch>{element}</launch>")
     for name, body in {"stays.py": "import signal; signal.pause()", "silent.py": ""}.items():
         write(pytester, name, f"#!/usr/bin/env python3\n{body}\n")
         (pytester.path / name).chmod(0o755)
 
     result = run()
 
-    result.assert_outcomes(failed=1)
-    report = result.stdout.str().partition("= FAILURES =")[2].partition("Captured")[0]
-    assert expected in report
-    assert "Traceback" not in report
+    result.assert_outcomes(failed=len(CANNOT_RUN))
+    reports = re.split(r"\n_+ <test> t _+\n", result.stdout.str().partition("= FAILURES =")[2])[1:]
+    for report, (_, expected) in zip(reports, CANNOT_RUN, strict=True):
+        said = report.partition("Captured")[0]
+        assert expected in said
+        assert "Traceback" not in said
 
 
 def test_a_launch_file_with_a_mistake_is_an_error_of_collection_in_words(
@@ -163,12 +168,6 @@ def test_a_launch_file_with_a_mistake_is_an_error_of_collection_in_words(
     assert "level.test:2" in output
     assert "gone" in output
     assert "Traceback" not in output
-
-
-def test_runs_are_private_and_leave_no_results_behind(run: Run, pytester: pytest.Pytester) -> None:
-    run("level.test::first").assert_outcomes(passed=1)
-
-    assert not (pytester.path / ".ros/test_results").exists()
 
 
 def test_the_examples_of_the_documentation_work(run: Run, pytester: pytest.Pytester) -> None:
