@@ -29,8 +29,8 @@ export class Terminal {
     this.hub = hub;
     this.edit = edit;
     this.prompt = h("span");
-    this.input = h("input", { spellcheck: "false", autocomplete: "off", "aria-label": name, onkeydown: (event) => this.#key(event),
-      onpaste: (event) => this.#paste(event) });
+    this.input = h("input", { spellcheck: "false", autocomplete: "off", "aria-label": name,
+      onkeydown: (event) => this.#send(event) || this.#key(event), onpaste: (event) => this.#paste(event) });
     this.entry = h("div", { class: "entry" }, this.prompt, this.input);
     this.screen = h("div", { class: "screen" }, this.entry);
     this.scroller = h("div", { class: "scroller", onclick: () => getSelection()?.isCollapsed && this.input.focus() }, this.screen);
@@ -121,11 +121,18 @@ export class Terminal {
     this.input.value = completed;
   }
 
+  /** Passes a key on to a program that has asked for keys. Returns whether it did. */
+  #send(event) {
+    const keys = this.#sendsKeys && !event.ctrlKey && (KEYS[event.key] ?? (event.key.length === 1 && event.key));
+    if (!keys) return false;
+    this.hub.press(this.process, keys);
+    event.preventDefault();
+    return true;
+  }
+
   #key(event) {
     const { key, ctrlKey } = event;
-    const sent = this.#sendsKeys && !ctrlKey && (KEYS[key] ?? (key.length === 1 && key));
-    if (sent) this.hub.press(this.process, sent);
-    else if (key === "Enter") this.#enter();
+    if (key === "Enter") this.#enter();
     else if (key === "Tab" && this.input.value && this.#isReady) {
       this.hub.type(this.process, { complete: this.input.value });
     } else if (ctrlKey && key === "c" && getSelection()?.isCollapsed !== false) {
