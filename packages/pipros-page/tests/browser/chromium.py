@@ -107,8 +107,7 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
 
     def open_it(page: Page, place: str, size: tuple[int, int] = (1200, 700)) -> Tab:
         context = chromium.new_context(
-            viewport={"width": size[0], "height": size[1]},
-            reduced_motion="reduce",
+            viewport={"width": size[0], "height": size[1]}, reduced_motion="reduce"
         )
         context.set_default_timeout(60_000)
         tab = context.new_page()

@@ -211,10 +211,7 @@ def test_detections_and_markers_are_drawn_over_an_image(ros: RosSystem, open_tab
             ".picture"
         ).first.bounding_box()  # moves until the lines around it are complete
         scale = min(box["width"] / 64, box["height"] / 48)
-        left, top = (
-            box["x"] + (box["width"] - 64 * scale) / 2,
-            box["y"] + (box["height"] - 48 * scale) / 2,
-        )
+        left, top = (box["x"] + (box["width"] - 64 * scale) / 2, box["y"] + (box["height"] - 48 * scale) / 2)
         tab.mouse.move(left + 39.5 * scale, top + 24.5 * scale)
         return point.inner_text() == f"(39, 24): {value}, {value}, {value}"  # of the image, not of the marker
 

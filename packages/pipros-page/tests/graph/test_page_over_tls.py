@@ -46,11 +46,7 @@ def trusting(certificate: Path = CERTIFICATES / "cert.pem") -> ssl.SSLContext:
 async def about(place: str, token: str, scheme: str, trust: ssl.SSLContext, **request: Any) -> Any:
     """Return the answer to a request, over TLS, where the threaded client loses requests."""
     async with connect(
-        f"wss://{place}/live",
-        origin=Origin(f"{scheme}://{place}"),
-        ssl=trust,
-        proxy=None,
-        open_timeout=60,
+        f"wss://{place}/live", origin=Origin(f"{scheme}://{place}"), ssl=trust, proxy=None, open_timeout=60
     ) as browser:
         await browser.send(json.dumps({"token": token}))
         assert json.loads(await browser.recv()) == {"id": 0, "data": {"token": token}}

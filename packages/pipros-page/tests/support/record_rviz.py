@@ -228,12 +228,7 @@ def _record_defaults(start: Start, folder: Path) -> None:
     while not target.exists():
         time.sleep(5)
         # pipros's rosservice is used, because Debian's packages lack the definition of this service.
-        start(
-            str(VENV_BIN / "rosservice"),
-            "call",
-            "/rviz/save_config",
-            f"path: {{data: {target}}}",
-        ).wait()
+        start(str(VENV_BIN / "rosservice"), "call", "/rviz/save_config", f"path: {{data: {target}}}").wait()
 
 
 def _lines(events: Sequence[Mapping[str, Any]]) -> str:

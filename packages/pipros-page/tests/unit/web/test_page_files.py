@@ -24,11 +24,7 @@ def text_of(file: Path) -> str:
 
 
 CHECKSUMS = dict(
-    re.findall(
-        r"^\| `(.+)` \| `([0-9a-f]{64})` \|$",
-        text_of(REPOSITORY / "THIRD_PARTY.md"),
-        re.MULTILINE,
-    )
+    re.findall(r"^\| `(.+)` \| `([0-9a-f]{64})` \|$", text_of(REPOSITORY / "THIRD_PARTY.md"), re.MULTILINE)
 )
 OWN = [
     file

@@ -39,10 +39,7 @@ def live() -> WatchedSystem:
     return WatchedSystem(GraphClient("test"), Node("test"))
 
 
-@pytest.mark.parametrize(
-    ("share", "kept"),
-    [(0.4, [1004, 1005]), (0.6, [1005]), (2.0, [1005])],
-)
+@pytest.mark.parametrize(("share", "kept"), [(0.4, [1004, 1005]), (0.6, [1005]), (2.0, [1005])])
 def test_a_jump_keeps_the_newest_messages_within_the_limit(
     live: WatchedSystem, tmp_path: Path, share: float, kept: list[int]
 ) -> None:
