@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -192,7 +192,7 @@ class DwaPlanner:
         return self._grid.resolution, 1.0
 
     def _distance_scores(
-        self, tried: Trajectories, distances: Sequence[NDArray[np.int64]], ahead: float
+        self, tried: Trajectories, distances: Iterable[NDArray[np.int64]], ahead: float
     ) -> list[Array]:
         """Return distances at the end of each trajectory, or at a point `ahead` metres ahead of the end.
 
