@@ -9,7 +9,7 @@ import threading
 import time
 from bisect import bisect_left, bisect_right
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -186,10 +186,12 @@ class Recording(BagReader):
         end_ns: int | None = None,
         *,
         as_views: bool = False,  # noqa: ARG002 # the messages are in memory
+        where: Callable[[Connection, int], bool] | None = None,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         wanted = {each.id for each in (self.connections if connections is None else connections)}
         first = 0 if start_ns is None else bisect_left(self._times, start_ns)
         last = len(self._times) if end_ns is None else bisect_right(self._times, end_ns)
         for at in range(first, last):
-            if self._messages[at].connection.id in wanted:
-                yield self._messages[at]
+            each = self._messages[at]
+            if each.connection.id in wanted and (where is None or where(each.connection, each.time_ns)):
+                yield each

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -166,6 +166,7 @@ class Ros2BagReader(BagReader):
         end_ns: int | None = None,
         *,
         as_views: bool = False,  # noqa: ARG002 # messages are always new
+        where: Callable[[Connection, int], bool] | None = None,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         wanted = {each.id for each in (self.connections if connections is None else connections)}
         last = AFTER_ALL if end_ns is None else end_ns
@@ -173,6 +174,8 @@ class Ros2BagReader(BagReader):
             wanted, start_ns or 0, last
         ):
             if not self._has_valid_time(connection, time_ns):
+                continue
+            if where is not None and not where(connection, time_ns):
                 continue
             try:
                 data = plan.to_ros1(cdr)

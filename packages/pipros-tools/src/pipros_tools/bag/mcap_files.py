@@ -12,7 +12,7 @@ from __future__ import annotations
 import errno
 import os
 import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from io import BytesIO
@@ -268,6 +268,7 @@ class McapReader(BagReader):
         end_ns: int | None = None,
         *,
         as_views: bool = False,
+        where: Callable[[Connection, int], bool] | None = None,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         wanted = {each.id: each for each in (self.connections if connections is None else connections)}
         if not wanted:
@@ -286,9 +287,12 @@ class McapReader(BagReader):
                     (wanted[each].topic for each in channels), error
                 ),
             ):
-                if self._has_valid_time(wanted[channel], time_ns):
+                connection = wanted[channel]
+                if not self._has_valid_time(connection, time_ns):
+                    continue
+                if where is None or where(connection, time_ns):
                     self._note_origin(time_ns, sequence, published)
-                    yield wanted[channel], time_ns, data, sequence, published
+                    yield connection, time_ns, data, sequence, published
 
 
 class McapWriter:

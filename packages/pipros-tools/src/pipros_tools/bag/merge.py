@@ -44,12 +44,12 @@ def merged_raw(
     streams = [
         zip(
             repeat(number),
-            bag.selected_fields(
+            bag.stored_fields(
                 _chosen(bag, where),
                 start_ns,
                 end_ns,
-                is_needed and partial(is_needed, number),
                 as_views=as_views,
+                where=is_needed and partial(is_needed, number),
             ),
         )
         for number, bag in enumerate(bags)

@@ -188,23 +188,8 @@ class BagReader(BagContents):
         Raises:
             BagFormatError: the iteration reaches a damaged part of the file.
         """
-        found = self.selected_fields(connections, start_ns, end_ns, where)
+        found = self.stored_fields(connections, start_ns, end_ns, where=where)
         return map(partial(tuple.__new__, StoredMessage), found)
-
-    def selected_fields(
-        self,
-        connections: Iterable[Connection] | None,
-        start_ns: int | None,
-        end_ns: int | None,
-        where: Callable[[Connection, int], bool] | None,
-        *,
-        as_views: bool = False,
-    ) -> Iterator[tuple[Connection, int, Any, int, int]]:
-        """Like `stored_fields`, but only the messages that `where` selects; see `stored_messages`."""
-        if where is not None and type(self).stored_fields is BagReader.stored_fields:
-            return self._fields_where(connections, start_ns, end_ns, where, as_views=as_views)
-        fields = self.stored_fields(connections, start_ns, end_ns, as_views=as_views)
-        return fields if where is None else (each for each in fields if where(each[0], each[1]))
 
     def stored_fields(
         self,
@@ -213,41 +198,31 @@ class BagReader(BagContents):
         end_ns: int | None = None,
         *,
         as_views: bool = False,
+        where: Callable[[Connection, int], bool] | None = None,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         """Like `stored_messages`, but yield plain tuples, which are faster to create and unpack.
 
         Named tuples would make reading a bag of `std_msgs/String` 10% slower. If `as_views` is true,
         large messages are views, which are valid until the next message is requested.
         """
-        return self._fields_where(connections, start_ns, end_ns, None, as_views=as_views)
+        return self._in_chunks(connections, start_ns, end_ns, as_views=as_views, where=where)
 
     def placed_fields(
         self, connections: Iterable[Connection], start_ns: int | None, end_ns: int | None
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         """Like `stored_fields`, but end with the positions of the chunk in the file and in the chunk."""
-        return self._fields_where(connections, start_ns, end_ns, None, has_places=True)
+        return self._in_chunks(connections, start_ns, end_ns, as_views=False, has_places=True)
 
-    def _fields_where(
+    def _in_chunks(
         self,
         connections: Iterable[Connection] | None,
         start_ns: int | None,
         end_ns: int | None,
-        where: Callable[[Connection, int], bool] | None,
-        *,
-        as_views: bool = False,
-        has_places: bool = False,
+        **options: Any,
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
-        return fields_of_chunks(
-            self,
-            list(self.connections if connections is None else connections),
-            start_ns,
-            end_ns,
-            self._limits,
-            as_views=as_views,
-            on_damage=self._chunk_left_out,
-            where=where,
-            has_places=has_places,
-        )
+        wanted = list(self.connections if connections is None else connections)
+        options["on_damage"] = self._chunk_left_out
+        return fields_of_chunks(self, wanted, start_ns, end_ns, self._limits, **options)
 
     def message_groups(
         self, connections: Sequence[Connection], start_ns: int | None, end_ns: int | None, limit: int

@@ -79,7 +79,7 @@ def test_messages_are_selected_when_they_are_next_and_other_chunks_are_not_read(
     def is_selected(_: Connection, time_ns: int) -> bool:
         return len(found) < times.index(limit_ns) or time_ns > last
 
-    for _, time_ns, *_ in bag.selected_fields(None, None, None, is_selected):
+    for _, time_ns, *_ in bag.stored_fields(where=is_selected):
         found.append(time_ns)
     assert found == wanted
 
