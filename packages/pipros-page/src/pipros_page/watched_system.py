@@ -125,7 +125,7 @@ class WatchedSystem:
         return self._shared.setdefault(key, Shared(lambda: make(self, *arguments)))
 
     async def observations(self) -> AsyncIterator[GraphObservation]:
-        """Yield the newest observation, at most once per `interval_s`: at once if it is not older than that."""
+        """Yield the newest observation, at most once per `interval_s`, at once if it is no older."""
         if time.monotonic() - self._observed_s < self._interval_s:
             yield self.observation
         while True:

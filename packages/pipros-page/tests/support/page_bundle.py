@@ -112,7 +112,7 @@ def _views(tabs: Path) -> str:
     names = sorted(file.stem for file in tabs.glob("*.js") if file.stem != _SCENE)
     imports = [f'import * as {name} from "./tabs/{name}.js";\n' for name in names]
     views = f"const VIEWS = {{ {', '.join(names)} }};\n"
-    scene = f'(await Promise.all([import("./tabs/{_SCENE}.js"), import("three")]))[0]'  # at once, not one after the other
+    scene = f'(await Promise.all([import("./tabs/{_SCENE}.js"), import("three")]))[0]'  # both at once
     found = f"export const viewModule = async (name) => VIEWS[name] ?? {scene};\n"
     return "".join((*imports, views, found))
 
