@@ -102,7 +102,7 @@ def is_machine_local(machine: Machine) -> bool:
     """Return whether the machine refers to this computer and user, so that nodes can start without ssh.
 
     Raises:
-        RLException: the machine's address cannot be resolved.
+        LaunchError: the machine's address cannot be resolved.
     """
     try:
         socket.getaddrinfo(machine.address, 0, 0, 0, socket.SOL_TCP)

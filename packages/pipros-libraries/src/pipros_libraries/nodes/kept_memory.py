@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-import sys
+import os
 from typing import Final
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
@@ -19,7 +19,9 @@ def keep_freed_memory() -> None:
     ones, so that nodes that compute with numpy spend up to three quarters of their time on page faults.
     Without glibc, does nothing.
     """
-    library = ctypes.CDLL(None) if sys.platform == "linux" else None
-    if library is not None and hasattr(library, "mallopt"):
+    if "CS_GNU_LIBC_VERSION" not in getattr(os, "confstr_names", ()):
+        return
+    library = ctypes.CDLL(None)
+    if hasattr(library, "mallopt"):  # other libraries may know the name of that version, too
         library.mallopt(_TRIM_THRESHOLD, _KEPT_BYTES)
         library.mallopt(_MMAP_THRESHOLD, _LARGE_BYTES)
