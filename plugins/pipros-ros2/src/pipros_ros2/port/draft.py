@@ -86,7 +86,8 @@ class _Porter(PortedCalls):
         start = "spinner.start()" if "thread" in needs else ""
         lines = {"import rclpy", *(line for each in needs for line in IMPORTS.get(each, "").splitlines())}
         helpers = "".join(f"\n\n{text}" for name, text in HELPERS.items() if name in needs)
-        helpers = helpers.replace("SPIN", "spinner.join()" if "thread" in needs else f"rclpy.spin({NODE})")
+        waiting = "spinner_ended.wait()" if "thread" in needs else f"rclpy.spin({NODE})"
+        helpers = helpers.replace("SPIN", waiting)
         text = re.sub(
             rf"\n[ \t]*{_START}", lambda match: match[0].replace(_START, start) if start else "", text
         )

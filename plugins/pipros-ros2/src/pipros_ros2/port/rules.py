@@ -229,6 +229,8 @@ HELPERS: Final = {
     except RuntimeError as error:
         if "cannot schedule new futures" not in str(error):  # as it does when Python ends
             raise
+    finally:
+        spinner_ended.set()
 
 
 def end():
@@ -237,6 +239,7 @@ def end():
         spinner.join()
 
 
+spinner_ended = threading.Event()  # after Ctrl-C in join(), Python takes a running thread for ended
 spinner = threading.Thread(target=run_callbacks, daemon=True)
 atexit.register(end)
 """,

@@ -222,6 +222,11 @@ def test_an_expression_that_is_nested_too_deeply_is_refused(expression: str) -> 
         draft_of(f"import rospy\nx = {expression}\n", installed_definitions(), "node")
 
 
+def test_drafts_wait_for_the_thread_of_callbacks_without_a_join_that_ctrl_c_interrupts() -> None:
+    """After an interrupted `join`, Python takes the thread for ended, ends beside it, and aborts."""
+    assert _draft("s = rospy.ServiceProxy('a', SetBool); rospy.spin()").text.count(".join()") == 1
+
+
 def test_a_file_without_rospy_is_unchanged_and_python_2_is_refused() -> None:
     assert _draft("print('é')\n") == Draft((), "print('é')\n")
     with pytest.raises(NotPortable, match=r"<node>:1: not Python 3"):
