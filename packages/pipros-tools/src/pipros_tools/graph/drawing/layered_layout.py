@@ -71,6 +71,7 @@ def layered_layout(
     *,
     gap: float = LAYER_GAP,
     rooms: Sequence[float] = (),
+    tallest: float | None = None,
 ) -> GraphLayout[Key]:
     """Lay out a graph. The same graph always gets the same layout.
 
@@ -80,10 +81,12 @@ def layered_layout(
         groups: the group of each vertex; empty for no group.
         gap: the least distance between layers in pixels.
         rooms: for each arrow, the distance that its label needs between the layers beside its middle.
+        tallest: if given, vertices without arrows form layers of at most this height in pixels after the
+            others, instead of a grid below them.
     """
     if not sizes:
         return GraphLayout()
-    return _LayeredLayout(sizes, arrows, groups or {}, gap, rooms).result()
+    return _LayeredLayout(sizes, arrows, groups or {}, gap, rooms, tallest).result()
 
 
 class _LayeredLayout(Generic[Key]):
@@ -99,6 +102,7 @@ class _LayeredLayout(Generic[Key]):
         groups: Mapping[Key, str],
         gap: float,
         rooms: Sequence[float],
+        tallest: float | None,
     ) -> None:
         self._gap = gap
         self._rooms = rooms
@@ -121,8 +125,21 @@ class _LayeredLayout(Generic[Key]):
                 for index, (start, end) in enumerate(self._arrows)
                 if self._layer[end] < self._layer[start]
             }
+        self._last = max((self._layer[vertex] for vertex in connected), default=-1)
+        if tallest is not None:
+            self._add_layers(tallest)
         self._chains = self._add_bends()
         self._order = self._ordered_layers()
+
+    def _add_layers(self, tallest: float) -> None:
+        """Put the isolated vertices into layers of their own after the others."""
+        layer, height = self._last, tallest
+        for vertex in self._isolated:
+            height += self._sizes[vertex][1] + ROW_GAP
+            if height > tallest + ROW_GAP or layer == self._last:
+                layer, height = layer + 1, self._sizes[vertex][1] + ROW_GAP
+            self._layer[vertex] = layer
+        self._isolated = []
 
     def _directed(self) -> list[tuple[int, int]]:
         """Return the connected pairs of vertices, without loops. Arrows that close a cycle are reversed."""
@@ -255,7 +272,7 @@ class _LayeredLayout(Generic[Key]):
 
     def _gaps(self) -> list[float]:
         """Return the distance from each layer to the next one: what the longest label there needs."""
-        gaps = [self._gap] * len(self._order)
+        gaps = [self._gap if layer <= self._last else ROW_GAP for layer in range(len(self._order))]
         for index, room in enumerate(self._rooms):
             start, end = (self._layer[vertex] for vertex in self._arrows[index])
             if start != end:

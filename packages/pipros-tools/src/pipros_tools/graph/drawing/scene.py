@@ -20,6 +20,8 @@ TRAFFIC_WIDTH = 190.0
 """Width reserved for a rate and a bandwidth on an arrow."""
 VERTICAL_GAP = 64.0
 """Distance between layers that are below each other, with room for a rate."""
+NARROW = 480.0
+"""Width in pixels of rows of vertices without arrows where arrows lead downwards: what fits on a phone."""
 SCREEN = 1390.0, 780.0
 """Width and height in pixels on which a drawing with traffic should be readable."""
 _MAX_LABEL_CHARACTERS = 60
@@ -66,19 +68,18 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False, is_vertical: bool = Fa
     ends = [(arrow.start, arrow.end) for arrow in joined]
     rooms = [_room(arrow, text, with_traffic) for arrow, text in joined.items()]
 
-    def upright() -> GraphLayout[
-        Key
-    ]:  # the layout runs to the right: it gets heights as widths, and is turned
+    def upright(width: float) -> GraphLayout[Key]:
+        """The layout runs to the right: it gets heights as widths, and is turned."""
         turned = {key: (height, width) for key, (width, height) in sizes.items()}
-        return _turned(layered_layout(turned, ends, groups, gap=VERTICAL_GAP))
+        return _turned(layered_layout(turned, ends, groups, gap=VERTICAL_GAP, tallest=width))
 
     if is_vertical:
-        layout = upright()
+        layout = upright(NARROW)
     else:
         layout = layered_layout(sizes, ends, groups, gap=LAYER_GAP, rooms=rooms)
         if with_traffic and scale_on(SCREEN, layout) < 1:
             layout = folded(layout, SCREEN)
-            other = upright()
+            other = upright(SCREEN[0])
             is_vertical = scale_on(SCREEN, other) > scale_on(SCREEN, layout)
             layout = other if is_vertical else layout
     return Scene(

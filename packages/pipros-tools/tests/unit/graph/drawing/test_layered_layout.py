@@ -50,9 +50,8 @@ def test_an_arrow_begins_at_its_start_and_ends_at_its_end(arrows: list[tuple[int
     layout = laid_out(arrows)
     for (start, end), route in zip(arrows, layout.routes, strict=True):
         for key, (x, y) in ((start, route[0]), (end, route[-1])):
-            box = layout.boxes[key]
-            assert abs(abs(x - box.x) - box.width / 2) < 1e-6
-            assert abs(y - box.y) < 1e-6
+            assert abs(abs(x - layout.boxes[key].x) - layout.boxes[key].width / 2) < 1e-6
+            assert abs(y - layout.boxes[key].y) < 1e-6
 
 
 @given(graphs, st.dictionaries(names, st.sampled_from(["/a", "/b", ""])))
@@ -61,9 +60,8 @@ def test_groups_do_not_overlap(arrows: list[tuple[int, int]], groups: dict[int, 
     assert set(layout.bands) == set(groups.values()) - {""}
     for one, other in itertools.combinations(layout.bands.values(), 2):
         assert not overlap(one, other)
-    for key, box in layout.boxes.items():
-        for name, band in layout.bands.items():
-            assert overlap(box, band) == (groups.get(key) == name)
+    for (key, box), (name, band) in itertools.product(layout.boxes.items(), layout.bands.items()):
+        assert overlap(box, band) == (groups.get(key) == name)
 
 
 @given(graphs)
@@ -79,8 +77,7 @@ def test_a_chain_is_drawn_as_a_straight_line() -> None:
 def test_a_large_graph_of_many_cycles_stays_compact() -> None:
     sizes = dict.fromkeys(range(400), (100.0, 30.0))
     arrows = [(key, key * 7 % 400) for key in range(400)] + [(key, (key + 1) % 400) for key in range(400)]
-    layout = layered_layout(sizes, arrows)
-    assert len({box.x for box in layout.boxes.values()}) < 100
+    assert len({box.x for box in layered_layout(sizes, arrows).boxes.values()}) < 100
 
 
 def test_an_empty_graph_has_no_size() -> None:
@@ -95,3 +92,9 @@ def test_the_cost_of_a_layout_is_linear_in_its_groups() -> None:
         return lambda: layered_layout(dict.fromkeys(keys, (50.0, 20.0)), arrows, groups)
 
     assert grows_linearly(layout)
+
+
+def test_vertices_without_arrows_form_layers_after_the_others_if_the_height_is_limited() -> None:
+    layout = layered_layout(dict.fromkeys("abcdefg", (40.0, 100.0)), [("a", "b")], tallest=230.0)
+    assert layout.height <= 230
+    assert layout.boxes["a"].x < layout.boxes["b"].x < min(layout.boxes[name].x for name in "cdefg")
