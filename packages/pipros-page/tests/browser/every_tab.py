@@ -48,7 +48,7 @@ TABS = {
     "fleet": "tbody tr",
     "ros2": "tbody tr",
     "acts": ".note",
-    "services/%2Frobot%2Fget_loggers": "aside textarea",
+    "services/%2Frobot%2Fget_loggers": "aside details",
     "actions": ".bar",
     "publish": ".form",
     "teleop": ".stick",

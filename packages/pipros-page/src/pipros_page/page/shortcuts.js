@@ -47,7 +47,9 @@ function found(scopes, selectors) {
 }
 
 function press(control) {
-  if (!isVisible(control)) unfold(control.closest(".toolbar"), true);
+  const menu = control.closest("[popover]");
+  if (menu) menu.togglePopover(true);
+  else if (!isVisible(control)) unfold(control.closest(".toolbar"), true);
   if (control.popoverTargetElement) control.popoverTargetElement.showPopover();
   else if (control.matches(PRESSED)) control.click();
   else {
@@ -100,7 +102,8 @@ const help = h("div", { id: "keys", popover: "auto", role: "dialog", "aria-label
 // Shows the keys of all visible controls.
 function showKeys() {
   const own = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[aria-keyshortcuts], [data-keys]")]);
-  const rows = own.filter((each) => isVisible(each) || each.id === "all-views").map((each) => each.dataset.keys?.split(": ") ??
+  const isOffered = (each) => isVisible(each) || each.matches("#all-views, .tab:not([hidden]) [popover] *");
+  const rows = own.filter(isOffered).map((each) => each.dataset.keys?.split(": ") ??
     [each.getAttribute("aria-keyshortcuts"), each.getAttribute("aria-label") || each.textContent || each.closest("label")?.textContent]);
   const texts = new Map([...OTHER_KEYS, ...rows].map(([key, text]) => [key, text])); // each key once
   replace(list, [...texts].map(([key, text]) => [h("dt", {}, h("kbd", {}, key)), h("dd", {}, text)]));

@@ -4,6 +4,7 @@
 import { playback } from "../bags/playback.js";
 import { rulesPanel } from "../console_rules.js";
 import { download, h, panelHead, problemLine, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { asLines, fromLines } from "../log_file.js";
 import { LogGroups } from "../log_groups.js";
 import { loggerLevels } from "../logger_levels.js";
@@ -65,13 +66,13 @@ export function open(view, argument, context) {
 
   const count = h("span", { class: "count pale" });
   const error = problemLine();
+  const none = emptyState("≡");
   const space = h("div", { class: "space" });
   const rows = h("div", { class: "rows", role: "log", "aria-live": "off" });
   const scroll = h("div", { class: "scroll log", tabindex: 0, role: "group", "aria-label": "Entries; up and down choose one",
     onscroll: () => drawRows(), onkeydown: (event) => onKey(event) }, space, rows);
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
-  view.append(h("div", { class: "column" },
-    toolbar({ title: "Console" },
+  view.append(h("div", { class: "column" }, toolbar({ title: "Console" },
       LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), text, node,
       h("label", { title: "Show consecutive equal entries as one row" }, fold, "Fold"),
         h("button", { title: "Go to the next error (e)", onclick: () => toNextError() }, "Next error"),
@@ -81,7 +82,7 @@ export function open(view, argument, context) {
           onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"),
             h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file,
               h("button", { onclick: () => showRules() }, "Rules"), h("button", { onclick: () => showLoggers() }, "Logger levels")),
-    error.element, scroll), side);
+    error.element, none, scroll), side);
 
   const drawn = new WeakMap(); // group to its row, and the entry in it
   context.onSource(() => { entries = []; lost = 0; filter(); });
@@ -143,6 +144,8 @@ export function open(view, argument, context) {
   }
 
   function draw() {
+    none.hidden = shown.length > 0;
+    replace(none, entries.length ? `None of the ${entries.length} entries passes the filters.` : "There are no entries in the log.");
     space.style.height = `${groups.all.length * rowHeight()}px`;
     replace(count, `${shown.length} of ${entries.length}${lost ? `, ${lost} lost` : ""}`);
     drawRows();

@@ -9,7 +9,6 @@ import { tree } from "../message_values.js";
 import { toolbar } from "../toolbar.js";
 
 const MAX_ROWS = 500;
-
 const LOGGER_SERVICES = /\/(get_loggers|set_logger_level)$/;
 const COLUMNS = [
   { title: "Service", kind: "name", text: ([name]) => name, order: ([name]) => name },
@@ -45,6 +44,7 @@ export function open(view, argument, context) {
   async function choose(name) {
     context.remember(name);
     await go(name);
+    side.focus(); // its keys call a service without a field, too
     if (selected === name) side.querySelector("textarea")?.select();
   }
 
@@ -56,7 +56,7 @@ export function open(view, argument, context) {
     replace(side, panelHead(name, () => choose("")));
     try {
       const service = await context.act("service", { name });
-      if (selected === name) side.append(...form(name, service).filter(Boolean));
+      if (selected === name) side.append(...form(name, service).flat().filter(Boolean));
     } catch (problem) {
       side.append(h("p", { class: "error" }, problem.message));
     }
@@ -72,7 +72,8 @@ export function open(view, argument, context) {
       h("dl", {}, h("dt", {}, "Type"), h("dd", {}, service.type), h("dt", {}, "Arguments"), h("dd", {}, service.arguments || "none")),
       service.definition ? h("details", { class: "definition" }, h("summary", {}, "Definition"),
         h("pre", { class: "mono whole" }, service.definition)) : null,
-      h("h3", {}, "Request"), request, h("p", {}, call, context.control ? "" : " Start with --control to call services."), answer,
+      service.arguments ? [h("h3", {}, "Request"), request] : null,
+      h("p", {}, call, context.control ? "" : " Start with --control to call services."), answer,
     ];
   }
 
@@ -80,8 +81,7 @@ export function open(view, argument, context) {
     replace(answer, "…");
     try {
       const { response, seconds } = await context.act("call_service", { name, request });
-      replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`),
-        copiesValues(h("div", {}, tree(response)), error.show));
+      replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`), copiesValues(h("div", {}, tree(response)), error.show));
     } catch (problem) {
       replace(answer, h("p", { class: "error" }, problem.message));
     }
