@@ -16,6 +16,7 @@ import re
 import shutil
 import stat
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -196,11 +197,6 @@ def _cd(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _pwd(_: Sequence[str]) -> int:
-    print(os.getcwd())
-    return 0
-
-
 def _cat(arguments: Sequence[str]) -> int:
     def show(path: str) -> None:
         sys.stdout.write(Path(path).read_text(encoding="utf-8", errors="replace"))
@@ -378,6 +374,7 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "chmod": _chmod,
     "clear": _clear,
     "cp": _cp,
+    "date": lambda _: _echo([time.strftime("%a %b %d %H:%M:%S %Z %Y")]),
     "echo": _echo,
     "env": _env,
     "export": _export,
@@ -386,7 +383,7 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "mkdir": _mkdir,
     "mv": functools.partial(_cp, moves=True),
     "printenv": _env,
-    "pwd": _pwd,
+    "pwd": lambda _: _echo([os.getcwd()]),
     "rm": _rm,
     "roscat": _roscat,
     "roscd": _roscd,
@@ -394,6 +391,7 @@ BUILT_IN: Final[dict[str, Callable[[Sequence[str]], int]]] = {
     "rosls": _rosls,
     "touch": _touch,
     "which": _which,
+    "whoami": lambda _: _echo([os.environ.get("USER", "")]),
     **dict.fromkeys(("apt", "apt-get", "pip", "pip3", "sudo"), _install),
     **{name: functools.partial(run_on_files, name) for name in FILTERS},
 }

@@ -7,7 +7,7 @@ import { start } from "./start.mjs";
 const FILES = new URL("files/", import.meta.url);
 const MADE_FROM = ["pyodide-lock.json", "pipros.whl", "libraries.zip"];
 
-/** Says how much of Python has arrived: `fetch` counts the bytes of every answer. */
+/** Says how much of Python has arrived: `fetch` counts the bytes of every answer, as unpacked by the browser. */
 function countFetched() {
   const { fetch } = self;
   let bytes = 0;
@@ -19,7 +19,7 @@ function countFetched() {
         bytes += piece.length;
         if (bytes - said > 500_000) {
           said = bytes;
-          self.postMessage({ output: `Starting Python: ${(bytes / 1e6).toFixed(1)} MB have arrived …\r` });
+          self.postMessage({ output: `Starting Python: ${(bytes / 1e6).toFixed(1)} MB have arrived, unpacked …\r` });
         }
         controller.enqueue(piece);
       },

@@ -44,9 +44,10 @@ def test_folders_and_files_are_made_listed_and_shown(home: Path, capsys: pytest.
 def test_help_names_the_commands_and_nothing_needs_to_be_installed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert typed("help", "sudo apt install ros-noetic-desktop", "pip install rospy") == [0, 1, 1]
+    assert typed("help", "sudo apt install ros-noetic-desktop", "pip install rospy", "date") == [0, 1, 1, 0]
+    assert typed("USER=ada whoami") == [0]
     shown = capsys.readouterr()
-    assert all(name in shown.out for name in ("catkin_make", "rosrun", "gedit", "Steps"))
+    assert all(name in shown.out for name in ("catkin_make", "rosrun", "gedit", "Steps", " 20", "ada\n"))
     assert shown.err.count("nothing to install") == 2
 
 
