@@ -167,6 +167,24 @@ def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker
     assert ("/text", "latched") in found[-1]
 
 
+def test_a_snapshot_starts_at_the_first_simulated_time(ros: RosSystem, master: Master, talker: Node) -> None:
+    talker.master.set_param("/use_sim_time", True)
+    texts = talker.advertise("/text", String, latch=True)
+    texts.publish(String("early"))
+    record = start(ros, master, "record", "--snapshot", "-O", "snap", "/text", "__name:=recorder")
+    record.wait_for("waiting for its first time")
+    clock = talker.advertise("/clock", Clock, latch=True)
+    clock.publish(Clock(rospy.Time(1000)))
+    record.wait_for("Waiting for a message on snapshot_trigger")
+    take = talker.client("/recorder/trigger_snapshot", Trigger)
+    wait_until(lambda: take.call(Trigger._request_class(), timeout_s=30).success, what="a snapshot")
+    record.press_ctrl_c()
+
+    assert record.wait() == 0
+    with BagReader(ros.home / "snap.bag") as bag:
+        assert [time.secs for _, _, time, *_ in bag.messages()] == [1000]
+
+
 def test_expressions_choose_topics_that_appear_later(ros: RosSystem, master: Master, talker: Node) -> None:
     record = start(ros, master, "record", "-e", "/n.*", "-x", ".*secret", "-O", "chosen")
     record.wait_for("Recording to 'chosen.bag'")

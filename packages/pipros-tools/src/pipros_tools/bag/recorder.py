@@ -88,7 +88,8 @@ class Recorder:
         Raises:
             OSError: the first file cannot be created.
         """
-        self._subscribe_to_named()
+        if not self._options.snapshot:  # which would keep what arrives before the first time
+            self._subscribe_to_named()
         self._started_ns = self._first_time_ns()
         if not self._started_ns:
             return True
@@ -144,6 +145,7 @@ class Recorder:
             announce(str(path))
             return answer._response_class(True, str(path))
 
+        self._subscribe_to_named()
         self._node.subscribe("snapshot_trigger", load_message_class("std_msgs/Empty"), write)
         self._node.serve("~trigger_snapshot", answer, write)
         self._say("Waiting for a message on snapshot_trigger, or a call to ~trigger_snapshot.")
