@@ -3,12 +3,12 @@
 
 import { h } from "./dom.js";
 
-// Returns the row. `options`: `title`; `tag`; and attributes of the element.
+// Returns the row. `options`: `title`, shown while there is room for it; `tag`; and attributes of the element.
 export function toolbar({ title = "", tag = "div", ...attributes }, ...controls) {
   const more = h("button", { type: "button", class: "more", "aria-label": "More controls", title: "More controls",
     "aria-expanded": "false", onclick: () => unfold(row, !row.classList.contains("open")) }, "…");
-  const heading = title ? h("h2", { class: "title" }, title) : null;
-  const row = h(tag, { ...attributes, class: `bar toolbar ${attributes.class ?? ""}` }, heading, controls, more);
+  const heading = h("h2", { class: "title" }, title);
+  const row = h(tag, { ...attributes, class: `bar toolbar ${attributes.class ?? ""}` }, title ? heading : null, controls, more);
   let pending = 0;
   const changed = () => { pending ||= requestAnimationFrame(update); };
 
@@ -16,7 +16,12 @@ export function toolbar({ title = "", tag = "div", ...attributes }, ...controls)
   function update() {
     pending = 0;
     if (!row.checkVisibility()) return;
-    const over = beyond(row);
+    heading.classList.remove("gone");
+    let over = beyond(row);
+    if (over.size) {
+      heading.classList.add("gone");
+      over = beyond(row);
+    }
     for (const each of itemsOf(row)) each.classList.toggle("over", over.has(each));
     row.classList.toggle("full", over.size > 0);
   }
