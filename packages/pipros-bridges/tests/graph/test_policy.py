@@ -198,7 +198,7 @@ def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url
             drive(client, 0.1)
             if number < 5:
                 driven.wait(number + 1)
-            client.send("unadvertise", topic="/cmd_vel")
+                client.send("unadvertise", topic="/cmd_vel")
         assert "/cmd_vel exceeds the limit of 5 per minute (p.yaml:2: topics./cmd_vel)" in refusal(two)
     with RosbridgeClient(url) as three:
         drive(three, 0.1)
