@@ -25,7 +25,7 @@ from pipros_server.act_gate import ActGate
 from pipros_server.policy.model import ActRefused
 from pipros_server.policy.policy_file import parse_policy
 from tests.support.foxglove import connected, serving
-from tests.support.nodes import Inbox, MakeNode
+from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
@@ -190,15 +190,21 @@ def test_a_latched_message_over_a_new_connection_is_as_old_as_before(make_node: 
         gate.close()
 
 
-def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url: str, driven: Inbox) -> None:
+def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url: str, robot: Node) -> None:
+    driven: list[float] = []  # the end of an advertisement stops the robot, which does not count
+
+    def drives(message: Any) -> None:
+        driven.extend(filter(None, [message.linear.x]))
+
+    commands = robot.subscribe("/cmd_vel", TWIST, drives)
     with RosbridgeClient(url) as one, RosbridgeClient(url) as two:
         for number in range(6):
             client = (one, two)[number % 2]
             client.send("advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
+            wait_until_connected(commands)
             drive(client, 0.1)
-            if number < 5:
-                driven.wait(number + 1)
-                client.send("unadvertise", topic="/cmd_vel")
+            wait_until(lambda count=min(number + 1, 5): len(driven) == count)
+            client.send("unadvertise", topic="/cmd_vel")
         assert "/cmd_vel exceeds the limit of 5 per minute (p.yaml:2: topics./cmd_vel)" in refusal(two)
     with RosbridgeClient(url) as three:
         drive(three, 0.1)
