@@ -198,12 +198,11 @@ def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url
 
     commands = robot.subscribe("/cmd_vel", TWIST, drives)
     with RosbridgeClient(url) as one, RosbridgeClient(url) as two:
-        for number in range(6):
-            client = (one, two)[number % 2]
+        for client, count in zip((one, two) * 3, (1, 2, 3, 4, 5, 5), strict=True):
             client.send("advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
             wait_until_connected(commands)
             drive(client, 0.1)
-            wait_until(lambda count=min(number + 1, 5): len(driven) == count)
+            wait_until(lambda count=count: len(driven) == count)
             client.send("unadvertise", topic="/cmd_vel")
         assert "/cmd_vel exceeds the limit of 5 per minute (p.yaml:2: topics./cmd_vel)" in refusal(two)
     with RosbridgeClient(url) as three:
