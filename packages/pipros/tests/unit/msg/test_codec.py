@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import array
-import copy
 import io
 import logging
-import pickle
 import struct
 import tracemalloc
 from typing import Any
@@ -16,7 +14,7 @@ import pytest
 from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import Image, Imu, JointState, LaserScan, PointCloud2, PointField
-from std_msgs.msg import Bool, Empty, Float64MultiArray, Header, String, Time, UInt8MultiArray
+from std_msgs.msg import Empty, Float64MultiArray, Header, String, Time, UInt8MultiArray
 
 import genpy
 from pipros.msg.base import Message
@@ -35,27 +33,15 @@ def made(text: str) -> Any:
     return message_classes_from_text("made/T", text)["made/T"]
 
 
-class TestConstruction:
-    def test_accepts_all_fields_in_order_or_any_by_name(self) -> None:
-        assert Point(1, 2, 3) == Point(x=1, y=2, z=3)
-        assert Point(y=2) == Point(0.0, 2, 0.0)
+def made_of_two(text: str) -> Any:
+    """A message with two messages of a definition, and a byte."""
+    classes: Any = message_classes_from_text("made/T", f"E[] es\nint8 x\n{'=' * 80}\nMSG: made/E\n{text}")
+    return classes["made/T"](es=[classes["made/E"]() for _ in range(2)])
 
+
+class TestConstruction:
     def test_none_means_the_default(self) -> None:
         assert PoseStamped(header=None, pose=None) == PoseStamped()
-
-    def test_mixing_positions_and_names_is_a_type_error(self) -> None:
-        with pytest.raises(TypeError, match="may only use args OR keywords, not both"):
-            Point(1, y=2)
-
-    def test_too_few_values_are_a_type_error(self) -> None:
-        with pytest.raises(TypeError, match="Invalid number of arguments"):
-            Point(1, 2)
-
-    def test_an_unknown_field_is_an_attribute_error(self) -> None:
-        with pytest.raises(AttributeError, match="w is not an attribute of Point"):
-            Point(w=1)
-        with pytest.raises(AttributeError):
-            Point().w = 1
 
     def test_defaults_are_not_shared_between_messages(self) -> None:
         Path().poses.append(PoseStamped())
@@ -80,20 +66,6 @@ class TestConstruction:
             cls(z=1)
         with pytest.raises(SerializationError):
             written(cls(e="x"))
-
-
-class TestEquality:
-    def test_lists_and_tuples_with_equal_elements_are_equal(self) -> None:
-        assert JointState(position=[1.0, 2.0]) == JointState(position=(1.0, 2.0))
-
-    def test_messages_of_different_types_differ(self) -> None:
-        assert Bool(data=True) != UInt8MultiArray()
-        assert String("x") != "x"
-
-    @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda m: pickle.loads(pickle.dumps(m))])  # noqa: S301
-    def test_copies_are_equal(self, duplicate: Any) -> None:
-        message = Path(poses=[PoseStamped(header=Header(3, genpy.Time(1, 2), "map"))])
-        assert duplicate(message) == message
 
 
 class TestReading:
@@ -131,6 +103,9 @@ class TestReading:
             PointCloud2(fields=[PointField("x", 0, 7, 1)], data=b"123"),
             Path(poses=[PoseStamped(), PoseStamped()]),
             Float64MultiArray(data=[1.0, 2.0]),
+            made("time[] a")([genpy.Time(1, 2)]),
+            made_of_two("string s\nuint8[4] o"),
+            made_of_two("float32[2] f\nduration d"),
         ],
         ids=lambda message: message._type,
     )
@@ -226,8 +201,6 @@ class TestWriting:
         [
             (String(3), "field data must be of type bytes or an ascii string"),
             (Header(seq=-1), "field seq must be unsigned integer type"),
-            (Header(seq=2**32), r"field seq exceeds specified width \[uint32\]"),
-            (Header(seq=1.0), "field seq must be unsigned integer type"),
             (
                 Path(poses=[Point()]),
                 r"field poses\[\] must be of type geometry_msgs/PoseStamped instead of geometry_msgs/Point",
@@ -248,17 +221,6 @@ class TestWriting:
         buff = io.BytesIO()
         with pytest.raises(SerializationError, match=words):
             message.serialize(buff)
-        assert buff.getvalue() == b""
-
-    def test_compensating_wrong_lengths_are_detected(self) -> None:
-        message = Imu(orientation_covariance=[0.0] * 8, angular_velocity_covariance=[0.0] * 10)
-        with pytest.raises(SerializationError, match="Expecting 9 items but found 8"):
-            written(message)
-
-    def test_a_failure_in_the_last_field_writes_nothing(self) -> None:
-        buff = io.BytesIO()
-        with pytest.raises(SerializationError):
-            PointCloud2(data=b"12345", is_dense="no").serialize(buff)
         assert buff.getvalue() == b""
 
 

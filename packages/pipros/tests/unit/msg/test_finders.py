@@ -10,10 +10,8 @@ from types import ModuleType
 import pytest
 
 import pipros.msg
-from pipros.basics.errors import NotFound
 from pipros.msg.importing import hook
 from pipros.msg.importing.hook import InterfaceFinder, PackageFinder, WorkspaceFinder
-from pipros.msg.importing.load import load_message_class, load_service_class
 from pipros.packages import ament_index_python
 
 
@@ -107,15 +105,6 @@ def test_loading_a_type_installs_the_missing_hook(monkeypatch: pytest.MonkeyPatc
     assert [type(finder) for finder in sys.meta_path] == [InterfaceFinder, WorkspaceFinder, PackageFinder]
     assert hook.installed_library() is library
     assert "String" in library.files.names("msg", "std_msgs")
-
-
-def test_loading_an_unknown_type_explains_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert load_service_class("std_srvs/Empty")._type == "std_srvs/Empty"
-    with pytest.raises(NotFound, match=r"a type name must have the form package/Name, got \[String\]"):
-        load_message_class("String")
-    monkeypatch.setitem(sys.modules, "std_msgs.msg", ModuleType("std_msgs.msg"))
-    with pytest.raises(NotFound, match=r"defines std_msgs/String, but the Python package std_msgs hides it"):
-        load_message_class("std_msgs/String")
 
 
 def test_the_package_loads_its_public_names_on_demand() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -40,7 +42,7 @@ class Workspace:
             file.write_text(text)
         return folder
 
-    def run(self, code: str, **variables: str) -> subprocess.CompletedProcess[str]:
+    def run(self, code: str, asked: str = "", **variables: str) -> subprocess.CompletedProcess[str]:
         environment = {
             key: value for key, value in os.environ.items() if not key.startswith(("ROS_", "PYTHON"))
         }
@@ -49,12 +51,13 @@ class Workspace:
             [self.python, "-c", code],
             cwd=self.working_folder,
             env=environment,
+            input=asked,
             capture_output=True,
             text=True,
         )
 
-    def shows(self, code: str, **variables: str) -> str:
-        result = self.run(code, **variables)
+    def shows(self, code: str, asked: str = "", **variables: str) -> str:
+        result = self.run(code, asked, **variables)
         assert result.returncode == 0, result.stderr
         return result.stdout.strip()
 
@@ -69,46 +72,162 @@ def workspace(tmp_path: Path) -> Workspace:
     return Workspace(tmp_path)
 
 
+SETUP = "from setuptools import setup\nsetup(packages=['{0}'], package_dir={{'': 'python'}})\n"
+FILES = {
+    "arms/msg/Arm.msg": "Hand left\nHand right",
+    "arms/msg/Hand.msg": "int8[5] fingers",
+    "first/msg/A.msg": "std_msgs/Header h\nsecond/B b",
+    "second/msg/B.msg": "geometry_msgs/Point[] points",
+    "asked/srv/Ask.srv": "string what\n---\nint32 answer",
+    "walker/action/Walk.action": "float32 far\n---\n---\nfloat32 done",
+    "tooled/msg/A.msg": "int32 x",
+    "tooled/src/tooled/__init__.py": "",
+    "tooled/src/tooled/tools.py": "from tooled.msg import A\nmade = A(3)",
+    "starred/msg/A.msg": "int32 x",
+    "starred/msg/B.msg": "A a",
+    "starred/srv/S.srv": "---",
+    "outer/srv/Ask.srv": "---\nmiddle/B[] b",
+    "outer/srv/No.srv": "---",
+    "middle/msg/B.msg": "inner/C c",
+    "inner/msg/C.msg": "string struct",
+    "clashing/msg/struct.msg": "int32 x",
+    "clashing/msg/B.msg": "int32 x",
+    "single/msg/A.msg": "std_msgs/Header header",
+    "broken/msg/A.msg": "int32 x",
+    "broken/msg/B.msg": "int32 x\n\nint32 a b",
+    "embedding/msg/A.msg": "no_such_package/B b",
+    "driver/setup.py": SETUP.format("robot_lib"),
+    "driver/python/robot_lib/__init__.py": "from robot_lib.arm import REACH\n",
+    "driver/python/robot_lib/arm.py": "REACH = 3\n",
+    "driven/setup.py": SETUP.format("driven"),
+    "driven/python/driven/__init__.py": "WORD = 1\n",
+    "driven/msg/A.msg": "int32 x",
+    "unnamed/setup.py": SETUP.format("other"),
+    "unnamed/python/lib/__init__.py": "",
+}
+STARS = "from outer.srv import *; print(genpy.Time(1), struct.pack, middle.msg.B(), inner.msg.C, {})"
+LOAD = "from pipros.msg import load_message_class as load; "
+ANSWERS = {
+    "a package of definitions is a Python package": (
+        "from arms.msg import Arm, Hand; print(Arm(left=Hand([1] * 5)).left.fingers)",
+        "[1, 1, 1, 1, 1]",
+    ),
+    "messages may embed those of other packages": (
+        "from first.msg import A; from second.msg import B; print(type(A().b) is B, A().b.points)",
+        "True []",
+    ),
+    "services have their halves": (
+        "from asked.srv import Ask, AskRequest as Q, AskResponse as R; print(Ask._request_class is Q, R(42))",
+        "True answer: 42",
+    ),
+    "actions are messages": (
+        "from walker.msg import WalkAction, WalkGoal; print(WalkGoal(2.5), WalkAction.__slots__)",
+        "far: 2.5 ['action_goal', 'action_result', 'action_feedback']",
+    ),
+    "a package may have modules and messages": ("from tooled.tools import made; print(made)", "x: 3"),
+    "a star import gives all types": (
+        "from starred.msg import *; from starred.srv import *; print(A, B, SRequest)",
+        "…starred.msg._A.A…starred.msg._B.B…SRequest…",
+    ),
+    "a star import gives the modules that generated code imports": (
+        STARS.format("sys, codecs, python3"),
+        "1000000000 <built-in function pack> c:…",
+    ),
+    "a star import does not give the package": (
+        STARS.format("outer"),
+        "NameError: name 'outer' is not defined",
+    ),
+    "a message type wins over a module of its name": (
+        "from clashing.msg import *; print(struct(1), B(2), genpy.__name__)",
+        "x: 1 x: 2 genpy",
+    ),
+    "modules of single types have the names of generated code": (
+        "import single.msg._A as a; print(a.genpy.__name__, hasattr(a, 'nothing'))",
+        "genpy False",
+    ),
+    "a star import of a single type, too": (
+        "from single.msg._A import *; print(A.__name__, std_msgs.msg.Header._type)",
+        "A std_msgs/Header",
+    ),
+    "dir lists the names for editors": (
+        "import broken.msg as m; print([n for n in dir(m) if n[0] != '_'])",
+        "['A', 'B']",
+    ),
+    "a mistake does not matter before the type is used": ("from broken.msg import A; print(A())", "x: 0"),
+    "a mistake is found when the type is first used": (
+        "from broken.msg import B",
+        "pipros.msg.language.spec.DefinitionError: src/broken/msg/B.msg:3:1: "
+        "expected a type and a name, got [int32 a b]",
+    ),
+    "an unknown name is an import error": (
+        "from single.msg import C",
+        "ImportError: cannot import name 'C' from 'single.msg'…",
+    ),
+    "an unknown package": ("import no_robot", "ModuleNotFoundError: No module named 'no_robot'"),
+    "a kind that the package lacks": (
+        "import single.srv",
+        "ModuleNotFoundError: No module named 'single.srv'",
+    ),
+    "an unknown embedded type is named with the field that uses it": (
+        "from embedding.msg import A",
+        "pipros.msg.language.spec.UnknownType: src/embedding/msg/A.msg:1:1: unknown type [no_such_package/B]"
+        "…ROS_PACKAGE_PATH is…",
+    ),
+    "classes are found by type name": (
+        LOAD + "from single.msg import A; print(load('single/A') is A)",
+        "True",
+    ),
+    "an unknown type of a package": (
+        LOAD + "load('single/B')",
+        "pipros.basics.errors.NotFound: there is no …",
+    ),
+    "a type of an unknown package": (
+        LOAD + "load('no_robot/A')",
+        "pipros.basics.errors.NotFound: there is no …",
+    ),
+    "modules are importable from the folders of a setup.py": (
+        "import driven, robot_lib, robot_lib.arm; from driven.msg import A; "
+        "print(driven.WORD, robot_lib.REACH, A._type)",
+        "1 3 driven/A",
+    ),
+    "a module that no setup.py names is not found": ("import lib", "…No module named 'lib'…"),
+}
+ASK_ALL = """
+import contextlib, io, json, sys, traceback
+answers = {}
+for name, code in json.load(sys.stdin).items():
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(printed):
+            exec(code, {})
+        answers[name] = printed.getvalue()
+    except Exception as error:
+        answers[name] = traceback.format_exception_only(error)[-1]
+print(json.dumps(answers))
+"""
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What the programs in `ANSWERS` print, or the last lines of their errors."""
+    workspace = Workspace(tmp_path_factory.mktemp("workspace"))
+    for package in {path.partition("/")[0] for path in FILES}:
+        start = f"{package}/"
+        workspace.package(package, **{p.removeprefix(start): FILES[p] for p in FILES if p.startswith(start)})
+    asked = json.dumps({name: code for name, (code, _) in ANSWERS.items()})
+    printed: dict[str, str] = json.loads(workspace.shows(ASK_ALL, asked))
+    return {name: text.strip().replace(str(workspace.source), "src") for name, text in printed.items()}
+
+
+@pytest.mark.parametrize("promise", ANSWERS)
+def test_messages_and_modules_come_from_definition_files(promise: str, answers: dict[str, str]) -> None:
+    pattern = ".*".join(map(re.escape, ANSWERS[promise][1].split("…")))
+    assert re.fullmatch(pattern, answers[promise], re.DOTALL), answers[promise]
+
+
 def test_included_messages_are_importable_without_a_package_path(workspace: Workspace) -> None:
     code = "from std_msgs.msg import String; from std_srvs.srv import Empty; print(String('hi'), Empty._type)"
     assert workspace.shows(code, ROS_PACKAGE_PATH="") == 'data: "hi" std_srvs/Empty'
-
-
-def test_a_package_of_definitions_is_a_python_package(workspace: Workspace) -> None:
-    workspace.package("robot", **{"msg/Arm.msg": "Hand left\nHand right", "msg/Hand.msg": "int8[5] fingers"})
-    code = "from robot.msg import Arm, Hand; print(Arm(left=Hand([1] * 5)).left.fingers)"
-    assert workspace.shows(code) == "[1, 1, 1, 1, 1]"
-
-
-def test_messages_may_embed_those_of_other_packages(workspace: Workspace) -> None:
-    workspace.package("first", **{"msg/A.msg": "std_msgs/Header h\nsecond/B b"})
-    workspace.package("second", **{"msg/B.msg": "geometry_msgs/Point[] points"})
-    code = "from first.msg import A; from second.msg import B; print(type(A().b) is B, A().b.points)"
-    assert workspace.shows(code) == "True []"
-
-
-def test_services_have_their_halves(workspace: Workspace) -> None:
-    workspace.package("robot", **{"srv/Ask.srv": "string what\n---\nint32 answer"})
-    code = (
-        "from robot.srv import Ask, AskRequest as Q, AskResponse as R; print(Ask._request_class is Q, R(42))"
-    )
-    assert workspace.shows(code) == "True answer: 42"
-
-
-def test_actions_are_messages(workspace: Workspace) -> None:
-    workspace.package("robot", **{"action/Walk.action": "float32 far\n---\n---\nfloat32 done"})
-    code = "from robot.msg import WalkAction, WalkGoal; print(WalkGoal(2.5), WalkAction.__slots__)"
-    assert workspace.shows(code) == "far: 2.5 ['action_goal', 'action_result', 'action_feedback']"
-
-
-def test_a_package_may_have_python_modules_and_messages(workspace: Workspace) -> None:
-    files = {
-        "msg/A.msg": "int32 x",
-        "src/robot/__init__.py": "",
-        "src/robot/tools.py": "from robot.msg import A\nmade = A(3)",
-    }
-    workspace.package("robot", **files)
-    assert workspace.shows("from robot.tools import made; print(made)") == "x: 3"
 
 
 def test_a_package_with_modules_looks_as_one_that_python_found_itself(workspace: Workspace) -> None:
@@ -150,82 +269,12 @@ def test_a_python_package_that_genpy_generated_wins(workspace: Workspace) -> Non
     assert workspace.shows(code, PYTHONPATH=str(workspace.working_folder / "devel")) == "generated"
 
 
-def test_a_star_import_gives_all_types(workspace: Workspace) -> None:
-    workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/B.msg": "A a", "srv/S.srv": "---"})
-    code = (
-        "from robot.msg import *; from robot.srv import *; print(A.__name__, B.__name__, SRequest.__name__)"
-    )
-    assert workspace.shows(code) == "A B SRequest"
-
-
-def test_a_star_import_gives_the_modules_that_generated_code_imports(workspace: Workspace) -> None:
-    workspace.package("robot", **{"srv/Ask.srv": "---\nsecond/B[] b", "srv/No.srv": "---"})
-    workspace.package("second", **{"msg/B.msg": "third/C c"})
-    workspace.package("third", **{"msg/C.msg": "string struct"})
-    code = "from robot.srv import *; print(genpy.Time(1), struct.pack, second.msg.B(), third.msg.C, {})"
-    assert workspace.shows(code.format("sys, codecs, python3")).startswith(
-        "1000000000 <built-in function pack> c:"
-    )
-    assert workspace.fails(code.format("robot")) == "NameError: name 'robot' is not defined"
-
-
-def test_a_message_type_wins_over_a_module_of_its_name(workspace: Workspace) -> None:
-    workspace.package("robot", **{"msg/struct.msg": "int32 x", "msg/B.msg": "int32 x"})
-    assert (
-        workspace.shows("from robot.msg import *; print(struct(1), B(2), genpy.__name__)")
-        == "x: 1 x: 2 genpy"
-    )
-
-
-def test_modules_of_single_types_have_the_names_of_generated_code(workspace: Workspace) -> None:
-    workspace.package("robot", **{"msg/A.msg": "std_msgs/Header header"})
-    code = "import robot.msg._A as a; print(a.genpy.__name__, hasattr(a, 'nothing'))"
-    assert workspace.shows(code) == "genpy False"
-    code = "from robot.msg._A import *; print(A.__name__, std_msgs.msg.Header._type)"
-    assert workspace.shows(code) == "A std_msgs/Header"
-
-
-def test_dir_lists_the_names_for_editors(workspace: Workspace) -> None:
-    workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/Broken.msg": "int32"})
-    assert (
-        workspace.shows("import robot.msg as m; print([n for n in dir(m) if n[0] != '_'])")
-        == "['A', 'Broken']"
-    )
-
-
 def test_classes_are_in_the_modules_of_genpy_so_that_pickles_are_portable(workspace: Workspace) -> None:
     from std_msgs.msg import String
 
     assert String.__module__ == "std_msgs.msg._String"
     code = f"import pickle; print(pickle.loads({pickle.dumps(String('hi'))!r}))"
     assert workspace.shows(code, ROS_PACKAGE_PATH="") == 'data: "hi"'
-
-
-def test_a_mistake_is_found_when_the_type_is_first_used(workspace: Workspace) -> None:
-    folder = workspace.package("robot", **{"msg/A.msg": "int32 x", "msg/B.msg": "int32 x\n\nint32 a b"})
-    assert workspace.shows("from robot.msg import A; print(A())") == "x: 0"
-    assert workspace.fails("from robot.msg import B") == (
-        f"pipros.msg.language.spec.DefinitionError: {folder}/msg/B.msg:3:1: "
-        "expected a type and a name, got [int32 a b]"
-    )
-
-
-def test_an_unknown_name_is_an_import_error(workspace: Workspace) -> None:
-    workspace.package("robot", **{"msg/A.msg": "int32 x"})
-    assert workspace.fails("from robot.msg import C").startswith(
-        "ImportError: cannot import name 'C' from 'robot.msg'"
-    )
-    assert workspace.fails("import no_robot") == "ModuleNotFoundError: No module named 'no_robot'"
-    assert workspace.fails("import robot.srv") == "ModuleNotFoundError: No module named 'robot.srv'"
-
-
-def test_an_unknown_embedded_type_is_named_with_the_field_that_uses_it(workspace: Workspace) -> None:
-    folder = workspace.package("robot", **{"msg/A.msg": "no_such_package/B b"})
-    complaint = workspace.fails("from robot.msg import A")
-    assert complaint.startswith(
-        f"pipros.msg.language.spec.UnknownType: {folder}/msg/A.msg:1:1: unknown type [no_such_package/B]"
-    )
-    assert "ROS_PACKAGE_PATH is" in complaint
 
 
 def test_the_start_of_python_imports_only_a_few_modules(workspace: Workspace) -> None:
@@ -235,10 +284,13 @@ def test_the_start_of_python_imports_only_a_few_modules(workspace: Workspace) ->
     )
 
 
-@pytest.fixture(params=[path for path in ("/usr/bin/python3", sys.executable) if is_new_enough(path)])
-def environment_of_its_own(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+PYTHONS = [path for path in ("/usr/bin/python3", sys.executable) if is_new_enough(path)]
+
+
+@pytest.fixture(scope="module", params=PYTHONS)
+def environment_of_its_own(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A virtual environment with pipros: of Debian's Python with its `sitecustomize`, and of this one."""
-    folder = tmp_path / "environment"
+    folder = tmp_path_factory.mktemp("environment")
     subprocess.run([request.param, "-m", "venv", "--without-pip", folder], check=True)
     (site_packages,) = folder.glob("lib/python*/site-packages")
     folders = "\n".join(map(str, ROOTS))
@@ -306,48 +358,6 @@ def test_types_of_a_package_no_longer_on_the_path_are_not_found(workspace: Works
         "print(hasattr(msg, 'One'), hasattr(msg, 'Two'), 'Two' in dir(msg))"
     )
     assert shown == "True False False"
-
-
-def test_classes_are_found_by_type_name(workspace: Workspace) -> None:
-    workspace.package("robot", **{"msg/A.msg": "int32 x"})
-    load = "from pipros.msg import load_message_class as load;"
-    assert workspace.shows(f"{load} from robot.msg import A; print(load('robot/A') is A)") == "True"
-    for name in ("robot/B", "no_robot/A"):
-        complaint = workspace.fails(f"{load} load('{name}')")
-        assert complaint.startswith("pipros.basics.errors.NotFound: there is no ")
-
-
-SETUP = "from setuptools import setup\nsetup(packages=['{0}'], package_dir={{'': 'python'}})\n"
-
-
-def test_modules_are_importable_from_the_folders_of_a_setup_py(workspace: Workspace) -> None:
-    workspace.package(
-        "robot_driver",
-        **{
-            "setup.py": SETUP.format("robot_lib"),
-            "python/robot_lib/__init__.py": "from robot_lib.arm import REACH\n",
-            "python/robot_lib/arm.py": "REACH = 3\n",
-        },
-    )
-    workspace.package(
-        "robot",
-        **{
-            "setup.py": SETUP.format("robot"),
-            "python/robot/__init__.py": "WORD = 1\n",
-            "msg/A.msg": "int32 x",
-        },
-    )
-    workspace.package("plain", **{"msg/A.msg": "int32 x"})
-    shown = workspace.shows(
-        "import robot, robot_lib, robot_lib.arm\nfrom robot.msg import A\nfrom plain.msg import A as B\n"
-        "print(robot.WORD, robot_lib.REACH, A._type, B._type)"
-    )
-    assert shown == "1 3 robot/A plain/A"
-
-
-def test_a_module_that_no_setup_py_names_is_not_found(workspace: Workspace) -> None:
-    workspace.package("robot", **{"setup.py": SETUP.format("other"), "python/lib/__init__.py": ""})
-    assert "No module named 'lib'" in workspace.fails("import lib")
 
 
 def test_a_python_package_of_the_workspace_wins_over_an_installed_one(workspace: Workspace) -> None:

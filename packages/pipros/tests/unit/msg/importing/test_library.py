@@ -21,6 +21,7 @@ def library(packages: Packages, tmp_path: Path) -> Library:
     packages.write("robot/msg/Hand.msg", "int8 fingers")
     packages.write("robot/srv/Wave.srv", "bool left\n---\n")
     packages.write("robot/msg/Broken.msg", "float32")
+    packages.write("robot/srv/Broken.srv", "int8\n---\n")
     return Library(packages.find, str(tmp_path / "home" / "cache"))
 
 
@@ -50,8 +51,9 @@ def test_without_a_cache_folder_types_are_compiled(packages: Packages, library: 
 
 
 def test_a_mistake_is_raised_and_an_unknown_type_is_not_found(library: Library) -> None:
-    with pytest.raises(DefinitionError, match=r"Broken.msg:1:1"):
-        library.code("msg", "robot/Broken")
+    for kind in ("msg", "srv"):
+        with pytest.raises(DefinitionError, match=rf"Broken\.{kind}:1:1"):
+            library.code(kind, "robot/Broken")
     with pytest.raises(NotFound):
         library.code("msg", "robot/Leg")
 
