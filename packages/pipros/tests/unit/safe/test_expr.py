@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from pipros.safe.expr import arithmetic, evaluate
 from pipros.safe.expr_walk import ExpressionError
+from pipros.safe.guarded import BITS_LIMIT
 from tests.support.constants import Constants
 
 MODULUS = (1 << 61) - 1
@@ -24,6 +25,10 @@ NAMES = {"a": 3, "b": True, "s": "hi", "xs": [1, 2, 3], "d": {"k": "v"}}
         ("a + 1", 4),
         ("-a * 2 // 4", -2),
         ("2 ** 10", 1024),
+        ("pow(2, 10, 7)", 2),
+        ("prod([2, 3], start=2)", 12),
+        ("'%05.1f' % 2.25", "002.2"),
+        ("f'{2.5:06.2f}'", "002.50"),
         ("7 % 4", 3),
         ("1 << 4 | 3", 19),
         ("not b", False),
@@ -131,6 +136,10 @@ def test_functions_of_the_caller_take_precedence() -> None:
         "len",
         "a @ a",
         "nope",
+        "type(a)",
+        "vars()",
+        "globals()",
+        "object()",
         "import os",
         "a = 1",
         "",
@@ -147,6 +156,20 @@ def test_attributes_and_methods_outside_the_allow_list_are_refused(text: str) ->
     "text",
     [
         "9 ** 9 ** 9",
+        f"2 ** {BITS_LIMIT + 1}",
+        f"1 << {BITS_LIMIT}",
+        "(1 << 3000) * (1 << 3000)",
+        "s * 30000 + s * 30000",
+        "[0] * 60000 + [0] * 60000",
+        "[s * 20000] * 4",
+        "range(100001)",
+        "'%9999d' % 5",
+        "f'{2.5:>99999}'",
+        "round(2.5, 10000)",
+        "factorial(1001)",
+        "comb(1001, 2)",
+        "perm(1001, 2)",
+        "lcm(1001, 2)",
         "10 ** -(10 ** 9)",
         "pow(10, 10 ** 9)",
         "1 << 10 ** 9",

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.safe.yaml import TooMuch, check_outline
-from tests.support.constants import Constants, changed
+from tests.support.constants import changed
 
 LOADERS = [yaml.SafeLoader, *([yaml.CSafeLoader] if hasattr(yaml, "CSafeLoader") else [])]
 
@@ -58,24 +58,6 @@ def test_an_alias_counts_as_what_it_refers_to(loader: Any) -> None:
 
 def test_an_anchor_belongs_to_its_document() -> None:
     assert fits("&a [1, 2, 3]\n---\n&a 1\n---\n[*a]\n", 8)
-
-
-def test_depth_is_counted_through_aliases() -> None:
-    assert fits("a: &a [[1]]\nb: [*a]\n", 100, depth=4)
-    assert not fits("a: &a [[1]]\nb: [*a]\n", 100, depth=3)
-
-
-def test_the_error_has_the_place(constants: Constants) -> None:
-    constants(YAML_DEPTH=3)
-    with pytest.raises(TooMuch) as raised:
-        check_outline(yaml.SafeLoader, "a: 1\nb: [[[1]]]\n")
-
-    assert (raised.value.line, raised.value.column) == (2, 6)
-
-
-def test_an_alias_inside_its_value_is_refused() -> None:
-    with pytest.raises(TooMuch, match=r"\*a is inside the value"):
-        check_outline(yaml.SafeLoader, "&a [*a]")
 
 
 @pytest.mark.parametrize("encode", [str, str.encode, lambda text: text.encode("utf-16")])
