@@ -103,13 +103,6 @@ def test_a_node_that_never_responded_is_unreachable_and_stays(case: Case) -> Non
     assert case.gone == [("/n", API)]
 
 
-def test_a_node_that_refuses_temporarily_stays_registered(case: Case) -> None:
-    case.register()
-    case.answers[API, "getPid"] = [refused(), refused(), 7]
-    case.suspect()
-    assert case.gone == []
-
-
 @pytest.mark.parametrize("answer", [silent(), [refused(), silent()]])
 def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any) -> None:
     case.register()
@@ -121,19 +114,23 @@ def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any)
     assert case.liveness.unreachable == []
 
 
-@pytest.mark.parametrize("answer", [Fault(1, "no such method"), None, "seven", -1])
-def test_a_node_without_a_process_id_stays_registered(case: Case, answer: Any) -> None:
+@pytest.mark.parametrize(
+    ("answer", "gone"),
+    [
+        ([refused(), refused(), 7], []),
+        (Fault(1, "no such method"), []),
+        (None, []),
+        ("seven", []),
+        (-1, []),
+        (ProtocolError("it speaks SSH"), [("/n", API)]),
+    ],
+    ids=["temporarily refused", "fault", "nothing", "no number", "no process id", "another server"],
+)
+def test_only_a_node_that_is_surely_not_at_its_address_is_removed(case: Case, answer: Any, gone: Any) -> None:
     case.register()
     case.answers[API, "getPid"] = answer
     case.suspect()
-    assert case.gone == []
-
-
-def test_another_server_at_its_address_means_that_the_node_is_gone(case: Case) -> None:
-    case.register()
-    case.answers[API, "getPid"] = ProtocolError("it speaks SSH")
-    case.suspect()
-    assert case.gone == [("/n", API)]
+    assert case.gone == gone
 
 
 def test_another_process_at_its_address_means_that_the_node_is_gone(case: Case) -> None:

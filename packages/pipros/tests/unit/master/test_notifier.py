@@ -106,6 +106,13 @@ class Case:
         while self.notifier.waiting_count:
             await asyncio.sleep(0.001)
 
+    def deliver(self, *notices: Notice) -> None:
+        async def main() -> None:
+            self.notifier.notify(notices)
+            await self.until_all_finished()
+
+        run_instantly(main())
+
 
 @pytest.fixture
 def case() -> Case:
@@ -113,11 +120,7 @@ def case() -> Case:
 
 
 def test_a_node_gets_its_notifications_in_order(case: Case) -> None:
-    async def main() -> None:
-        case.notifier.notify(update(f"/t{number}") for number in range(5))
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.deliver(*(update(f"/t{number}") for number in range(5)))
     assert case.network.topics() == [f"/t{number}" for number in range(5)]
     assert case.notifier.delivered == 5
     assert [report for report, _ in case.recipients.reports] == ["delivered", "finished"] * 5
@@ -159,13 +162,9 @@ def test_a_slow_node_does_not_delay_others(case: Case) -> None:
 
 
 def test_the_number_of_notifications_in_transit_is_bounded(case: Case) -> None:
-    async def main() -> None:
-        apis = [f"http://n:{number}/" for number in range(5 * TURNS_AT_A_TIME)]
-        case.network.delays_s.update(dict.fromkeys(apis, SLOW_S / 2))
-        case.notifier.notify(update(api=api) for api in apis)
-        await case.until_all_finished()
-
-    run_instantly(main())
+    apis = [f"http://n:{number}/" for number in range(5 * TURNS_AT_A_TIME)]
+    case.network.delays_s.update(dict.fromkeys(apis, SLOW_S / 2))
+    case.deliver(*(update(api=api) for api in apis))
     assert case.network.most_under_way == TURNS_AT_A_TIME
 
 
@@ -210,11 +209,7 @@ def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
 def test_a_node_that_has_moved_is_no_longer_called_at_its_old_address(case: Case) -> None:
     case.recipients.moved.add(A)
 
-    async def main() -> None:
-        case.notifier.notify([update()])
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.deliver(update())
     assert case.network.heard == []
     assert case.recipients.reports == [("finished", update())]
 
@@ -226,21 +221,13 @@ def test_a_process_is_shut_down_only_if_it_is_still_that_node(case: Case, may_en
     if may_end:
         case.recipients.may_end.add(A)
 
-    async def main() -> None:
-        case.notifier.notify([shutdown])
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.deliver(shutdown)
     assert [method for _, _, method, _ in case.network.heard] == (["shutdown"] if may_end else [])
 
 
 def test_an_invalid_api_uri_fails_at_once(case: Case) -> None:
     notice = update(api="nonsense")
-
-    async def main() -> None:
-        case.notifier.notify([notice])
-
-    run_instantly(main())
+    case.deliver(notice)
     assert case.recipients.reports == [("failed: Unreachable", notice), ("finished", notice)]
 
 
@@ -271,13 +258,7 @@ def test_a_notification_for_many_nodes_is_encoded_once(case: Case, monkeypatch: 
     )
     params = (MASTER_ID, "/t", [f"http://p:{number}/" for number in range(9)])
 
-    async def main() -> None:
-        case.notifier.notify(
-            Notice(f"/n{number}", f"http://n:{number}/", "publisherUpdate", params) for number in range(9)
-        )
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.deliver(*(Notice(f"/n{n}", f"http://n:{n}/", "publisherUpdate", params) for n in range(9)))
     assert encoded == ["publisherUpdate"]
     assert len(case.network.heard) == 9
 

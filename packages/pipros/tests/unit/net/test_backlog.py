@@ -4,8 +4,6 @@ import pytest
 
 from pipros.net.backlog import Backlog, WireMessage
 
-MANY = 1_000_000
-
 
 def backlog_of(*messages: WireMessage) -> Backlog:
     backlog = Backlog()
@@ -29,23 +27,6 @@ def test_messages_are_sent_in_order_for_any_split(step: int) -> None:
     assert (out, messages) == (b"abcdefghijk", 3)
 
 
-def test_the_oldest_are_dropped_and_never_one_that_is_partly_out() -> None:
-    backlog = backlog_of((b"abc",), (b"def",), (b"ghi",), (b"jkl",))
-    backlog.remove_sent(1)
-
-    assert backlog.drop_oldest(1, MANY) == 2
-    assert contents(backlog) == b"bcjkl"
-
-
-def test_queued_bytes_are_limited_but_the_newest_message_is_always_kept() -> None:
-    backlog = backlog_of((b"abc",), (b"def",), (b"ghi",))
-
-    assert backlog.drop_oldest(None, 6) == 1
-    assert contents(backlog) == b"defghi"
-    assert backlog.drop_oldest(0, 1) == 1
-    assert contents(backlog) == b"ghi"
-
-
 def test_freed_space_is_reused() -> None:
     backlog = backlog_of((b"abc",), (b"def",))
     backlog.remove_sent(6)
@@ -62,11 +43,3 @@ def test_the_rest_of_a_message_is_sent_first() -> None:
 
     assert contents(backlog) == b"efg"
     assert (backlog.remove_sent(3), bool(backlog)) == (2, False)
-
-
-def test_buffers_that_the_publisher_may_change_are_copied() -> None:
-    data = bytearray(b"abc")
-    backlog = backlog_of((memoryview(data),))
-    data[:] = b"xyz"
-
-    assert contents(backlog) == b"abc"

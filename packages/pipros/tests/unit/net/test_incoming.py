@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import socket
 import threading
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -17,6 +19,25 @@ from tests.support.waiting import wait_until
 FRAME = b"\x01\x00\x00\x00x"
 
 
+def connected() -> tuple[socket.socket, socket.socket]:
+    """Two ends of a connection."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        theirs = socket.create_connection(server.getsockname())
+        return server.accept()[0], theirs
+
+
+def link_of(sock: socket.socket, deliver: Callable[[Any], object], **changed: Any) -> IncomingLink:
+    usual = {
+        "name": "link",
+        "delivery_lock": DeliveryLock(),
+        "queue_size": None,
+        "on_closed": lambda _, error: None,
+        "published": PublishCount(),
+        "received_count": PublishCount(),
+    }
+    return IncomingLink(sock, deliver=deliver, **{**usual, **changed})
+
+
 @pytest.mark.parametrize("queue_size", [None, 100])
 def test_a_link_with_a_backlog_lets_others_have_their_turn(queue_size: int | None) -> None:
     delivery_lock, began, order = DeliveryLock(), threading.Event(), list[str]()
@@ -28,25 +49,13 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(queue_size: int | Non
             if len(order) == 1:
                 wait_until(delivery_lock.is_wanted, what="the other link")
 
-        theirs = socket.create_connection(server.getsockname())
-        ours, _ = server.accept()
-        link = IncomingLink(
-            ours,
-            name=name,
-            deliver=deliver,
-            delivery_lock=delivery_lock,
-            queue_size=queue_size,
-            on_closed=lambda _, error: None,
-            published=PublishCount(),
-            received_count=PublishCount(),
-            received=received,
-            timings=LinkTimings(turn_s=-1.0),  # over with each message
-        )
-        return link, theirs
+        ours, theirs = connected()
+        options = {"name": name, "delivery_lock": delivery_lock, "queue_size": queue_size}
+        timings = LinkTimings(turn_s=-1.0)  # over with each message
+        return link_of(ours, deliver, **options, received=received, timings=timings), theirs
 
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        busy, to_busy = make_link("busy", 20 * FRAME)
-        quiet, to_quiet = make_link("quiet")
+    busy, to_busy = make_link("busy", 20 * FRAME)
+    quiet, to_quiet = make_link("quiet")
     with to_busy, to_quiet:
         busy.start()
         to_busy.sendall(20 * FRAME)
@@ -77,19 +86,8 @@ def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
         delivered.append(bytes(message))
 
     monkeypatch.setattr(PollingReceiver, "receive_into", receive_and_note)
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        theirs = socket.create_connection(server.getsockname())
-        ours, _ = server.accept()
-    link = IncomingLink(
-        ours,
-        name="link",
-        deliver=deliver,
-        delivery_lock=DeliveryLock(),
-        queue_size=None,
-        on_closed=lambda _, error: None,
-        published=published,
-        received_count=PublishCount(),
-    )
+    ours, theirs = connected()
+    link = link_of(ours, deliver, published=published)
     link.start()
     with theirs:
         for number, text in enumerate((b"a", b"b", b"q", b"c", b"d")):
@@ -103,22 +101,12 @@ def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
 def test_a_link_that_keeps_messages_gets_large_ones_as_bytes() -> None:
     delivered = list[memoryview | bytes]()
     bodies = [bytes([number]) * 300_000 for number in range(5)]
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        theirs = socket.create_connection(server.getsockname())
-        ours, _ = server.accept()
-    link = IncomingLink(
-        ours,
-        name="large",
-        deliver=lambda data: delivered.append(
-            data if isinstance(data, bytes) else len(data).to_bytes(4, "big")
-        ),
-        delivery_lock=DeliveryLock(),
-        queue_size=None,
-        on_closed=lambda _, error: None,
-        published=PublishCount(),
-        received_count=PublishCount(),
-        keeps_large=True,
-    )
+    ours, theirs = connected()
+
+    def deliver(data: memoryview | bytes) -> None:
+        delivered.append(data if isinstance(data, bytes) else len(data).to_bytes(4, "big"))
+
+    link = link_of(ours, deliver, keeps_large=True)
     with theirs:
         link.start()
         for number, body in enumerate(bodies, 1):
@@ -134,20 +122,9 @@ def test_a_message_that_makes_the_buffer_grow_or_stalls_is_reported_until_it_is_
 ) -> None:
     monkeypatch.setattr(incoming, "KEEP_LARGE_S", 0.5)
     reported, delivered = list[int](), list[int]()
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        theirs = socket.create_connection(server.getsockname())
-        ours, _ = server.accept()
-    link = IncomingLink(
-        ours,
-        name="link",
-        deliver=lambda data: delivered.append(len(data)),
-        delivery_lock=DeliveryLock(),
-        queue_size=None,
-        on_closed=lambda _, error: None,
-        published=PublishCount(),
-        received_count=PublishCount(),
-        on_incomplete=lambda _, count: reported.append(count),
-    )
+    ours, theirs = connected()
+    deliver: Callable[[Any], None] = lambda data: delivered.append(len(data))  # noqa: E731
+    link = link_of(ours, deliver, on_incomplete=lambda _, count: reported.append(count))
     with theirs:
         link.start()
         theirs.sendall((1_000_000).to_bytes(4, "little") + bytes(900_000))

@@ -127,6 +127,10 @@ class Subscriber:
         for number in numbers:
             self.link.send((str(number).encode() * SIZE,), SIZE)
 
+    def leave_to_loop(self) -> None:
+        self.link.queue_for_loop()
+        self.loop.run()
+
     def allow(self, space: int) -> None:
         """Let the subscriber read, so that the loop finds the socket writable."""
         self.sock.space = space
@@ -161,8 +165,7 @@ def test_a_message_is_written_at_once_while_the_socket_has_room() -> None:
 def test_with_a_full_socket_the_newest_messages_wait_and_the_oldest_are_dropped() -> None:
     subscriber = Subscriber(2)
     subscriber.send(1, 2, 3, 4)
-    subscriber.link.queue_for_loop()
-    subscriber.loop.run()
+    subscriber.leave_to_loop()
     subscriber.allow(100)
     assert subscriber.messages == "34"
     assert (subscriber.link.statistics.frames, subscriber.link.statistics.dropped) == (2, 2)
@@ -173,8 +176,7 @@ def test_the_rest_of_a_message_is_sent_even_if_later_messages_are_dropped() -> N
     subscriber = Subscriber(1)
     subscriber.sock.space = 4
     subscriber.send(1, 2, 3)
-    subscriber.link.queue_for_loop()
-    subscriber.loop.run()
+    subscriber.leave_to_loop()
     subscriber.allow(3)
     subscriber.allow(100)
     assert subscriber.sock.sent == b"1" * SIZE + b"3" * SIZE
@@ -212,8 +214,7 @@ def test_publish_waits_again_for_a_link_that_has_caught_up(drained: list[bool]) 
     subscriber = Subscriber(None)
     subscriber.send(1)
     subscriber.link.stop_waiting()
-    subscriber.link.queue_for_loop()
-    subscriber.loop.run()
+    subscriber.leave_to_loop()
     subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)
     assert not subscriber.link.is_waited_for, "it has not read anything yet"
     subscriber.allow(100)
@@ -282,8 +283,7 @@ def test_the_loop_turns_to_others_while_a_subscriber_reads_quickly() -> None:
     subscriber.sock.most_at_once = TURN_BYTES // 4
     for _ in range(3):
         subscriber.link.send((bytes(TURN_BYTES),), TURN_BYTES)
-    subscriber.link.queue_for_loop()
-    subscriber.loop.run()
+    subscriber.leave_to_loop()
     subscriber.allow(3 * TURN_BYTES)
     assert len(subscriber.sock.sent) == TURN_BYTES
     assert subscriber.loop.writer

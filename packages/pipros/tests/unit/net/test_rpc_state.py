@@ -60,32 +60,20 @@ def test_a_refusal_that_fills_the_transport_is_drained() -> None:
     assert run(RpcEvent.REQUEST_REFUSED, RpcEvent.CLOSED_GRACEFULLY) is RpcState.CLOSING
 
 
-@pytest.mark.parametrize("has_input", [False, True])
-@pytest.mark.parametrize("has_peer_ended", [False, True])
-class TestNextStep:
-    def test_a_large_answer_is_sent_completely_first(self, has_input: bool, has_peer_ended: bool) -> None:
-        for is_last in (False, True):
-            step = next_step(
-                has_unsent=True,
-                is_last_answer=is_last,
-                has_input=has_input,
-                has_peer_ended=has_peer_ended,
-            )
-            assert step is Step.QUEUE_TURN
+EITHER = (False, True)
+STEPS = [
+    ((True,), EITHER, EITHER, EITHER, Step.QUEUE_TURN),  # a large answer is sent completely first
+    ((False,), (True,), EITHER, EITHER, Step.CLOSE),  # no bytes follow the last response
+    ((False,), (False,), (True,), EITHER, Step.QUEUE_TURN),  # also calls of a peer that has closed its half
+    ((False,), (False,), (False,), (True,), Step.CLOSE),
+    ((False,), (False,), (False,), (False,), Step.READ),
+]
 
-    def test_no_bytes_follow_the_last_response(self, has_input: bool, has_peer_ended: bool) -> None:
-        step = next_step(
-            has_unsent=False, is_last_answer=True, has_input=has_input, has_peer_ended=has_peer_ended
-        )
-        assert step is Step.CLOSE
 
-    def test_pipelined_calls_of_a_closed_peer_are_answered(
-        self, has_input: bool, has_peer_ended: bool
-    ) -> None:
-        step = next_step(
-            has_unsent=False, is_last_answer=False, has_input=has_input, has_peer_ended=has_peer_ended
-        )
-        if has_input:
-            assert step is Step.QUEUE_TURN
-        else:
-            assert step is (Step.CLOSE if has_peer_ended else Step.READ)
+@pytest.mark.parametrize(("unsent", "last", "inputs", "ended", "step"), STEPS)
+def test_answers_are_sent_before_calls_are_read_or_the_connection_is_closed(
+    unsent: tuple[bool], last: tuple[bool], inputs: tuple[bool], ended: tuple[bool], step: Step
+) -> None:
+    for each in itertools.product(unsent, last, inputs, ended):
+        names = ("has_unsent", "is_last_answer", "has_input", "has_peer_ended")
+        assert next_step(**dict(zip(names, each, strict=True))) is step

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import threading
 
-import pytest
-
 from pipros.node.clock import SimulatedClock, TimeMovedBackwards, WallClock
-from pipros.node.rate import Rate
 from tests.support.waiting import wait_until
 
 S = 1_000_000_000
@@ -76,59 +73,6 @@ def test_a_sleep_raises_when_time_jumps_back() -> None:
     sleeper.join(30)
     assert isinstance(sleeper.result, TimeMovedBackwards)
     assert sleeper.result.jump_s == -6
-
-
-class ScriptedClock:
-    """A clock that moves only during sleeps."""
-
-    is_simulated = True
-
-    def __init__(self) -> None:
-        self.ns = 100 * S
-        self.slept: list[float] = []
-        self.jump_ns = 0
-
-    def now_ns(self) -> int:
-        return self.ns
-
-    def sleep(self, duration_s: float) -> bool:
-        self.slept.append(duration_s)
-        if self.jump_ns:
-            self.ns += self.jump_ns
-            raise TimeMovedBackwards(self.jump_ns / S)
-        self.ns += max(0, int(duration_s * S))
-        return True
-
-    def interrupt(self, exempt: int | None = None) -> None: ...
-
-
-def test_a_rate_sleeps_for_the_rest_of_the_cycle() -> None:
-    clock = ScriptedClock()
-    rate = Rate(clock, S)
-    clock.ns += S // 4
-    rate.sleep()
-    assert clock.slept == [0.75]
-    rate.sleep()
-    assert clock.slept[1] == 1.0
-
-
-def test_a_loop_that_is_far_behind_does_not_hurry() -> None:
-    clock = ScriptedClock()
-    rate = Rate(clock, S)
-    clock.ns += 10 * S
-    rate.sleep()
-    rate.sleep()
-    assert clock.slept == [-9.0, 1.0]
-
-
-def test_a_rate_with_reset_restarts_when_time_jumps_back() -> None:
-    clock = ScriptedClock()
-    strict, lenient = Rate(clock, S), Rate(clock, S, reset=True)
-    clock.jump_ns = -50 * S
-    with pytest.raises(TimeMovedBackwards):
-        strict.sleep()
-    assert lenient.sleep() is True
-    assert lenient.last_ns == clock.ns
 
 
 def test_a_sleep_without_a_clock_is_reported_once() -> None:

@@ -187,31 +187,23 @@ def test_a_parameter_whose_subscription_failed_is_fetched_at_each_read() -> None
 
 class TestStates:
     @pytest.mark.parametrize(
-        ("before", "after"),
-        [(JOINING, CURRENT), (OVERTAKEN, STALE), (CURRENT, CURRENT), (STALE, STALE)],
+        ("before", "registered", "invalidated", "noticed"),
+        [
+            (JOINING, CURRENT, OVERTAKEN, OVERTAKEN),
+            (OVERTAKEN, STALE, OVERTAKEN, OVERTAKEN),
+            (CURRENT, CURRENT, STALE, CURRENT),
+            (STALE, STALE, STALE, STALE),
+        ],
     )
-    def test_the_answer_to_a_subscription(self, before: CacheState, after: CacheState) -> None:
-        cached = CachedParameter("/a", before)
-        cached.registered(1)
-        assert (cached.state, cached.value) == (after, 1)
-
-    @pytest.mark.parametrize(
-        ("before", "after"),
-        [(JOINING, OVERTAKEN), (OVERTAKEN, OVERTAKEN), (CURRENT, STALE), (STALE, STALE)],
-    )
-    def test_an_invalidation(self, before: CacheState, after: CacheState) -> None:
-        cached = CachedParameter("/a", before)
-        cached.invalidate()
-        assert cached.state is after
-
-    @pytest.mark.parametrize(
-        ("before", "after"),
-        [(JOINING, OVERTAKEN), (OVERTAKEN, OVERTAKEN), (CURRENT, CURRENT), (STALE, STALE)],
-    )
-    def test_a_notice(self, before: CacheState, after: CacheState) -> None:
-        cached = CachedParameter("/a", before)
-        cached.notice("/a", 2)
-        assert cached.state is after
+    def test_each_event_leads_to_the_next_state(
+        self, before: CacheState, registered: CacheState, invalidated: CacheState, noticed: CacheState
+    ) -> None:
+        first, second, third = (CachedParameter("/a", before) for _ in range(3))
+        first.registered(1)
+        second.invalidate()
+        third.notice("/a", 2)
+        assert (first.state, second.state, third.state) == (registered, invalidated, noticed)
+        assert first.value == 1
 
     @pytest.mark.parametrize("state", [JOINING, OVERTAKEN, CURRENT])
     def test_only_a_stale_value_is_refreshed(self, state: CacheState) -> None:

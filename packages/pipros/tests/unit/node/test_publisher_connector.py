@@ -90,6 +90,16 @@ def following_topics(
     return [PublisherConnector(topic, context, publishers.connect) for topic in topics], lines
 
 
+@pytest.fixture
+def advice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same advice for every unreachable publisher."""
+
+    async def explain(_: str) -> str:
+        return ". Is it switched on?"
+
+    monkeypatch.setattr(unreachable, "explain", explain)
+
+
 def test_each_listed_publisher_gets_one_link() -> None:
     async def run() -> None:
         publishers = Publishers()
@@ -140,14 +150,8 @@ def test_an_attempt_ends_when_its_publisher_leaves_the_list() -> None:
     run_instantly(run())
 
 
-def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    async def explain(_: str) -> str:
-        return ". Is it switched on?"
-
-    monkeypatch.setattr(unreachable, "explain", explain)
-
+@pytest.mark.usefixtures("advice")
+def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once() -> None:
     async def run() -> None:
         publishers = Publishers()
         publishers.errors[A] = Unreachable(A, "Connection refused")
@@ -166,15 +170,9 @@ def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once
     run_instantly(run())
 
 
+@pytest.mark.usefixtures("advice")
 @pytest.mark.parametrize(("topic", "logged"), [("/rosout", [B]), ("/chatter", [A, B])])
-def test_only_a_log_of_a_node_that_has_ended_is_not_missed(
-    monkeypatch: pytest.MonkeyPatch, topic: str, logged: list[str]
-) -> None:
-    async def explain(_: str) -> str:
-        return ""
-
-    monkeypatch.setattr(unreachable, "explain", explain)
-
+def test_only_a_log_of_a_node_that_has_ended_is_not_missed(topic: str, logged: list[str]) -> None:
     async def run() -> None:
         publishers = Publishers()
         publishers.errors = {A: Unreachable(A, "Connection refused"), B: Unreachable(B, "No route to host")}
@@ -253,12 +251,8 @@ def test_a_stopped_topic_connects_to_no_publisher() -> None:
     run_instantly(run())
 
 
-def test_a_lost_publisher_is_logged_only_if_it_stays_registered(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def explain(_: str) -> str:
-        return ""
-
-    monkeypatch.setattr(unreachable, "explain", explain)
-
+@pytest.mark.usefixtures("advice")
+def test_a_lost_publisher_is_logged_only_if_it_stays_registered() -> None:
     async def run() -> None:
         publishers = Publishers()
         topic, lines = following(publishers)
@@ -278,12 +272,8 @@ def test_a_lost_publisher_is_logged_only_if_it_stays_registered(monkeypatch: pyt
     run_instantly(run())
 
 
-def test_an_unreachable_node_is_reported_once_for_all_its_topics(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def explain(_: str) -> str:
-        return ""
-
-    monkeypatch.setattr(unreachable, "explain", explain)
-
+@pytest.mark.usefixtures("advice")
+def test_an_unreachable_node_is_reported_once_for_all_its_topics() -> None:
     async def run() -> None:
         publishers = Publishers()
         connectors, lines = following_topics(publishers, "/a", "/b", "/c")

@@ -63,12 +63,17 @@ def handlers() -> Iterator[list[Any]]:
     assert signal.set_wakeup_fd(-1) == -1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_node_once_and_raises_nothing(number: signal.Signals) -> None:
+def listening(**options: Any) -> tuple[Signals, Ends, Reader]:
     ends, reader = Ends(), Reader()
-    signals = Signals(ends)
+    signals = Signals(ends, **options)
     signals.install()
     signals.listen(reader)  # type: ignore[arg-type]
+    return signals, ends, reader
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_node_once_and_raises_nothing(number: signal.Signals) -> None:
+    signals, ends, reader = listening()
     assert not signals.have_come
     signal.raise_signal(number)
     reader.turn()
@@ -111,10 +116,7 @@ def test_a_second_signal_ends_the_process_unless_it_follows_at_once(
 
 
 def test_after_the_end_a_signal_raises_keyboard_interrupt() -> None:
-    ends, reader = Ends(), Reader()
-    signals = Signals(ends)
-    signals.install()
-    signals.listen(reader)  # type: ignore[arg-type]
+    signals, ends, reader = listening()
     signal.raise_signal(signal.SIGTERM)
     reader.turn()
     ends.wait()
@@ -130,10 +132,7 @@ def stay() -> None:
 
 
 def test_a_running_main_thread_is_interrupted_if_requested() -> None:
-    ends, reader = Ends(), Reader()
-    signals = Signals(ends, insist=True)
-    signals.install()
-    signals.listen(reader)  # type: ignore[arg-type]
+    signals, _, reader = listening(insist=True)
     signal.raise_signal(signal.SIGINT)
 
     def go_on() -> None:
@@ -148,10 +147,7 @@ def test_a_running_main_thread_is_interrupted_if_requested() -> None:
 
 
 def test_a_running_main_thread_is_interrupted_after_a_shutdown_by_another_thread() -> None:
-    ends, reader = Ends(), Reader()
-    signals = Signals(ends, insist=True)
-    signals.install()
-    signals.listen(reader)  # type: ignore[arg-type]
+    signals, _, reader = listening(insist=True)
     reader.shutdown_hook()
     assert not signals.have_come
 
@@ -167,10 +163,7 @@ def test_a_running_main_thread_is_interrupted_after_a_shutdown_by_another_thread
 
 
 def test_a_signal_handler_that_replaces_the_nodes_is_called() -> None:
-    ends, reader = Ends(), Reader()
-    signals = Signals(ends)
-    signals.install()
-    signals.listen(reader)  # type: ignore[arg-type]
+    signals, _, reader = listening()
     came: list[int] = []
     ours = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     signal.raise_signal(signal.SIGINT)

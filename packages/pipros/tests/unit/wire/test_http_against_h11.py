@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import h11
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -117,14 +116,8 @@ def requests_by_reader(parts: list[bytes]) -> tuple[list[Read], int]:
         for part in parts:
             reader.feed(part)
             while request := reader.next_request():
-                found.append(
-                    Read(
-                        (request.method, request.target),
-                        request.headers,
-                        bytes(request.body),
-                        request.keep_alive,
-                    )
-                )
+                start = (request.method, request.target)
+                found.append(Read(start, request.headers, bytes(request.body), request.keep_alive))
                 if not request.keep_alive:  # a server reads no further
                     return found, 0
     except HttpError as error:
@@ -183,11 +176,7 @@ def damaged(draw: st.DrawFn, streams: st.SearchStrategy[bytes]) -> bytes:
     for _ in range(draw(st.integers(0, 3))):
         at = draw(st.integers(0, len(stream)))
         kind = draw(st.integers(0, 2))
-        piece = draw(
-            st.sampled_from(
-                [b"\r", b"\n", b"\r\n", b" ", b"\t", b":", b"\x00", b"\x80", b",", b"0", b"Z", b";"]
-            )
-        )
+        piece = draw(st.sampled_from(PIECES))
         if kind == 0:
             stream[at:at] = piece
         else:
@@ -224,13 +213,10 @@ def check(stream: bytes, mine: list[Read], status: int, theirs: list[Read] | Non
             expected = replace(expected, keep_alive=read.keep_alive)
         assert read == expected
     refused = theirs[len(mine) : len(mine) + 1]
-    is_supported = status not in UNSUPPORTED and all(
-        read.start[0] in ("POST", "200", "500") for read in refused
-    )
+    is_supported = status not in UNSUPPORTED and all(read.start[0] in SUPPORTED for read in refused)
     if is_supported and not any(re.search(pattern, stream) for pattern in STRICT):
-        assert len(mine) == len(
-            theirs
-        )  # the reader may refuse the following bytes before h11 has a complete head
+        # The reader may refuse the following bytes before h11 has a complete head.
+        assert len(mine) == len(theirs)
 
 
 @given(st.lists(requests, min_size=1, max_size=3).map(b"".join), st.data())
@@ -257,12 +243,3 @@ def test_responses_are_read_alike(stream: bytes, data: st.DataObject) -> None:
 def test_damaged_responses_are_read_or_refused_alike(stream: bytes, data: st.DataObject) -> None:
     mine, status = responses_by_reader(data.draw(parts_of(stream)))
     check(stream, mine, status, by_h11(stream, h11.CLIENT))
-
-
-@pytest.mark.parametrize("name", ["POST", "PUT"])
-def test_the_comparison_notices_a_difference(name: str) -> None:
-    stream = f"{name} / HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\nhi".encode()
-    theirs = by_h11(stream, h11.SERVER)
-    assert theirs is not None
-    with pytest.raises(AssertionError):
-        check(stream, [Read(("POST", "/other"), {}, b"hi", True)], 0, theirs)

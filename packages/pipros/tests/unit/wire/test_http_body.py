@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import itertools
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.wire.http_body import CHUNKS_LIMIT, ChunkedBody, HttpError, HttpLimitExceeded
+from pipros.wire.http_body import ChunkedBody
 
 
 def chunked(parts: list[bytes], trailer: bytes = b"") -> bytes:
@@ -47,26 +46,3 @@ def test_held_bytes_are_those_of_complete_chunks() -> None:
     assert body.feed(buffer) is None
     assert body.held_bytes == 3
     assert bytes(buffer) == b"5\r\nde"
-
-
-def test_the_sum_of_the_chunks_is_limited_before_they_arrive() -> None:
-    body = ChunkedBody(limit_bytes=5)
-
-    with pytest.raises(HttpLimitExceeded) as refused:
-        body.feed(bytearray(b"3\r\nabc\r\n3\r\n"))
-    assert refused.value.status == 413
-
-
-def test_chunks_are_limited_in_number() -> None:
-    with pytest.raises(HttpLimitExceeded, match=f"must have at most {CHUNKS_LIMIT} chunks"):
-        ChunkedBody(limit_bytes=1 << 20).feed(bytearray(b"1\r\nx\r\n" * (CHUNKS_LIMIT + 1)))
-
-
-@pytest.mark.parametrize(
-    "stream",
-    [b"x\r\n", b"-1\r\n", b"3\nabc\r\n", b"3\r\nabcd\r\n", b"123456789\r\n", b";\r\n", b"0" * 300],
-)
-def test_invalid_chunks_are_refused(stream: bytes) -> None:
-    with pytest.raises(HttpError) as refused:
-        ChunkedBody(limit_bytes=100).feed(bytearray(stream))
-    assert refused.value.status == 400
