@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -41,6 +43,17 @@ def cfg(tmp_path: Path) -> Path:
     return file
 
 
+@contextmanager
+def importable(package: Path) -> Iterator[None]:
+    """`tuned_pkg` can be imported from a folder."""
+    finder = PackageFinder(lambda name: str(package) if name == "tuned_pkg" else None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "meta_path", [*sys.meta_path, finder])
+        yield
+    for name in [name for name in sys.modules if name.startswith("tuned_pkg")]:
+        del sys.modules[name]
+
+
 def test_a_file_declares_parameters_groups_and_constants(cfg: Path) -> None:
     contents = module_contents(read(cfg))
 
@@ -54,23 +67,16 @@ def test_a_file_declares_parameters_groups_and_constants(cfg: Path) -> None:
     assert contents["config_description"]["parameters"][0]["srcfile"] == "Tuning.cfg"
 
 
-def test_a_configuration_is_imported_without_a_build(cfg: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    package = str(cfg.parent.parent)
-    finder = PackageFinder(lambda name: package if name == "tuned_pkg" else None)
-    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, finder])
-
-    module = importlib.import_module("tuned_pkg.cfg.TuningConfig")
-
-    assert module.defaults["gain"] == 1.5
-    assert importlib.import_module("tuned_pkg.cfg").__all__ == ["TuningConfig"]
-    with pytest.raises(ImportError):
-        importlib.import_module("tuned_pkg.cfg.OtherConfig")
-    cfg.write_text("raise ValueError('by the file')")
-    del sys.modules["tuned_pkg.cfg.TuningConfig"]
-    with pytest.raises(ImportError, match="by the file"):
-        importlib.import_module("tuned_pkg.cfg.TuningConfig")
-    for name in [name for name in sys.modules if name.startswith("tuned_pkg")]:
-        del sys.modules[name]
+def test_a_configuration_is_imported_without_a_build(cfg: Path) -> None:
+    with importable(cfg.parent.parent):
+        assert importlib.import_module("tuned_pkg.cfg.TuningConfig").defaults["gain"] == 1.5
+        assert importlib.import_module("tuned_pkg.cfg").__all__ == ["TuningConfig"]
+        with pytest.raises(ImportError):
+            importlib.import_module("tuned_pkg.cfg.OtherConfig")
+        cfg.write_text("raise ValueError('by the file')")
+        del sys.modules["tuned_pkg.cfg.TuningConfig"]
+        with pytest.raises(ImportError, match="by the file"):
+            importlib.import_module("tuned_pkg.cfg.TuningConfig")
 
 
 @pytest.mark.parametrize(
@@ -91,37 +97,24 @@ def test_a_configuration_is_imported_without_a_build(cfg: Path, monkeypatch: pyt
         ("Tuning.cfg", "generate_dynamic_reconfigure_options(lost/Tuning.cfg Tuning.cfg) # setup.cfg"),
     ],
 )
-def test_files_are_found_by_the_cmake_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, cmake: str
-) -> None:
+def test_files_are_found_by_the_cmake_file(tmp_path: Path, file: str, cmake: str) -> None:
     package = tmp_path / "tuned_pkg"
     (package / file).parent.mkdir(parents=True)
     (package / file).write_text(HEAD + BODY)
     (package / "setup.cfg").touch()
     (package / "CMakeLists.txt").write_text(cmake)
-    finder = PackageFinder(lambda name: str(package) if name == "tuned_pkg" else None)
-    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, finder])
-
-    try:
+    with importable(package):
         assert importlib.import_module("tuned_pkg.cfg.TuningConfig").defaults["gain"] == 1.5
         assert importlib.import_module("tuned_pkg.cfg").__all__ == ["TuningConfig"]
-    finally:
-        for name in [name for name in sys.modules if name.startswith("tuned_pkg")]:
-            del sys.modules[name]
 
 
 @pytest.mark.parametrize(
     "cmake", ["", "install(FILES other.cfg)", "# generate_dynamic_reconfigure_options(other.cfg)"]
 )
-def test_other_files_of_that_name_are_not_configurations(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cmake: str
-) -> None:
+def test_other_files_of_that_name_are_not_configurations(tmp_path: Path, cmake: str) -> None:
     (tmp_path / "other.cfg").touch()
     (tmp_path / "CMakeLists.txt").write_text(cmake)
-    finder = PackageFinder(lambda name: str(tmp_path) if name == "tuned_pkg" else None)
-    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, finder])
-
-    with pytest.raises(ImportError):
+    with importable(tmp_path), pytest.raises(ImportError):
         importlib.import_module("tuned_pkg.cfg")
 
 

@@ -281,6 +281,9 @@ def test_decomposing_and_composing_returns_the_matrix() -> None:
 
     assert is_same_transform(matrix, compose_matrix(*decompose_matrix(matrix)))
     assert np.allclose(compose_matrix(), np.identity(4))
+    positive = ((1.5, 0.5, 2), *parts[1:4], (0, 0, 0, 1))
+    found = decompose_matrix(compose_matrix(*positive))  # type: ignore[arg-type]
+    assert all(map(np.allclose, found, positive))
 
 
 @pytest.mark.parametrize(
@@ -311,8 +314,9 @@ def test_two_sets_of_points_are_superimposed(scaling: bool, usesvd: bool) -> Non
     )
 
     found = superimposition_matrix(points[:3], (matrix @ points)[:3], scaling, usesvd)
-
     assert np.allclose(found @ points, matrix @ points)
+    with pytest.raises(ValueError, match="must"):
+        superimposition_matrix(np.ones((3, 2)), np.ones((3, 2)), scaling, usesvd)
 
 
 def test_dragging_an_arcball_rotates_it() -> None:

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -251,42 +251,60 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Typing]:
     found.close()
 
 
+def program(**changed: Any) -> dict[str, Any]:
+    """A program with a waiting act."""
+    act = {"id": "1", "tool": "publish", "name": "/x", "values": "", "rule": "r", "left_s": 60.0}
+    return {"master": "http://robot:11311", "process": "7", "waiting": [act | changed]}
+
+
+def answers_to(*rounds: list[Any], each_round: Callable[[], object] = lambda: None) -> list[Any]:
+    """Return the answers of a human to programs that are found one after the other, before Ctrl-C."""
+    left, answers = list(rounds), list[Any]()
+
+    def find() -> list[Any]:
+        if not left:
+            raise KeyboardInterrupt
+        each_round()
+        return left.pop(0)
+
+    with pytest.raises(KeyboardInterrupt):
+        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
+    return answers
+
+
 @pytest.mark.needs("pseudo-terminals")
 @pytest.mark.parametrize(
     ("typed", "verdict"), [("y\n", "once"), ("M\n", "minute"), ("n\n", "refuse"), ("what\nn\n", "refuse")]
 )
 def test_a_terminal_asks_and_answers(
-    terminal: Typing, capsys: pytest.CaptureFixture[str], typed: str, verdict: str
+    terminal: Typing,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    typed: str,
+    verdict: str,
 ) -> None:
-    act = {"id": "1", "tool": "publish", "name": "/cmd_vel", "values": HOSTILE, "rule": "r", "left_s": 20.0}
-    program = {"master": "http://robot:11311", "process": "7", "waiting": [act]}
-    answers: list[tuple[str, str, str]] = []
-    looked: list[int] = []
-
-    def find() -> list[Any]:
-        looked.append(1)
-        if answers:
-            raise KeyboardInterrupt
-        return [program]
-
-    def typing() -> None:
-        wait_until(lambda: "20 s left" in "".join(shown))
-        terminal.types(typed)
-
-    shown: list[str] = []
-    original = print
+    shown, original = list[str](), print
 
     def printed(*texts: object, **options: Any) -> None:
         shown.append(" ".join(map(str, texts)))
         original(*texts, **options)
 
-    terminal_approvals.__dict__["print"] = printed
-    try:
-        threading.Thread(target=typing, daemon=True).start()
-        with pytest.raises(KeyboardInterrupt):
-            terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
-    finally:
-        del terminal_approvals.__dict__["print"]
+    def typing() -> None:
+        wait_until(lambda: "20 s left" in "".join(shown))
+        terminal.types(typed)
+
+    monkeypatch.setattr(terminal_approvals, "print", printed, raising=False)
+    threading.Thread(target=typing, daemon=True).start()
+    asks = program(name="/cmd_vel", values=HOSTILE, left_s=20.0)
+    answers: list[tuple[str, str, str]] = []
+
+    def find() -> list[Any]:
+        if answers:
+            raise KeyboardInterrupt
+        return [asks]
+
+    with pytest.raises(KeyboardInterrupt):
+        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
     assert answers == [("7", "1", verdict)]
     output = capsys.readouterr().out
     assert '  values  x"}\\r\\n  tool    read_topic\\n\\x1b[2Jy\\u202e\\U000e0041\n' in output
@@ -298,21 +316,8 @@ def test_a_terminal_asks_and_answers(
 def test_what_was_typed_before_an_act_appeared_does_not_approve_it(
     terminal: Typing, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    del capsys
-    act = {"id": "1", "tool": "publish", "name": "/x", "values": "", "rule": "r", "left_s": 0.5}
-    program = {"master": "m", "process": "7", "waiting": [act]}
-    found = [[program], [], []]
-    answers: list[Any] = []
     terminal.types("y\n")
-
-    def find() -> list[Any]:
-        if not found:
-            raise KeyboardInterrupt
-        return found.pop(0)
-
-    with pytest.raises(KeyboardInterrupt):
-        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
-    assert answers == []
+    assert answers_to([program(left_s=0.5)], [], []) == []
 
 
 @pytest.mark.needs("pseudo-terminals")
@@ -320,25 +325,12 @@ def test_a_line_that_was_begun_for_one_act_does_not_approve_the_next_one(
     terminal: Typing, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The assistant cancels an act and requests another one, after the human typed `y`, before Enter."""
-
-    def act(identity: str) -> Any:
-        waiting = {"id": identity, "tool": "publish", "name": "/x", "values": "", "rule": "r", "left_s": 1.0}
-        return {"master": "m", "process": "7", "waiting": [waiting]}
-
-    found = [[act("1")], [act("2")], [act("2")], [act("2")], []]
     shown: list[Any] = []
-    answers: list[Any] = []
-
-    def find() -> list[Any]:
-        if not found:
-            raise KeyboardInterrupt
-        return found.pop(0)
-
     describe = terminal_approvals.shown
 
-    def show(program: Any, described: Any) -> str:
+    def show(asking: Any, described: Any) -> str:
         shown.append(described["id"])
-        return describe(program, described)
+        return describe(asking, described)
 
     def prints(text: str, **_: Any) -> None:
         if "n: refuse" in text:
@@ -346,32 +338,18 @@ def test_a_line_that_was_begun_for_one_act_does_not_approve_the_next_one(
 
     monkeypatch.setattr(terminal_approvals, "shown", show)
     monkeypatch.setattr(terminal_approvals, "print", prints, raising=False)
-    with pytest.raises(KeyboardInterrupt):
-        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
+    acts = [[program(id=identity, left_s=1.0)] for identity in "1222"]
+    assert answers_to(*acts, []) == []
     assert "2" in shown
-    assert answers == []
-    del capsys
 
 
 @pytest.mark.needs("pseudo-terminals")
 def test_a_terminal_names_a_silent_program_and_accepts_no_answer_meanwhile(
     terminal: Typing, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    act = {"id": "1", "tool": "publish", "name": "/x", "values": "", "rule": "r", "left_s": 60.0}
-    program = {"master": "m", "process": "7", "waiting": [act]}
     silent = {"master": "", "process": "7", "waiting": [], "silent": "process 7 does not answer: timed out"}
-    found: list[Any] = [[program], [silent], [silent], []]
-    answers: list[Any] = []
-
-    def find() -> list[Any]:
-        if not found:
-            raise KeyboardInterrupt
-        if found[0] == [silent]:
-            terminal.types("y\n")
-        return list(found.pop(0))
-
-    with pytest.raises(KeyboardInterrupt):
-        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
+    typed = iter(["", "y\n", "y\n", ""])
+    answers = answers_to([program()], [silent], [silent], [], each_round=lambda: terminal.types(next(typed)))
     assert answers == []
     assert "process 7 does not answer: timed out: an answer is not accepted." in capsys.readouterr().out
 

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import socket
+from collections.abc import AsyncIterator, Coroutine
 from types import SimpleNamespace
 from typing import Any
 
@@ -64,11 +65,45 @@ class Recorded(PortConnection):
         super()._rest_for(0.01)
 
 
+@contextlib.asynccontextmanager
+async def serving(handle_websocket: Any, **options: Any) -> AsyncIterator[str]:
+    """Open a port, and yield its address."""
+    limits = Limits()
+    port = ServerPort(Listener(limits, limit=5, log=logging.getLogger("test")), limits)
+    options |= {"handle_websocket": handle_websocket, "respond": lambda *_: None, "max_bytes": 1_000_000}
+    yield f"ws://127.0.0.1:{await port.open('127.0.0.1', 0, **options)}"
+    await port.close()
+
+
+def run(main: Coroutine[Any, Any, None]) -> None:
+    with contextlib.closing(asyncio.SelectorEventLoop()) as loop:  # as pipros, also on Windows
+        loop.run_until_complete(main)
+
+
+class Discarding:
+    """Discards the messages of clients, each part of which takes some time."""
+
+    def __init__(self, part_s: float) -> None:
+        self.part_s = part_s
+        self.served = asyncio.Queue[Recorded]()
+
+    def make(self, *args: Any, **options: Any) -> Recorded:
+        return Recorded(Work(self.part_s), *args, **options)
+
+    async def handle(self, connection: Recorded) -> None:
+        connection.admit(Budget(10_000_000), 1_000_000)
+        connection.work.parts, connection.work.long_parts = 0, 1000
+        await self.served.put(connection)
+        with contextlib.suppress(ConnectionClosed):
+            async for _ in connection:
+                pass
+
+
 @pytest.mark.parametrize(
     ("long_s", "rest_s"), [(2 * LONG_S, 2 * LONG_S * RESTS), (3.0, MAX_REST_S)], ids=["usual", "longest"]
 )
 def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: float, rest_s: float) -> None:
-    async def run() -> None:
+    async def main() -> None:
         connections: list[Recorded] = []
         received = asyncio.Queue[Any]()
 
@@ -83,26 +118,12 @@ def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: f
             await received.put("admitted")
             await received.put(await connection.recv())
 
-        async def exchange() -> None:
-            async with connect(f"ws://127.0.0.1:{number}", compression=None) as client:
-                assert await asyncio.wait_for(received.get(), 30) == "admitted"
-                await client.send(MESSAGE)
-                assert await asyncio.wait_for(received.get(), 30) == MESSAGE
-
-        limits = Limits()
-        port = ServerPort(Listener(limits, limit=5, log=logging.getLogger("test")), limits)
-        number = await port.open(
-            "127.0.0.1",
-            0,
-            handle_websocket=handle_websocket,
-            respond=lambda *_: None,
-            max_bytes=1_000_000,
-            connection_class=make,  # type: ignore[arg-type]  # a function that makes one
-        )
-        for _ in range(3):
-            await exchange()
-        await port.close()
-
+        async with serving(handle_websocket, connection_class=make) as address:
+            for _ in range(3):
+                async with connect(address, compression=None) as client:
+                    assert await asyncio.wait_for(received.get(), 30) == "admitted"
+                    await client.send(MESSAGE)
+                    assert await asyncio.wait_for(received.get(), 30) == MESSAGE
         before, costly, after = connections
         assert before.work.parts < len(MESSAGE) / SMALL_PART_BYTES
         assert before.work.parts >= len(MESSAGE) / PART_BYTES
@@ -110,33 +131,25 @@ def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: f
         assert after.work.parts >= len(MESSAGE) / SMALL_PART_BYTES
         assert before.rests_s == after.rests_s == []
 
-    with contextlib.closing(asyncio.SelectorEventLoop()) as loop:  # as pipros, also on Windows
-        loop.run_until_complete(run())
+    run(main())
 
 
 @pytest.mark.parametrize("reads", [True, False])
 def test_a_client_that_sends_pings_must_read_the_pongs(reads: bool) -> None:
-    async def run() -> None:
+    async def main() -> None:
         served = asyncio.Queue[PortConnection]()
 
         async def handle_websocket(connection: PortConnection) -> None:
             connection.admit(Budget(1_000_000), 1_000_000)
-            connection.transport.get_extra_info("socket").setsockopt(
-                socket.SOL_SOCKET, socket.SO_SNDBUF, 4096
-            )
+            sock = connection.transport.get_extra_info("socket")
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
             await served.put(connection)
             await connection.wait_closed()
 
-        limits = Limits()
-        port = ServerPort(Listener(limits, limit=5, log=logging.getLogger("test")), limits)
-        number = await port.open(
-            "127.0.0.1",
-            0,
-            handle_websocket=handle_websocket,
-            respond=lambda *_: None,
-            max_bytes=1_000_000,
-        )
-        async with connect(f"ws://127.0.0.1:{number}", compression=None, ping_interval=None) as client:
+        async with (
+            serving(handle_websocket) as address,
+            connect(address, compression=None, ping_interval=None) as client,
+        ):
             connection = await asyncio.wait_for(served.get(), 30)
             if not reads:
                 client.transport.pause_reading()
@@ -150,10 +163,8 @@ def test_a_client_that_sends_pings_must_read_the_pongs(reads: bool) -> None:
             else:
                 await asyncio.wait_for(connection.wait_closed(), 30)
                 assert "pings" in connection.protocol.close_sent.reason
-        await port.close()
 
-    with contextlib.closing(asyncio.SelectorEventLoop()) as loop:
-        loop.run_until_complete(run())
+    run(main())
 
 
 @pytest.mark.parametrize("opcode", [Opcode.PING, Opcode.TEXT])
@@ -163,29 +174,13 @@ def test_frames_that_are_cheap_one_by_one_use_up_the_share_of_their_client(
     """Each part takes less than `LONG_S`, so that only their sum can make the connection rest."""
     monkeypatch.setattr(loop_share, "time", SimpleNamespace(monotonic=lambda: 1000.0))
 
-    async def run() -> None:
-        served = asyncio.Queue[Recorded]()
-
-        async def handle_websocket(connection: Recorded) -> None:
-            connection.admit(Budget(10_000_000), 1_000_000)
-            connection.work.long_parts = 1000
-            await served.put(connection)
-            with contextlib.suppress(ConnectionClosed):
-                async for _ in connection:
-                    pass
-
-        limits = Limits()
-        port = ServerPort(Listener(limits, limit=5, log=logging.getLogger("test")), limits)
-        number = await port.open(
-            "127.0.0.1",
-            0,
-            handle_websocket=handle_websocket,
-            respond=lambda *_: None,
-            max_bytes=1_000_000,
-            connection_class=lambda *args, **options: Recorded(Work(0.9 * LONG_S), *args, **options),  # type: ignore[arg-type]
-        )
-        async with connect(f"ws://127.0.0.1:{number}", compression=None, ping_interval=None) as client:
-            connection = await asyncio.wait_for(served.get(), 30)
+    async def main() -> None:
+        clients = Discarding(0.9 * LONG_S)
+        async with (
+            serving(clients.handle, connection_class=clients.make) as address,
+            connect(address, compression=None, ping_interval=None) as client,
+        ):
+            connection = await asyncio.wait_for(clients.served.get(), 30)
             frames = Frame(opcode, b"x" * 100).serialize(mask=True) * 1_500
             for _ in range(100):
                 client.transport.write(frames)
@@ -193,41 +188,21 @@ def test_frames_that_are_cheap_one_by_one_use_up_the_share_of_their_client(
                 if any(connection.rests_s):
                     break
         assert 0 < max(connection.rests_s) <= MAX_REST_S
-        await port.close()
 
-    with contextlib.closing(asyncio.SelectorEventLoop()) as loop:
-        loop.run_until_complete(run())
+    run(main())
 
 
 def test_other_clients_have_their_turn_between_many_short_parts() -> None:
-    async def run() -> None:
-        served = asyncio.Queue[Recorded]()
-
-        async def handle_websocket(connection: Recorded) -> None:
-            connection.admit(Budget(10_000_000), 1_000_000)
-            connection.work.parts, connection.work.long_parts = 0, 1000
-            await served.put(connection)
-            with contextlib.suppress(ConnectionClosed):
-                async for _ in connection:
-                    pass
-
-        limits = Limits()
-        port = ServerPort(Listener(limits, limit=5, log=logging.getLogger("test")), limits)
-        number = await port.open(
-            "127.0.0.1",
-            0,
-            handle_websocket=handle_websocket,
-            respond=lambda *_: None,
-            max_bytes=1_000_000,
-            connection_class=lambda *args, **options: Recorded(Work(0.4 * LONG_S), *args, **options),  # type: ignore[arg-type]
-        )
-        async with connect(f"ws://127.0.0.1:{number}", compression=None, ping_interval=None) as client:
-            connection = await asyncio.wait_for(served.get(), 30)
+    async def main() -> None:
+        clients = Discarding(0.4 * LONG_S)
+        async with (
+            serving(clients.handle, connection_class=clients.make) as address,
+            connect(address, compression=None, ping_interval=None) as client,
+        ):
+            connection = await asyncio.wait_for(clients.served.get(), 30)
             connection.data_received(Frame(Opcode.TEXT, b"{}").serialize(mask=True) * 10_000)
             assert connection.work.parts == 3
             assert connection.rests_s == [0.0]
             await client.close()
-        await port.close()
 
-    with contextlib.closing(asyncio.SelectorEventLoop()) as loop:
-        loop.run_until_complete(run())
+    run(main())
