@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -51,15 +52,21 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
 
 
+@contextmanager
+def writing(path: str = "run.bag") -> Iterator[TopicWriter]:
+    with Path(path).open("w+b") as file:
+        bag = BagWriter(file)
+        yield TopicWriter(bag)
+        bag.finish()
+
+
 def write_ros1(path: str = "run.bag") -> None:
     """Write a bag with strings, a latched map, a type of the user, and a type that ROS 2 lacks."""
     text: Any = load_message_class("std_msgs/String")
     grid: Any = load_message_class("nav_msgs/OccupancyGrid")
     header: Any = load_message_class("rosgraph_msgs/TopicStatistics")
     mine: Any = message_classes_from_text("my_pkg/Mine", MINE)["my_pkg/Mine"]
-    with Path(path).open("w+b") as file:
-        bag = BagWriter(file)
-        writer = TopicWriter(bag)
+    with writing(path) as writer:
         latched = {"latching": "1", "callerid": "/map_server"}
         map_message = grid(data=[1, -1])
         map_message.header.stamp = Time(5, 6)
@@ -68,7 +75,6 @@ def write_ros1(path: str = "run.bag") -> None:
             writer.write("/chatter", text(data=f"hello {number}"), 10 + number, 5)
         writer.write("/mine", mine(x=[3]), 20, 0)
         writer.write("/statistics", header(), 21, 0)
-        bag.finish()
 
 
 @pytest.mark.parametrize("distribution", Distribution)
@@ -168,6 +174,17 @@ def write_ros2(storage: StoragePlugin, *, version: Any = 9, folder: str = "ros2"
         writer.add_connection("/split", wide, typestore=store)
 
 
+def sqlite_bag(*statements: str) -> Path:
+    """Write a bag of ROS 2, and change its database."""
+    write_ros2(StoragePlugin.SQLITE3)
+    (file,) = Path("ros2").glob("*.db3")
+    with closing(sqlite3.connect(file)) as database:
+        for statement in statements:
+            database.execute(statement)
+        database.commit()
+    return file
+
+
 @pytest.mark.parametrize(
     ("storage", "version"), [(StoragePlugin.MCAP, 9), (StoragePlugin.SQLITE3, 9), (StoragePlugin.SQLITE3, 8)]
 )
@@ -209,16 +226,13 @@ def test_what_does_not_fit_is_left_out_with_a_reason(capsys: pytest.CaptureFixtu
     solid: Any = load_message_class("shape_msgs/SolidPrimitive")
     text: Any = load_message_class("std_msgs/String")
     number: Any = load_message_class("std_msgs/Int8")
-    with Path("run.bag").open("w+b") as file:
-        bag = BagWriter(file)
-        writer = TopicWriter(bag)
+    with writing() as writer:
         for count in (3, 4):
             writer.write("/solid", solid(dimensions=[1.0] * count), count, 0)
         writer.write("/9", number(), 5, 0)
         writer.write("/two", text(data="a"), 6, 0)
         writer.write("/two", number(), 7, 0)
         writer.write_raw("/broken", "a/B", "1" * 32, b"", 8, 0, {"message_definition": "nothing x y"})
-        bag.finish()
 
     assert rosbag(["convert", "--ros2", "jazzy", "run.bag", "out"]) == 1
 
@@ -253,8 +267,8 @@ def test_messages_with_another_definition_of_their_type_are_left_out(
 
 
 def test_a_bag_without_messages() -> None:
-    with Path("empty.bag").open("w+b") as file:
-        BagWriter(file).finish()
+    with writing("empty.bag"):
+        pass
     for storage in ("mcap", "sqlite3"):
         assert rosbag(["convert", "--ros2", "jazzy", "--storage", storage, "empty.bag", storage]) == 0
         with Reader(storage) as reader:
@@ -314,12 +328,9 @@ def test_invalid_conversions_leave_nothing(
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_a_full_disk_is_an_error_and_leaves_nothing(storage: str, capsys: pytest.CaptureFixture[str]) -> None:
     text: Any = load_message_class("std_msgs/String")
-    with Path("run.bag").open("w+b") as file:
-        bag = BagWriter(file)
-        writer = TopicWriter(bag)
+    with writing() as writer:
         for number in range(100):
             writer.write("/chatter", text(data=os.urandom(5_000).hex()), number, 0)
-        bag.finish()
 
     with files_limited_to(100_000):
         code = rosbag(["convert", "--ros2", "jazzy", "--storage", storage, "run.bag", "out"])
@@ -332,10 +343,8 @@ def test_a_full_disk_is_an_error_and_leaves_nothing(storage: str, capsys: pytest
 
 
 def test_damaged_bags_raise() -> None:
-    write_ros2(StoragePlugin.SQLITE3)
-    (file,) = Path("ros2").glob("*.db3")
-    data = file.read_bytes()
-    file.write_bytes(data[:5000])
+    file = sqlite_bag()
+    file.write_bytes(file.read_bytes()[:5000])
     with pytest.raises(BagError):
         list(Ros2BagReader(file).messages())
     text = Path("ros2/metadata.yaml").read_text()
@@ -354,23 +363,17 @@ def test_damaged_bags_raise() -> None:
     ],
 )
 def test_a_file_cannot_make_reading_endless(messages: str) -> None:
-    database = sqlite3.connect("evil.db3")
-    database.execute("CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT)")
-    database.execute(messages)
-    database.commit()
-    database.close()
+    with closing(sqlite3.connect("evil.db3")) as database:
+        database.execute("CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT)")
+        database.execute(messages)
+        database.commit()
 
     with pytest.raises(BagFormatError, match="a table is missing, is a view"):
         Ros2BagReader(Path("evil.db3"))
 
 
 def test_a_damaged_message_names_its_topic() -> None:
-    write_ros2(StoragePlugin.SQLITE3)
-    (file,) = Path("ros2").glob("*.db3")
-    database = sqlite3.connect(file)
-    database.execute("UPDATE messages SET data = x'0001000005' WHERE topic_id = 1")
-    database.commit()
-    database.close()
+    sqlite_bag("UPDATE messages SET data = x'0001000005' WHERE topic_id = 1")
 
     with (
         Ros2BagReader(Path("ros2")) as bag,
@@ -380,12 +383,7 @@ def test_a_damaged_message_names_its_topic() -> None:
 
 
 def test_topics_with_unknown_types_are_left_out(capsys: pytest.CaptureFixture[str]) -> None:
-    write_ros2(StoragePlugin.SQLITE3)
-    (file,) = Path("ros2").glob("*.db3")
-    database = sqlite3.connect(file)
-    database.execute("DELETE FROM message_definitions")
-    database.commit()
-    database.close()
+    sqlite_bag("DELETE FROM message_definitions")
 
     assert rosbag(["info", "ros2"]) == 0
 
@@ -535,8 +533,7 @@ def test_a_compressed_file_in_a_folder_is_named(capsys: pytest.CaptureFixture[st
 
 
 def test_topics_share_the_definition_of_their_type_and_those_without_names_are_counted() -> None:
-    write_ros2(StoragePlugin.SQLITE3)
-    (file,) = Path("ros2").glob("*.db3")
+    file = sqlite_bag()
     with closing(sqlite3.connect(file)) as database:
         columns = "type, serialization_format, offered_qos_profiles, type_description_hash"
         query = f"INSERT INTO topics (name, {columns}) SELECT ?, {columns} FROM topics WHERE id = 1"  # noqa: S608

@@ -1,4 +1,0 @@
-"""Fixtures: a master and nodes in the test's own process."""
-
-from tests.support.node_fixtures import make_node as make_node
-from tests.support.node_fixtures import master as master
