@@ -1,16 +1,18 @@
 """The facade message_filters, without a node."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from std_msgs.msg import Header, String
 
 import message_filters
 import rospy
+from pipros_libraries.filters.history import MessageHistory, Sequencer
+from pipros_libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
 
 
 class Stamped:
@@ -116,3 +118,127 @@ def test_a_sequencer_puts_messages_in_order() -> None:
     sequencer.shutdown()
 
     assert got == [93, 94, 95]
+
+
+# Messages synchronized by their timestamps.
+
+
+class Inputs:
+    """Feeds a synchronizer with timestamps; a message is the text of its input and timestamp."""
+
+    def __init__(self, synchronizer: ExactSynchronizer) -> None:
+        self.synchronizer = synchronizer
+
+    def add(self, index: int, stamp: int, now: int | None = None) -> list[list[str]]:
+        queue = self.synchronizer.queues[index]
+        return [list(found) for found in self.synchronizer.add(f"{index}:{stamp}", stamp, queue, index, now)]
+
+
+def test_messages_of_one_stamp_make_a_set() -> None:
+    inputs = Inputs(ExactSynchronizer(3, queue_size=5))
+
+    assert inputs.add(2, 10) == []
+    assert inputs.add(0, 10) == []
+    assert inputs.add(0, 20) == []
+    assert inputs.add(1, 10) == [["0:10", "1:10", "2:10"]]
+    assert [list(queue) for queue in inputs.synchronizer.queues] == [[20], [], []]
+
+
+def test_the_oldest_timestamp_is_dropped_when_a_queue_is_full() -> None:
+    inputs = Inputs(ExactSynchronizer(2, queue_size=2))
+    for stamp in (30, 10, 20):
+        inputs.add(0, stamp)
+
+    assert inputs.add(1, 10) == []
+    assert inputs.add(1, 20) == [["0:20", "1:20"]]
+
+
+def test_a_simulated_clock_that_goes_back_empties_queues_with_reset() -> None:
+    inputs = Inputs(ExactSynchronizer(2, queue_size=5, reset=True))
+    inputs.add(0, 10, now=100)
+    inputs.add(1, 20, now=100)
+
+    assert inputs.add(0, 20, now=50) == []  # the other input still has earlier messages
+    assert inputs.add(1, 10, now=50) == []
+    assert inputs.add(1, 20, now=50) == [["0:20", "1:20"]]
+
+
+def test_the_nearest_messages_within_the_slop_make_a_set() -> None:
+    inputs = Inputs(ApproximateSynchronizer(2, queue_size=5, slop=10))
+    for stamp in (100, 106, 95):
+        inputs.add(0, stamp)
+
+    assert inputs.add(1, 104) == [["0:106", "1:104"]]
+    assert inputs.add(1, 110) == []  # a distance of exactly the slop is too large
+
+
+def test_a_combination_with_too_large_a_span_is_skipped() -> None:
+    inputs = Inputs(ApproximateSynchronizer(3, queue_size=5, slop=10))
+    inputs.add(0, 92)
+    inputs.add(0, 109)
+    inputs.add(1, 108)
+
+    # 92 is nearer to 100, but too far from 108.
+    assert inputs.add(2, 100) == [["0:109", "1:108", "2:100"]]
+
+
+def test_a_clock_jump_backwards_is_reported_once() -> None:
+    synchronizer = ApproximateSynchronizer(2, queue_size=5, slop=10)
+    inputs = Inputs(synchronizer)
+    assert not synchronizer.went_back(100, None, 0)
+    inputs.add(0, 100)
+
+    assert synchronizer.went_back(50, None, 1)
+    assert synchronizer.queues == [{}, {}]
+    assert not synchronizer.went_back(51, None, 1)
+
+
+def first_by_trying_all(candidates: list[list[int]], slop: int) -> list[int] | None:
+    from itertools import product
+
+    return next((list(tried) for tried in product(*candidates) if max(tried) - min(tried) < slop), None)
+
+
+@given(
+    st.lists(st.lists(st.integers(0, 40), min_size=1, max_size=5), min_size=1, max_size=4), st.integers(0, 30)
+)
+def test_the_first_combination_equals_that_of_an_exhaustive_search(
+    candidates: list[list[int]], slop: int
+) -> None:
+    from pipros_libraries.filters.synchronizer import _first_within
+
+    assert _first_within(candidates, slop) == first_by_trying_all(candidates, slop)
+
+
+def test_a_history_is_in_the_order_of_arrival() -> None:
+    history = MessageHistory(3)
+    for stamp in (9, 30, 10, 20):
+        history.add(stamp, f"m{stamp}")
+
+    assert history.messages == ["m30", "m10", "m20"]
+    assert history.between(10, 20) == ["m10", "m20"]
+    assert history.first_from(15) == "m30"
+    assert history.last_until(25) == "m20"
+    assert history.first_from(31) is None
+    assert history.last_until(9) is None
+
+
+def test_a_sequencer_forwards_messages_in_order_after_the_delay() -> None:
+    sequencer = Sequencer(delay=5, queue_size=3)
+    for stamp in (20, 10, 15, 12):
+        sequencer.add(stamp, stamp)
+
+    assert sequencer.due(16) == []
+    assert sequencer.due(20) == [12, 15]  # 10 was the oldest of four
+    sequencer.add(14, "late")
+    assert sequencer.due(99) == [20]
+
+
+def test_a_sequencer_starts_again_if_the_time_moves_back() -> None:
+    sequencer = Sequencer(delay=5, queue_size=3)
+    for stamp in (90, 99):
+        sequencer.add(stamp, stamp)
+    assert sequencer.due(95) == [90]
+    assert sequencer.due(1) == []
+    sequencer.add(2, 2)
+    assert sequencer.due(10) == [2]

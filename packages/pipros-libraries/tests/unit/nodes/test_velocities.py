@@ -1,8 +1,9 @@
 """When a base may keep its last velocity."""
 
-from __future__ import annotations
-
 import math
+import platform
+import subprocess
+import sys
 from typing import Any
 
 import pytest
@@ -71,3 +72,30 @@ def test_a_robot_must_be_able_to_brake_within_a_minute() -> None:
 @pytest.mark.parametrize("limits", [(-0.2, 0.5, 1.0), (-0.1, 0.0, 0.0), (-0.5, -0.1, 1.0)])
 def test_backward_velocities_and_an_axis_that_is_off_are_accepted(limits: tuple[float, ...]) -> None:
     check_axis(("least", limits[0]), ("greatest", limits[1]), ("acceleration", limits[2]))
+
+
+# Nodes that compute with arrays use the memory of earlier ones again.
+
+
+PAGE_FAULTS = """
+import resource
+from pipros_libraries.nodes.kept_memory import keep_freed_memory
+{}
+def faults():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+arrays = [b"x" * 1_000_000 for _ in range(4)]
+before = faults()
+for _ in range(20):
+    del arrays
+    arrays = [b"x" * 1_000_000 for _ in range(4)]
+print(faults() - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc is configured")
+def test_memory_of_freed_arrays_is_used_again_without_page_faults() -> None:
+    def page_faults(call: str) -> int:
+        command = [sys.executable, "-c", PAGE_FAULTS.format(call)]
+        return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+    assert page_faults("keep_freed_memory()") * 10 < page_faults("")

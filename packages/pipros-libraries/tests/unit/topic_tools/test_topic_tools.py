@@ -1,7 +1,5 @@
 """The decisions of the programs of topic_tools, without a graph."""
 
-from __future__ import annotations
-
 import json
 import threading
 from types import SimpleNamespace
@@ -14,6 +12,7 @@ from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
 from pipros.safe.expr_walk import ExpressionError
 from pipros_libraries.topic_tools.expressions import NotAMapping, Template, Transformation, module_for
+from pipros_libraries.topic_tools.lazy import LazyInputs
 from pipros_libraries.topic_tools.rates import ByteRate, Dropping, MessageRate
 from pipros_libraries.topic_tools.raw import MissingType, class_like
 from pipros_libraries.topic_tools.selection import NONE, BadSelection, Selection
@@ -209,3 +208,61 @@ def test_an_output_that_is_added_later_has_the_type_of_the_others(monkeypatch: p
     mine.add("/later")
     mine.pass_on(SimpleNamespace(header={"type": "std_msgs/Int32"}))
     assert advertised == dict.fromkeys(("/first", "/second", "/later"), "std_msgs/String")
+
+
+# Lazy
+
+
+class Output:
+    """A publisher with any number of subscribers, which notifies its listeners."""
+
+    def __init__(self) -> None:
+        self.connection_count = 0
+        self.listeners: list[Any] = []
+        self.publication = self
+
+    def change(self, by: int) -> None:
+        self.connection_count += by
+        for each in self.listeners:
+            if by > 0:
+                each.peer_subscribe("/out", None, None)
+            else:
+                each.peer_unsubscribe("/out", self.connection_count)
+
+
+class Input:
+    is_registered = True
+
+    def unregister(self) -> None:
+        self.is_registered = False
+
+
+def test_inputs_are_subscribed_to_while_an_output_has_subscribers() -> None:
+    outputs, made = [Output(), Output()], []
+
+    def subscribe() -> list[Input]:
+        made.append(Input())
+        return made[-1:]
+
+    lazy = LazyInputs(outputs, subscribe)
+    assert not made
+    outputs[0].change(1)
+    outputs[1].change(1)
+    outputs[0].change(-1)
+    assert [each.is_registered for each in made] == [True]
+    outputs[1].change(-1)
+    assert [each.is_registered for each in made] == [False]
+    outputs[1].change(1)
+    assert [each.is_registered for each in made] == [False, True]
+    lazy.close()
+    outputs[0].change(1)
+    assert [each.is_registered for each in made] == [False, False]
+    assert outputs[0].listeners == []
+
+
+def test_subscribers_that_came_before_count() -> None:
+    output, made = Output(), [Input()]
+    output.connection_count = 1
+    lazy = LazyInputs([output], lambda: made)
+    lazy.close()
+    assert not made[0].is_registered

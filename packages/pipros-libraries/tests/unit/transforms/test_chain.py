@@ -1,8 +1,8 @@
 """Remembered paths between frames: lookups answer as if every path were searched for."""
 
-from __future__ import annotations
-
+import math
 import random
+from collections.abc import Callable
 
 import pytest
 
@@ -15,6 +15,8 @@ from pipros_libraries.transforms.errors import (
 from pipros_libraries.transforms.history import MovingFrame, StaticFrame
 from pipros_libraries.transforms.pose import IDENTITY, Pose
 from pipros_libraries.transforms.tree import Frames, find_path
+from pipros_libraries.transforms.twist import interval_around, twist
+from pipros_libraries.transforms.waiter import TransformWaiter
 from tests.support.constants import Constants
 
 S = 1_000_000_000
@@ -185,3 +187,91 @@ def test_lookups_are_equal_to_searches_after_any_change(seed: int) -> None:
             # Some times are asked for again, before and after changes, whose results are cached.
             asked.append(dice.choice((0, S * dice.randrange(30), dice.randrange(30 * S), *asked[-3:])))
             compare(*dice.sample(list(frames), 2), asked[-1])
+
+
+# Waiting for transforms, with a clock that the test sets.
+
+
+class SetClock:
+    """A simulated clock that returns the given times, one at each reading, and then the last of them."""
+
+    is_simulated = True
+
+    def __init__(self, *times: int) -> None:
+        self._times = list(times)
+
+    def now_ns(self) -> int:
+        return self._times.pop(0) if len(self._times) > 1 else self._times[0]
+
+
+Ask = Callable[[], tuple[int, str]]
+
+
+def waited(clock: SetClock, ask: Ask, check: Callable[[], object]) -> tuple[int, str]:
+    return TransformWaiter().wait(ask, 10 * S, lambda: clock, check)
+
+
+@pytest.mark.parametrize("end", [110 * S, 96 * S])
+def test_a_wait_ends_at_its_time_or_when_the_clock_has_jumped_back(end: int) -> None:
+    checks: list[int] = []
+
+    answer = waited(SetClock(100 * S, 98 * S, end), lambda: (0, "unknown"), lambda: checks.append(1))
+
+    assert (answer, len(checks)) == ((0, "unknown"), 1)
+
+
+def test_a_check_that_raises_ends_the_wait() -> None:
+    def check() -> None:
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        waited(SetClock(100 * S), lambda: (0, "unknown"), check)
+
+
+# Velocities of frames, from two of their poses.
+
+
+QUARTER = math.sqrt(0.5)
+
+
+def turned(x: float, yaw: float = 0.0) -> Pose:
+    return (x, 0.0, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+
+@pytest.mark.parametrize(
+    ("time", "latest", "expected"),
+    [(10 * S, 20 * S, (9 * S, 11 * S)), (10 * S, 10 * S, (8 * S, 10 * S)), (S, S, (100_000, S))],
+)
+def test_the_interval_ends_with_the_buffer_and_begins_after_zero(
+    time: int, latest: int, expected: tuple[int, int]
+) -> None:
+    assert interval_around(time, latest, 2 * S) == expected
+
+
+def test_a_frame_that_moves_straight_has_a_linear_velocity_only() -> None:
+    linear, angular = twist(turned(1.0), turned(2.0), S // 2, IDENTITY, IDENTITY)
+
+    assert (linear, angular) == ((2.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0, 3.0])
+def test_a_frame_that_turns_has_an_angular_velocity_of_either_sign(turn: float) -> None:
+    _, angular = twist(turned(0.0, 0.5), turned(0.0, 0.5 + turn), 2 * S, IDENTITY, IDENTITY)
+
+    assert angular == pytest.approx((0.0, 0.0, turn / 2))
+
+
+def test_velocities_are_turned_into_the_reference_frame() -> None:
+    tracked = (0.0, 0.0, 0.0, 0.0, 0.0, QUARTER, QUARTER)
+
+    linear, _ = twist(turned(0.0), turned(1.0), S, tracked, IDENTITY)
+
+    assert linear == pytest.approx((0.0, 1.0, 0.0))
+
+
+def test_the_reference_point_shifts_the_velocity_as_in_noetic() -> None:
+    reference_point = (0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 1.0)
+
+    linear, _ = twist(turned(0.0), turned(0.0, 0.5), S, turned(2.0), reference_point)
+
+    assert linear == pytest.approx((1.5, 1.5 - 2.0 * 0.5, 1.5))  # 1.5 is the scalar product of (0, 0, 0.5)

@@ -1,11 +1,23 @@
 """The arguments and the output of the programs of tf and tf2_ros."""
 
-from __future__ import annotations
-
 import math
+from typing import Any
 
 import pytest
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
 
+from genpy import Time
+from pipros_libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs, frequency_of
+from pipros_libraries.transforms.diagnose import (
+    ReceivedTransform,
+    loops,
+    not_normalized,
+    of_other_times,
+    of_several_senders,
+    received_in,
+    reparented,
+)
 from pipros_libraries.transforms.formatting import pose_as_text
 from pipros_libraries.transforms.monitor import FRAME_LIMIT, Monitor
 from pipros_libraries.transforms.pose import from_roll_pitch_yaw, roll_pitch_yaw
@@ -103,3 +115,118 @@ def test_echo_refuses_wrong_arguments(wrong: list[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         echo._options(wrong)
     assert ended.value.code == 2
+
+
+# Received transforms: every contradiction is reported once, and nothing else.
+
+
+def received(
+    parent: str, child: str, sender: str = "/base", *, ahead_s: float = 0.0, rotation_length: float = 1.0
+) -> ReceivedTransform:
+    return ReceivedTransform(parent, child, sender, ahead_s, rotation_length)
+
+
+def test_a_publisher_without_a_caller_id_is_unknown() -> None:
+    message = TFMessage([TransformStamped()])
+    message._connection_header = {"type": TFMessage._type}
+    assert [each.sender for each in received_in(message, Time())] == ["unknown_publisher"]
+
+
+HEALTHY = [received("map", "odom", "/slam"), received("odom", "base_link"), received("map", "odom", "/slam")]
+
+
+def test_nothing_is_found_in_a_healthy_tree() -> None:
+    for check in (of_other_times, not_normalized, reparented, of_several_senders, loops):
+        assert check(HEALTHY) == []
+        assert check([]) == []
+
+
+def test_the_largest_clock_offset_of_each_sender_is_named() -> None:
+    late = [received("a", "b", ahead_s=seconds) for seconds in (0.9, -3.0, 2.0)]
+    assert of_other_times(late) == ["receiving transform from [/base] that differed from ROS time by -3.0s"]
+
+
+def test_a_quaternion_of_another_length_is_named_once() -> None:
+    found = not_normalized([received("a", "b", rotation_length=0.0)] * 3)
+    assert found == ["rotation from [a] to [b] is not unit length, 0.0"]
+
+
+def test_each_change_of_parent_is_named_once() -> None:
+    assert reparented([received("map", "odom"), received("world", "odom")] * 3) == [
+        "reparenting of [odom] to [world] by [/base]",
+        "reparenting of [odom] to [map] by [/base]",
+    ]
+
+
+def test_each_change_of_sender_is_named_once() -> None:
+    assert of_several_senders([received("map", "odom", "/one"), received("map", "odom", "/other")] * 2) == [
+        "node [/other] publishing transform [odom] with parent [map] already published by node [/one]",
+        "node [/one] publishing transform [odom] with parent [map] already published by node [/other]",
+    ]
+
+
+def test_each_frame_of_a_loop_is_named_and_those_below_it_are_not() -> None:
+    found = loops([received("a", "b"), received("b", "a"), received("a", "leaf"), received("own", "own")])
+    assert found == [
+        "Frame b is in a loop. It's loop has elements:\nb -> a",
+        "Frame a is in a loop. It's loop has elements:\na -> b",
+        "Frame own is in a loop. It's loop has elements:\nown",
+    ]
+
+
+def test_names_of_peers_cannot_forge_lines() -> None:
+    (found,) = not_normalized([received("a", "b\nERROR", rotation_length=2.0)])
+    assert "\n" not in found
+
+
+def test_a_quaternion_with_nan_is_not_a_rotation() -> None:
+    (found,) = not_normalized([received("a", "b", rotation_length=math.nan)])
+    assert found.endswith("is not unit length, nan")
+
+
+# The conditions under which tf_change_notifier reports a frame.
+
+
+def test_the_first_pose_and_each_distant_one_are_reported() -> None:
+    pair = FramePair("hand", "map", 0.1, 0.1)
+    places = [0.0, 0.06, 0.12, 0.18, 0.25]
+    assert [pair.has_moved((x, 0, 0, 0, 0, 0, 1)) for x in places] == [True, False, True, False, True]
+
+
+def test_a_quaternion_of_zeros_does_not_rotate() -> None:
+    pair = FramePair("hand", "map", 0.1, 0.1)
+    assert pair.has_moved((0, 0, 0, 0, 0, 0, 0))
+    assert not pair.has_moved((0, 0, 0, 0, 0, 0, 1))
+
+
+def test_pairs_have_their_own_distances_or_those_of_the_node() -> None:
+    names = {"source_frame": "a", "target_frame": "b"}
+    pairs = frame_pairs([names, {**names, "translational_update_distance": 2}], 0.5, 0.25)
+    assert [(pair.distance, pair.angle) for pair in pairs] == [(0.5, 0.25), (2.0, 0.25)]
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("a b", "must be a list"),
+        (["a"], "must be a mapping"),
+        ([{"source_frame": "a"}], "target_frame"),
+        ([{"source_frame": "", "target_frame": "b"}], "source_frame"),
+        ([{"source_frame": 3, "target_frame": "b"}], "source_frame"),
+        (
+            [{"source_frame": "a", "target_frame": "b", "angular_update_distance": "far"}],
+            "angular_update_distance",
+        ),
+        ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": -1}], ">= 0"),
+        ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": float("nan")}], ">= 0"),
+    ],
+)
+def test_invalid_pairs_are_named(value: Any, words: str) -> None:
+    with pytest.raises(BadFramePair, match=words):
+        frame_pairs(value, 0.1, 0.1)
+
+
+@pytest.mark.parametrize("value", [0, -1, float("inf"), float("nan"), True, "10", None])
+def test_a_frequency_must_be_a_finite_positive_number(value: Any) -> None:
+    with pytest.raises(BadFramePair, match=r"^hz must be a finite number > 0, got "):
+        frequency_of("hz", value)

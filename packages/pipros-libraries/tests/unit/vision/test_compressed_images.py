@@ -1,7 +1,5 @@
 """Compressed images: format strings, JPEG and PNG, depths."""
 
-from __future__ import annotations
-
 import io
 import struct
 import subprocess
@@ -10,12 +8,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image as Pictures
+from sensor_msgs.msg import Image
 
+from cv_bridge import CvBridge, CvBridgeError
 from pipros.basics.extras import install_command
 from pipros_libraries.pictures.codecs import OpenCVCodec, PillowCodec, codec, pixel_count
 from pipros_libraries.pictures.compressed import PNG as PNG_START
+from pipros_libraries.pictures.encodings import COLORS, DTYPES
 from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.vision.calibration import (
+    Calibration,
+    CalibrationError,
+    format_yaml,
+    parse_ini,
+    parse_yaml,
+)
 from pipros_libraries.vision.compressed_images import (
     CompressionError,
     CompressionSettings,
@@ -28,7 +38,11 @@ from pipros_libraries.vision.compressed_images import (
 )
 
 PILLOW = PillowCodec(Pictures)
+
+
 PNG = CompressionSettings("png")
+
+
 RAMP = np.arange(0, 240, dtype=np.uint8).reshape(8, 10, 3)
 
 
@@ -264,6 +278,77 @@ def test_depths_that_cannot_be_compressed_are_refused() -> None:
     with pytest.raises(CompressionError, match=r"must be 16UC1 or 32FC1, got \[bgr8\]"):
         compressed_depth(RAMP, "bgr8", DepthSettings(), PILLOW)
     wrong: tuple[dict[str, object], ...] = ({"format": "rvl"}, {"depth_max": 0.5}, {"png_level": 10})
-    for given in wrong:
+    for bad in wrong:
         with pytest.raises(CompressionError, match="must be"):
-            read_settings("compressedDepth", lambda name, default, given=given: given.get(name, default))  # type: ignore[misc]
+            read_settings("compressedDepth", lambda name, default, bad=bad: bad.get(name, default))  # type: ignore[misc]
+
+
+# Every message or file results in a value of the documented type, or in the documented error.
+
+
+BRIDGE = CvBridge()
+
+
+NAMES = st.sampled_from([*COLORS, *(f"{depth}C{n}" for depth in DTYPES for n in (1, 3, 9))]) | st.text(
+    max_size=9
+)
+
+
+SIZES = st.integers(0, 12) | st.integers(0, 2**32 - 1)
+
+
+GOOD = Calibration("a", 1, 1, "plumb_bob", (0.0,) * 5, (1.0,) * 9, (1.0,) * 9, (1.0,) * 12)
+
+
+@given(SIZES, SIZES, NAMES, st.booleans(), SIZES, st.binary(max_size=600), NAMES | st.just("passthrough"))
+def test_an_image_is_an_array_or_refused(
+    height: int, width: int, encoding: str, big: bool, step: int, data: bytes, desired: str
+) -> None:
+    message = Image(
+        height=height, width=width, encoding=encoding, is_bigendian=int(big), step=step, data=data
+    )
+    try:
+        image = BRIDGE.imgmsg_to_cv2(message, desired)
+    except CvBridgeError:
+        return
+    assert image.shape[:2] == (height, width)
+    assert image.dtype.isnative
+
+
+@given(st.text() | st.sampled_from(["rgb8; jpeg compressed bgr8", "32FC1; compressedDepth"]), st.binary())
+def test_compressed_octets_are_an_image_or_refused(kind: str, data: bytes) -> None:
+    try:
+        image, _ = decompressed(kind, data, PILLOW)
+    except CompressionError:
+        return
+    assert image.ndim in (2, 3)
+
+
+@given(st.data())
+def test_a_damaged_picture_is_an_image_or_refused(data: st.DataObject) -> None:
+    kind, whole = compressed(
+        np.arange(48, dtype=np.uint8).reshape(4, 4, 3),
+        "rgb8",
+        CompressionSettings(data.draw(st.sampled_from(["png", "jpeg"]))),
+        PILLOW,
+    )
+    place = data.draw(st.integers(0, len(whole) - 1))
+    damaged = whole[:place] + data.draw(st.binary(max_size=4)) + whole[place + data.draw(st.integers(0, 4)) :]
+    try:
+        image, _ = decompressed(kind, damaged, PILLOW)
+    except CompressionError:
+        return
+    assert image.ndim in (2, 3)
+
+
+@given(st.data())
+def test_a_damaged_calibration_is_read_or_refused(data: st.DataObject) -> None:
+    whole = format_yaml(GOOD)
+    place = data.draw(st.integers(0, len(whole) - 1))
+    damaged = whole[:place] + data.draw(st.text(max_size=4)) + whole[place + data.draw(st.integers(0, 9)) :]
+    for parse in (parse_yaml, parse_ini):
+        try:
+            found = parse(damaged)
+        except CalibrationError:
+            continue
+        assert (len(found.k), len(found.r), len(found.p)) == (9, 9, 12)

@@ -1,18 +1,23 @@
 """The language of ROS 2's definitions, and the places where definitions are found."""
 
-from __future__ import annotations
-
+import contextlib
+import time
 from pathlib import Path
 
 import pytest
 
 from pipros.basics.errors import NotFound
+from pipros.msg.importing.hook import installed_library
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError
 from pipros_rosbag2.distribution import Distribution
 from pipros_rosbag2.interfaces.catalog import Catalog
 from pipros_rosbag2.interfaces.derive import derived_message
+from pipros_rosbag2.interfaces.idl import parse_idl
 from pipros_rosbag2.interfaces.installed import folders_of_environment, installed_definitions
+from pipros_rosbag2.interfaces.package import Ros2Package, ros2_package
 from pipros_rosbag2.interfaces.parse import messages_from_text, parse_ros2_message, parse_ros2_service
 from pipros_rosbag2.interfaces.ros1_text import ros1_definition
 from pipros_rosbag2.interfaces.spec import NO_FIELDS, Form, Ros2Constant, Ros2Field, Ros2Type
@@ -171,3 +176,186 @@ def test_the_environment_names_folders() -> None:
         "/home/me/install/mine/share",
     ]
     assert folders_of_environment({}) == []
+
+
+# Types that exist only as `.idl` files.
+
+
+STATUS = """
+#include "std_msgs/msg/Header.idl"
+/* A comment with a "quote and a struct { */
+module demo { module msg {
+  typedef float Matrix[9];
+  module Status_Constants {
+    const uint8 LOW = 1;  // not "HIGH"
+    const string NAME = "a // b" "c";
+    const boolean ON = TRUE;
+  };
+  @verbatim (language="comment", text="a (b)" "c")
+  struct Status {
+    @key std_msgs::msg::Header header;
+    @default (value=-1.5e-3) @unit (value="m")
+    double distance, offset;
+    unsigned long long count;
+    string<5> word;
+    sequence<sequence_of_demo::msg::Part, 3> parts;
+    @default (value="(1, 2)")
+    sequence<octet> bytes;
+    Matrix matrix;
+    wstring names[2];
+  };
+}; };
+"""
+
+
+def test_structures_have_the_fields_and_constants_of_msg_files() -> None:
+    found = parse_idl(STATUS, "Status.idl")
+
+    assert list(found) == ["demo/msg/Status"]
+    assert found["demo/msg/Status"].text() == (
+        'uint8 LOW=1\nstring NAME="a // bc"\nbool ON=true\n'
+        "std_msgs/Header header\nfloat64 distance -1.5e-3\nfloat64 offset -1.5e-3\nuint64 count\n"
+        "string<=5 word\nsequence_of_demo/Part[<=3] parts\nbyte[] bytes [1, 2]\nfloat32[9] matrix\n"
+        "wstring[2] names\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("module a { struct B { wchar c; }; };", r"\[wchar\] is not a type that ROS 1 can express"),
+        ("module a { enum B { C }; };", r"expected a definition, got \[enum\]"),
+        ("module a { struct B { int8 x[0]; }; };", "a length must be a number from 1"),
+        ("module a { struct B { int8 x", "the file ends within a definition"),
+        ("module a { struct B { sequence<sequence<int8>> x; }; };", "arrays of arrays"),
+        ("module a { struct B { int8 x = 1; }; };", r"expected ; after x, got \[=\]"),
+        ("module 3 { };", r"expected a name, got \[3\]"),
+    ],
+)
+def test_other_definitions_are_refused(text: str, reason: str) -> None:
+    with pytest.raises(DefinitionError, match=reason):
+        parse_idl(text, "B.idl")
+
+
+def test_the_catalog_reads_messages_services_and_actions(tmp_path: Path) -> None:
+    empty = "uint8 structure_needs_at_least_one_member;"
+    parts = {
+        "msg": "struct Go { long x; };",
+        "srv": f"struct Go_Request {{ {empty} }}; struct Go_Response {{ boolean ok; }};",
+        "action": f"struct Go_Goal {{ short n; }}; struct Go_Result {{ {empty} }};"
+        f"struct Go_Feedback {{ {empty} }};",
+    }
+    for kind, text in parts.items():
+        (tmp_path / "demo" / kind).mkdir(parents=True)
+        (tmp_path / "demo" / kind / "Go.idl").write_text(f"module demo {{ module {kind} {{ {text} }}; }};")
+    catalog = Catalog(Distribution.JAZZY, installed_definitions(), [tmp_path])
+
+    assert catalog.message("demo/msg/Go").text() == "int32 x\n"
+    assert catalog.service("demo/srv/Go").request.text() == ""
+    assert catalog.service("demo/srv/Go").response.text() == "bool ok\n"
+    assert catalog.action("demo/action/Go").goal.text() == "int16 n\n"
+    (tmp_path / "demo" / "msg" / "Other.idl").write_text("module demo { };")
+    with pytest.raises(DefinitionError, match="the file does not define demo/msg/Other"):
+        catalog.message("demo/msg/Other")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('\\"' * 20_000, "a string does not end"),
+        ("/* " * 20_000, None),
+        ("\n" * 20_000, None),
+        ("module a { " * 2_000, "modules are nested too deeply"),
+        ("struct A { " + "sequence<" * 2_000, "arrays of arrays have no counterpart"),
+    ],
+)
+def test_repeated_beginnings_are_read_in_linear_time(text: str, reason: str | None) -> None:
+    before = time.process_time()
+    with pytest.raises(DefinitionError, match=reason) if reason else contextlib.nullcontext():
+        parse_idl(text, "Bad.idl")
+    assert time.process_time() - before < 0.5
+
+
+# The definitions of ROS 1 packages in ROS 2.
+
+
+def translated(folder: Path, **files: str) -> Ros2Package:
+    """Write files such as `msg__Status="int8 x"` to the package Demo, and translate it."""
+    for name, text in files.items():
+        kind, _, base = name.partition("__")
+        (folder / kind).mkdir(parents=True, exist_ok=True)
+        (folder / kind / f"{base}.{kind}").write_text(text)
+    installed = installed_library().definitions.files.folder
+    find = DefinitionFiles(lambda package: folder if package == "Demo" else installed(package))
+    return ros2_package("Demo", "jazzy", Definitions(find))
+
+
+def test_each_change_is_listed_and_made(tmp_path: Path) -> None:
+    made = translated(
+        tmp_path,
+        msg__wheel_state=(
+            "uint8 Off=0\nHeader header\ntime[] Stamps\nduration Wait__S\nint8[0] none\n"
+            "sensor_msgs/Range range"
+        ),
+        msg__Robot="wheel_state[4] wheels\nstring name",
+        srv__Stop="---\nbool done",
+        action__Drive="float32 Distance\n---\n---\nRobot robot",
+    )
+
+    assert made.name == "demo"
+    assert made.files == {
+        "msg/WheelState.msg": (
+            "uint8 OFF=0\nstd_msgs/Header header\nbuiltin_interfaces/Time[] stamps\n"
+            "builtin_interfaces/Duration wait_s\nsensor_msgs/Range range\n"
+        ),
+        "msg/Robot.msg": "demo/WheelState[4] wheels\nstring name\n",
+        "srv/Stop.srv": "---\nbool done\n",
+        "action/Drive.action": "float32 distance\n---\n---\ndemo/Robot robot\n",
+    }
+    assert made.changes == (
+        "Demo/Robot becomes demo/msg/Robot",
+        "Demo/wheel_state becomes demo/msg/WheelState",
+        "Demo/wheel_state: std_msgs/Header header becomes std_msgs/Header without seq",
+        "Demo/wheel_state: time[] Stamps becomes builtin_interfaces/Time, stamps",
+        "Demo/wheel_state: duration Wait__S becomes builtin_interfaces/Duration, wait_s",
+        "Demo/wheel_state: int8[0] none becomes nothing, because ROS 2 has no arrays of length 0",
+        "Demo/wheel_state: Off becomes OFF",
+        "Demo/Stop becomes demo/srv/Stop",
+        "Demo/Drive becomes demo/action/Drive",
+        "Demo/DriveGoal: float32 Distance becomes distance",
+    )
+    assert made.needs == {
+        *("action_msgs", "builtin_interfaces", "sensor_msgs", "service_msgs", "std_msgs"),
+        "unique_identifier_msgs",
+    }
+
+
+def test_bundled_packages_are_those_of_ros2() -> None:
+    definitions = installed_library().definitions
+
+    tf2 = ros2_package("tf2_msgs", "jazzy", definitions)
+    examples = ros2_package("example_interfaces", "kilted", definitions)
+
+    assert sorted(tf2.files) == [
+        "action/LookupTransform.action",
+        "msg/TF2Error.msg",
+        "msg/TFMessage.msg",
+        "srv/FrameGraph.srv",
+    ]
+    assert tf2.changes == ()
+    assert examples.files["srv/AddTwoInts.srv"] == "int64 a\nint64 b\n---\nint64 sum\n"
+    assert (
+        examples.files["action/Fibonacci.action"]
+        == "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n"
+    )
+
+
+def test_types_that_ros2_lacks_are_named(tmp_path: Path) -> None:
+    with pytest.raises(
+        NotFound, match=r"Demo/msg/Old\.msg: the type std_msgs/msg/Time is unknown in ROS 2 jazzy"
+    ):
+        translated(tmp_path, msg__Old="std_msgs/Time stamp")
+    with pytest.raises(NotFound, match="package rospy has no messages, services or actions"):
+        ros2_package("rospy", "jazzy", installed_library().definitions)
+    with pytest.raises(NotFound, match="there is no package nowhere"):
+        ros2_package("nowhere", "jazzy", installed_library().definitions)

@@ -1,13 +1,21 @@
-"""Allowed hosts and origins of requests to the page."""
+"""Access to a server: hosts and origins, tokens and codes, certificates."""
 
-from __future__ import annotations
+import json
+import shutil
+import subprocess
+from pathlib import Path
 
 import pytest
 
 from pipros_server.access import LOOPBACK_HOSTS, Access, is_forwarded_tls
-from pipros_server.secret import Denied
+from pipros_server.secret import CODE_S, CODES, Denied, Secret
+from pipros_server.tls import ServerFailed, tls_context
+from pipros_server.token_file import BadTokenFile, read_tokens
+from tests.support.environments import file_of_tests
 
 ACCESS = Access(8000)
+
+
 OPEN = Access(8000, {*LOOPBACK_HOSTS, "robot"}, is_secure=True, takes_addresses=True)
 
 
@@ -135,3 +143,177 @@ def test_a_one_time_address_has_a_code_instead_of_the_token() -> None:
 
 def test_the_repr_of_a_secret_does_not_contain_the_token() -> None:
     assert ACCESS.secret.token not in repr(ACCESS)
+
+
+# The secret of a server, and the one-time codes that replace it.
+
+
+class Clock:
+    """A clock that only changes when it is set."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_each_server_has_its_own_token() -> None:
+    assert len(Secret().token) >= 32
+    assert Secret().token != Secret().token
+
+
+def test_the_first_message_has_the_token_or_a_code() -> None:
+    secret = Secret()
+    secret.check_first_message(json.dumps({"token": secret.token}))
+    secret.check_first_message(json.dumps({"token": secret.token}).encode())
+    secret.check_first_message(json.dumps({"code": secret.new_code()}))
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "",
+        "{",
+        "[]",
+        "null",
+        '"token"',
+        "{}",
+        '{"token": null}',
+        '{"token": ""}',
+        '{"token": "wrong"}',
+        '{"token": ["wrong"]}',
+        '{"token": "\\ud800"}',
+        '{"token": "ä"}',
+        '{"code": ""}',
+        '{"code": {}}',
+        "[" * 100_000,
+        b"\xff\xfe",
+        b"",
+    ],
+)
+def test_other_first_messages_are_refused(message: str | bytes) -> None:
+    with pytest.raises(Denied, match="The token is missing or wrong"):
+        Secret().check_first_message(message)
+
+
+def test_tokens_and_codes_are_not_interchangeable() -> None:
+    secret = Secret()
+    for values in ({"code": secret.token}, {"token": secret.new_code()}):
+        with pytest.raises(Denied):
+            secret.check_first_message(json.dumps(values))
+
+
+def test_a_request_has_the_token_in_its_header() -> None:
+    secret = Secret()
+    for header in (f"Bearer {secret.token}", f"bearer  {secret.token} "):
+        secret.check_authorization(header)
+    for wrong in (None, "", secret.token, "Bearer", "Bearer wrong", f"Basic {secret.token}", "Bearer ä"):
+        with pytest.raises(Denied, match="Authorization: Bearer"):
+            secret.check_authorization(wrong)
+
+
+def test_a_code_works_once() -> None:
+    secret = Secret()
+    code = secret.new_code()
+    assert secret.redeem(code)
+    assert not secret.redeem(code)
+
+
+def test_a_code_expires() -> None:
+    clock = Clock()
+    secret = Secret(clock)
+    in_time, late = secret.new_code(), secret.new_code()
+    clock.now = CODE_S - 0.1
+    assert secret.redeem(in_time)
+    clock.now = CODE_S
+    assert not secret.redeem(late)
+
+
+def test_unredeemed_codes_make_room_for_new_ones() -> None:
+    secret = Secret()
+    codes = [secret.new_code() for _ in range(CODES + 1)]
+    assert not secret.redeem(codes[0])
+    assert all(secret.redeem(code) for code in codes[1:])
+
+
+# Files of tokens.
+
+
+def written(folder: Path, text: str, mode: int = 0o600) -> str:
+    file = folder / "tokens"
+    file.write_text(text)
+    file.chmod(mode)
+    return str(file)
+
+
+def test_each_line_has_a_token(tmp_path: Path) -> None:
+    path = written(tmp_path, "# mine\nabcdefghijklmnop # phone\n\n0123456789-._~ABC\n")
+    assert read_tokens(path) == ["abcdefghijklmnop", "0123456789-._~ABC"]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "contains no token"),
+        ("# abcdefghijklmnop", "contains no token"),
+        ("short", "at least 16 characters"),
+        ("abcdefghijklmnop/", "letters, digits"),
+        ("abcdefghijk lmnop", "letters, digits"),
+    ],
+)
+def test_weak_tokens_are_refused(text: str, reason: str, tmp_path: Path) -> None:
+    with pytest.raises(BadTokenFile, match=reason):
+        read_tokens(written(tmp_path, text))
+
+
+@pytest.mark.needs("file owners")
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o620])
+def test_files_that_others_can_use_are_refused(mode: int, tmp_path: Path) -> None:
+    with pytest.raises(BadTokenFile, match="chmod 600"):
+        read_tokens(written(tmp_path, "abcdefghijklmnop", mode))
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BadTokenFile, match=r"cannot read .*none: No such file"):
+        read_tokens(str(tmp_path / "none"))
+
+
+# Certificates and keys that a server cannot use.
+
+
+CERTIFICATES = file_of_tests("support/certificates")
+
+
+CERTIFICATE, KEY = str(CERTIFICATES / "cert.pem"), str(CERTIFICATES / "key.pem")
+
+
+def complaint(certificate: str | None, key: str | None) -> str:
+    with pytest.raises(ServerFailed) as caught:
+        tls_context(certificate, key)
+    return str(caught.value)
+
+
+def test_a_key_without_a_certificate_does_not_disable_tls_in_silence() -> None:
+    assert complaint(None, KEY) == f"the key {KEY} needs its certificate; give it with --cert"
+    assert tls_context(None, None) is None
+    assert tls_context(CERTIFICATE, KEY) is not None
+
+
+def test_the_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    missing = str(tmp_path / "missing.pem")
+    assert complaint(CERTIFICATE, missing) == f"cannot use the key {missing}: No such file or directory"
+    assert complaint(missing, KEY) == f"cannot use the certificate {missing}: No such file or directory"
+    needed = "a certificate and its private key, both in PEM format, are needed"
+    assert complaint(CERTIFICATE, None) == f"cannot use the certificate {CERTIFICATE}: {needed}"
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl")
+def test_a_key_with_a_passphrase_is_refused_instead_of_asking(tmp_path: Path) -> None:
+    locked, other = str(tmp_path / "locked.pem"), str(tmp_path / "other.pem")
+    convert = ["openssl", "pkey", "-in", KEY, "-aes256", "-passout", "pass:secret", "-out", locked]
+    subprocess.run(convert, check=True)
+    subprocess.run(["openssl", "genpkey", "-algorithm", "RSA", "-out", other], check=True, stderr=-3)
+
+    assert f"cannot use the key {locked}: it has a passphrase. Try: " in complaint(CERTIFICATE, locked)
+    what = f"cannot use the certificate {CERTIFICATE} with the key {other}"
+    assert complaint(CERTIFICATE, other) == f"{what}: the key belongs to another certificate"

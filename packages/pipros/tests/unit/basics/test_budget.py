@@ -1,13 +1,15 @@
 """Budgets of servers and their clients."""
 
-from __future__ import annotations
-
 import random
 import threading
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pipros.basics.budget import Budget
+from pipros.basics.shares import fair_shares
+from pipros.basics.turns import Turns
 
 
 def test_an_amount_is_taken_from_a_budget_and_from_all_its_ancestors() -> None:
@@ -173,3 +175,66 @@ def test_threads_never_take_more_than_the_limit_together() -> None:
     for thread in threads:
         thread.join()
     assert server.used == sum(client.used for client in clients) == server.peak == 1_000
+
+
+# Fair division of a limit.
+
+
+def test_one_who_wants_everything_leaves_the_others_what_they_want() -> None:
+    assert fair_shares({"large": 6_000, "a": 10, "b": 20}, 5_000) == {"large": 4_970, "a": 10, "b": 20}
+    assert fair_shares({"large": 6_000, "other": 6_000}, 5_000) == {"large": 2_500, "other": 2_500}
+    assert fair_shares({}, 5_000) == {}
+
+
+@given(st.dictionaries(st.integers(), st.integers(0, 100), max_size=10), st.integers(0, 300))
+def test_no_one_gets_less_than_another_who_got_more_than_wanted(wanted: dict[int, int], limit: int) -> None:
+    shares = fair_shares(wanted, limit)
+
+    assert shares.keys() == wanted.keys()
+    assert sum(shares.values()) == min(limit, sum(wanted.values()))
+    for user, share in shares.items():
+        assert share <= wanted[user]
+        if share < wanted[user]:  # at most one less than any other, by rounding
+            assert share >= max(shares.values()) - 1
+
+
+# Queue that serves its users in turns.
+
+
+def test_a_user_with_many_items_does_not_delay_another() -> None:
+    turns: Turns[str, int] = Turns()
+    for number in range(1_000):
+        turns.put("greedy", number)
+    turns.put("modest", 1)
+    turns.put("modest", 2)
+    assert [turns.pop() for _ in range(5)] == [
+        ("greedy", 0),
+        ("modest", 1),
+        ("greedy", 1),
+        ("modest", 2),
+        ("greedy", 2),
+    ]
+    assert len(turns) == turns.waiting("greedy") == 997
+    assert turns.waiting("modest") == 0
+
+
+def test_the_items_of_a_user_that_has_left_are_removed_at_once() -> None:
+    turns: Turns[str, int] = Turns()
+    for number in range(3):
+        turns.put("a", number)
+    turns.put("b", 9)
+    assert turns.forget("a") == [0, 1, 2]
+    assert turns.forget("a") == []
+    assert len(turns) == 1
+    assert turns.pop() == ("b", 9)
+    with pytest.raises(IndexError, match="empty"):
+        turns.pop()
+
+
+def test_a_user_that_returns_waits_for_the_others() -> None:
+    turns: Turns[str, int] = Turns()
+    turns.put("a", 1)
+    turns.put("b", 2)
+    assert turns.pop() == ("a", 1)
+    turns.put("a", 3)
+    assert [turns.pop(), turns.pop()] == [("b", 2), ("a", 3)]

@@ -1,14 +1,17 @@
 """Names that a module binds by star import, and imports on first access."""
 
-from __future__ import annotations
-
 import importlib
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
+
+from pipros.basics.after_import import after_import
+from pipros.basics.shared_names import share_names
 
 HEAD = (
     "from typing import Any\nimport json\n"
@@ -104,3 +107,56 @@ def test_a_module_of_a_package_is_imported_when_its_name_is_first_used(
     assert "with_submodules.late" not in sys.modules
     assert package.late.value == 1
     assert not hasattr(package, "later")
+
+
+# Functions that are called after the import of a module.
+
+
+@pytest.fixture
+def name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    (tmp_path / "late_module.py").write_text("VALUE = 1")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
+    monkeypatch.delitem(sys.modules, "late_module", raising=False)
+    return "late_module"
+
+
+def test_a_function_is_called_once_after_the_first_import(name: str) -> None:
+    seen: list[int] = []
+
+    def see(module: ModuleType) -> None:
+        seen.append(module.VALUE)
+
+    after_import(name, see)
+    after_import(name, see)
+    import_module("colorsys")
+    assert seen == []
+    import_module(name)
+    import_module(name)
+    assert seen == [1]
+    after_import(name, see)
+    assert seen == [1, 1]
+
+
+def test_a_module_that_does_not_exist_is_not_found(name: str) -> None:
+    finders = [*sys.meta_path]
+    after_import(f"{name}_absent", pytest.fail)
+    with pytest.raises(ModuleNotFoundError):
+        import_module(f"{name}_absent")
+    assert sys.meta_path == finders
+
+
+# Module attributes that read and set the attributes of an object.
+
+
+def test_a_module_reads_and_sets_attributes_of_an_object_and_its_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    module: Any = ModuleType("sharing")
+    monkeypatch.setitem(sys.modules, "sharing", module)
+    owner = SimpleNamespace(uri="a", hooks=SimpleNamespace(client=[1]))
+    share_names("sharing", owner, {"_uri": "uri", "_client": "hooks.client"})
+    owner.hooks = SimpleNamespace(client=[2])
+    assert (module._uri, module._client) == ("a", [2])
+    module._uri, module._client = "b", [3]
+    assert (owner.uri, owner.hooks.client) == ("b", [3])

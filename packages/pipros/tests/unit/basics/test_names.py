@@ -1,12 +1,11 @@
 """Command lines: remappings, parameters, and the remaining arguments."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
 
 from pipros.basics import names
+from pipros.basics.words import quoted, split_words
 
 
 def test_a_command_line_is_sorted_by_what_its_arguments_are_for() -> None:
@@ -66,3 +65,40 @@ def test_arguments_that_roslaunch_appends_are_removed_and_no_others() -> None:
     assert names.without_launch_arguments(["kill", "-a", *appended]) == ["kill", "-a"]
     assert names.without_launch_arguments(appended) == []
     assert names.without_launch_arguments(["set", "pair", "a:=b"]) == ["set", "pair", "a:=b"]
+
+
+# Command lines as words.
+
+
+@pytest.mark.parametrize(
+    ("text", "posix", "windows"),
+    [
+        (r"a\ b c", ["a b", "c"], ["a\\", "b", "c"]),
+        (
+            r"C:\maps\x.yaml '--title=a b'",
+            ["C:mapsx.yaml", "--title=a b"],
+            [r"C:\maps\x.yaml", "--title=a b"],
+        ),
+        (
+            r'"C:\my maps\new.yaml" # 2',
+            [r"C:\my maps\new.yaml", "#", "2"],
+            [r"C:\my maps\new.yaml", "#", "2"],
+        ),
+        ("--x=a'b'\"c\" ''", ["--x=abc", ""], ["--x=abc", ""]),
+    ],
+)
+def test_backslashes_stay_in_paths_of_windows(
+    text: str, posix: list[str], windows: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.basics.words.ON_WINDOWS", False)
+    assert split_words(text) == posix
+    monkeypatch.setattr("pipros.basics.words.ON_WINDOWS", True)
+    assert split_words(text) == windows
+    with pytest.raises(ValueError, match="No closing quotation"):
+        split_words("'open")
+
+
+def test_words_are_quoted_for_the_shells_of_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.basics.words.ON_WINDOWS", True)
+    assert quoted("C:\\Python311\\python.exe") == "C:\\Python311\\python.exe"
+    assert quoted("pipros[course]") == '"pipros[course]"'

@@ -1,7 +1,13 @@
-from __future__ import annotations
+"""Texts of peers, without anything that hides or controls."""
+
+import json
+import unicodedata
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from pipros.basics.hidden_text import LONGEST_TEXT, safe, safe_text
 from pipros.basics.printable import printable
 
 
@@ -26,3 +32,59 @@ def test_no_control_character_is_left(value: object, shown: str) -> None:
 def test_a_long_text_is_cut() -> None:
     assert printable("x" * 1000) == "x" * 197 + "..."
     assert printable("x" * 200) == "x" * 200
+
+
+# Text without anything hidden: controls, reordering, tags, blank letters.
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary(),
+    lambda parts: st.lists(parts, max_size=4) | st.dictionaries(st.text(), parts, max_size=4),
+    max_leaves=20,
+)
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        "\x1b[2J",
+        "\x00",
+        "\r\n",
+        "\u202e",  # right-to-left override
+        "\u2066",  # isolate
+        "\u200b",  # zero width space
+        "\ufeff",
+        "\U000e0041",  # tag
+        "\ufe0f",  # variation selector
+        "\U000e0100",
+        "\u3164",  # blank letter
+        "\u2800",
+        "\x9b31m",
+        "\ud800",
+    ],
+)
+def test_hidden_characters_become_escapes(hidden: str) -> None:
+    assert safe_text(f"a{hidden}b").isascii()
+    assert "\\" in safe_text(hidden)
+
+
+def test_visible_text_of_all_languages_stays() -> None:
+    assert safe_text("Tür, дверь, 门, דלת") == "Tür, дверь, 门, דלת"
+
+
+def test_long_text_is_cut() -> None:
+    assert safe_text("x" * (LONGEST_TEXT + 5)).endswith("x... (5 more characters)")
+
+
+@given(st.text(st.characters()))
+def test_no_character_hides_or_reorders(text: str) -> None:
+    shown = safe_text(text)
+    assert shown.isprintable()
+    for character in shown:
+        assert unicodedata.category(character) not in ("Cc", "Cf", "Co", "Cs")
+        assert unicodedata.bidirectional(character) not in ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI")
+
+
+@given(VALUES)
+def test_every_value_becomes_json_of_harmless_text(value: object) -> None:
+    assert json.dumps(safe(value), ensure_ascii=False, allow_nan=False).isprintable()

@@ -1,7 +1,5 @@
 """Which nodes are dead, which unreachable, and which still own their address."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 from typing import Any
@@ -11,10 +9,13 @@ import pytest
 from pipros.basics.errors import ProtocolError, Unreachable
 from pipros.master.liveness import CONFIRMATIONS, PROBES_AT_A_TIME, Liveness, find_live_nodes
 from pipros.master.options import Probing
-from pipros.master.registry import Registry
+from pipros.master.registry import MASTER_ID, Notice, Registry
+from pipros.master.server import RegisteredNodes
 from pipros.wire.xmlrpc import Fault
 
 API, OTHER = "http://n:1/", "http://other:2/"
+
+
 HANGS = object()
 
 
@@ -228,3 +229,65 @@ def test_after_a_crash_nodes_that_respond_or_may_be_slow_are_kept(
 ) -> None:
     case.answers[API, "getName"] = answer()
     assert asyncio.run(find_live_nodes({"/n": API}, timeout_s=5, ask=case.ask)) == kept
+
+
+# Recipients
+
+
+class Replaced:
+    """A node `/n` at API that a successor at OTHER has replaced. `answers` has the names of APIs."""
+
+    def __init__(self) -> None:
+        self.answers: dict[str, str] = {}
+        self.registry = Registry()
+        self.registry.register_subscriber("/n", "/t", "*", API)
+        [self.shutdown] = self.registry.register_subscriber("/n", "/t", "*", OTHER)
+        self.liveness = Liveness(self.registry, lambda *_: None, ask=self.ask)
+        self.nodes = RegisteredNodes(self.registry, self.liveness)
+
+    async def ask(self, api: str, _method: str, _timeout_s: float) -> Any:
+        if api not in self.answers:
+            raise Unreachable(api, "no response in time")
+        return self.answers[api]
+
+
+def update(api: str) -> Notice:
+    return Notice("/n", api, "publisherUpdate", (MASTER_ID, "/t", []))
+
+
+@pytest.fixture
+def replaced() -> Replaced:
+    return Replaced()
+
+
+def test_only_the_present_api_of_a_node_is_current(replaced: Replaced) -> None:
+    assert replaced.nodes.is_current(update(OTHER))
+    assert not replaced.nodes.is_current(update(API))
+
+
+@pytest.mark.parametrize(("answer", "may"), [({API: "/n"}, True), ({API: "/other"}, False), ({}, False)])
+def test_a_replaced_process_may_be_shut_down_while_its_address_is_its_own(
+    replaced: Replaced, answer: dict[str, str], may: bool
+) -> None:
+    replaced.answers = answer
+    assert asyncio.run(replaced.nodes.may_shut_down(replaced.shutdown)) is may
+
+
+def test_a_delivered_notification_proves_that_a_node_is_alive(replaced: Replaced) -> None:
+    replaced.nodes.on_delivered(update(OTHER))
+    assert replaced.liveness.met_count == 1
+
+
+def test_only_the_failure_of_the_present_api_makes_a_node_suspect(replaced: Replaced) -> None:
+    async def fail(api: str) -> bool:
+        replaced.nodes.on_failed(update(api), Unreachable(api, "Connection refused"))
+        return "/n" in replaced.liveness.suspects
+
+    assert not asyncio.run(fail(API))
+    assert asyncio.run(fail(OTHER))
+
+
+def test_a_replaced_process_counts_as_one_until_its_shutdown_is_finished(replaced: Replaced) -> None:
+    assert replaced.registry.replaced == {("/n", API)}
+    replaced.nodes.on_finished(replaced.shutdown)
+    assert replaced.registry.replaced == set()

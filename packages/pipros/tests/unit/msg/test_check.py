@@ -1,7 +1,5 @@
 """Errors about fields that do not fit their types, with genpy's texts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy
@@ -10,10 +8,15 @@ import pytest
 from pipros.msg import load_message_class
 from pipros.msg.check import check_lengths, check_type
 from pipros.msg.errors import SerializationError
+from pipros.msg.field_access import field_of
 from pipros.msg.time import Duration, Time
 
 Point = load_message_class("geometry_msgs/Point")
+
+
 Header = load_message_class("std_msgs/Header")
+
+
 Imu = load_message_class("sensor_msgs/Imu")
 
 
@@ -79,3 +82,26 @@ def test_lengths_are_checked_in_embedded_messages_too() -> None:
     with pytest.raises(SerializationError) as raised:
         check_lengths("self", imu)
     assert str(raised.value) == ("Expecting 9 items but found 8 when writing 'self.orientation_covariance'")
+
+
+# The attributes of messages and times that expressions may read.
+
+
+def test_fields_and_the_type_of_a_message_are_read() -> None:
+    header = Header(seq=4, stamp=Time(3, 500_000_000), frame_id="map")
+
+    assert field_of(header, "frame_id") == "map"
+    assert field_of(header, "_type") == "std_msgs/Header"
+    assert field_of(field_of(header, "stamp"), "to_sec")() == 3.5
+
+
+@pytest.mark.parametrize("name", ["__class__", "serialize", "secs", "_full_text"])
+def test_only_the_named_fields_are_read(name: str) -> None:
+    with pytest.raises(AttributeError, match=rf"Header has no field \[{name}\]"):
+        field_of(Header(), name)
+
+
+@pytest.mark.parametrize(("value", "name"), [(Time(3, 0), "canon"), ("text", "upper"), ([1], "append")])
+def test_no_method_that_changes_a_value_is_read(value: object, name: str) -> None:
+    with pytest.raises(AttributeError, match="has no field"):
+        field_of(value, name)

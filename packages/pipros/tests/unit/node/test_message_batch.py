@@ -1,7 +1,5 @@
 """Small messages of a burst are sent together, in order, and never kept for long."""
 
-from __future__ import annotations
-
 import gc
 import threading
 from types import SimpleNamespace
@@ -19,7 +17,11 @@ from pipros.node.publication import Publication
 from pipros.node.timings import NODE_TIMINGS
 
 UInt32: Any = load_message_class("std_msgs/UInt32")
+
+
 ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
+
+
 CLOSE = MAX_AGE_S / (2 * MAX_MESSAGES)
 
 
@@ -205,3 +207,25 @@ def test_topics_that_are_gone_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.undo()
     gc.collect()
     assert len(message_batch._topics) < known
+
+
+# Sequence numbers in the headers of published messages.
+
+
+PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
+
+
+def test_sequence_numbers_wrap_around() -> None:
+    sent: list[int] = []
+    context: Any = SimpleNamespace(
+        limits=SimpleNamespace(stall_s=2.0), loop=None, published=PublishCount(), received=PublishCount()
+    )
+    publication = Publication("p", PointStamped, context)
+    peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, state=LinkState.IDLE))
+    publication.links = (peer,)
+    publication.encoder.sequence = 2**32 - 3
+    for _ in range(4):
+        message = PointStamped()
+        publication.publish(message)
+        sent.append(message.header.seq)
+    assert sent == [2**32 - 2, 2**32 - 1, 0, 1]

@@ -1,12 +1,19 @@
-from __future__ import annotations
+"""Modules and distributions of others that pipros completes, or replaces by advice."""
 
+import importlib.metadata
 import subprocess
 import sys
 from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
+import pytest
+
+import pipros.startup  # noqa: F401 # what pipros.pth imports
+from pipros.packages import SHARE
+from pipros.packages.ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 from pipros.packages.completed_modules import add_distributions, add_folders, spec
+from pipros.packages.distributions import shipped_distribution
 
 MODULE = "rospkg.environment"
 
@@ -100,3 +107,96 @@ def test_shipped_packages_are_distributions_that_pkg_resources_does_not_list() -
     assert (Path(folder).name, version, is_listed) == ("rospy", "1.15.15", False)
     assert folder not in sys.path
     assert "message_generation" not in added  # a package without Python modules
+
+
+# Modules of Noetic that pipros does not have.
+
+
+QT = ("python_qt_binding.QtWidgets", "qt_gui.plugin", "rqt_gui.main", "rqt_gui_py.plugin", "rqt_py_common")
+
+
+IMPORT_EACH = """
+import sys
+from importlib import import_module
+sys.path = [path for path in sys.path if not path.endswith('-packages')]  # hides em
+for name in sys.argv[1:]:
+    try:
+        import_module(name)
+        print("imported")
+    except ImportError as error:
+        print(f"{type(error).__name__}: {error}")
+"""
+
+
+def imports(folder: Path, *modules: str) -> list[str]:
+    """Return the errors of a program in a folder that imports each module, or `imported`."""
+    command = [sys.executable, "-c", IMPORT_EACH, *modules]
+    ended = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, text=True, timeout=60, check=True)
+    return ended.stdout.splitlines()
+
+
+def test_imports_of_modules_that_are_absent_name_the_alternative(tmp_path: Path) -> None:
+    *of_qt, of_em = imports(tmp_path, *QT, "em")
+    assert of_em.endswith("pip install 'pipros[templates]'")
+    advice = (
+        "pipros shows no Qt plugins. Its rqt is a page in the browser: rqt_graph, rqt_plot, rqt_console, "
+        "rqt_image_view, rqt_reconfigure, rqt_tf_tree and others"
+    )
+    names = [module.partition(".")[0] for module in QT]
+    assert of_qt == [f"ModuleNotFoundError: {name} is not installed: {advice}" for name in names]
+
+
+def test_a_module_that_is_installed_is_imported(tmp_path: Path) -> None:
+    (tmp_path / "qt_gui").mkdir()
+    for name in ("em.py", "qt_gui/__init__.py", "qt_gui/plugin.py"):
+        (tmp_path / name).touch()
+    assert imports(tmp_path, "em", "qt_gui.plugin") == ["imported"] * 2
+
+
+def test_a_script_works_without_the_module() -> None:
+    with pytest.raises(ModuleNotFoundError, match="python_qt_binding") as error:
+        import python_qt_binding  # type: ignore[import-not-found] # noqa: F401
+    assert error.value.name == "python_qt_binding"
+
+
+# The part of ament_index_python that xacro 2 imports.
+
+
+def test_shipped_packages_are_found() -> None:
+    assert get_package_share_directory("std_msgs") == str(Path(SHARE, "std_msgs"))
+
+
+def test_a_missing_package_is_an_error_that_names_it() -> None:
+    with pytest.raises(PackageNotFoundError, match="there is no package no_such_package"):
+        get_package_share_directory("no_such_package")
+
+
+# Versions of the Python packages of ROS in `importlib.metadata`.
+
+
+@pytest.mark.parametrize(
+    ("name", "version"),
+    [("rospy", "1.15.15"), ("roslib", "1.15.8"), ("genpy", "0.6.16"), ("sensor-msgs", "1.13.1")],
+)
+def test_versions_are_those_of_the_manifests(name: str, version: str) -> None:
+    assert importlib.metadata.version(name) == version
+    assert importlib.metadata.metadata(name)["Name"] == name.replace("-", "_")
+    assert importlib.metadata.requires(name) is None
+
+
+@pytest.mark.parametrize("name", ["no_such_package", "std_msgs", "..", "", "rospy/msg"])
+def test_names_without_python_modules_have_no_distribution(name: str) -> None:
+    assert shipped_distribution(name) is None
+
+
+def test_lists_of_what_is_installed_leave_them_out(tmp_path: Path) -> None:
+    assert "rospy" not in {found.name for found in importlib.metadata.distributions()}
+    assert list(importlib.metadata.distributions(name="rospy", path=[str(tmp_path)])) == []
+
+
+def test_an_installed_distribution_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "rospy-9.9.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: rospy\nVersion: 9.9\n")
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    assert importlib.metadata.version("rospy") == "9.9"

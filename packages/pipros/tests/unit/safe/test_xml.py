@@ -1,8 +1,11 @@
-from __future__ import annotations
+from pathlib import Path
 
 import pytest
 
+from pipros.packages.nodelets import compiled_nodelets
+from pipros.safe.tolerant_xml import parse_tolerantly, strict_text
 from pipros.safe.xml import XML_DEPTH, XmlError, parse
+from pipros_libraries.robot_model.urdf import UrdfError, read_robot
 
 
 def test_elements_have_their_position() -> None:
@@ -65,3 +68,120 @@ def test_nesting_is_limited() -> None:
     parse("<a>" * XML_DEPTH + "</a>" * XML_DEPTH)
     with pytest.raises(XmlError, match="nested more than"):
         parse("<a>" * (XML_DEPTH + 1))
+
+
+# XML files that TinyXML reads, with the answers of urdfdom 3.0.1, which is built on TinyXML.
+
+
+DECLARATION = '<?xml version="1.0"?>'
+
+
+ROBOT = '<robot name="r"><link name="l"/></robot>'
+
+
+ACCEPTED = {
+    "plain": ROBOT,
+    "byte order mark": "\ufeff" + DECLARATION + ROBOT,
+    "newline before": "\n" + DECLARATION + ROBOT,
+    "spaces before": "  \t\n" + DECLARATION + ROBOT,
+    "mark and newline": "\ufeff\n" + DECLARATION + ROBOT,
+    "comment before": "<!-- c -->" + DECLARATION + ROBOT,
+    "two declarations": DECLARATION * 2 + ROBOT,
+    "no version": "<?xml?>" + ROBOT,
+    "unknown encoding": '\n<?xml version="1.0" encoding="klingon"?>' + ROBOT,
+    "ampersand in an attribute": ROBOT.replace('"r"', '"r" x="a&b"'),
+    "ampersand in a text": ROBOT.replace("<link", "x & y<link"),
+    "undefined entity": ROBOT.replace("<link", "&nbsp;<link"),
+    "dashes in a comment": "<!-- a -- b -->" + ROBOT,
+    "dashes at its end": "<!-- a --->" + ROBOT,
+    "text after": ROBOT + "junk",
+    "two roots": ROBOT + '<robot name="s"/>',
+    "undeclared prefix": ROBOT.replace("<link", "<gazebo:x/><link"),
+    "text at the end of CDATA": ROBOT.replace("<link", "]]><link"),
+    "comment with dashes beside CDATA": "<!-- a -- b -->" + ROBOT.replace("<link", "<![CDATA[a & b]]><link"),
+    "no quotation marks": ROBOT.replace('"l"', "l"),
+    "no space between attributes": ROBOT.replace('"r"', '"r"x="1"'),
+    "smaller sign in a value": ROBOT.replace('"r"', '"r" x="a<b"'),
+    "control character": ROBOT.replace('"r"', '"r" x="\x01"'),
+    "number of no character": ROBOT.replace('"r"', '"r" x="&#0;&#99999999;&#xD800;"'),
+    "declaration in capitals": "<?XML version='1.0'?>" + ROBOT,
+    "document type": DECLARATION + "<!DOCTYPE robot>" + ROBOT,
+    "NUL at the end": ROBOT + "\0",
+    "comment at the end that is not closed": ROBOT + "<!-- x",
+    "CDATA": ROBOT.replace("<link", "<![CDATA[x & y]]><link"),
+}
+
+
+REFUSED = {
+    "document type with a declaration": DECLARATION + '<!DOCTYPE robot [<!ENTITY a "b">]>' + ROBOT,
+    "attribute without a value": ROBOT.replace('"r"', '"r" x'),
+    "duplicate attribute": ROBOT.replace('name="l"', 'name="l" name="m"'),
+    "mismatch": '<robot name="r"><link name="l"></joint></robot>',
+    "not closed": '<robot name="r"><link name="l"/>',
+    "comment that is not closed": '<robot name="r"><!-- <link name="l"/></robot>',
+    "invalid character": ROBOT.replace('"l"', '"a&#xZZ;"').replace("<link", "< link"),
+    "empty": "",
+}
+
+
+@pytest.mark.parametrize("text", ACCEPTED.values(), ids=list(ACCEPTED))
+def test_a_robot_that_genuine_ros_reads_is_read(text: str) -> None:
+    robot = read_robot(text)
+    assert (robot.name, list(robot.links)) == ("r", ["l"])
+
+
+@pytest.mark.parametrize("text", REFUSED.values(), ids=list(REFUSED))
+def test_a_robot_that_genuine_ros_refuses_is_refused(text: str) -> None:
+    with pytest.raises(UrdfError):
+        read_robot(text)
+
+
+def test_document_types_with_declarations_stay_refused() -> None:
+    with pytest.raises(XmlError, match="document type"):
+        parse_tolerantly("\n" + DECLARATION + '<!DOCTYPE robot [<!ENTITY a "b">]>' + ROBOT)
+
+
+def test_errors_name_the_place_in_the_original_text() -> None:
+    text = "\n<!-- a -- b\n -->\n" + DECLARATION + "\n<robot>\n  <link name/>\n</robot>"
+    with pytest.raises(XmlError, match=r"^<string>:6:13: "):
+        parse_tolerantly(text)
+
+
+def test_entities_and_comments_keep_their_meaning() -> None:
+    assert parse_tolerantly('<a b="&amp;&lt;&#65;&x;"/>').attributes["b"] == "&<A&x;"
+    assert parse_tolerantly("<a><!-- <b/> --><![CDATA[<!-- & -->]]></a>").text == "<!-- & -->"
+
+
+def test_many_comments_that_are_not_closed_take_linear_time() -> None:
+    text = "<!--" * 500_000
+    assert strict_text(text).strip() == ""
+
+
+@pytest.mark.parametrize(
+    "part", ['<a "', "<a b=", "<a b='", '"b="c"', "&#", "<![CDATA[", "<!", "<!DOCTYPE ", "<?"]
+)
+def test_much_damaged_markup_takes_linear_time(part: str) -> None:
+    assert len(strict_text("<a " + part * 50_000)) >= 3 + len(part) * 50_000
+
+
+@pytest.mark.parametrize("count", [1, 20_000])
+def test_many_declarations_take_linear_time(count: int) -> None:
+    assert strict_text("<?xml?> \n" * count + "<robot/>").split() == ["<robot/>"]
+    open_ones = "<?xml " * count
+    assert strict_text(open_ones).strip() == ""
+    assert strict_text("<?xml?>" + open_ones).strip() == ""
+
+
+def test_a_description_of_plugins_may_begin_with_a_comment(tmp_path: Path) -> None:
+    package = tmp_path / "my_nodelets"
+    package.mkdir()
+    (package / "package.xml").write_text(
+        "<!-- a -- b -->\n<?xml version='1.0'?>\n<package><export>"
+        '<nodelet plugin="${prefix}/plugins.xml"/></export></package>'
+    )
+    (package / "plugins.xml").write_text(
+        '\n<?xml version="1.0"?>\n<library path="lib/x"><!-- ---- -->'
+        '<class name="my_nodelets/One" type="One" base_class_type="nodelet::Nodelet">'
+        "<description>This & that</description></class></library>"
+    )
+    assert compiled_nodelets([str(package)])["my_nodelets/One"] == "my_nodelets"

@@ -1,10 +1,12 @@
 """The headers that two peers exchange, and the reasons for a refusal."""
 
-from __future__ import annotations
+import struct
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from pipros.basics.errors import ProtocolError, Refused
+from pipros.basics.errors import LimitExceeded, ProtocolError, Refused
 from pipros.wire.handshake import (
     WireType,
     accept_service_link,
@@ -16,9 +18,14 @@ from pipros.wire.handshake import (
     service_refusal,
     topic_refusal,
 )
+from pipros.wire.header import HeaderReader, decode_header, encode_header
 
 STRING = WireType("std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1", "string data\n")
+
+
 OTHER = WireType("a/B", "0" * 32)
+
+
 ANY = WireType("*", "*")
 
 
@@ -108,3 +115,51 @@ def test_an_incomplete_response_names_the_peer_and_the_field() -> None:
         check_service_reply({}, "host:1")
     with pytest.raises(ProtocolError, match="publisher host:1: Missing required 'type' field"):
         check_topic_reply({"md5sum": STRING.md5sum}, STRING, "host:1")
+
+
+# Connection headers, byte for byte, and malformed ones.
+
+
+KEYS = st.text(st.characters(exclude_characters="=", exclude_categories=["Cs"]), min_size=1)
+
+
+VALUES = st.text(st.characters(exclude_categories=["Cs"]))
+
+
+def test_a_header_on_the_wire() -> None:
+    assert encode_header({"topic": "/a", "x": "1=2"}) == (
+        b"\x15\x00\x00\x00\x08\x00\x00\x00topic=/a\x05\x00\x00\x00x=1=2"
+    )
+
+
+@given(st.dictionaries(KEYS, VALUES))
+def test_headers_survive_a_round_trip(fields: dict[str, str]) -> None:
+    assert decode_header(encode_header(fields)[4:]) == fields
+
+
+@pytest.mark.parametrize(
+    ("body", "problem"),
+    [
+        (b"\x01\x00", "ends inside a field length"),
+        (b"\x09\x00\x00\x00a=b", "claims 9 bytes, but only 3 are left"),
+        (b"\x03\x00\x00\x00abc", "has no '='"),
+        (b"\x03\x00\x00\x00a=\xff", "is not UTF-8"),
+    ],
+)
+def test_a_malformed_header_is_refused(body: bytes, problem: str) -> None:
+    with pytest.raises(ProtocolError, match=problem):
+        decode_header(body)
+
+
+def test_a_header_byte_by_byte_leaves_the_following_bytes() -> None:
+    reader = HeaderReader()
+    stream = encode_header({"a": "b"})
+    for byte in stream[:-1]:
+        assert reader.feed(bytes([byte])) is None
+    assert reader.feed(stream[-1:] + b"rest") == {"a": "b"}
+    assert reader.rest == b"rest"
+
+
+def test_a_header_above_the_limit_is_refused_at_once() -> None:
+    with pytest.raises(LimitExceeded, match="2000 bytes was announced; the limit is 1000"):
+        HeaderReader(limit_bytes=1000).feed(struct.pack("<I", 2000))

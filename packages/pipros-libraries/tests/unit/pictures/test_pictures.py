@@ -1,11 +1,10 @@
 """Pictures of messages."""
 
-from __future__ import annotations
-
 import io
 import math
 import random
 import struct
+import sys
 from typing import Any
 
 import pytest
@@ -13,16 +12,34 @@ from PIL import Image, PngImagePlugin
 
 from pipros.msg import load_message_class
 from pipros_libraries.pictures.drawn import SIDE, colours, encoded, picture_of, plot
+from pipros_libraries.pictures.encodings import COLORS, Color, encoding, shown_encoding
 from pipros_libraries.pictures.errors import PictureError
+from pipros_libraries.pictures.pgm import read_pgm, write_pgm
+from pipros_libraries.pictures.png import photo_png, png
 
 ImageMsg: Any = load_message_class("sensor_msgs/Image")
+
+
 CompressedImage: Any = load_message_class("sensor_msgs/CompressedImage")
+
+
 OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")
+
+
 LaserScan: Any = load_message_class("sensor_msgs/LaserScan")
+
+
 PointCloud: Any = load_message_class("sensor_msgs/PointCloud")
+
+
 PointCloud2: Any = load_message_class("sensor_msgs/PointCloud2")
+
+
 Point32: Any = load_message_class("geometry_msgs/Point32")
+
+
 String: Any = load_message_class("std_msgs/String")
+
 
 BYTES = 256_000
 
@@ -145,3 +162,121 @@ def test_too_many_pixels_are_refused_before_they_are_decoded() -> None:
         picture_of(CompressedImage(format="png", data=file.getvalue()), 100, BYTES)
     with pytest.raises(PictureError, match="1 to 100 pixels"):
         picture_of(image("mono8", 50, 50, bytes(2500)), 100, BYTES)
+
+
+# Pgm
+
+
+def test_a_written_pgm_is_read() -> None:
+    assert read_pgm(write_pgm(2, 3, b"abcdef", "a comment é"), "f") == (2, 3, b"abcdef")
+
+
+@pytest.mark.parametrize(
+    ("content", "pixels"),
+    [
+        (b"P5\n# by 1 2\n2 # two\n1\n#\n255\n\x00\xff", b"\x00\xff"),
+        (b"P5 2 1 15 \x00\x0f", b"\x00\xff"),
+        (b"P5 2 1 15 \x05\xff", b"\x55\xff"),
+        (b"P5 2 1 65535 \x00\x00\xff\xff", b"\x00\xff"),
+        (b"P5 2 1 256\n\x00\x80\x01\x00", b"\x7f\xff"),
+        (b"P2 2 1 10 # ten\n0 # none 7\n 10", b"\x00\xff"),
+        (b"P2\n2 1\n255\n7 300 9\n", b"\x07\xff"),
+    ],
+)
+def test_each_kind_of_file_is_read(content: bytes, pixels: bytes) -> None:
+    assert read_pgm(content, "f") == (2, 1, pixels)
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"P6 1 1 255 abc", "must start with P5 or P2, got b'P6'"),
+        (b"P5 2", "height must be an integer"),
+        (b"P5 2 -1 255 ab", "height must be an integer"),
+        (b"P5 0 1 255 ", "pixels, got 0 x 1"),
+        (b"P5 99999999 99999999 255 a", "pixels, got 99999999 x 99999999"),
+        (b"P5 1 1 0 a", "maximum grey value must be 1 to 65535, got 0"),
+        (b"P5 1 1 70000 a", "maximum grey value must be 1 to 65535, got 70000"),
+        (b"P5 2 2 255 abc", "must have 4 bytes of pixel data, got 3"),
+        (b"P5 2 2 999 abc", "must have 8 bytes of pixel data, got 3"),
+        (b"P2 2 1 255 1", "must contain 2 integers"),
+        (b"P2 2 1 255 1 a", "must contain 2 integers"),
+        (b"P2 2 1 255 1 -1", "must contain 2 integers"),
+    ],
+)
+def test_a_broken_file_is_refused(content: bytes, complaint: str) -> None:
+    with pytest.raises(PictureError, match=complaint):
+        read_pgm(content, "f")
+
+
+# PNG files of cameras' pictures.
+
+
+WIDTH, HEIGHT = 40, 30
+
+
+MODES = {(1, 8): "L", (3, 8): "RGB", (4, 8): "RGBA", (1, 16): "I;16"}
+
+
+def photo(channels: int, bits: int) -> list[bytes]:
+    """Return rows of brightness that rises smoothly, with noise."""
+    noise = random.Random(1)  # noqa: S311 # repeatable
+    size = channels * bits // 8
+    return [
+        bytes((6 * x + 3 * y + noise.randrange(4)) % 256 for x in range(WIDTH) for _ in range(size))
+        for y in range(HEIGHT)
+    ]
+
+
+def reversed_row(row: bytes, channels: int, bits: int) -> bytes:
+    """Return a row in the order BGR, whose 16-bit values are little-endian."""
+    size = bits // 8
+    values = [row[at : at + size][::-1] for at in range(0, len(row), size)]
+    order = (2, 1, 0, 3)[:channels] if channels > 1 else (0,)
+    pixels = [values[at : at + channels] for at in range(0, len(values), channels)]
+    return b"".join(pixel[channel] for pixel in pixels for channel in order)
+
+
+@pytest.mark.parametrize("has_numpy", [True, False])
+@pytest.mark.parametrize("is_reversed", [True, False])
+@pytest.mark.parametrize(("channels", "bits"), MODES)
+def test_a_photo_keeps_its_pixels(
+    channels: int, bits: int, is_reversed: bool, has_numpy: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not has_numpy:
+        monkeypatch.setitem(sys.modules, "numpy", None)
+    rows = photo(channels, bits)
+    given = [reversed_row(row, channels, bits) if is_reversed else row for row in rows]
+    options = {"is_bgr": is_reversed and channels > 1, "is_little": is_reversed}
+    step = len(rows[0]) + 3
+    data = b"".join(row + b"pad" for row in given)
+    found = Image.open(io.BytesIO(photo_png(WIDTH, HEIGHT, channels, bits, data, step, **options)))
+    assert (found.mode, found.size) == (MODES[channels, bits], (WIDTH, HEIGHT))
+    pixels = found.tobytes()
+    if bits == 16:  # Pillow's are little-endian
+        pixels = b"".join(pixels[at : at + 2][::-1] for at in range(0, len(pixels), 2))
+    assert pixels == b"".join(rows)
+
+
+def test_a_photo_is_smaller_than_other_pictures_with_the_same_pixels() -> None:
+    rows = photo(3, 8)
+    photo_file = photo_png(WIDTH, HEIGHT, 3, 8, b"".join(rows), len(rows[0]))
+    assert 1.3 * len(photo_file) < len(png(WIDTH, HEIGHT, 3, 8, rows))
+
+
+# One table of encodings, for conversions, exported pictures and the page.
+
+
+@pytest.mark.parametrize(
+    ("name", "color"),
+    [("8UC1", Color.GRAY), ("8UC3", Color.BGR), ("8UC4", Color.BGRA), ("32FC1", Color.GRAY)],
+)
+def test_types_without_colours_are_shown_in_the_order_of_opencv(name: str, color: Color) -> None:
+    assert encoding(name).color is None
+    assert shown_encoding(name).color is color
+    assert shown_encoding("8UC2").color is None
+
+
+def test_encodings_with_colours_are_shown_in_them() -> None:
+    assert {name: shown_encoding(name) for name in COLORS} == COLORS
+    assert shown_encoding("yuv422_yuy2").channels == 2
