@@ -10,11 +10,12 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from pipros_tab.network import Network
-from pipros_tab.tab_socket import HERE, OPTIONS, TabSocket
+from pipros_tab.tab_socket import FIRST_DESCRIPTOR, HERE, OPTIONS, TabSocket
 
 KEYBOARD: Final = 0
 """The descriptor of the keys that are pressed in the terminal."""
 _read = os.read
+_IN, _OUT, _INVALID = 1, 4, 32  # POLLIN, POLLOUT and POLLNVAL, which select lacks on Windows
 
 
 def socketpair(*_: object) -> tuple[TabSocket, TabSocket]:
@@ -44,6 +45,17 @@ def getaddrinfo(
     return [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (HERE, int(port or 0)))]
 
 
+def _events(number: int) -> int:
+    """Return what a descriptor is ready for. Files and closed sockets, which are invalid, always are."""
+    sock = TabSocket.by_descriptor.get(number)
+    if sock is not None:
+        return (_IN if sock.is_readable else 0) | (_OUT if sock.is_writable else 0)
+    if number == KEYBOARD:
+        TabSocket.network.ask_for_keys()
+        return _IN if TabSocket.network.keys else 0
+    return _IN | _OUT | (_INVALID if number >= FIRST_DESCRIPTOR else 0)
+
+
 class TabSelector(selectors.SelectSelector):
     """Watches sockets of the tab."""
 
@@ -51,10 +63,8 @@ class TabSelector(selectors.SelectSelector):
         """Return the sockets that are ready now, with their events."""
         found = []
         for key in list(self.get_map().values()):
-            sock = TabSocket.by_descriptor.get(key.fd)
-            events = (selectors.EVENT_READ if sock is None or sock.is_readable else 0) | (
-                selectors.EVENT_WRITE if sock is None or sock.is_writable else 0
-            )
+            now = _events(key.fd)
+            events = (now & _IN) | (selectors.EVENT_WRITE if now & _OUT else 0)  # EVENT_READ is _IN
             if events & key.events:
                 found.append((key, events & key.events))
         return found
@@ -66,21 +76,14 @@ class TabSelector(selectors.SelectSelector):
         return self.ready()
 
 
-_IN, _OUT, _INVALID = (
-    1,
-    4,
-    32,
-)  # POLLIN, POLLOUT and POLLNVAL, which select lacks on Windows
-
-
 class TabPoll:
     """A replacement for `select.poll`."""
 
     def __init__(self) -> None:
         self._watched: dict[int, int] = {}
 
-    def register(self, sock: TabSocket | int, events: int = _IN | _OUT) -> None:
-        self._watched[sock if isinstance(sock, int) else sock.fileno()] = events
+    def register(self, file: Any, events: int = _IN | _OUT) -> None:
+        self._watched[_number(file)] = events
 
     def poll(self, timeout_ms: float | None = None) -> list[tuple[int, int]]:
         """Wait until a socket is ready; return the descriptors that are ready, with their events."""
@@ -89,29 +92,27 @@ class TabPoll:
         return self._ready()
 
     def _ready(self) -> list[tuple[int, int]]:
-        found = []
-        for number, wanted in self._watched.items():
-            sock = TabSocket.by_descriptor.get(number)
-            events = 0 if sock else _INVALID
-            if sock is not None:
-                events |= _IN if sock.is_readable else 0
-                events |= _OUT if sock.is_writable else 0
-            if events & (wanted | _INVALID):
-                found.append((number, events & (wanted | _INVALID)))
-        return found
+        found = ((number, _events(number) & (wanted | _INVALID)) for number, wanted in self._watched.items())
+        return [(number, events & _INVALID or events) for number, events in found if events]
+
+
+def _number(file: Any) -> int:
+    number: int = file if isinstance(file, int) else file.fileno()
+    if number < 0:
+        raise ValueError(f"file descriptor cannot be a negative integer ({number})")
+    return number
 
 
 def wait_for_any(
-    reading: Sequence[Any], writing: Sequence[TabSocket], _failing: object, timeout: float | None = None
-) -> tuple[list[Any], list[TabSocket], list[TabSocket]]:
-    """Do the same as `select.select`, for sockets and the keyboard."""
-    if KEYBOARD in reading:
-        TabSocket.network.ask_for_keys()
+    reading: Sequence[Any], writing: Sequence[Any], _failing: object, timeout: float | None = None
+) -> tuple[list[Any], list[Any], list[Any]]:
+    """Do the same as `select.select`, for sockets, the keyboard and files, or their descriptors."""
+    readers, writers = ([(_number(each), each) for each in files] for files in (reading, writing))
 
-    def ready() -> tuple[list[Any], list[TabSocket], list[TabSocket]]:
+    def ready() -> tuple[list[Any], list[Any], list[Any]]:
         return (
-            [each for each in reading if (TabSocket.network.keys if each == KEYBOARD else each.is_readable)],
-            [each for each in writing if each.is_writable],
+            [each for number, each in readers if _events(number) & _IN],
+            [each for number, each in writers if _events(number) & _OUT],
             [],
         )
 

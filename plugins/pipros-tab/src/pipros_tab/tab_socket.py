@@ -17,7 +17,7 @@ NO_LINES: Final = "the programs of a browser tab read keys, but no lines: use ar
 HERE: Final = "127.0.0.1"
 """The address of the tab. All names of this machine resolve to it."""
 Data = bytes | bytearray | memoryview
-_FIRST_DESCRIPTOR: Final = 1_000_000
+FIRST_DESCRIPTOR: Final = 1_000_000
 OPTIONS: Final = {"SO_REUSEADDR": 2, "SO_ERROR": 4, "SO_KEEPALIVE": 9, "TCP_NODELAY": 1}
 """Options of sockets that Pyodide's `socket` may lack, and that `TabSocket` ignores, except SO_ERROR."""
 
@@ -41,7 +41,7 @@ class TabSocket:
     network: ClassVar[Network]
     by_descriptor: ClassVar[dict[int, TabSocket]] = {}
     wait: ClassVar[Callable[[Callable[[], bool], float | None], bool]]
-    _descriptors: ClassVar = itertools.count(_FIRST_DESCRIPTOR)
+    _descriptors: ClassVar = itertools.count(FIRST_DESCRIPTOR)
 
     def __init__(
         self,

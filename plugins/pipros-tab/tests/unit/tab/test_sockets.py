@@ -8,6 +8,8 @@ import select
 import selectors
 import socket
 from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -44,9 +46,7 @@ def test_a_blocking_socket_waits_for_bytes(pair: Pair) -> None:
     assert second.recv(100) == b"hello"
     first.sendmsg([b"a", memoryview(b"b")])
     buffer = bytearray(4)
-    assert second.recv_into(buffer, 1) == 1
-    assert second.recv(4) == b"b"
-    assert bytes(buffer) == b"a\0\0\0"
+    assert [second.recv_into(buffer, 1), second.recv(4), bytes(buffer)] == [1, b"b", b"a\0\0\0"]
 
 
 def test_a_socket_with_a_timeout_gives_up(pair: Pair) -> None:
@@ -186,14 +186,10 @@ def test_a_selector_reports_what_is_ready(network: Network, pair: Pair) -> None:
     selector = TabSelector()
     selector.register(first, selectors.EVENT_READ)
     selector.register(second, selectors.EVENT_READ | selectors.EVENT_WRITE)
-    assert [(key.fd, events) for key, events in selector.select(0)] == [
-        (second.fileno(), selectors.EVENT_WRITE)
-    ]
+    assert [(key.fileobj, events) for key, events in selector.select(0)] == [(second, selectors.EVENT_WRITE)]
     second.send(b"x")
     selector.unregister(second)
-    assert [(key.fd, events) for key, events in selector.select(1)] == [
-        (first.fileno(), selectors.EVENT_READ)
-    ]
+    assert [(key.fileobj, events) for key, events in selector.select(1)] == [(first, selectors.EVENT_READ)]
     first.recv(1)
     assert selector.select(0.01) == []
 
@@ -217,10 +213,16 @@ def test_select_reports_what_is_ready(network: Network, pair: Pair) -> None:
     assert wait_for_any([first], [], [], 1) == ([first], [], [])
 
 
-def test_keys_are_read_one_by_one(network: Network) -> None:
-    assert wait_for_any([0], [], [], 0.01) == ([], [], [])
-    network.keys += b"\033[A"
-    assert wait_for_any([0], [], [], 1) == ([0], [], [])
+@pytest.mark.parametrize("keyboard", [0, SimpleNamespace(fileno=lambda: 0)], ids=["number", "sys.stdin"])
+def test_keys_are_read_one_by_one(network: Network, keyboard: Any) -> None:
+    poll, selector = TabPoll(), TabSelector()
+    poll.register(keyboard, select.POLLIN)
+    selector.register(keyboard, selectors.EVENT_READ)
+    for keys, ready in ((b"", []), (b"\033[A", [keyboard])):
+        network.keys += keys
+        assert wait_for_any([keyboard], [], [], 0.01) == (ready, [], [])
+        assert [key.fileobj for key, _ in selector.select(0)] == ready
+        assert poll.poll(0) == [(0, select.POLLIN) for _ in ready]
     assert [read(0, 1), read(0, 8)] == [b"\033", b"[A"]
 
 
@@ -229,8 +231,7 @@ def test_http_clients_read_a_file_of_the_socket(pair: Pair) -> None:
     first.sendall(b"status\nbody")
     first.close()
     with second.makefile("rb") as file:
-        assert file.readline() == b"status\n"
-        assert file.read() == b"body"
+        assert [file.readline(), file.read()] == [b"status\n", b"body"]
 
 
 def test_installing_replaces_pythons_sockets(monkeypatch: pytest.MonkeyPatch, network: Network) -> None:
