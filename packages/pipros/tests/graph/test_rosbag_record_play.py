@@ -172,7 +172,12 @@ def test_a_snapshot_starts_at_the_first_simulated_time(ros: RosSystem, master: M
     texts = talker.advertise("/text", String, latch=True)
     texts.publish(String("early"))
     record = start(ros, master, "record", "--snapshot", "-O", "snap", "/text", "__name:=recorder")
-    record.wait_for("waiting for its first time")
+    early = start(ros, master, "record", "-O", "early", "/text")
+    for each in (record, early):
+        each.wait_for("waiting for simulated time")
+    early.press_ctrl_c()
+    early.wait_for("no bag was written")
+    assert early.wait() == 0
     clock = talker.advertise("/clock", Clock, latch=True)
     clock.publish(Clock(rospy.Time(1000)))
     record.wait_for("Waiting for a message on snapshot_trigger")

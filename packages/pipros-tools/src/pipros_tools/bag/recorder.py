@@ -32,13 +32,10 @@ KEPT_CONNECTIONS = 1000
 """Maximum number of cached connections per topic."""
 
 _WAIT_S = 0.2
-_CLOCK_S = 2.0
-"""How long to wait for simulated time before a warning."""
 _DISK_PERIOD_S = 5.0
 _ENDING_DISK_PERIOD_S = 0.5
 _CHUNK_AGE_S = 1.0
 """Maximum age of messages that are not in the file yet: what a killed recording loses, beside a slow disk."""
-"""Maximum age of an open chunk before it is written, which bounds the loss if the recording is killed."""
 
 
 class Recorder:
@@ -90,8 +87,10 @@ class Recorder:
         """
         if not self._options.snapshot:  # which would keep what arrives before the first time
             self._subscribe_to_named()
-        self._started_ns = self._first_time_ns()
+        self._node.clock.sleep(0.0)  # until simulated time starts, so that no bag starts at 0
+        self._started_ns = self._node.clock.now_ns()
         if not self._started_ns:
+            self._warn("no bag was written: the recording ended before a time later than 0 arrived on /clock")
             return True
         if self._options.snapshot:
             self._run_snapshots()
@@ -119,15 +118,6 @@ class Recorder:
         named = () if self._options.is_regex else self._options.topics
         for topic in dict.fromkeys(map(self._node.resolve, named)):
             self._subscribe(topic)
-
-    def _first_time_ns(self) -> int:
-        """Wait for simulated time, so that no bag starts at 0. Return 0 if the node ends before."""
-        warn_at = time.monotonic() + _CLOCK_S
-        while not (now_ns := self._node.clock.now_ns()) and not self._node.wait_for_shutdown(_WAIT_S):
-            if time.monotonic() >= warn_at:
-                warn_at = float("inf")
-                self._warn("/use_sim_time is true, but nothing publishes /clock: waiting for its first time")
-        return now_ns
 
     def _run_snapshots(self) -> None:
         from pipros.msg import load_message_class, load_service_class

@@ -237,8 +237,8 @@ class Node(TopicsAndServices):
 
     def _explain_silence(self) -> None:
         self.log.warning(
-            "waiting for simulated time: /use_sim_time is true, but no message has arrived on /clock. "
-            "Start the simulator or `rosbag play --clock`, or set /use_sim_time to false"
+            "waiting for simulated time: /use_sim_time is true, but no time later than 0 has arrived on "
+            "/clock. Start or resume the simulator or `rosbag play --clock`, or set /use_sim_time to false"
         )
 
     def add_reader(self, descriptor: socket.socket, on_readable: Callable[[], object]) -> None:
