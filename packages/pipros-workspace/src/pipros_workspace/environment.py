@@ -43,14 +43,15 @@ def workspace_environment(
     """Return the variables that change, with their new values.
 
     Args:
-        prefix: the devel or install space; None for an environment without a workspace.
+        prefix: the devel or install space; None for that of the packages that pipros ships.
         underlays: the workspaces on which `prefix` was built, topmost first.
         variables: the current environment.
         extend: whether to keep the entries of previously sourced workspaces, after the new entries.
         own_programs: a folder to put first in `PATH` unless `PATH` contains it.
     """
     removed = [] if extend else [workspace.prefix for workspace in built_workspaces(variables)]
-    added = list(underlays) if prefix is None else [prefix, *(each for each in underlays if each != prefix)]
+    base = [folder.parent for folder in SHIPPED_FOLDERS]  # what stands in for /opt/ros/noetic
+    added = base if prefix is None else [prefix, *(each for each in underlays if each != prefix)]
     changed: dict[str, str] = {}
     for name, below in _LISTS.items():
         entries = [entry for entry in variables.get(name, "").split(os.pathsep) if entry]

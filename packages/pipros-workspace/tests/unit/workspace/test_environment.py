@@ -90,9 +90,12 @@ def test_programs_of_pipros_are_added_to_the_path_once(devel: Path) -> None:
     assert "PATH" not in workspace_environment(devel, [], {"PATH": "/bin:/venv/bin"}, own_programs=own)
 
 
-def test_an_environment_without_a_workspace_is_complete(tmp_path: Path) -> None:
+def test_an_environment_without_a_workspace_is_complete(devel: Path) -> None:
     changes = workspace_environment(None, [], {"PATH": "/bin", "ROS_MASTER_URI": "http://robot:11311"})
     assert changes["ROS_PACKAGE_PATH"] == SHIPPED
+    assert changes["CMAKE_PREFIX_PATH"] == ":".join(str(folder.parent) for folder in SHIPPED_FOLDERS)
+    sourced = workspace_environment(devel, [], changes)
+    assert sourced["CMAKE_PREFIX_PATH"] == f"{devel}:{changes['CMAKE_PREFIX_PATH']}"
     assert "ROS_MASTER_URI" not in changes
 
 
