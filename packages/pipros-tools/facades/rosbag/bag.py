@@ -30,6 +30,7 @@ from rosbag.exceptions import (
     translated,
 )
 from rosbag.index_access import ConnectionFilter, IndexAccess
+from rosbag.index_access import ConnectionInfo as _ConnectionInfo
 from rosbag.results import BagMessage, BagMessageWithConnectionHeader
 from rospy.rostime import Time
 
@@ -305,6 +306,15 @@ class Bag(IndexAccess):
                 return
             type_name, data, md5sum, cls = _raw_parts(msg)
             bag.topics.write_raw(topic, type_name, md5sum, data, t.secs, t.nsecs, connection_header, cls)
+
+    def _write_connection_record(self, connection_info: _ConnectionInfo, encrypt: bool = True) -> None:
+        """Add a connection, unless the topic has one with the same header."""
+        del encrypt
+        topics, info = self._opened().topics, connection_info
+        if topics is None:
+            raise io.UnsupportedOperation("write")
+        with translated():
+            topics.connection_of(info.topic, (info.datatype, info.md5sum), info.header, None)
 
     def flush(self) -> None:
         """Write the messages added since the last flush to the file, as a chunk."""

@@ -24,13 +24,18 @@ ConnectionFilter = Callable[[str, str, str, str, Mapping[str, bytes]], bool]
 class ConnectionInfo:
     """A connection, with the attribute names of genuine rosbag."""
 
-    def __init__(self, connection: Connection) -> None:
-        self.id = connection.id
+    def __init__(self, id: int, topic: str, header: Mapping[str, Any]) -> None:  # noqa: A002 # as in Noetic
+        connection = Connection(id, topic, header)
+        self.id = id
         self.topic = connection.topic
         self.datatype = connection.type
         self.md5sum = connection.md5sum
         self.msg_def = connection.definition
         self.header = connection.header
+
+    @classmethod
+    def of(cls, connection: Connection) -> ConnectionInfo:
+        return cls(connection.id, connection.topic, connection.header)
 
     def __str__(self) -> str:
         return f"{self.id} on {self.topic}: {self.header}"
@@ -95,8 +100,12 @@ class IndexAccess(BagContents):
         connections = self._view().connections
         infos = self._infos
         if infos is None or len(infos) != len(connections):
-            self._infos = infos = {each.id: ConnectionInfo(each) for each in connections}
+            self._infos = infos = {each.id: ConnectionInfo.of(each) for each in connections}
         return infos
+
+    @property
+    def _topic_connections(self) -> dict[str, ConnectionInfo]:
+        return {each.topic: each for each in self._connections.values()}
 
     @property
     def _chunks(self) -> list[ChunkInfo]:
@@ -154,7 +163,7 @@ class IndexAccess(BagContents):
         self, topics: Iterable[str] | str | None = None, connection_filter: ConnectionFilter | None = None
     ) -> Iterator[ConnectionInfo]:
         """Return an iterator over the connections on the given topics that the filter accepts."""
-        return map(ConnectionInfo, self._chosen(self._view(), topics, connection_filter))
+        return map(ConnectionInfo.of, self._chosen(self._view(), topics, connection_filter))
 
     @staticmethod
     def _chosen(

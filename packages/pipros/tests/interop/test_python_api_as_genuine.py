@@ -67,7 +67,8 @@ BROKEN_IN_GENUINE = {"rospy.impl.udpros"}
 """Modules of genuine ROS that cannot be imported there, either."""
 
 PRIVATE_NAMES = {
-    "rosbag": ["Bag._clear_index"],
+    "rosbag": ["Bag._clear_index", "Bag._write_connection_record"],
+    "rosbag.bag": ["_ConnectionInfo"],
     "rosmsg": ["_get_package_paths", "_list_types"],
     "rospy": ["Rate._remaining"],
     "rospy.client": ["_init_node_args", "_unspecified"],

@@ -38,7 +38,7 @@ class TopicWriter:
         connection = self._known.get(key)
         if connection is None:
             _ = message.serialize  # raises AttributeError for objects that are not messages
-            connection = self._known[key] = self._connection(topic, (cls._type, cls._md5sum), header, cls)
+            connection = self._known[key] = self.connection_of(topic, (cls._type, cls._md5sum), header, cls)
         self._writer.write_message(connection, seconds, nanoseconds, message)
 
     def write_raw(
@@ -67,10 +67,10 @@ class TopicWriter:
                     raise BagError(
                         f"cannot locate message class and no message class provided for [{type_name}]"
                     )
-            connection = self._known[key] = self._connection(topic, (type_name, md5sum), header, cls)
+            connection = self._known[key] = self.connection_of(topic, (type_name, md5sum), header, cls)
         self._writer.write(connection, seconds, nanoseconds, data)
 
-    def _connection(
+    def connection_of(
         self, topic: str, names: tuple[str, str], header: Mapping[str, Any] | None, cls: Any
     ) -> Connection:
         """Return the connection with this header, adding it if necessary."""
