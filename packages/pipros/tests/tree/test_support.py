@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+import sysconfig
+import venv
 from contextlib import nullcontext
 from dataclasses import asdict
 from datetime import date
@@ -13,10 +16,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import hunt, long_tests, mutations, once, quick
+from tests.support import hunt, long_tests, mutants, once, quick
 from tests.support.environments import REPOSITORY, ROOTS, TEST_PATH, project_files, source
 from tests.support.lacks import SYSTEMS, environment
-from tests.support.mutations import Mutation, read_mutations
 from tests.support.outcomes import Outcome, read_outcomes
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
@@ -331,52 +333,75 @@ def test_a_folder_of_the_machine_is_named_by_all_its_sources(
     assert names[0] == names[3]
 
 
-@pytest.mark.parametrize("mutation", read_mutations(), ids=lambda each: each.name)
-def test_each_mutation_applies_to_its_file_and_names_tests_that_exist(mutation: Mutation) -> None:
-    mutation.applied((REPOSITORY / mutation.file).read_text(encoding="utf-8"))
-
-    assert mutation.tests
-    for test in mutation.tests:
-        file, *function = test.partition("[")[0].split("::")
-        assert (REPOSITORY / file).exists(), test
-        assert not function or f"def {function[-1]}(" in (REPOSITORY / file).read_text(encoding="utf-8"), test
-
-
-def fault(new: str, old: str = "return a + b") -> Mutation:
-    return Mutation("a fault", "sums.py", old, new, ["test_sums.py"])
-
-
-def test_a_surviving_mutation_fails_the_run_and_each_file_is_restored(
-    folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+def test_faults_are_drawn_from_what_runs_when_a_function_is_called(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (folder / "sums.py").write_text("def add(a, b):\n    return a + b\n")
-    (folder / "test_sums.py").write_text("from sums import add\ndef test_three(): assert add(1, 2) == 3\n")
-    monkeypatch.setattr(mutations, "copy_tree", lambda copy: _copied(folder, copy))
-    found = [fault("return a * b")]
-    monkeypatch.setattr(mutations, "read_mutations", lambda: found)
+    monkeypatch.setattr(mutants, "REPOSITORY", folder)
+    file = folder / "sums.py"
+    file.write_text(
+        "LIMIT = 3\n"
+        "def add(a: tuple[int, 4] = 5, b=None):\n"
+        "    'é'; b = f'{6}' if isinstance(a, int) else 7.5\n"
+        "    while a <= b and not a: forget(True)\n"
+        "    return a - b\n"
+    )
 
-    assert mutations.main([]) == 0
-    found += [fault("return b + a"), fault("return b + a", old="return a / b")]
-    assert mutations.main([]) == 1
-    assert mutations.main(["another"]) == 2
+    found = mutants.mutants_of(file)
 
-    output = capsys.readouterr()
-    assert output.out.splitlines()[3:] == [
-        "without a mutation: failed 0 of 1",
-        "a fault: failed 1 of 1",
-        "a fault: failed 0 of 1",
-        "a fault: sums.py must contain the old text once, got 0",
-        "1 of 3 mutations are noticed",
+    assert sorted((each.old, each.new) for each in found) == [
+        ("7.5", "(8.25)"),
+        ("True", "(False)"),
+        ("a - b", "(None)"),
+        ("a - b", "(a + b)"),
+        ("a <= b", "(a < b)"),
+        ("a <= b and not a", "(a <= b or not a)"),
+        ("forget(True)", "(None)"),
+        ("isinstance(a, int)", "(not isinstance(a, int))"),
+        ("not a", "(a)"),
     ]
-    assert output.err.endswith("has a name with another\n")
+    drawn = mutants.draw(found, 4, seed=2)
+    assert drawn == mutants.draw(found, 4, seed=2)
+    assert all(one is two or one.end <= two.start or two.end <= one.start for one in drawn for two in drawn)
 
 
-def _copied(source: Path, copy: Path) -> Path:
-    for file in source.glob("*.*"):
-        (copy / file.name).write_text(file.read_text())
-    return Path(sys.executable)
+def test_each_fault_is_tried_with_the_tests_that_pass_through_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tree = folder / "tree"
+    (tree / "packages").mkdir(parents=True)
+    (tree / "packages" / "sums.py").write_text(
+        "def show(a, b):\n    c = a < b\n    d = a + b\n    print(c, d)\ndef unused(a, b):\n    c = a - b\n"
+    )
+    (tree / "test_sums.py").write_text(
+        "import subprocess, sys\n"
+        "PROGRAM = 'import sums; sums.show(1, 2)'\n"
+        "def test_it():\n"
+        "    options = dict(env={'PYTHONPATH': 'packages'}, text=True, check=True, stdout=-1)\n"
+        "    assert subprocess.run([sys.executable, '-c', PROGRAM], **options).stdout == 'True 3\\n'\n"
+        "def test_another(): pass\n"
+    )
+    (tree / "conftest.py").write_text(OPTIONS)
+    monkeypatch.setattr(mutants, "REPOSITORY", tree)
+    monkeypatch.setattr(mutants, "ROOTS", [tree / "packages"])
+
+    def copied(copy: Path) -> Path:
+        shutil.copytree(tree, copy)
+        venv.create(copy / ".venv")
+        packages = next(copy.glob(".venv/lib/python*/site-packages"))
+        folders = (sysconfig.get_path("purelib"), *TEST_PATH.split(os.pathsep), *map(str, ROOTS))
+        (packages / "tests.pth").write_text("\n".join(folders))
+        return copy / ".venv" / "bin" / "python"
+
+    monkeypatch.setattr(mutants, "copy_tree", copied)
+
+    assert mutants.main(["--count", "9"]) == 0
+
+    *lines, all_mutants = capsys.readouterr().out.splitlines()
+    assert sorted(line for line in lines if ": packages/" in line) == [
+        "not run: packages/sums.py:6: a - b -> (a + b)",
+        "survived 1 tests: packages/sums.py:2: a < b -> (a <= b)",
+    ]
+    assert all_mutants.split() == ["all", "4", "1", "1", "2", "67%"]
 
 
 def test_each_line_names_a_test_that_exists() -> None:
