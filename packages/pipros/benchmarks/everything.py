@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
-"""Run all benchmarks one after another, and print one Markdown table of the results.
+"""Run all benchmarks one after another, and print their tables as Markdown.
 
     script/bench [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update [FILE]]
 
-Benchmarks without a counterpart in genuine ROS print their own tables, which follow. A benchmark during which
-other programs used more than 2 % of the processors is repeated up to twice. `--quick` measures some of the
-rows once, in less than two minutes. `--update` without FILE needs a commit and all benchmarks, so that all
-rows of RESULTS.md are of one commit; it also updates the tables that documents take from there.
+Benchmarks without a counterpart in genuine ROS print their own tables. A benchmark during which other
+programs used more than 2 % of the processors is repeated up to twice. `--quick` measures some of the rows
+once, in less than two minutes. `--update` without FILE needs a commit, which each table that it replaces in
+RESULTS.md names; it also updates the tables that documents take from there.
 """
 
 import argparse
 import glob
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -43,7 +44,6 @@ BENCHMARKS = {
     "scale": ("--rounds {rounds} --seconds {seconds} --svg {svg}", None),
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
-FIRST = "cost"  # has a table of its own, before the others
 NEEDS_GENUINE = ("codec", "bags")
 # Benchmarks that print their own tables. `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {
@@ -54,6 +54,7 @@ OWN_TABLES = {
     "fleet": "--seconds 2",
     "ros2": "--rounds {rounds}",
 }
+ALL = (*BENCHMARKS, *OWN_TABLES)
 MAX_LOAD, TRIES = 2, 3  # % of the processors used by others, and how often a benchmark is run to stay below
 
 # The bottleneck of rows, with the starts of their labels. The longest start that fits counts.
@@ -155,39 +156,32 @@ def commit():
     return found.stdout.strip() or "unknown"
 
 
-def report(groups, tables, loads, failed, words, seconds):
-    """Return the tables as Markdown, with the conditions of the run.
+def section(name, words, found, load, measured):
+    """Return the table of a benchmark as Markdown, with the conditions of its run.
 
     Args:
-        groups: lists of rows; each becomes a table.
-        tables: by command, those that benchmarks print themselves.
+        found: its rows, or the table that it prints itself.
+        measured: the commit.
     """
-    shown = ", ".join(
-        f"{name} {load:.0f} %" if load <= MAX_LOAD else f"**{name} {load:.0f} %**"
-        for name, load in loads.items()
-    )
-    lines = [
-        f"`script/bench{words}` of commit {commit()} on {machine()}, {time.strftime('%Y-%m-%d')}, "
-        f"{seconds / 60:.0f} minutes.",
-        f"Foreign load: {shown}.",
-    ]
-    if failed:
-        lines.append(f"Failed, and not in the table: {', '.join(failed)}.")
-    for rows in filter(None, groups):
-        lines += ["", markdown(rows, "bound by", bound)]
-    for command, table in tables.items():
-        lines += ["", f"`{command}`:", ""]
-        lines += [table] if table.startswith("|") else ["```text", table, "```"]
-    return "\n".join(lines)
+    share = f"{load:.0f} %" if load <= MAX_LOAD else f"**{load:.0f} %**"
+    conditions = f"commit {measured}, {time.strftime('%Y-%m-%d')}, {machine()}, foreign load {share}"
+    if not isinstance(found, str):
+        found = markdown(found, "bound by", bound)
+    elif not found.startswith("|"):
+        found = f"```text\n{found}\n```"
+    return f"`{f'script/bench {name} {words}'.strip()}`: {conditions}.\n\n{found}"
 
 
-def replace(path, text):
-    """Put the table between the two marks in a document."""
+def update(path, sections):
+    """Replace the sections of these benchmarks between the two marks in a document; others stay."""
     with open(path) as file:
         before, begin, rest = file.read().partition(BEGIN)
-    _, end, after = rest.partition(END)
+    former, end, after = rest.partition(END)
     if not begin or not end:
-        raise SystemExit(f"{path} must have the lines {BEGIN} and {END}; the table is printed above")
+        raise SystemExit(f"{path} must have the lines {BEGIN} and {END}; the tables are printed above")
+    parts = re.split(r"(?m)^## (\w+)$", former)[1:]
+    known = dict(zip(parts[::2], map(str.strip, parts[1::2]))) | sections  # noqa: B905
+    text = "\n\n".join(f"## {name}\n\n{known[name]}" for name in ALL if name in known)
     with open(path, "w") as file:
         file.write(f"{before}{begin}\n\n{text}\n\n{end}{after}")
 
@@ -197,7 +191,7 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=2.0)
-    parser.add_argument("--only", default=",".join([*BENCHMARKS, *OWN_TABLES]))
+    parser.add_argument("--only", default=",".join(ALL))
     parser.add_argument(
         "--update",
         metavar="FILE",
@@ -206,12 +200,13 @@ def main():
         help="replace the table in RESULTS.md, or in FILE",
     )
     options = parser.parse_args()
-    if options.update == RESULTS and (options.quick or options.only != parser.get_default("only")):
-        parser.error("--update replaces all rows of RESULTS.md; with --quick or --only, name another FILE")
-    if options.update == RESULTS and commit().endswith(("-dirty", "unknown")):
-        parser.error(f"--update measures a commit, but the tree is {commit()}; commit your changes first")
+    if options.update == RESULTS and options.quick:
+        parser.error("--update replaces tables of RESULTS.md; with --quick, name another FILE")
+    measured = commit()
+    if options.update == RESULTS and measured.endswith(("-dirty", "unknown")):
+        parser.error(f"--update measures a commit, but the tree is {measured}; commit your changes first")
     heed_interrupts()
-    first, rows, tables, loads, failed, began = [], [], {}, {}, [], time.monotonic()
+    failed = False
     with tempfile.TemporaryDirectory() as folder:
         svg = os.path.join(DOCS if options.update == RESULTS else folder, "scale.svg")
         for name in options.only.split(","):
@@ -220,21 +215,18 @@ def main():
                 words = full.format(rounds=options.rounds, seconds=options.seconds, svg=svg)
             if words is None or (name in NEEDS_GENUINE and not GENUINE):
                 continue
-            found, loads[name] = run_undisturbed(name, words, folder, 1 if options.quick else TRIES)
+            found, load = run_undisturbed(name, words, folder, 1 if options.quick else TRIES)
             if found is None:
-                failed.append(name)
-            elif name in OWN_TABLES:
-                tables[f"script/bench {name} {words}".strip()] = found
-            else:
-                (first if name == FIRST else rows).extend(found)
-    words = " --quick" if options.quick else f" --rounds {options.rounds} --seconds {options.seconds:g}"
-    text = report((first, rows), tables, loads, failed, words, time.monotonic() - began)
-    print(text)
-    if options.update:
-        replace(options.update, text)
+                failed = True
+                print(f"{name} failed; a document keeps its last table", file=sys.stderr)
+                continue
+            text = section(name, words.replace(svg, "FILE"), found, load, measured)
+            print(f"## {name}\n\n{text}\n", flush=True)
+            if options.update:
+                update(options.update, {name: text})
     if options.update == RESULTS:
         figures.update()
-    return 1 if failed else 0
+    return failed
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
     script/bench figures
 
 A row of a document has the label of its row in RESULTS.md; code marks are ignored. Only the cells in columns
-that `COLUMNS` names, and the date after "results" or "rounds of", are replaced.
+that `COLUMNS` names, and the date or dates after "results of" or "rounds of", are replaced.
 """
 
 import re
@@ -50,8 +50,10 @@ def with_figures(text, results):
                 names = [name for name in COLUMNS.get(head, ()) if name in row]
                 cells[number] = row[names[0]] if names else cells[number]
             text = text.replace(line, re.sub(" +", " ", "| " + " | ".join(cells) + " |"))
-    (date,) = re.findall(r"\d{4}-\d\d-\d\d(?=, \d+ minutes)", results)
-    return re.sub(r"((?:\[the results\]\(\S+\)|rounds) of )\d{4}-\d\d-\d\d", rf"\g<1>{date}", text)
+    dates = sorted(set(re.findall(r"(?m)^`script/bench .*: commit .*?, (\d{4}-\d\d-\d\d),", results)))
+    period = " to ".join(dates[:1] + dates[1:][-1:])
+    dated = r"((?:\[the results\]\(\S+\)|rounds) of )\d{4}-\d\d-\d\d(?: to \d{4}-\d\d-\d\d)?"
+    return re.sub(dated, rf"\g<1>{period}", text)
 
 
 def update():

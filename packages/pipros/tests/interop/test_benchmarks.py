@@ -78,7 +78,7 @@ def test_one_table_joins_the_benchmarks_and_replaces_the_one_of_a_document(
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "old" not in text
-    assert re.search(r"(?m)^Foreign load: (\*\*)?bags \d+ %(\*\*)?\.$", text)
+    assert re.search(r"(?m)^`script/bench bags .*`: commit .*, foreign load (\*\*)?\d+ %(\*\*)?\.$", text)
     assert re.search(
         r"(?m)^\| bag: write String, compression lz4: us( \| [\d.]+){2} \| [\d.]+ x \| .* \| Python ", text
     )

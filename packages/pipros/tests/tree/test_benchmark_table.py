@@ -95,44 +95,48 @@ def test_rows_survive_a_round_trip(table: ModuleType, tmp_path: Path) -> None:
     assert [vars(row) for row in table.read_json(tmp_path / "rows")] == [vars(row) for row in rows]
 
 
-def test_benchmarks_without_genuine_rows_keep_their_own_tables(everything: ModuleType) -> None:
-    tables = {"script/bench ros2": "| pair | figure |", "script/bench costs": "two turtles  3 %"}
-
-    text = everything.report(([], []), tables, {"ros2": 1.0, "costs": 2.6}, ["scene"], " --rounds 3", 60)
-
-    assert "Foreign load: ros2 1 %, **costs 3 %**.\n" in text
-    assert "Failed, and not in the table: scene." in text
-    assert "`script/bench ros2`:\n\n| pair | figure |\n" in text
-    assert text.endswith("`script/bench costs`:\n\n```text\ntwo turtles  3 %\n```")
-
-
-def test_the_results_name_the_commit_and_start_with_the_cost_of_a_message(
-    everything: ModuleType, table: ModuleType, monkeypatch: pytest.MonkeyPatch
+def test_a_table_names_its_commit_and_a_document_keeps_the_others(
+    everything: ModuleType, table: ModuleType, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(everything, "commit", lambda: "0123abc")
-    groups = [
-        [table.Row(label, {"pipros over TCP": [3.0] * (label == "cost"), "pipros": [2.0]})]
-        for label in ("cost", "import: ms")
-    ]
+    document = tmp_path / "RESULTS.md"
+    marks = (everything.BEGIN, everything.END)
+    document.write_text("\n".join(("before", *marks, "after\n")))
+    rows = [table.Row("import: ms", {"pipros": [2.0]})]
+    sections = {
+        "ros2": everything.section("ros2", "", "| pair | figure |", 1.0, "0123abc"),
+        "startup": everything.section("startup", "--rounds 3", rows, 2.6, "0123abc"),
+        "fleet": everything.section("fleet", "", "two turtles  3 %", 0.0, "0123abc"),
+    }
 
-    text = everything.report(groups, {}, {}, [], "", 60)
+    everything.update(document, sections)
+    everything.update(document, {"ros2": "another"})
 
-    assert text.startswith("`script/bench` of commit 0123abc on ")
-    assert re.findall(r"(?m)^\| workload \| (.*) \|$", text) == [
-        "pipros over TCP | pipros | to pipros over TCP | bound by",
-        "pipros | bound by",
+    text = document.read_text()
+    assert re.findall(r"(?m)^(## .*|before|after)$", text) == [
+        "before",
+        "## startup",
+        "## fleet",
+        "## ros2",
+        "after",
     ]
+    assert re.search(
+        r"(?s)^`script/bench startup --rounds 3`: commit 0123abc, 20.* foreign load \*\*3 %\*\*\.\n\n"
+        r"\| workload \| pipros \| bound by \|\n.*\| import: ms \| 2 \| ",
+        text,
+        re.MULTILINE,
+    )
+    assert "```text\ntwo turtles  3 %\n```" in text
+    assert text.endswith(f"## ros2\n\nanother\n\n{everything.END}\nafter\n")
 
 
 @pytest.mark.parametrize(
     ("options", "tree", "complaint"),
     [
-        (["--quick"], "0123abc", "--update replaces all rows"),
-        (["--only", "client"], "0123abc", "--update replaces all rows"),
-        ([], "0123abc-dirty", "commit your changes first"),
+        (["--quick"], "0123abc", "with --quick, name another FILE"),
+        (["--only", "client"], "0123abc-dirty", "commit your changes first"),
     ],
 )
-def test_all_rows_of_the_results_are_of_one_commit(
+def test_results_are_those_of_whole_runs_of_a_commit(
     everything: ModuleType,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -152,7 +156,8 @@ def test_all_rows_of_the_results_are_of_one_commit(
 def test_documents_take_their_figures_from_the_results() -> None:
     figures = benchmark_module("figures")
     results = (
-        "measured 2026-12-01, 29 minutes\n\n"
+        "`script/bench a`: commit 1, 2026-12-01, a machine.\n\n"
+        "`script/bench b`: commit 2, 2026-12-03, a machine.\n\n"
         "| workload | genuine | tuned | roscpp | pipros |\n| --- | --- |\n"
         "| trip, q=1: us | 1,000 | 9 |  | 7 |\n\n"
         "| node | pipros now |\n| --- | --- |\n| amcl | 3 s |\n"
@@ -165,7 +170,7 @@ def test_documents_take_their_figures_from_the_results() -> None:
     )
 
     assert figures.with_figures(document, results) == (
-        document.replace("2026-01-01", "2026-12-01")
+        document.replace("2026-01-01", "2026-12-01 to 2026-12-03")
         .replace("| 1 | 2 | 3 |", "| 1,000 | | 7 |")
         .replace("amcl | 1 s", "amcl | 3 s")
     )
