@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from pipros.basics.errors import NotFound
 from pipros.basics.input_file import read_file
+from pipros.basics.similar_names import similar_names
 from pipros.basics.windows import ON_WINDOWS
 from pipros.packages import installed_packages, shipped_folder, system_packages
 from pipros_workspace.index import Package, PackageIndex
@@ -106,6 +107,13 @@ def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | No
     folders = [*_build_folders(package, workspaces), package.path, *([shipped] if shipped else [])]
     installed = map(os.path.basename, system_packages.programs(package.name))
     return sorted({*_programs(folders), *installed})
+
+
+def hint_about(package: Package, name: str, found: Executables) -> str:
+    """Return where a program is that cannot be run, or a question that suggests similar ones; or nothing."""
+    if found.unusable:
+        return f"There is {found.unusable[0]}"
+    return similar_names(name, list_executables(package))
 
 
 def why_not_built(package: Package, name: str) -> str | None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
+from pipros.basics.similar_names import near_names
 from pipros.basics.windows import ON_WINDOWS, SETUP_FILE
 from pipros.packages import SHARES
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
@@ -122,9 +123,11 @@ class PackageIndex:
         package = self.get(name)
         if package is None:
             searched = os.pathsep.join(str(folder) for folder in self.folders)
+            near = near_names(name, [each.name for each in self])
             raise NotFound(
                 f"package [{name}] not found in [{searched}]; "
-                f"is the workspace's {SETUP_FILE} sourced, or its folder on ROS_PACKAGE_PATH?"
+                + (f"did you mean {' or '.join(near)}? " if near else "")
+                + f"is the workspace's {SETUP_FILE} sourced, or its folder on ROS_PACKAGE_PATH?"
             )
         return package
 

@@ -17,6 +17,7 @@ from pipros_tools.cli.entry_point import command
 from pipros_workspace.executables import (
     Executables,
     find_executables,
+    hint_about,
     list_executables,
     package_of_programs,
     why_not_built,
@@ -80,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if found.runnable:
             return NO_SUCH_COMMAND
         programs = list_executables(package)
-        _report_missing_program(package, name, found, programs)
+        _report_missing_program(package, name, found)
         if reason := why_not_built(package, name):
             print(f"[rosrun] {reason}", file=sys.stderr)
         else:
@@ -187,7 +188,7 @@ def _print_advice(package: str, programs: Sequence[str] | None = None, program: 
     return reason is not None
 
 
-def _report_missing_program(package: Package, name: str, found: Executables, programs: list[str]) -> None:
+def _report_missing_program(package: Package, name: str, found: Executables) -> None:
     if "/" in name:
         print(f"[rosrun] Couldn't find executable named {package.path / name}")
     else:
@@ -196,8 +197,8 @@ def _report_missing_program(package: Package, name: str, found: Executables, pro
         print("[rosrun] Found the following, but they're either not files,\n[rosrun] or not executable:")
         for path in found.unusable:
             print(f"[rosrun]   {path}")
-    else:
-        _suggest(name, programs)
+    elif hint := hint_about(package, name, found):
+        print(f"[rosrun] {hint}", file=sys.stderr)  # so that stdout equals Noetic's
 
 
 def _suggest(name: str, known: list[str]) -> None:

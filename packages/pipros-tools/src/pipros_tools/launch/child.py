@@ -173,7 +173,7 @@ class Child:
             order.answer.set_result([0, f"ERROR: {error}", [[], []]])
             return
         self._console.say("... done launching nodes")
-        order.answer.set_result([1, "launched", [[process.name for process in run.processes()], failed]])
+        order.answer.set_result([1, "launched", [[process.name for process in run.processes()], [*failed]]])
 
     def _processes(self) -> Sequence[ProcessInfo]:
         return self._run.processes() if self._run is not None else ()

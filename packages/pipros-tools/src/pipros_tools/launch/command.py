@@ -24,6 +24,7 @@ from pipros_workspace.client_library import is_here, is_ros2_script, relayed_scr
 from pipros_workspace.executables import (
     Executables,
     find_executables,
+    hint_about,
     list_executables,
     package_of_programs,
     why_not_built,
@@ -188,10 +189,11 @@ class CommandMaker:
                 f"Cannot locate node of type [{node.type}] in package [{node.package}]. {reason}", node
             )
         if not found.runnable:
-            hint = f". There is {found.unusable[0]}" if found.unusable else ""
+            hint = hint_about(package, node.type, found)
             raise CannotLaunch(
                 f"Cannot locate node of type [{node.type}] in package [{node.package}]. Make sure file "
-                f"exists in package path and permission is set to executable (chmod +x){hint}",
+                f"exists in package path and permission is set to executable (chmod +x)"
+                + (f". {hint}" if hint else ""),
                 node,
             )
         return found.runnable[0]

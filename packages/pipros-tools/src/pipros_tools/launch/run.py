@@ -101,8 +101,8 @@ class LaunchRun:
         """
         apply_parameters(self._launch, self._master_uri)
 
-    def start_nodes(self) -> list[str]:
-        """Start all nodes in file order, and return the names of the nodes that could not be launched.
+    def start_nodes(self) -> dict[str, str]:
+        """Start all nodes in file order; return the names of those that cannot be launched, with the reasons.
 
         A node cannot be launched if, for example, its program is not found.
 
@@ -111,7 +111,7 @@ class LaunchRun:
         """
         for line in self._nodelet_lines:
             self._console.say(line)
-        failed = []
+        failed = {}
         for node in self._launch.nodes:
             if self._stop_requests:
                 break
@@ -123,7 +123,7 @@ class LaunchRun:
                 raise LaunchError(str(error)) from None
             except CannotLaunch as error:
                 self._console.error(f"ERROR: {error}")
-                failed.append(node.name)
+                failed[node.name] = str(error)
         return failed
 
     def start(

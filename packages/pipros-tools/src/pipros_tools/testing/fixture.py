@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment
@@ -100,8 +100,8 @@ class LaunchFixture:
         )
         self._console.bold(f"ROS_MASTER_URI={self.master_uri}")
 
-    def start_nodes(self) -> Sequence[str]:
-        """Set the parameters, then start the nodes. Return the names of nodes that failed to start."""
+    def start_nodes(self) -> Mapping[str, str]:
+        """Set the parameters, then start the nodes. Return the names of those that fail, with the reasons."""
         run = self._running()
         run.set_parameters()
         return run.start_nodes()

@@ -7,7 +7,7 @@ results. The results themselves are reported separately, with a different exit c
 from __future__ import annotations
 
 import unittest
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -18,7 +18,7 @@ from pipros_tools.launch.model import Launch, Test
 from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
 from pipros_tools.testing.results import Suite, Totals
 from pipros_tools.testing.xunit import parse_suites
-from pipros_workspace.executables import find_executables, package_of_programs
+from pipros_workspace.executables import find_executables, hint_about, package_of_programs
 from pipros_workspace.index import PackageIndex
 
 # unittest's reports omit the frames of modules that define this variable.
@@ -47,8 +47,8 @@ class SystemFixture(Protocol):
     def set_up(self) -> None:
         """Start or find the master, and prepare the process monitor."""
 
-    def start_nodes(self) -> Sequence[str]:
-        """Start the launch file's nodes. Return the names of the nodes that could not be started."""
+    def start_nodes(self) -> Mapping[str, str]:
+        """Start the launch file's nodes. Return the names of those that cannot start, with the reasons."""
 
     def run_test(self, test: Test, arguments: Sequence[str]) -> bool:
         """Start the test program and wait until it exits; return False if it could not be started.
@@ -188,12 +188,14 @@ class Rostest:
         """Return why the test program cannot run; an empty string if it can."""
         node = test.node
         try:
-            found = find_executables(package_of_programs(self._index, node.package), node.type)
+            package = package_of_programs(self._index, node.package)
         except NotFound:
             return f"Package [{node.package}] for test node [{node.package}/{node.type}] does not exist"
-        if not found.runnable:
-            return f"Test node [{node.package}/{node.type}] does not exist or is not executable"
-        return ""
+        found = find_executables(package, node.type)
+        if found.runnable:
+            return ""
+        what = f"Test node [{node.package}/{node.type}] does not exist or is not executable"
+        return "\n".join(filter(None, [what, hint_about(package, node.type, found)]))
 
     def _run_once(self, case: unittest.TestCase, test: Test) -> list[Suite]:
         """Run the test program on the current fixture. Return its results, which are empty in text mode."""
@@ -202,8 +204,8 @@ class Rostest:
             raise RuntimeError("set_up must be called first")
         name = test.test_name
         _say(f"Running test [{name}]")
-        if failed := list(fixture.start_nodes()):
-            case.fail(f"Test Fixture Nodes {failed} failed to launch")
+        if failed := fixture.start_nodes():
+            case.fail("\n".join([f"Test Fixture Nodes {[*failed]} failed to launch", *failed.values()]))
 
         file = results_file(self._plan.package, name, base=self._plan.results_base)
         if prepare_path(file):

@@ -80,8 +80,8 @@ def test_the_working_folder_is_the_requested_one(
 @pytest.mark.parametrize(
     ("node", "complaint"),
     [
-        (LaunchNode("nope", "talker", "n"), r"\[nope/talker\]: package \[nope\] not found"),
-        (LaunchNode("talkers", "nope", "n"), r"Cannot locate node of type \[nope\] in package \[talkers\]"),
+        (LaunchNode("taker", "talker", "n"), r"package \[taker\] not found.*; did you mean talkers\?"),
+        (LaunchNode("talkers", "taker", "n"), r"of type \[taker\] in package .* Did you mean talker\?"),
         (LaunchNode("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
         (LaunchNode("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
         (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +19,7 @@ from pipros_tools.testing.runner import CaseResult
 from pipros_tools.testing.xunit import format_suite
 from pipros_workspace.index import PackageIndex
 
+ABSENT = "does not exist or is not executable"
 PASSED = Suite("s", (Case("c", "test_it"),))
 FAILED = Suite("s", (Case("c", "test_it", 0.0, Outcome.FAILURE, "AssertionError", "no\n"),))
 
@@ -28,14 +29,14 @@ class FakeStage:
     """Write the given results to the files of the test programs, and record the calls."""
 
     leaves: Callable[[], Suite | None] = lambda: PASSED
-    failing_nodes: Sequence[str] = ()
+    failing_nodes: Mapping[str, str] = field(default_factory=dict)
     asked: list[str] = field(default_factory=list)
     run_id: str = "an-id"
 
     def set_up(self) -> None:
         self.asked.append("set_up")
 
-    def start_nodes(self) -> Sequence[str]:
+    def start_nodes(self) -> Mapping[str, str]:
         self.asked.append("start_nodes")
         return self.failing_nodes
 
@@ -71,8 +72,7 @@ def run(
 ) -> tuple[CaseResult, Rostest, str]:
     plan = Plan("pkg", Path("/ws/pkg/a.test"), Launch(tests=tests), folder, text)
     rostest = Rostest(plan, index, lambda: stage)
-    result = CaseResult(io.StringIO())
-    printed = io.StringIO()
+    result, printed = CaseResult(io.StringIO()), io.StringIO()
     with redirect_stdout(printed):
         rostest.suite()(result)
     return result, rostest, printed.getvalue()
@@ -144,10 +144,10 @@ def test_the_last_failure_counts_when_no_retry_is_left(index: PackageIndex, tmp_
     ("tests", "report"),
     [
         ([a_test(package="nopkg")], "Package [nopkg] for test node [nopkg/a.py] does not exist"),
-        ([a_test(type="none.py")], "Test node [pkg/none.py] does not exist or is not executable"),
+        ([a_test(type="aa.py")], f"Test node [pkg/aa.py] {ABSENT}\nDid you mean a.py?"),
         pytest.param(
             [a_test(type="plain.py")],
-            "Test node [pkg/plain.py] does not exist or is not executable",
+            f"Test node [pkg/plain.py] {ABSENT}\nThere is SRC/pkg/plain.py",
             marks=pytest.mark.needs("executable files"),
         ),
         ([a_test(), a_test(type="b.py")], "Duplicate tests named [a] in rostest suite"),
@@ -160,15 +160,15 @@ def test_tests_that_cannot_run_are_failures_with_a_reason(
 
     result, rostest, _ = run(index, tmp_path, stage, *tests)
 
-    assert [(case.outcome, case.text) for case in result.cases] == [(Outcome.FAILURE, report + "\n")]
-    assert rostest.results == []
-    assert stage.asked == ["set_up", "tear_down"]
+    expected = report.replace("SRC", str(tmp_path / "src")) + "\n"
+    assert [(case.outcome, case.text) for case in result.cases] == [(Outcome.FAILURE, expected)]
+    assert (rostest.results, stage.asked) == ([], ["set_up", "tear_down"])
 
 
 def test_nodes_that_do_not_start_are_a_failure(index: PackageIndex, tmp_path: Path) -> None:
-    result, _, _ = run(index, tmp_path, FakeStage(failing_nodes=["talker"]), a_test())
+    result, _, _ = run(index, tmp_path, FakeStage(failing_nodes={"talker": "it is gone"}), a_test())
 
-    assert result.cases[0].text == "Test Fixture Nodes ['talker'] failed to launch\n"
+    assert result.cases[0].text == "Test Fixture Nodes ['talker'] failed to launch\nit is gone\n"
 
 
 def test_a_program_without_results_fails_even_if_old_results_exist(
