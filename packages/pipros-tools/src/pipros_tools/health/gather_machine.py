@@ -8,10 +8,12 @@ import hashlib
 import importlib.util
 import os
 import re
+import shlex
 import shutil
 import socket
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.metadata import Distribution, PackageNotFoundError, distribution, distributions
 from pathlib import Path
 
@@ -39,7 +41,7 @@ CALLER_ID = "/pipros_doctor"
 _SCRIPT_BYTES = 1 << 20  # on Windows, a small launcher program precedes the script
 
 _START_FILES = (".bashrc", ".zshrc", ".profile", ".bash_profile")
-_SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+(/opt/ros/[\w./-]+)")
+_SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+([^\n;&|#`(]*setup\.(?:bash|sh|zsh)[\"']?)\s*(?:[;&|#]|$)")
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:
@@ -218,17 +220,22 @@ def _workspace_around(folder: Path) -> Path | None:
 
 
 def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
-    """Map each shell startup file that sources a missing file below /opt/ros to that file."""
+    """Map each missing setup file that a shell startup file sources to that startup file."""
     found = {}
+    home = variables.get("HOME") or os.path.expanduser("~")
     for name in _START_FILES:
         try:
-            with open_file(Path(variables.get("HOME") or Path.home()) / name) as file:
+            with open_file(Path(home) / name) as file:
                 text = file.read(_SCRIPT_BYTES).decode(errors="replace")
-        except (OSError, RuntimeError):
+        except OSError:
             continue
         for match in _SOURCED.finditer(text):
-            if not Path(match[1]).exists():
-                found[f"~/{name}"] = match[1]
+            with suppress(ValueError):  # a quote is not closed
+                file, *rest = shlex.split(match[1])
+                path = re.sub(r"\$HOME\b|\$\{HOME\}", lambda _: home, file)
+                path = home + path[1:] if match[1].startswith("~/") else path
+                if "$" not in path and not Path(path).exists():
+                    found[" ".join([path, *rest])] = f"~/{name}"
     return found
 
 

@@ -43,7 +43,7 @@ class MachineReport:
         master_error: why the master cannot be reached; empty if it responds; None if it was not called.
         other_master: the URI of a master that answers on this machine; tested only if none answers at
             `ROS_MASTER_URI`, and empty if there is none.
-        missing_setup_files: maps shell startup files to the missing ROS setup file that they source.
+        missing_setup_files: maps missing ROS setup files to the shell startup file that sources them.
         bound_host: the address that nodes listen on.
         port_problem: why no port of `PIPROS_PORTS` can be opened; empty if one can, or if the variable is
             unset or invalid.

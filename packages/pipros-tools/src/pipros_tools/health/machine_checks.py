@@ -98,8 +98,8 @@ def mixed_programs(machine: MachineReport) -> Findings:
     yield warning(
         "mixed-programs",
         f"PATH finds another ROS installation's programs before those in {machine.own_programs}: {listing}",
-        f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment again, "
-        "or open a new terminal in which only one of the two is set up.",
+        f"Put pipros first: export PATH={shlex.quote(str(machine.own_programs))}:$PATH, or activate its "
+        "environment again, or open a new terminal in which only one of the two is set up.",
         *sorted(foreign),
     )
 
@@ -210,12 +210,16 @@ def missing_setup_files(machine: MachineReport) -> Findings:
 
     Many courses tell students to add a line that sources the setup file of genuine ROS.
     """
-    for start_file, setup_file in machine.missing_setup_files.items():
+    for setup_file, start_file in machine.missing_setup_files.items():
         yield warning(
             "missing-setup-file",
             f"{start_file} sources {setup_file}, which does not exist",
-            f'Replace that line by: eval "$({shlex.quote(str(machine.own_programs / "pipros"))} env)", and '
-            "open a new terminal.",
+            (
+                f'Replace that line by: eval "$({shlex.quote(str(machine.own_programs / "pipros"))} env)"'
+                if setup_file.startswith("/opt/ros/")
+                else "Correct the path, in quotes if it has spaces, and run catkin_make in a new workspace"
+            )
+            + ", and open a new terminal.",
             start_file,
         )
 
@@ -229,7 +233,7 @@ def workspace_not_set_up(machine: MachineReport) -> Findings:
         yield warning(
             "workspace-not-set-up",
             f"The workspace of the current directory is not set up in this shell: {machine.workspace}",
-            f"source {machine.workspace}/setup.bash",
+            f"source {shlex.quote(str(machine.workspace / 'setup.bash'))}",
             str(machine.workspace),
         )
 

@@ -59,12 +59,8 @@ def test_args_escapes_what_is_special_in_a_shell(file: Path, capsys: pytest.Capt
     )
     assert roslaunch.main(["--args", "one", str(file)]) == 0
     (variable,) = capsys.readouterr().out.splitlines()
-    printed = subprocess.run(
-        ["sh", "-c", f'{variable.partition(" /")[0]}; printf %s "$A"'],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    shell = f'{variable.partition(" /")[0]}; printf %s "$A"'
+    printed = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=True)
     assert printed.stdout == value
 
 

@@ -43,7 +43,7 @@ FAULTS: dict[str, MachineReport] = {
     "ros-2-packages": machine(ros2_packages=("nav_msgs", "rcl", "std_msgs", "std_srvs", "tf2_msgs")),
     "mixed-paths": machine({"CMAKE_PREFIX_PATH": "/ws/devel:/opt/ros/noetic"}),
     "missing-path": machine({"ROS_PACKAGE_PATH": "/gone/src"}, paths={"/gone/src": PathKind.MISSING}),
-    "missing-setup-file": machine(missing_setup_files={"~/.bashrc": "/opt/ros/noetic/setup.bash"}),
+    "missing-setup-file": machine(missing_setup_files={"/opt/ros/noetic/setup.bash": "~/.bashrc"}),
     "workspace-not-set-up": machine(workspace=Path("/home/me/ws/devel")),
     "master-uri": machine({"ROS_MASTER_URI": "robot:11311"}),
     "master-host-unknown": machine(resolved={"robot": (), "desk": ("10.0.0.2",)}),
