@@ -49,8 +49,10 @@ def test_the_guide_can_be_read_in_five_minutes() -> None:
     assert len(GUIDE.split()) <= 900
 
 
-def test_all_paths_in_the_guide_exist() -> None:
-    named = set(re.findall(r"(?<![\w/])(?:script|packages|plugins|docs)/[\w./-]*\w", GUIDE + RECIPES))
+def test_all_paths_in_the_guide_and_in_the_scripts_of_tutorials_exist() -> None:
+    texts = [GUIDE, RECIPES, *map(Path.read_text, REPOSITORY.glob("packages/pipros/tests/tutorial/*.sh"))]
+    path = r"(?:(?<![\w/])|(?<=\$here/))(?:script|packages|plugins|docs)/[\w./-]*\w"
+    named = set(re.findall(path, "\n".join(texts)))
     assert {"script/check", "packages/pipros/tests/unit"} < named
     assert [
         path

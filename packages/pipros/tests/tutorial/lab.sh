@@ -6,7 +6,7 @@ trap 'echo "lab: line $LINENO failed" >&2' ERR
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../../../.." && pwd)
 export PIP_DISABLE_PIP_VERSION_CHECK=1
 pip wheel --quiet --wheel-dir found "$here" # the page says why
-sed -n '/^from pathlib import Path$/,/^```$/p' "$here/docs/guides/pip.md" | sed '$d' >make_lab.py
+sed -n '/^from pathlib import Path$/,/^```$/p' "$here/plugins/pipros-wheels/docs/guides/pip.md" | sed '$d' >make_lab.py
 
 python make_lab.py
 pipros wheel lab_ws -o wheels >wheel.log
