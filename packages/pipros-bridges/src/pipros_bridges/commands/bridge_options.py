@@ -5,6 +5,7 @@ from __future__ import annotations
 from optparse import OptionParser
 from typing import TYPE_CHECKING, Any
 
+from pipros_bridges.limits import BridgeLimits
 from pipros_tools.cli.runner import CommandError, add_flag
 from pipros_tools.cli.server_options import add_address_options, bind_address, policy_of
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 def add_bridge_options(parser: OptionParser, port: int) -> None:
     """Add the options for the address, TLS, access and client limits. `port` is the default port."""
+    limits = BridgeLimits()
     parser.add_option("--port", type="int", default=port, help=f"the port ({port}); 0 selects a free one")
     add_address_options(parser)
     add_flag(parser, "--control", help="let clients change the system")
@@ -34,10 +36,14 @@ def add_bridge_options(parser: OptionParser, port: int) -> None:
         "--client-messages",
         metavar="N",
         type="int",
-        help="messages per second that one client may send (10000); faster clients are slowed down",
+        help=f"messages per second that one client may send ({limits.bridge_client_rate}); faster "
+        "clients are slowed down",
     )
     parser.add_option(
-        "--client-bytes", metavar="N", type="int", help="bytes per second that one client may send (256 MiB)"
+        "--client-bytes",
+        metavar="N",
+        type="int",
+        help=f"bytes per second that one client may send ({limits.bridge_client_rate_bytes >> 20} MiB)",
     )
 
 
@@ -64,7 +70,6 @@ def bridge_options(tool: str, options: Any) -> BridgeOptions:
 def client_limits(options: Any) -> Limits:
     """Return the process-wide limits, overridden by the limits given as options."""
     from pipros.basics.limits import process_limits
-    from pipros_bridges.limits import BridgeLimits
 
     given = {
         "--client-messages": ("bridge_client_rate", options.client_messages),
