@@ -17,7 +17,13 @@ from pipros.basics.input_file import read_file
 from pipros.packages.assets import AssetRefused, read_asset
 from pipros_bridges.foxglove.frames import parameter_values
 from pipros_bridges.foxglove.parameters import InvalidClientParameter, from_client, to_client
-from pipros_bridges.foxglove.requests import FetchAsset, MalformedRequest, SetParameters, read_request
+from pipros_bridges.foxglove.requests import (
+    READERS,
+    FetchAsset,
+    MalformedRequest,
+    SetParameters,
+    read_request,
+)
 from tests.fuzz import mutation
 
 WORDS = [
@@ -28,6 +34,7 @@ WORDS = [
     b"b\x01\x01\x00\x00\x00body",
     b"b\x02\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1body",
     *(b"4294967296", b"-1", b"1e400", b"NaN", b"null", b"true", b"[[", b'"byte_array"', b'"float64_array"'),
+    *(f'"{name}"'.encode() for name in READERS),
     *(b"../", b"%2e%2e/", b"\\u0000", b"\xff\xff\xff\xff", b'"AA=="'),
 ]
 _FOLDER = Path(tempfile.gettempdir())

@@ -50,8 +50,8 @@ WORDS = [
         b"1" * 30,
     ),
     *(b'"op":', b'"id":', b'"topic":', b'"type":', b'"msg":', b'"data":', b'"num":', b'"total":', b'"now"'),
-    *(b'"publish"', b'"subscribe"', b'"fragment"', b'"call_service"', b'"advertise"', b'"set_level"'),
-    *(b'"service_response"', b'"advertise_service"', b'"header":{}', b'"transforms":[{}]', b'"\\ud800"'),
+    *(b'"fragment"', b'"header":{}', b'"transforms":[{}]', b'"\\ud800"'),
+    *(f'"{name}"'.encode() for name in ClientProtocol(RosbridgeSettings(), str).operations),
     *(
         b'{"op":"fragment","id":1,"num":0,"total":2,"data":"{"}',
         b'"layout":{}',

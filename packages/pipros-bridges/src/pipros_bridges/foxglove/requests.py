@@ -147,7 +147,9 @@ def _refuse(error: MalformedRequest) -> None:
     raise error
 
 
-CAPABILITY_OF: Final[Mapping[type, str]] = {
+CAPABILITY_OF: Final[Mapping[type, str | None]] = {
+    Subscribe: None,
+    Unsubscribe: None,
     AdvertiseRequest: "clientPublish",
     PublishRequest: "clientPublish",
     UnadvertiseRequest: "clientPublish",
@@ -159,7 +161,7 @@ CAPABILITY_OF: Final[Mapping[type, str]] = {
     SubscribeGraph: "connectionGraph",
     FetchAsset: "assets",
 }
-"""The capability that each request requires. Topic subscriptions require none."""
+"""The capability that each request requires. Topic subscriptions require none; a request must be listed."""
 
 
 def read_request(data: str | bytes, report: Report = _refuse) -> ClientRequest:
@@ -183,7 +185,7 @@ def read_request(data: str | bytes, report: Report = _refuse) -> ClientRequest:
     if not isinstance(values, dict):
         raise MalformedRequest(f"a message must be a JSON object, got {type(values).__name__}")
     op = values.get("op")
-    read = _READERS.get(op) if isinstance(op, str) else None
+    read = READERS.get(op) if isinstance(op, str) else None
     if read is None:
         raise MalformedRequest(f"unknown operation {printable(repr(op), 100)}")
     return read(_RequestFields(values, report=report))
@@ -288,7 +290,7 @@ def _parameter(fields: _RequestFields) -> Mapping[str, Any]:
     return fields.values
 
 
-_READERS: Final[Mapping[str, Callable[[_RequestFields], ClientRequest]]] = {
+READERS: Final[Mapping[str, Callable[[_RequestFields], ClientRequest]]] = {
     "subscribe": lambda of: Subscribe(
         of.objects("subscriptions", lambda each: (each.number("id"), each.number("channelId")))
     ),

@@ -56,6 +56,9 @@ from pipros_bridges.shared_topics import Taken, TopicMessage, legal_topic
 from pipros_bridges.shares import ExceedsShare
 from pipros_tools.graph.system_state import SystemState
 
+# A request without a case would be ignored.
+# mypy: enable-error-code="exhaustive-match"
+
 _Item = TypeVar("_Item")
 
 CALL_S: Final = 60.0
@@ -162,7 +165,7 @@ class FoxgloveSession:
     # -- requests ----------------------------------------------------------------------
 
     async def _handle(self, request: ClientRequest) -> None:
-        capability = CAPABILITY_OF.get(type(request))
+        capability = CAPABILITY_OF[type(request)]
         if capability is not None and not isinstance(request, CallRequest):  # a call's response reports it
             self._check_offered(capability)
         match request:

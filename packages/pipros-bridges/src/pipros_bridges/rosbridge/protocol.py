@@ -107,6 +107,7 @@ class ClientProtocol:
 
     Attributes:
         is_authenticated: whether the client may use operations other than `auth`.
+        operations: the function that handles each operation, besides `fragment`.
     """
 
     def __init__(
@@ -131,7 +132,7 @@ class ClientProtocol:
         self._topics: dict[str, _TopicState] = {}
         self._advertised: dict[str, set[str]] = {}
         self._offered: set[str] = set()
-        self._operations: Mapping[str, Callable[[dict[str, Any]], Iterator[Effect]]] = {
+        self.operations: Mapping[str, Callable[[dict[str, Any]], Iterator[Effect]]] = {
             "advertise": self._advertise,
             "unadvertise": self._unadvertise,
             "publish": self._publish,
@@ -196,7 +197,7 @@ class ClientProtocol:
                 if whole is not None:
                     yield from self._handle(whole, is_joined=True)
                 return
-            handle = self._operations.get(name) if isinstance(name, str) else None
+            handle = self.operations.get(name) if isinstance(name, str) else None
             if handle is None:
                 hint = ": actions are for ROS 2" if isinstance(name, str) and name in _OF_ROS_2 else ""
                 raise BadOperation(f"unknown operation {quoted(name)}{hint}")

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from typing import get_args
+
 import pytest
 
+from pipros_bridges.foxglove.handler import CAPABILITIES
 from pipros_bridges.foxglove.requests import (
+    CAPABILITY_OF,
+    READERS,
     REQUEST_CHARACTERS,
     AdvertiseRequest,
     CallRequest,
@@ -24,51 +30,56 @@ from pipros_bridges.foxglove.requests import (
     read_request,
 )
 
+CASES: list[tuple[str | bytes, ClientRequest]] = [
+    (
+        '{"op": "subscribe", "subscriptions": [{"id": 0, "channelId": 3}, {"id": 1, "channelId": 5}]}',
+        Subscribe([(0, 3), (1, 5)]),
+    ),
+    ('{"op": "unsubscribe", "subscriptionIds": [0, 4294967295]}', Unsubscribe([0, 4294967295])),
+    (
+        '{"op": "advertise", "channels": [{"id": 2, "topic": "/tf", "encoding": "ros1", '
+        '"schemaName": "tf2_msgs/TFMessage"}]}',
+        AdvertiseRequest([ClientChannel(2, "/tf", "ros1", "tf2_msgs/TFMessage", "")]),
+    ),
+    (
+        '{"op": "advertise", "channels": [{"id": 2, "topic": "a", "encoding": "json", '
+        '"schemaName": "p/T", "schema": "int8 x", "schemaEncoding": "ros1msg"}]}',
+        AdvertiseRequest([ClientChannel(2, "a", "json", "p/T", "int8 x")]),
+    ),
+    ('{"op": "unadvertise", "channelIds": [2]}', UnadvertiseRequest([2])),
+    ('{"op": "getParameters", "parameterNames": ["/a"], "id": "1"}', GetParameters(["/a"], "1")),
+    ('{"op": "getParameters"}', GetParameters([], None)),
+    (
+        '{"op": "setParameters", "id": "x", "parameters": [{"name": "/a", "value": 1.5}, {"name": "/b"}]}',
+        SetParameters([{"name": "/a", "value": 1.5}, {"name": "/b"}], "x"),
+    ),
+    ('{"op": "subscribeParameterUpdates", "parameterNames": []}', SubscribeParameters([])),
+    ('{"op": "unsubscribeParameterUpdates", "parameterNames": ["/a"]}', UnsubscribeParameters(["/a"])),
+    ('{"op": "subscribeConnectionGraph"}', SubscribeGraph(True)),
+    ('{"op": "unsubscribeConnectionGraph"}', SubscribeGraph(False)),
+    (
+        '{"op": "fetchAsset", "uri": "package://a/b.stl", "requestId": 7}',
+        FetchAsset("package://a/b.stl", 7),
+    ),
+    (b"\x01\x02\x00\x00\x00body", PublishRequest(2, b"body")),
+    (b"\x01\xff\xff\xff\xff", PublishRequest(4294967295, b"")),
+    (
+        b"\x02\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1body",
+        CallRequest(1, 2, "ros1", b"body"),
+    ),
+]
 
-@pytest.mark.parametrize(
-    ("data", "request_read"),
-    [
-        (
-            '{"op": "subscribe", "subscriptions": [{"id": 0, "channelId": 3}, {"id": 1, "channelId": 5}]}',
-            Subscribe([(0, 3), (1, 5)]),
-        ),
-        ('{"op": "unsubscribe", "subscriptionIds": [0, 4294967295]}', Unsubscribe([0, 4294967295])),
-        (
-            '{"op": "advertise", "channels": [{"id": 2, "topic": "/tf", "encoding": "ros1", '
-            '"schemaName": "tf2_msgs/TFMessage"}]}',
-            AdvertiseRequest([ClientChannel(2, "/tf", "ros1", "tf2_msgs/TFMessage", "")]),
-        ),
-        (
-            '{"op": "advertise", "channels": [{"id": 2, "topic": "a", "encoding": "json", '
-            '"schemaName": "p/T", "schema": "int8 x", "schemaEncoding": "ros1msg"}]}',
-            AdvertiseRequest([ClientChannel(2, "a", "json", "p/T", "int8 x")]),
-        ),
-        ('{"op": "unadvertise", "channelIds": [2]}', UnadvertiseRequest([2])),
-        ('{"op": "getParameters", "parameterNames": ["/a"], "id": "1"}', GetParameters(["/a"], "1")),
-        ('{"op": "getParameters"}', GetParameters([], None)),
-        (
-            '{"op": "setParameters", "id": "x", '
-            '"parameters": [{"name": "/a", "value": 1.5}, {"name": "/b"}]}',
-            SetParameters([{"name": "/a", "value": 1.5}, {"name": "/b"}], "x"),
-        ),
-        ('{"op": "subscribeParameterUpdates", "parameterNames": []}', SubscribeParameters([])),
-        ('{"op": "unsubscribeParameterUpdates", "parameterNames": ["/a"]}', UnsubscribeParameters(["/a"])),
-        ('{"op": "subscribeConnectionGraph"}', SubscribeGraph(True)),
-        ('{"op": "unsubscribeConnectionGraph"}', SubscribeGraph(False)),
-        (
-            '{"op": "fetchAsset", "uri": "package://a/b.stl", "requestId": 7}',
-            FetchAsset("package://a/b.stl", 7),
-        ),
-        (b"\x01\x02\x00\x00\x00body", PublishRequest(2, b"body")),
-        (b"\x01\xff\xff\xff\xff", PublishRequest(4294967295, b"")),
-        (
-            b"\x02\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1body",
-            CallRequest(1, 2, "ros1", b"body"),
-        ),
-    ],
-)
+
+@pytest.mark.parametrize(("data", "request_read"), CASES)
 def test_each_operation_is_read(data: str | bytes, request_read: ClientRequest) -> None:
     assert read_request(data) == request_read
+
+
+def test_each_operation_has_a_case_here_and_a_capability() -> None:
+    texts = [data for data, _ in CASES if isinstance(data, str)]
+    assert {json.loads(text)["op"] for text in texts} == READERS.keys()
+    assert {type(request) for _, request in CASES} == set(get_args(ClientRequest)) == CAPABILITY_OF.keys()
+    assert set(CAPABILITY_OF.values()) == {None, *CAPABILITIES}
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,8 @@ def test_each_operation_has_its_effect() -> None:
     }
     for text, kind in cases.items():
         assert [type(effect) for effect in peer.sends(text)] == [kind], text
+    without_effects = {"set_level", "auth"}
+    assert {json.loads(text)["op"] for text in cases} | without_effects == peer.protocol.operations.keys()
 
 
 @pytest.mark.parametrize(
