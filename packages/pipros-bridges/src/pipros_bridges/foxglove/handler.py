@@ -49,6 +49,9 @@ together exceed twice the limit.
 """
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+"""Versions of the protocol, in the order of preference. These two have the same messages under two names; a
+version with other messages needs its own handler in `Protocols.handlers`.
+"""
 CALLS_AT_ONCE: Final = 256
 """Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
 FETCHED_APART: Final = 20
