@@ -53,7 +53,7 @@ FROM_PYTHON = {
 @pytest.fixture(params=["pipros", "genuine"])
 def port(request: pytest.FixtureRequest, ros: RosSystem) -> int:
     """The port of a bridge, with a robot of one implementation."""
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     side = getattr(ros, request.param)
     python = "/usr/bin/python3" if side.is_genuine else sys.executable
     side.start(python, PROGRAMS / "robot.py")

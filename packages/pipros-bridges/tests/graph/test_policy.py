@@ -24,6 +24,7 @@ from pipros_bridges.rosbridge.udp_server import UdpServer
 from pipros_server.act_gate import ActGate
 from pipros_server.policy.model import ActRefused
 from pipros_server.policy.policy_file import parse_policy
+from tests.graph.running import running
 from tests.support.foxglove import connected, serving
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.page import Page
@@ -76,6 +77,12 @@ def url(make_node: MakeNode) -> Iterator[str]:
         yield found
 
 
+@pytest.fixture
+def client(url: str) -> Iterator[RosbridgeClient]:
+    with RosbridgeClient(url) as found:
+        yield found
+
+
 def drive(client: RosbridgeClient, x: object, topic: str = "/cmd_vel", **more: Any) -> None:
     values = {"linear": {"x": x}, **more}
     client.send("publish", topic=topic, msg=values, type="geometry_msgs/Twist")
@@ -87,41 +94,42 @@ def refusal(client: RosbridgeClient) -> str:
     return text
 
 
-def test_rosbridge_publishes_what_is_inside_the_ranges_and_nothing_else(url: str, driven: Inbox) -> None:
-    with RosbridgeClient(url) as client:
-        client.send("advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
-        drive(client, 0.3)
-        for bad in (0.31, math.nextafter(0.3, 1), 1e300):
-            drive(client, bad)
-            assert f"linear.x of /cmd_vel must be from -0.3 to 0.3 m/s, got {bad:g} m/s ({RULE})" in refusal(
-                client
-            )
-        drive(client, math.nan)
-        assert f"linear.x of /cmd_vel must be a finite number, got nan ({RULE})" in refusal(client)
-        drive(client, 0.0, angular={"z": 0.1})
-        assert "angular.z of /cmd_vel has no rule and must be zero or empty" in refusal(client)
-        drive(client, -0.3)
-        assert [message.linear.x for message in driven.wait(2)] == [0.3, -0.3]
+def test_rosbridge_publishes_what_is_inside_the_ranges_and_nothing_else(
+    driven: Inbox, client: RosbridgeClient
+) -> None:
+    client.send("advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
+    drive(client, 0.3)
+    for bad in (0.31, math.nextafter(0.3, 1), 1e300):
+        drive(client, bad)
+        assert f"linear.x of /cmd_vel must be from -0.3 to 0.3 m/s, got {bad:g} m/s ({RULE})" in refusal(
+            client
+        )
+    drive(client, math.nan)
+    assert f"linear.x of /cmd_vel must be a finite number, got nan ({RULE})" in refusal(client)
+    drive(client, 0.0, angular={"z": 0.1})
+    assert "angular.z of /cmd_vel has no rule and must be zero or empty" in refusal(client)
+    drive(client, -0.3)
+    assert [message.linear.x for message in driven.wait(2)] == [0.3, -0.3]
 
 
 @pytest.mark.parametrize("topic", ["/cmd_v\u0435l", "/other", "/cmd_vel/x", "~cmd_vel"])
-def test_a_topic_with_a_similar_name_is_not_advertised(url: str, robot: Node, topic: str) -> None:
-    with RosbridgeClient(url) as client:
-        client.send("advertise", topic=topic, type="geometry_msgs/Twist")
-        refusal(client)
+def test_a_topic_with_a_similar_name_is_not_advertised(
+    robot: Node, topic: str, client: RosbridgeClient
+) -> None:
+    client.send("advertise", topic=topic, type="geometry_msgs/Twist")
+    refusal(client)
     topics = {name for name, _ in robot.master.get_system_state()[0]}
     assert not topics & {"/other", "/cmd_vel/x", "/bridge/cmd_vel"}
 
 
 def test_relative_names_and_doubled_slashes_are_the_names_that_they_stand_for(
-    url: str, driven: Inbox
+    driven: Inbox, client: RosbridgeClient
 ) -> None:
-    with RosbridgeClient(url) as client:
-        for topic in ("cmd_vel", "//cmd_vel"):
-            drive(client, 0.1, topic)
-            drive(client, 0.4, topic)
-            assert RULE in refusal(client)
-        assert len(driven.wait(2)) == 2
+    for topic in ("cmd_vel", "//cmd_vel"):
+        drive(client, 0.1, topic)
+        drive(client, 0.4, topic)
+        assert RULE in refusal(client)
+    assert len(driven.wait(2)) == 2
 
 
 def test_a_remapping_of_the_server_does_not_lead_around_the_policy(
@@ -210,7 +218,9 @@ def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url
         assert "the limit of 5 per minute" in refusal(three)
 
 
-def test_rosbridge_calls_services_with_the_permitted_values_only(url: str, robot: Node) -> None:
+def test_rosbridge_calls_services_with_the_permitted_values_only(
+    robot: Node, client: RosbridgeClient
+) -> None:
     calls: list[bool] = []
 
     def motor(request: Any) -> Any:
@@ -219,19 +229,15 @@ def test_rosbridge_calls_services_with_the_permitted_values_only(url: str, robot
 
     for name in ("/motor", "/other"):
         robot.serve(name, SET_BOOL, motor)
-    with RosbridgeClient(url) as client:
-        assert client.call("/motor", {"data": False})["result"] is True
-        answer = client.call("/motor", {"data": True})
-        assert (answer["result"], "data of /motor must be one of False; got True" in answer["values"]) == (
-            False,
-            True,
-        )
-        assert (
-            "the policy has no rule for the service /other"
-            in client.call("/other", {"data": False})["values"]
-        )
-        client.send("advertise_service", service="/new", type="std_srvs/SetBool")
-        assert "the policy does not let clients offer services" in refusal(client)
+    assert client.call("/motor", {"data": False})["result"] is True
+    answer = client.call("/motor", {"data": True})
+    assert (answer["result"], "data of /motor must be one of False; got True" in answer["values"]) == (
+        False,
+        True,
+    )
+    assert "the policy has no rule for the service /other" in client.call("/other", {"data": False})["values"]
+    client.send("advertise_service", service="/new", type="std_srvs/SetBool")
+    assert "the policy does not let clients offer services" in refusal(client)
     assert calls == [False]
 
 
@@ -317,20 +323,16 @@ def test_tcp_and_udp_have_the_same_policy(
     server = server_class(
         make_node("bridge"), ServerOptions(port=0, settings=RosbridgeSettings(policy=POLICY))
     )
-    port = server.start()
-    try:
-        with socket.socket(socket.AF_INET, kind) as connection:
-            connection.settimeout(60)
-            connection.connect(("127.0.0.1", port))
-            topic = {"topic": "/cmd_vel", "type": "geometry_msgs/Twist"}
-            connection.send(json.dumps({"op": "advertise", **topic}).encode())
-            for x in (0.1, 0.5):
-                values = {"linear": {"x": x}}
-                connection.send(json.dumps({"op": "publish", **topic, "msg": values}).encode())
-            assert RULE in _status(connection)
-            assert driven.wait(1)[0].linear.x == 0.1
-    finally:
-        server.close()
+    with running(server) as port, socket.socket(socket.AF_INET, kind) as connection:
+        connection.settimeout(60)
+        connection.connect(("127.0.0.1", port))
+        topic = {"topic": "/cmd_vel", "type": "geometry_msgs/Twist"}
+        connection.send(json.dumps({"op": "advertise", **topic}).encode())
+        for x in (0.1, 0.5):
+            values = {"linear": {"x": x}}
+            connection.send(json.dumps({"op": "publish", **topic, "msg": values}).encode())
+        assert RULE in _status(connection)
+        assert driven.wait(1)[0].linear.x == 0.1
 
 
 def _status(connection: socket.socket) -> str:
@@ -388,14 +390,14 @@ def test_foxglove_publishes_calls_and_sets_what_the_policy_allows(
 
 
 @pytest.fixture
-def running(ros: RosSystem, tmp_path: Path) -> RosSystem:
+def system(ros: RosSystem, tmp_path: Path) -> RosSystem:
     ros.serve_master()
     (tmp_path / "p.yaml").write_text(TEXT)
     return ros
 
 
-def test_the_page_does_what_the_policy_allows(running: RosSystem, tmp_path: Path) -> None:
-    page = Page(running, "--control", "--policy", tmp_path / "p.yaml")
+def test_the_page_does_what_the_policy_allows(system: RosSystem, tmp_path: Path) -> None:
+    page = Page(system, "--control", "--policy", tmp_path / "p.yaml")
     with page.connect() as browser:
         publishing = {"name": "/cmd_vel", "type": "geometry_msgs/Twist", "rate": 0}
         good = browser.watch("publishing", message="linear: {x: 0.3}", **publishing)
@@ -415,13 +417,13 @@ def test_the_page_does_what_the_policy_allows(running: RosSystem, tmp_path: Path
         assert not {"kill_node", "delete_param", "record", "set_reconfigured", "stop_launched"} & set(may)
 
 
-def test_a_policy_that_is_wrong_ends_the_command(running: RosSystem, tmp_path: Path) -> None:
+def test_a_policy_that_is_wrong_ends_the_command(system: RosSystem, tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text("topics: {/x: {}}\n")
     for command in (("pipros", "serve"), ("pipros", "foxglove"), ("rqt_graph", "--no-browser")):
-        server = running.pipros.start(*command, "--policy", tmp_path / "p.yaml")
+        server = system.pipros.start(*command, "--policy", tmp_path / "p.yaml")
         server.wait_for("topics./x.type: is missing")
         assert server.wait() == 1
-    rosbridge = running.pipros.start(
+    rosbridge = system.pipros.start(
         "rosrun", "rosbridge_server", "rosbridge_websocket", "--policy", tmp_path / "p.yaml"
     )
     rosbridge.wait_for("topics./x.type: is missing")

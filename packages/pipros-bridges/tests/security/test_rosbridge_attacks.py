@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import socket
-import struct
 import threading
 import time
 from collections.abc import Iterator
@@ -25,6 +24,7 @@ from pipros_bridges.rosbridge.server import ServerOptions
 from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.stream_servers import TcpServer
 from pipros_bridges.rosbridge.udp_server import UdpServer
+from tests.graph.running import running
 from tests.support.constants import Constants
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
@@ -67,19 +67,6 @@ def test_an_oversized_message_ends_its_client_only(url: str) -> None:
         client.socket.send(json.dumps({"op": "publish", "topic": "/x", "msg": "x" * 20_000}))
         with pytest.raises(ConnectionClosed):
             client.receive()
-    is_served(url)
-
-
-def test_endless_fragments_and_texts_are_dropped(url: str) -> None:
-    with RosbridgeClient(url) as client:
-        for number in range(200):
-            client.send("fragment", id=number, data="x" * 500, num=0, total=2)
-        assert "the incomplete fragments are too long" in client.wait_for("status")["msg"]
-        for _ in range(30):
-            client.socket.send('{"a": "' + "x" * 900)
-        while "a JSON object is too long" not in client.wait_for("status")["msg"]:
-            pass
-        assert client.call("/none")["result"] is False
     is_served(url)
 
 
@@ -171,41 +158,11 @@ def test_a_client_that_asks_without_reading_is_disconnected(url: str) -> None:
     is_served(url)
 
 
-def test_deep_bson_is_refused(make_node: MakeNode, robot: Node) -> None:
-    deep = b"\x05\0\0\0\0"
-    for _ in range(1000):
-        body = b"\x03a\0" + deep + b"\0"
-        deep = struct.pack("<i", len(body) + 4) + body
-    node = make_node("bson_bridge", limits=LIMITS)
-    with (
-        rosbridge_server(node, settings=RosbridgeSettings(is_bson=True)) as url,
-        RosbridgeClient(url) as client,
-    ):
-        client.socket.send(deep)
-        answer = client.receive(bson.decode)
-        assert answer["op"] == "status"
-        client.socket.send(bson.encode({"op": "subscribe", "topic": "/state"}))
-        assert client.receive(bson.decode)["msg"] == {"data": "well"}
-
-
-def test_deep_json_and_cbor_are_refused(url: str) -> None:
-    with RosbridgeClient(url, max_queue=None) as client:
-        client.socket.send('{"a":' * 1500 + "1" + "}" * 1500)
-        assert client.wait_for("status")["level"] == "error"
-        client.socket.send('{"op": "publish", "topic": "/x", "msg": ' + "[" * 4000 + "]" * 4000 + "}")
-        assert client.wait_for("status")["level"] == "error"
-        for deep in (b"\x81" * 5000 + b"\0", b"\xa1\x61a" * 3000 + b"\0", b"\xd9\xd9\xf7" * 3000):
-            client.socket.send(deep)  # clients send CBOR in no operation
-            assert "expected a JSON object" in client.wait_for("status")["msg"]
-        assert client.call("/none")["result"] is False
-    is_served(url)
-
-
 @pytest.mark.parametrize("program", ["rosbridge_websocket", "rosbridge_tcp"])
 def test_silent_connections_beyond_the_descriptors_leave_room_for_clients(
     ros: RosSystem, program: str
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     server = ros.pipros.start(
         *("sh", "-c", 'ulimit -n 128; exec "$@"', "sh"), *("rosrun", "rosbridge_server", program, "_port:=0")
     )
@@ -271,13 +228,9 @@ def test_a_tcp_message_must_end_in_time(make_node: MakeNode, constants: Constant
         constants(WHOLE_REQUEST_S=0.3)
         node = make_node(f"bridge{is_bson}", limits=Limits())
         server = TcpServer(node, ServerOptions(port=0, settings=RosbridgeSettings(is_bson=is_bson)))
-        port = server.start()
-        try:
-            with socket.create_connection(("127.0.0.1", port), 20) as client:
-                client.sendall(start)
-                assert client.recv(1) == b""
-        finally:
-            server.close()
+        with running(server) as port, socket.create_connection(("127.0.0.1", port), 20) as client:
+            client.sendall(start)
+            assert client.recv(1) == b""
 
 
 def test_udp_addresses_that_say_nothing_sensible_leave_room_for_clients(
@@ -286,8 +239,8 @@ def test_udp_addresses_that_say_nothing_sensible_leave_room_for_clients(
     server = UdpServer(
         make_node("bridge", limits=Limits(tables=(BridgeLimits(bridge_clients=5),))), ServerOptions(port=0)
     )
-    address = "127.0.0.1", server.start()
-    try:
+    with running(server) as port:
+        address = "127.0.0.1", port
         with ExitStack() as sockets_of_attacker:
             for number in range(60):
                 attacker = sockets_of_attacker.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
@@ -297,22 +250,18 @@ def test_udp_addresses_that_say_nothing_sensible_leave_room_for_clients(
                 client.sendto(b'{"op": "subscribe", ', address)
                 client.sendto(b'"topic": "/state"}', address)
                 assert json.loads(client.recv(10_000))["msg"] == {"data": "well"}
-    finally:
-        server.close()
     wait_until(lambda: server.shares.memory.used == 0)
 
 
 def test_udp_clients_may_use_bson(make_node: MakeNode, robot: Node) -> None:
     server = UdpServer(make_node("bridge"), ServerOptions(port=0, settings=RosbridgeSettings(is_bson=True)))
-    address = "127.0.0.1", server.start()
-    try:
+    with running(server) as port:
+        address = "127.0.0.1", port
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
             client.settimeout(20)
             client.sendto(b"not BSON", address)
             client.sendto(bson.encode({"op": "subscribe", "topic": "/state"}), address)
             assert bson.decode(client.recv(10_000))["msg"] == {"data": "well"}
-    finally:
-        server.close()
 
 
 def test_a_reader_that_subscribes_again_and_again_does_not_delay_the_others(

@@ -6,7 +6,7 @@ import itertools
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 
 import pytest
 
@@ -62,11 +62,8 @@ class Cable:
 
 @contextmanager
 def cable_to(port: int) -> Iterator[Cable]:
-    cable = Cable(port)
-    try:
+    with closing(Cable(port)) as cable:
         yield cable
-    finally:
-        cable.close()
 
 
 def test_a_pulled_cable_delays_no_local_node_and_what_is_lost_is_counted(claimed_port: ClaimedPort) -> None:
@@ -129,13 +126,10 @@ def test_a_router_that_is_restarted_joins_all_again(claimed_port: ClaimedPort) -
             "the messages to be discarded",
         )
         assert "/robot1/chatter" in operator.state().publishers, "names stay while there is no router"
-        router = open_router([address])
-        try:
+        with closing(open_router([address])) as router:
             publish_until(talker, received, "after")
             counts = operator.agent.statistics()["received"]["robot1 /robot1/chatter"]
             assert counts[2] >= 20, f"what was lost is counted, got {counts}"
-        finally:
-            router.close()
 
 
 def test_messages_latched_during_a_short_cut_arrive(claimed_port: ClaimedPort) -> None:
@@ -150,11 +144,8 @@ def test_messages_latched_during_a_short_cut_arrive(claimed_port: ClaimedPort) -
         wait_until(lambda: maps, LIMIT_S, "the map")
         router.close()
         state.publish(String("new"))
-        router = open_router([address])
-        try:
+        with closing(open_router([address])) as router:
             wait_until(lambda: maps[-1].data == "new", LIMIT_S, "the new map")
-        finally:
-            router.close()
 
 
 def test_a_member_that_returns_while_the_link_is_down_is_shown_again(claimed_port: ClaimedPort) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Iterator
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -15,8 +15,7 @@ from pipros.node.service_client import ServiceClient
 from pipros.node.service_link import ErrorReply, ServiceFailed
 from pipros_fleet import keys
 from pipros_fleet.zenoh_session import LinkFailed
-from tests.support.fleet import LIMIT_S, Member, running_router
-from tests.support.ports import ClaimedPort
+from tests.support.fleet import LIMIT_S, Member
 from tests.support.waiting import wait_until
 
 SetBool: Any = load_service_class("std_srvs/SetBool")
@@ -29,19 +28,12 @@ accept:
 """
 
 
-@pytest.fixture
-def router(claimed_port: ClaimedPort) -> Iterator[str]:
-    with running_router(claimed_port.number) as address:
-        yield address
-
-
 def call(member: Member, service: str, request: Any, service_class: Any = SetBool) -> Any:
     node = member.agent_node
-    client = ServiceClient(service, service_class, master=lambda: node.master, calls=OpenCalls())
-    try:
+    with closing(
+        ServiceClient(service, service_class, master=lambda: node.master, calls=OpenCalls())
+    ) as client:
         return client.call(request, LIMIT_S)
-    finally:
-        client.close()
 
 
 def ask(member: Member, other: str, verb: str, value: Any, caller: str | None = None) -> Any:

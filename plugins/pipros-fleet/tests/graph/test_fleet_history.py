@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +44,7 @@ def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, 
             wait_until(lambda: odometry.connection_count == 1, LIMIT_S, "the recorder to receive")
             odometry.publish(String("moved"))
             assert unwanted.connection_count == 0, "nothing else crosses the link"
-            late = link_to(address)
-            try:
+            with closing(link_to(address)) as late:
 
                 def found() -> list[Any]:
                     return history_of(late, "robot1") or []
@@ -58,8 +58,6 @@ def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, 
                 assert {("/robot1/map", "map"), ("/robot1/odom", "moved")} == set(contents)
                 assert history_of(late, "robot2") == []
                 assert history_file(late, "robot1", "missing.mcap") is None
-            finally:
-                late.close()
     finally:
         recorder.close()
         router.close()
@@ -77,13 +75,10 @@ def test_with_certificates_an_observer_gets_the_history(claimed_port: ClaimedPor
     try:
         with Member("robot1", address, tls=robot_tls) as robot:
             robot.node("base").advertise("/map", String, latch=True).publish(String("map"))
-            viewer = link_to(address, viewer_tls)
-            try:
+            with closing(link_to(address, viewer_tls)) as viewer:
                 wait_until(lambda: history_of(viewer, "robot1"), LIMIT_S, "the map")
                 (file,) = history_of(viewer, "robot1") or []
                 assert file.messages == 1
-            finally:
-                viewer.close()
     finally:
         recorder.close()
         router.close()

@@ -7,6 +7,7 @@ import itertools
 import json
 import os
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from pipros_fleet.zenoh_connecting import connect, open_router
 from pipros_fleet.zenoh_session import LinkFailed, SessionLink
 from tests.graph.test_fleet_topics import publish_until
 from tests.support.constants import Constants
-from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
+from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.full_disk import files_limited_to
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
@@ -42,7 +43,7 @@ def authority(tmp_path: Path) -> Authority:
 
 
 @pytest.fixture
-def router(authority: Authority, claimed_port: ClaimedPort) -> Iterator[str]:
+def guarded(authority: Authority, claimed_port: ClaimedPort) -> Iterator[str]:
     address = f"tls/127.0.0.1:{claimed_port.number}"
     link = open_router([address], authority.router_tls(), authority.access())
     yield address
@@ -57,10 +58,10 @@ def member(authority: Authority, name: str, router: str, file: str = "") -> Memb
     return Member(name, router, file, tls=read_keys(authority.folder / name).tls)
 
 
-def test_members_with_certificates_work_together(authority: Authority, router: str) -> None:
+def test_members_with_certificates_work_together(authority: Authority, guarded: str) -> None:
     with (
-        member(authority, "robot1", router, ACCEPTS) as robot,
-        member(authority, "operator", router) as operator,
+        member(authority, "robot1", guarded, ACCEPTS) as robot,
+        member(authority, "operator", guarded) as operator,
     ):
         talker = robot.node("talker").advertise("/chatter", String)
         commands = robot.receive("/cmd", name="base")
@@ -71,13 +72,13 @@ def test_members_with_certificates_work_together(authority: Authority, router: s
         publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
 
 
-def test_members_at_the_routers_of_two_sites_work_together(authority: Authority, router: str) -> None:
+def test_members_at_the_routers_of_two_sites_work_together(authority: Authority, guarded: str) -> None:
     port = ClaimedPort()
     other = f"tls/127.0.0.1:{port.number}"
-    site = open_router([other], authority.router_tls(), authority.access(), others=[router])
+    site = open_router([other], authority.router_tls(), authority.access(), others=[guarded])
     try:
         with (
-            member(authority, "robot1", router, ACCEPTS) as robot,
+            member(authority, "robot1", guarded, ACCEPTS) as robot,
             member(authority, "operator", other) as operator,
         ):
             talker = robot.node("talker").advertise("/chatter", String)
@@ -92,14 +93,14 @@ def test_members_at_the_routers_of_two_sites_work_together(authority: Authority,
 
 
 def test_without_a_certificate_of_the_fleet_nothing_is_reached(
-    authority: Authority, router: str, tmp_path: Path
+    authority: Authority, guarded: str, tmp_path: Path
 ) -> None:
     other = Authority.create(tmp_path / "other")
     foreign = read_keys(other.add("robot1")).tls
     with pytest.raises(LinkFailed, match="cannot reach the router"):
-        connect(router, foreign)
+        connect(guarded, foreign)
     with pytest.raises(LinkFailed, match="cannot reach the router"):
-        connect(router.replace("tls/", "tcp/"))
+        connect(guarded.replace("tls/", "tcp/"))
 
 
 def test_a_member_cannot_pose_as_a_router(authority: Authority) -> None:
@@ -114,16 +115,15 @@ def test_a_member_cannot_pose_as_a_router(authority: Authority) -> None:
         port.release()
 
 
-def test_a_member_cannot_speak_for_another(authority: Authority, router: str) -> None:
+def test_a_member_cannot_speak_for_another(authority: Authority, guarded: str) -> None:
     """A member cannot join, publish, send commands or answer under another name."""
     with (
-        member(authority, "operator", router) as operator,
-        member(authority, "robot1", router, ACCEPTS) as one,
+        member(authority, "operator", guarded) as operator,
+        member(authority, "robot1", guarded, ACCEPTS) as one,
     ):
         commands = one.receive("/cmd", name="base")
         operator.wait_for_input("/robot1/cmd")
-        spy = link_of(authority, "robot2", router)
-        try:
+        with closing(link_of(authority, "robot2", guarded)) as spy:
             held = [
                 spy.declare_token(keys.live("robot9", 1, new_instance())),
                 spy.declare_token(keys.live("robot2", 1, new_instance())),
@@ -143,12 +143,13 @@ def test_a_member_cannot_speak_for_another(authority: Authority, router: str) ->
             publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
             assert not [each for each in commands if each.data == "x"]
             assert len(held) == 2
-        finally:
-            spy.close()
 
 
-def test_an_observer_receives_but_changes_nothing(authority: Authority, router: str) -> None:
-    with member(authority, "robot1", router, ACCEPTS) as robot, member(authority, "viewer", router) as viewer:
+def test_an_observer_receives_but_changes_nothing(authority: Authority, guarded: str) -> None:
+    with (
+        member(authority, "robot1", guarded, ACCEPTS) as robot,
+        member(authority, "viewer", guarded) as viewer,
+    ):
         talker = robot.node("talker").advertise("/chatter", String)
         commands = robot.receive("/cmd", name="base")
         viewer.wait_for_topic("/robot1/chatter")
@@ -240,55 +241,46 @@ def test_on_a_full_disk_keys_stay_complete(tmp_path: Path) -> None:
     Authority.create(tmp_path / "new").add("ann")
 
 
-def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPort) -> None:
+def test_malformed_messages_of_a_member_disturb_nothing(operator: Member, hostile: SessionLink) -> None:
     """A member sends malformed data with every key that it may use."""
-    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
-        hostile = link_to(address)
-        try:
-            instance = new_instance()
-            requests: list[bytes] = []
-            entries = (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
-            answer = _answering(to_json(Directory("bad", instance, 1, entries)))
-            held = [
-                hostile.subscribe(
-                    keys.wanted("operator", "bad"), lambda _, document, __: requests.append(document)
-                ),
-                hostile.serve(keys.directory("bad"), answer),
-                hostile.declare_token(keys.live("bad", 1, instance)),
-            ]
-            operator.wait_for_topic("/bad/chatter")
-            received = operator.receive("/bad/chatter")
-            # They come after the operator's subscription, which therefore is known on the way.
-            wait_until(
-                lambda: any(b"/chatter" in each for each in requests), LIMIT_S, "the topic to be wanted"
-            )
-            good = MessageAttachment(0, instance, 1, 0, String._md5sum)
-            body = b"\x02\0\0\0ok"
-            for payload, attachment in (
-                (body, b""),
-                (body, b"x" * 48),
-                (body, pack(MessageAttachment(0, instance, 1, 0, "0" * 32))),
-                (body, pack(MessageAttachment(0, instance, 1, 0, String._md5sum, is_compressed=True))),
-            ):
-                hostile.put(keys.topic("bad", "/chatter"), payload, attachment, waits=True)
-            for document in (
-                b"",
-                b"\xff",
-                b"[]",
-                b"[" * 50_000,
-                b"x" * (5 * 1024 * 1024),
-                json.dumps(1).encode(),
-            ):
-                hostile.put(keys.directory("bad"), document, waits=True)
-                hostile.put(keys.wanted("bad", "operator"), document, waits=True)
-            hostile.put(keys.topic("bad", "/chatter"), body, pack(good), waits=True)
-            wait_until(lambda: received, LIMIT_S, "the good message")
-            assert [each.data for each in received] == ["ok"]
-            (counts,) = operator.agent.statistics()["received"].values()
-            assert counts[3] == 4
-            assert len(held) == 3
-        finally:
-            hostile.close()
+    instance = new_instance()
+    requests: list[bytes] = []
+    entries = (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
+    answer = _answering(to_json(Directory("bad", instance, 1, entries)))
+    held = [
+        hostile.subscribe(keys.wanted("operator", "bad"), lambda _, document, __: requests.append(document)),
+        hostile.serve(keys.directory("bad"), answer),
+        hostile.declare_token(keys.live("bad", 1, instance)),
+    ]
+    operator.wait_for_topic("/bad/chatter")
+    received = operator.receive("/bad/chatter")
+    # They come after the operator's subscription, which therefore is known on the way.
+    wait_until(lambda: any(b"/chatter" in each for each in requests), LIMIT_S, "the topic to be wanted")
+    good = MessageAttachment(0, instance, 1, 0, String._md5sum)
+    body = b"\x02\0\0\0ok"
+    for payload, attachment in (
+        (body, b""),
+        (body, b"x" * 48),
+        (body, pack(MessageAttachment(0, instance, 1, 0, "0" * 32))),
+        (body, pack(MessageAttachment(0, instance, 1, 0, String._md5sum, is_compressed=True))),
+    ):
+        hostile.put(keys.topic("bad", "/chatter"), payload, attachment, waits=True)
+    for document in (
+        b"",
+        b"\xff",
+        b"[]",
+        b"[" * 50_000,
+        b"x" * (5 * 1024 * 1024),
+        json.dumps(1).encode(),
+    ):
+        hostile.put(keys.directory("bad"), document, waits=True)
+        hostile.put(keys.wanted("bad", "operator"), document, waits=True)
+    hostile.put(keys.topic("bad", "/chatter"), body, pack(good), waits=True)
+    wait_until(lambda: received, LIMIT_S, "the good message")
+    assert [each.data for each in received] == ["ok"]
+    (counts,) = operator.agent.statistics()["received"].values()
+    assert counts[3] == 4
+    assert len(held) == 3
 
 
 def _answering(payload: bytes) -> Any:
@@ -299,66 +291,50 @@ def _answering(payload: bytes) -> Any:
     return answer
 
 
-def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: ClaimedPort) -> None:
-    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
-        other = link_to(address)
-        try:
-            held = other.declare_token(keys.live("future", keys.VERSION + 1, new_instance()))
-            expected = f"[future] is ignored: it uses version {keys.VERSION + 1} of the fleet protocol"
-            wait_until(lambda: any(expected in each for each in operator.warnings), LIMIT_S, expected)
-            assert "future" not in operator.agent.statistics()["members"]
-            del held
-        finally:
-            other.close()
+def test_a_member_of_another_version_is_reported_and_ignored(router: str, operator: Member) -> None:
+    with closing(link_to(router)) as other:
+        held = other.declare_token(keys.live("future", keys.VERSION + 1, new_instance()))
+        expected = f"[future] is ignored: it uses version {keys.VERSION + 1} of the fleet protocol"
+        wait_until(lambda: any(expected in each for each in operator.warnings), LIMIT_S, expected)
+        assert "future" not in operator.agent.statistics()["members"]
+        del held
 
 
-def test_of_two_members_with_one_name_the_later_one_ends(claimed_port: ClaimedPort) -> None:
+def test_of_two_members_with_one_name_the_later_one_ends(router: str, robot: Member) -> None:
     """Two members joined while the link between them was cut, so neither could see the other."""
-    with running_router(claimed_port.number) as address, Member("robot1", address) as first:
-        twin = link_to(address)
-        try:
-            older = twin.declare_token(keys.live("robot1", keys.VERSION, "0" * 16))
-            wait_until(lambda: first.failures, LIMIT_S, "the later one to end")
-            assert "already has a member [robot1]" in str(first.failures[0])
-            del older
-        finally:
-            twin.close()
+    with closing(link_to(router)) as twin:
+        older = twin.declare_token(keys.live("robot1", keys.VERSION, "0" * 16))
+        wait_until(lambda: robot.failures, LIMIT_S, "the later one to end")
+        assert "already has a member [robot1]" in str(robot.failures[0])
+        del older
 
 
-def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(
-    claimed_port: ClaimedPort, constants: Constants
-) -> None:
+def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(router: str, constants: Constants) -> None:
     constants(FLEET_MEMBERS=20)
     with (
-        running_router(claimed_port.number) as address,
-        Member("operator", address) as operator,
-        Member("robot1", address) as robot,
+        Member("operator", router) as operator,
+        Member("robot1", router) as robot,
     ):
         talker = robot.node("talker").advertise("/chatter", String)
         operator.wait_for_topic("/robot1/chatter")
         received = operator.receive("/robot1/chatter")
         publish_until(talker, received, "first")  # both know each other: a full list has no place for others
-        hostile = link_to(address)
-        try:
+        with closing(link_to(router)) as hostile:
             held = [hostile.declare_token(keys.live(f"x{n}", 1, new_instance())) for n in range(200)]
             wait_until(lambda: len(operator.agent.statistics()["members"]) == 20, LIMIT_S, "the limit")
             publish_until(talker, received, "still")
             assert len(held) == 200
-        finally:
-            hostile.close()
 
 
-def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(claimed_port: ClaimedPort) -> None:
+def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(router: str) -> None:
     """One member publishes to accepted and refused topics as fast as it can."""
     with (
-        running_router(claimed_port.number) as address,
-        Member("robot1", address, "accept: {topics: [/cmd]}") as robot,
-        Member("operator", address) as operator,
+        Member("robot1", router, "accept: {topics: [/cmd]}") as robot,
+        Member("operator", router) as operator,
     ):
         commands = robot.receive("/cmd", name="base")
         operator.wait_for_input("/robot1/cmd")
-        hostile = link_to(address)
-        try:
+        with closing(link_to(router)) as hostile:
             instance = new_instance()
             held = hostile.declare_token(keys.live("bad", 1, instance))
             wait_until(lambda: "bad" in robot.agent.statistics()["members"], LIMIT_S, "its token")
@@ -377,16 +353,13 @@ def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(claimed_port: Clai
             # A full link drops messages, so it takes an unknown number of them.
             wait_until(lambda: any(flood() for _ in range(20)), LIMIT_S, "a limited number of warnings")
             assert held is not None
-        finally:
-            hostile.close()
 
 
-def test_an_oversized_message_is_dropped_and_later_ones_arrive(claimed_port: ClaimedPort) -> None:
+def test_an_oversized_message_is_dropped_and_later_ones_arrive(router: str) -> None:
     limit_bytes = 200_000
     with (
-        running_router(claimed_port.number) as address,
-        Member("operator", address, limits={"fleet_message_bytes": limit_bytes}) as operator,
-        Member("robot1", address) as robot,
+        Member("operator", router, limits={"fleet_message_bytes": limit_bytes}) as operator,
+        Member("robot1", router) as robot,
     ):
         talker = robot.node("talker").advertise("/chatter", String)
         operator.wait_for_topic("/robot1/chatter")
@@ -397,31 +370,24 @@ def test_an_oversized_message_is_dropped_and_later_ones_arrive(claimed_port: Cla
         assert max(len(each.data) for each in received) < limit_bytes
 
 
-def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -> None:
+def test_a_name_that_cannot_be_shown_hides_no_other(operator: Member, hostile: SessionLink) -> None:
     """A member has the name of the agent's node, and offers a service with the name of the node's own."""
-    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
-        hostile = link_to(address)
-        try:
-            name, instance, md5sum = "pipros_fleet_operator", new_instance(), "0" * 32
-            shared = (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
-            services = (DirectoryEntry("/link", "a/B", md5sum), DirectoryEntry("/other", "a/B", md5sum))
-            directory = Directory(name, instance, 1, shared, (), services)
-            held = [
-                hostile.serve(keys.directory(name), _answering(to_json(directory))),
-                hostile.declare_token(keys.live(name, 1, instance)),
-            ]
-            operator.wait_for_service(f"/{name}/other")
-            operator.wait_for_topic(f"/{name}/chatter")
-            expected = f"[/link] of [{name}] is not shown: service [/{name}/link] already registered"
-            wait_until(lambda: expected in operator.warnings, LIMIT_S, expected)
-            assert len(held) == 2
-        finally:
-            hostile.close()
+    name, instance, md5sum = "pipros_fleet_operator", new_instance(), "0" * 32
+    shared = (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
+    services = (DirectoryEntry("/link", "a/B", md5sum), DirectoryEntry("/other", "a/B", md5sum))
+    directory = Directory(name, instance, 1, shared, (), services)
+    held = [
+        hostile.serve(keys.directory(name), _answering(to_json(directory))),
+        hostile.declare_token(keys.live(name, 1, instance)),
+    ]
+    operator.wait_for_service(f"/{name}/other")
+    operator.wait_for_topic(f"/{name}/chatter")
+    expected = f"[/link] of [{name}] is not shown: service [/{name}/link] already registered"
+    wait_until(lambda: expected in operator.warnings, LIMIT_S, expected)
+    assert len(held) == 2
 
 
-def test_topics_and_services_of_all_members_together_are_limited(
-    claimed_port: ClaimedPort, constants: Constants
-) -> None:
+def test_topics_and_services_of_all_members_together_are_limited(router: str, constants: Constants) -> None:
     constants(FLEET_TOPICS=5)
     topics = tuple(
         DirectoryEntry(f"/topic{number}", "std_msgs/String", String._md5sum) for number in range(5)
@@ -433,39 +399,32 @@ def test_topics_and_services_of_all_members_together_are_limited(
         "third": (topics[:3], topics[3:], services),
         "last": ((), (), ()),
     }
-    with (
-        running_router(claimed_port.number) as address,
-        Member("operator", address) as operator,
-    ):
-        others = link_to(address)
-        try:
-            held, tokens = [], {}
-            for name, offers in directories.items():
-                instance = new_instance()
-                answer = _answering(to_json(Directory(name, instance, 1, *offers)))
-                held.append(others.serve(keys.directory(name), answer))
-                tokens[name] = others.declare_token(keys.live(name, 1, instance))
-                wait_until(lambda name=name: name in operator.agent.shown, LIMIT_S, name)
+    with Member("operator", router) as operator, closing(link_to(router)) as others:
+        held, tokens = [], {}
+        for name, offers in directories.items():
+            instance = new_instance()
+            answer = _answering(to_json(Directory(name, instance, 1, *offers)))
+            held.append(others.serve(keys.directory(name), answer))
+            tokens[name] = others.declare_token(keys.live(name, 1, instance))
+            wait_until(lambda name=name: name in operator.agent.shown, LIMIT_S, name)
 
-            def shown() -> dict[str, tuple[int, int, int]]:
-                return {
-                    name: (len(each.sinks), len(each.inputs), len(each.services))
-                    for name, each in operator.agent.shown.copy().items()
-                }
+        def shown() -> dict[str, tuple[int, int, int]]:
+            return {
+                name: (len(each.sinks), len(each.inputs), len(each.services))
+                for name, each in operator.agent.shown.copy().items()
+            }
 
-            shares = {"first": (2, 0, 0), "second": (1, 0, 0), "third": (2, 0, 0), "last": (0, 0, 0)}
-            wait_until(lambda: shown() == shares, LIMIT_S, lambda: str(shown()))
-            assert any("[second] offers too many topics" in each for each in operator.warnings)
-            tokens["first"].undeclare()
-            left = {"second": (2, 0, 0), "third": (3, 0, 0), "last": (0, 0, 0)}
-            wait_until(lambda: shown() == left, LIMIT_S, lambda: str(shown()))
-            assert len(held) == 4
-        finally:
-            others.close()
+        shares = {"first": (2, 0, 0), "second": (1, 0, 0), "third": (2, 0, 0), "last": (0, 0, 0)}
+        wait_until(lambda: shown() == shares, LIMIT_S, lambda: str(shown()))
+        assert any("[second] offers too many topics" in each for each in operator.warnings)
+        tokens["first"].undeclare()
+        left = {"second": (2, 0, 0), "third": (3, 0, 0), "last": (0, 0, 0)}
+        wait_until(lambda: shown() == left, LIMIT_S, lambda: str(shown()))
+        assert len(held) == 4
 
 
 def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
-    claimed_port: ClaimedPort, constants: Constants
+    router: str, constants: Constants
 ) -> None:
     constants(FLEET_DEFINITION_BYTES=180)
     md5sum, text = "0" * 32, "string data  # " + 60 * "x"
@@ -477,33 +436,26 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
         question.answer(json.dumps([md5sum, text]).encode())
         question.close()
 
-    with (
-        running_router(claimed_port.number) as address,
-        Member("operator", address) as operator,
-    ):
-        other = link_to(address)
-        try:
-            instance = new_instance()
-            held = [
-                other.serve(keys.definition("robot1", "*"), answer),
-                other.serve(
-                    keys.directory("robot1"), _answering(to_json(Directory("robot1", instance, 1, both)))
-                ),
-                other.declare_token(keys.live("robot1", 1, instance)),
-            ]
-            operator.wait_for_topic("/robot1/topic0")
-            operator.wait_for_topic("/robot1/topic1")
-            expected = "too many definitions of other members"
-            assert [each for each in operator.warnings if expected in each] == operator.warnings
-            for revision, entries in enumerate([(), both[:1], (), both[:1]], 2):
-                other.put(keys.directory("robot1"), to_json(Directory("robot1", instance, revision, entries)))
-                names = {entry.name for entry in entries}
-                sinks = operator.agent.shown["robot1"].sinks
-                wait_until(lambda sinks=sinks, names=names: sinks.keys() == names, LIMIT_S, "the change")
-            assert sorted(requested) == 3 * [keys.definition("robot1", "a/Type0")] + [
-                keys.definition("robot1", "a/Type1")
-            ]
-            assert len(operator.warnings) == 1
-            assert len(held) == 3
-        finally:
-            other.close()
+    with Member("operator", router) as operator, closing(link_to(router)) as other:
+        instance = new_instance()
+        held = [
+            other.serve(keys.definition("robot1", "*"), answer),
+            other.serve(
+                keys.directory("robot1"), _answering(to_json(Directory("robot1", instance, 1, both)))
+            ),
+            other.declare_token(keys.live("robot1", 1, instance)),
+        ]
+        operator.wait_for_topic("/robot1/topic0")
+        operator.wait_for_topic("/robot1/topic1")
+        expected = "too many definitions of other members"
+        assert [each for each in operator.warnings if expected in each] == operator.warnings
+        for revision, entries in enumerate([(), both[:1], (), both[:1]], 2):
+            other.put(keys.directory("robot1"), to_json(Directory("robot1", instance, revision, entries)))
+            names = {entry.name for entry in entries}
+            sinks = operator.agent.shown["robot1"].sinks
+            wait_until(lambda sinks=sinks, names=names: sinks.keys() == names, LIMIT_S, "the change")
+        assert sorted(requested) == 3 * [keys.definition("robot1", "a/Type0")] + [
+            keys.definition("robot1", "a/Type1")
+        ]
+        assert len(operator.warnings) == 1
+        assert len(held) == 3

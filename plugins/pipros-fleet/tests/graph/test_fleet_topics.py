@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
-from collections.abc import Iterator
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -13,17 +13,10 @@ from pipros.msg import load_message_class
 from pipros_fleet import keys
 from pipros_fleet.agent import NameTaken, new_instance
 from pipros_fleet.directory import Directory, DirectoryEntry, to_json
-from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
-from tests.support.ports import ClaimedPort
+from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.waiting import wait_until
 
 ACCEPTS = "accept: {topics: [{name: /cmd, from: [operator]}]}"
-
-
-@pytest.fixture
-def router(claimed_port: ClaimedPort) -> Iterator[str]:
-    with running_router(claimed_port.number) as address:
-        yield address
 
 
 def publish_until(publisher: Any, received: list[Any], text: str) -> None:
@@ -37,76 +30,73 @@ def publish_until(publisher: Any, received: list[Any], text: str) -> None:
     wait_until(arrives, LIMIT_S, f"{text} to arrive")
 
 
-def test_a_topic_appears_below_the_members_name(router: str) -> None:
-    with Member("robot1", router) as robot, Member("operator", router) as operator:
-        talker = robot.node("talker").advertise("/chatter", String)
-        operator.wait_for_topic("/robot1/chatter")
-        received = operator.receive("/robot1/chatter")
-        publish_until(talker, received, "hello")
-        assert received[0]._connection_header["type"] == "std_msgs/String"
-        assert "string data" in received[0]._connection_header["message_definition"]
-        assert robot.state().publishers.keys() >= {"/chatter"}
-        assert not any(topic.startswith("/operator/robot1") for topic in robot.state().publishers)
+def test_a_topic_appears_below_the_members_name(robot: Member, operator: Member) -> None:
+    talker = robot.node("talker").advertise("/chatter", String)
+    operator.wait_for_topic("/robot1/chatter")
+    received = operator.receive("/robot1/chatter")
+    publish_until(talker, received, "hello")
+    assert received[0]._connection_header["type"] == "std_msgs/String"
+    assert "string data" in received[0]._connection_header["message_definition"]
+    assert robot.state().publishers.keys() >= {"/chatter"}
+    assert not any(topic.startswith("/operator/robot1") for topic in robot.state().publishers)
 
 
-def test_a_directory_is_requested_again_from_a_member_that_does_not_answer(router: str) -> None:
-    with Member("operator", router) as operator:
-        busy = link_to(router)
-        try:
-            instance = new_instance()
-            directory = Directory(
-                "busy", instance, 1, (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
-            )
-            asked = itertools.count()
+def test_a_directory_is_requested_again_from_a_member_that_does_not_answer(
+    router: str, operator: Member
+) -> None:
+    with closing(link_to(router)) as busy:
+        instance = new_instance()
+        directory = Directory(
+            "busy", instance, 1, (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
+        )
+        asked = itertools.count()
 
-            def answer(question: Any) -> None:
-                if next(asked) >= 2:
-                    question.answer(to_json(directory))
-                question.close()
+        def answer(question: Any) -> None:
+            if next(asked) >= 2:
+                question.answer(to_json(directory))
+            question.close()
 
-            held = [
-                busy.serve(keys.directory("busy"), answer),
-                busy.declare_token(keys.live("busy", keys.VERSION, instance)),
-            ]
-            operator.wait_for_topic("/busy/chatter")
-            del held
-        finally:
-            busy.close()
+        held = [
+            busy.serve(keys.directory("busy"), answer),
+            busy.declare_token(keys.live("busy", keys.VERSION, instance)),
+        ]
+        operator.wait_for_topic("/busy/chatter")
+        del held
 
 
-def test_nothing_crosses_without_a_subscriber(router: str) -> None:
-    with Member("robot1", router) as robot, Member("operator", router) as operator:
-        talker = robot.node("talker").advertise("/chatter", String)
-        operator.wait_for_topic("/robot1/chatter")
-        for number in range(10):
-            talker.publish(String(str(number)))
-        assert robot.agent.statistics()["sent"] == {}
-        assert talker.connection_count == 0
+def test_nothing_crosses_without_a_subscriber(robot: Member, operator: Member) -> None:
+    talker = robot.node("talker").advertise("/chatter", String)
+    operator.wait_for_topic("/robot1/chatter")
+    for number in range(10):
+        talker.publish(String(str(number)))
+    assert robot.agent.statistics()["sent"] == {}
+    assert talker.connection_count == 0
 
-        listener = operator.node("listener")
-        received: list[Any] = []
-        subscriber = listener.subscribe("/robot1/chatter", String, received.append)
-        publish_until(talker, received, "now")
-        subscriber.unregister()
-        wait_until(lambda: talker.connection_count == 0, LIMIT_S, "the agent to unsubscribe")
+    listener = operator.node("listener")
+    received: list[Any] = []
+    subscriber = listener.subscribe("/robot1/chatter", String, received.append)
+    publish_until(talker, received, "now")
+    subscriber.unregister()
+    wait_until(lambda: talker.connection_count == 0, LIMIT_S, "the agent to unsubscribe")
 
 
-def test_a_late_subscriber_gets_the_latched_message_of_each_publisher(router: str) -> None:
-    with Member("robot1", router) as robot, Member("operator", router) as operator:
-        for name in ("one", "two"):
-            robot.node(name).advertise("/map", String, latch=True).publish(String(name))
-        operator.wait_for_topic("/robot1/map")
-        received = operator.receive("/robot1/map", name="first")
-        wait_until(lambda: {each.data for each in received} == {"one", "two"}, LIMIT_S, "both maps")
+def test_a_late_subscriber_gets_the_latched_message_of_each_publisher(
+    router: str, robot: Member, operator: Member
+) -> None:
+    for name in ("one", "two"):
+        robot.node(name).advertise("/map", String, latch=True).publish(String(name))
+    operator.wait_for_topic("/robot1/map")
+    received = operator.receive("/robot1/map", name="first")
+    wait_until(lambda: {each.data for each in received} == {"one", "two"}, LIMIT_S, "both maps")
 
-        later = operator.receive("/robot1/map", name="second")
-        wait_until(lambda: {each.data for each in later} == {"one", "two"}, LIMIT_S, "both maps again")
-        assert later[0]._connection_header["latching"] == "1"
+    later = operator.receive("/robot1/map", name="second")
+    wait_until(lambda: {each.data for each in later} == {"one", "two"}, LIMIT_S, "both maps again")
+    assert later[0]._connection_header["latching"] == "1"
 
-        with Member("other", router) as other:
-            other.wait_for_topic("/robot1/map")
-            elsewhere = other.receive("/robot1/map")
-            wait_until(lambda: {each.data for each in elsewhere} == {"one", "two"}, LIMIT_S, "both elsewhere")
+    with Member("other", router) as other:
+        other.wait_for_topic("/robot1/map")
+        elsewhere = other.receive("/robot1/map")
+        wait_until(lambda: {each.data for each in elsewhere} == {"one", "two"}, LIMIT_S, "both elsewhere")
 
 
 def test_the_status_of_an_action_is_received_after_its_outcome_topics_are_linked(router: str) -> None:
@@ -185,17 +175,16 @@ def test_a_second_member_of_one_name_is_refused(router: str) -> None:
     assert first.failures == []
 
 
-def test_a_local_node_in_the_namespace_of_a_member_hides_it(router: str) -> None:
-    with Member("operator", router) as operator:
-        blocking = operator.node("robot1_proxy")
-        blocking.serve("/robot1/reset", load_empty(), lambda _: None)
-        operator.wait_for_service("/robot1/reset")
-        wait_until(lambda: operator.agent.local_names() >= {"/robot1/reset"}, LIMIT_S, "a look at the master")
-        with Member("robot1", router) as robot:
-            robot.node("talker").advertise("/chatter", String)
-            expected = "[robot1] is not shown, because the local name [/robot1/reset] uses its namespace"
-            wait_until(lambda: expected in operator.warnings, LIMIT_S, expected)
-            assert "/robot1/chatter" not in operator.state().publishers
+def test_a_local_node_in_the_namespace_of_a_member_hides_it(router: str, operator: Member) -> None:
+    blocking = operator.node("robot1_proxy")
+    blocking.serve("/robot1/reset", load_empty(), lambda _: None)
+    operator.wait_for_service("/robot1/reset")
+    wait_until(lambda: operator.agent.local_names() >= {"/robot1/reset"}, LIMIT_S, "a look at the master")
+    with Member("robot1", router) as robot:
+        robot.node("talker").advertise("/chatter", String)
+        expected = "[robot1] is not shown, because the local name [/robot1/reset] uses its namespace"
+        wait_until(lambda: expected in operator.warnings, LIMIT_S, expected)
+        assert "/robot1/chatter" not in operator.state().publishers
 
 
 def load_empty() -> Any:
@@ -204,12 +193,11 @@ def load_empty() -> Any:
     return load_service_class("std_srvs/Empty")
 
 
-def test_topics_of_a_member_that_leaves_disappear(router: str) -> None:
-    with Member("operator", router) as operator:
-        with Member("robot1", router) as robot:
-            robot.node("talker").advertise("/chatter", String)
-            operator.wait_for_topic("/robot1/chatter")
-        wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, LIMIT_S, "the topic to go")
+def test_topics_of_a_member_that_leaves_disappear(router: str, operator: Member) -> None:
+    with Member("robot1", router) as robot:
+        robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+    wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, LIMIT_S, "the topic to go")
 
 
 def test_transforms_get_prefixes_and_static_ones_are_merged(router: str) -> None:

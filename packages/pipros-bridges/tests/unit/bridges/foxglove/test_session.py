@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import struct
 from collections.abc import Awaitable, Callable, Collection, Mapping
 from typing import Any, cast
 
@@ -171,37 +170,6 @@ def text_of(answers: list[Any]) -> str:
     return str(status["message"])
 
 
-def test_a_subscription_passes_messages_on_until_it_ends() -> None:
-    async def body() -> None:
-        talk = Conversation()
-        assert await talk.say("subscribe", subscriptions=[{"id": 7, "channelId": 1}]) == []
-        assert [each[:2] for each in talk.bridge.topics.taken] == [("/chatter", "std_msgs/String")]
-        assert talk.session.takes() == {7: "/chatter"}
-        talk.bridge.topics.publish(b"body")
-        assert talk.client.received() == [struct.pack("<BIQ", 1, 7, 5) + b"body"]
-        assert await talk.say("unsubscribe", subscriptionIds=[7]) == []
-        talk.bridge.topics.publish(b"later")
-        assert talk.client.received() == []
-        assert "subscription 7 does not exist" in text_of(await talk.say("unsubscribe", subscriptionIds=[7]))
-
-    run(body)
-
-
-def test_messages_of_another_definition_correct_the_channel() -> None:
-    async def body() -> None:
-        talk = Conversation()
-        await talk.say("subscribe", subscriptions=[{"id": 7, "channelId": 1}])
-        talk.bridge.topics.publish(b"other", "b" * 32)
-        assert talk.client.received() == []
-        assert talk.bridge.corrected == ["/chatter"]
-        change = talk.bridge.catalog.update_channels({})
-        talk.session.remove_channels(change.removed)
-        assert talk.session.takes() == {}
-        assert talk.bridge.topics.taken[0][3].is_closed
-
-    run(body)
-
-
 @pytest.mark.parametrize(
     "request_of",
     [
@@ -274,46 +242,6 @@ def test_wrong_subscriptions_are_reported(constants: Constants) -> None:
     run(body)
 
 
-def test_a_read_only_bridge_refuses_changes() -> None:
-    async def body() -> None:
-        talk = Conversation(has_control=False)
-        channel = {"id": 1, "topic": "/a", "encoding": "json", "schemaName": "std_msgs/String"}
-        assert "read-only" in text_of(await talk.say("advertise", channels=[channel]))
-        assert "read-only" in text_of(await talk.say(b"\1\0\0\0\0"))
-        assert "read-only" in text_of(
-            await talk.say("setParameters", parameters=[{"name": "/a", "value": 1}])
-        )
-        await talk.say(struct.pack("<BIII", 2, 3, 4, 4) + b"ros1")
-        failure = await talk.answer()
-        assert (failure["op"], failure["serviceId"], failure["callId"]) == ("serviceCallFailure", 3, 4)
-        assert "read-only" in failure["message"]
-
-    run(body)
-
-
-def test_hidden_names_cannot_be_used() -> None:
-    async def body() -> None:
-        talk = Conversation()
-        channel = {"id": 1, "topic": "hidden", "encoding": "json", "schemaName": "std_msgs/String"}
-        assert "not allow topic [/hidden]" in text_of(await talk.say("advertise", channels=[channel]))
-        answers = await talk.say("setParameters", parameters=[{"name": "hidden", "value": 1}])
-        assert text_of(answers) == "parameter [hidden]: the whitelist does not allow it"
-
-    run(body)
-
-
-def test_parameters_are_answered_by_name_or_namespace() -> None:
-    async def body() -> None:
-        talk = Conversation()
-        a, b = {"name": "/a", "value": 1}, {"name": "/robot/b", "value": 2.0, "type": "float64"}
-        assert (await talk.say("getParameters", parameterNames=[], id="x")) == [
-            {"op": "parameterValues", "parameters": [a, b], "id": "x"}
-        ]
-        assert (await talk.say("getParameters", parameterNames=["robot", "/none"]))[0]["parameters"] == [b]
-
-    run(body)
-
-
 def test_only_subscribed_parameters_are_shown() -> None:
     async def body() -> None:
         talk = Conversation()
@@ -380,17 +308,6 @@ def test_all_clients_are_sent_the_same_copy_of_the_list_of_channels() -> None:
     assert len(first) == 3
     assert first[1] is second[1]
     assert first[2] is second[2]
-
-
-def test_assets_are_found_or_refused() -> None:
-    async def body() -> None:
-        talk = Conversation()
-        await talk.say("fetchAsset", uri="package://p/a.stl", requestId=1)
-        assert await talk.answer() == struct.pack("<BIBI", 4, 1, 0, 0) + b"solid"
-        await talk.say("fetchAsset", uri="package://p/b.stl", requestId=2)
-        assert await talk.answer() == struct.pack("<BIBI", 4, 2, 1, 9) + b"not there"
-
-    run(body)
 
 
 def test_everything_ends_with_the_client() -> None:
