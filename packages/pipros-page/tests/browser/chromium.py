@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 from collections.abc import Callable, Generator, Iterator, Sequence
 from pathlib import Path
 from typing import Literal
@@ -15,7 +16,9 @@ from playwright.sync_api import Browser, ConsoleMessage, expect, sync_playwright
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import TimeoutError as Waited
 
+from tests.graph.shared import shared_ros as shared_ros
 from tests.support.browser import find_chromium
+from tests.support.environments import file_of_tests
 from tests.support.network import steady_interfaces
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -47,6 +50,27 @@ def ros(ros: RosSystem) -> RosSystem:
     """A system whose pages wait for browsers that stall for seconds."""
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=60"
     return ros
+
+
+def start_robot(ros: RosSystem) -> RosSystem:
+    """Start `roscore`, and the node `/robot` with data for every tab."""
+    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=60"
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, file_of_tests("browser/programs/robot_program.py"), "robot")
+    ros.wait_for_publisher("/imu")
+    return ros
+
+
+@pytest.fixture(scope="module")
+def robot(shared_ros: RosSystem) -> RosSystem:
+    """`roscore` and `/robot` for the tests of a file that leave both as they are."""
+    return start_robot(shared_ros)
+
+
+@pytest.fixture(scope="module")
+def page(robot: RosSystem) -> Page:
+    """The page of `robot`, without options."""
+    return Page(robot)
 
 
 @contextlib.contextmanager

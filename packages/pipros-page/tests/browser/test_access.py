@@ -144,7 +144,7 @@ def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, chromi
 def test_an_address_with_a_token_from_a_file_outlives_the_server(
     ros: RosSystem, chromium: Browser, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     file = tmp_path / "tokens"
     file.touch(mode=0o600)
     file.write_text("a.token~of-this_robot\n")

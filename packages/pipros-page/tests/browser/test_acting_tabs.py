@@ -40,7 +40,7 @@ rospy.spin()
 
 @pytest.fixture
 def system(ros: RosSystem) -> RosSystem:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     return ros
 
 

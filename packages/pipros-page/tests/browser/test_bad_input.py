@@ -66,7 +66,7 @@ def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem, open_tab:
     core.wait()
     for tab in (graph, topics):
         expect(tab.locator(".error[role=alert]")).to_contain_text(words)
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start("rostopic", "pub", "-r", "5", "/level", "std_msgs/String", "x", "__name:=talker")
     ros.pipros.start("rostopic", "echo", "/level", "__name:=listener")
     for tab in (graph, topics):
@@ -77,7 +77,7 @@ def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem, open_tab:
 
 
 def test_a_topic_of_an_unknown_type_is_shown(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     package = tmp_path / "far" / "far_msgs"
     (package / "msg").mkdir(parents=True)
     (package / "package.xml").write_text(
@@ -96,7 +96,7 @@ def test_a_topic_of_an_unknown_type_is_shown(ros: RosSystem, open_tab: OpenTab, 
 
 
 def test_a_node_that_never_answers_does_not_delay_the_page(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     with socket.create_server(("127.0.0.1", 0), backlog=200) as silent, ServerProxy(ros.master_uri) as master:
         uri = f"http://127.0.0.1:{silent.getsockname()[1]}/"
         for topic in ("/silent", "/level"):
@@ -120,7 +120,7 @@ def test_a_node_that_never_answers_does_not_delay_the_page(ros: RosSystem, open_
 
 
 def test_a_message_of_100_megabytes_is_shortened(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", LARGE)
     ros.pipros.start("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "x")
     for topic in ("/large", "/level"):
@@ -138,7 +138,7 @@ def test_a_message_of_100_megabytes_is_shortened(ros: RosSystem, open_tab: OpenT
 
 
 def test_ten_thousand_topics_are_read_and_not_drawn(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     with ServerProxy(ros.master_uri) as master:
         calls = MultiCall(master)
         for number in range(TOPICS):
@@ -164,13 +164,9 @@ def test_ten_thousand_topics_are_read_and_not_drawn(ros: RosSystem, open_tab: Op
 
 
 TABS = {
-    "topics/%2Fevil%2Fimage": "aside .message",
-    "console": ".log",
-    "params": ".params",
-    "images/%2Fevil%2Fimage": ".bar",
-    "tf": "table",
-    "diagnostics": ".params",
-}
+    "topics/%2Fevil%2Fimage": "aside .message", "console": ".log", "params": ".params",
+    "images/%2Fevil%2Fimage": ".bar", "tf": "table", "diagnostics": ".params",
+}  # fmt: skip
 
 
 def test_markup_stays_text(ros: RosSystem, open_tab: OpenTab) -> None:
@@ -202,7 +198,7 @@ rospy.spin()
 
 
 def test_a_diagnostic_name_of_many_parts_leaves_the_others_visible(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", DEEP)
     ros.wait_for_publisher("/diagnostics")
     tab = open_tab(Page(ros), "diagnostics")

@@ -74,7 +74,7 @@ def show_tab(tab: Tab, name: str) -> None:
 
 
 def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, tmp_path / "run.bag", command="rqt_bag"), "bags/run.bag")
     expect(tab.locator(".timeline .name")).to_have_count(4)
@@ -101,7 +101,7 @@ def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, 
 def test_the_address_holds_the_moment_and_the_timeline_zooms(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag@7.5")
     moment = tab.get_by_label("Moment in the bag")
@@ -129,7 +129,7 @@ def test_the_address_holds_the_moment_and_the_timeline_zooms(
 
 
 def test_a_bag_plays_pauses_and_steps(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags")
     tab.get_by_role("link", name="run.bag").click()
@@ -157,7 +157,7 @@ def test_a_bag_plays_pauses_and_steps(ros: RosSystem, open_tab: OpenTab, tmp_pat
 
 
 def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
     jump_to(tab, "4")
@@ -184,7 +184,7 @@ def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Pat
 
 
 def test_a_bag_that_is_still_recorded_is_read(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag.active", is_finished=False)
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags")
     tab.get_by_label("Bag", exact=True).select_option("run.bag.active")
@@ -195,7 +195,7 @@ def test_a_bag_that_is_still_recorded_is_read(ros: RosSystem, open_tab: OpenTab,
 
 
 def test_a_part_of_a_bag_is_exported(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
     area = tab.get_by_role("slider", name="Moment")
@@ -238,7 +238,7 @@ while not rospy.is_shutdown():
 def test_chosen_topics_are_recorded_and_the_bag_is_opened(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", NUMBERS)
     ros.wait_for_publisher("/other")
     tab = open_tab(Page(ros, "--bags", tmp_path, "--control"), "bags")
@@ -268,7 +268,7 @@ def test_the_form_to_record_has_its_place_before_the_system_was_observed(
         server = socket.connect_to_server()
         socket.on_message(lambda text: (held.append if '"recording"' in str(text) else server.send)(text))
 
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path), "topics")
     tab.route_web_socket("**/live", forward)
@@ -281,7 +281,7 @@ def test_the_form_to_record_has_its_place_before_the_system_was_observed(
 
 
 def test_a_page_without_control_does_not_record(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags")
     tab.get_by_text("Record", exact=True).click()
     expect(tab.get_by_role("button", name="Start recording")).to_be_disabled()

@@ -19,7 +19,7 @@ TWIST = "{linear: {x: 0.5, y: 0.0, z: 0.0}, angular: {x: 0.0, y: 0.0, z: -1.25}}
 
 @pytest.fixture
 def tab(ros: RosSystem, open_tab: OpenTab) -> Tab:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start("rostopic", "pub", "/cmd_vel", "geometry_msgs/Twist", TWIST, "__name:=driver")
     ros.wait_for_publisher("/cmd_vel")
     tab = open_tab(Page(ros), "topics//cmd_vel")

@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 import re
-import sys
-from pathlib import Path
 
-import pytest
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
-
-ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
-
-
-@pytest.fixture
-def robot(ros: RosSystem) -> RosSystem:
-    ros.pipros.start_master()
-    ros.pipros.start(sys.executable, ROBOT, "robot")
-    ros.wait_for_publisher("/imu")
-    return ros
 
 
 def test_the_page_begins_with_the_robot_and_then_at_the_last_view(
@@ -62,33 +49,25 @@ def test_the_scene_shows_the_robot_and_what_it_sees_without_a_click(
 
 
 def test_without_transforms_the_page_begins_with_the_graph(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     tab = open_tab(Page(ros, command="rqt"), "")
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Graph")
     expect(tab).to_have_url(re.compile("#graph$"))
 
 
 def test_tabs_without_data_are_folded_until_they_have_some(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     tab = open_tab(Page(ros, "--control"), "graph", (1440, 900))
     more = tab.get_by_role("button", name="All views")
     expect(more).to_have_text("☰ More")
     visible = tab.locator("#tabs a:visible")
     expect(visible).to_have_text(
         [
-            "Overview",
-            "Graph",
-            "Scene",
-            "Plot",
-            "Topics",
-            "Console",
-            "Parameters",
-            "Nodes",
-            "Services",
+            "Overview", "Graph", "Scene", "Plot", "Topics", "Console", "Parameters", "Nodes", "Services",
             "Publish",
         ]
         + (["Acts"] if tab.locator("[data-tab=acts]:visible").count() else [])
-    )
+    )  # fmt: skip
     keep_screenshots(tab, "folded-tabs")
     ros.pipros.start("rostopic", "pub", "-r", "5", "/diagnostics", "diagnostic_msgs/DiagnosticArray", "{}")
     expect(tab.get_by_role("tab", name="Diagnostics")).to_be_visible()
@@ -99,8 +78,8 @@ def test_tabs_without_data_are_folded_until_they_have_some(ros: RosSystem, open_
     expect(tab.get_by_role("tab", name="Fleet")).to_be_hidden()
 
 
-def test_a_phone_shows_one_panel_at_a_time(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(topics//tf~column(console~tf))", (390, 800))
+def test_a_phone_shows_one_panel_at_a_time(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(topics//tf~column(console~tf))", (390, 800))
     expect(tab.get_by_role("region", name="Topics")).to_be_visible()
     expect(tab.locator(".subject").first).to_have_text("/tf")
     expect(tab.locator(".subject").first).to_be_hidden()  # it would lie over the view

@@ -170,7 +170,7 @@ def test_the_log_is_saved_and_loaded(ros: RosSystem, open_tab: OpenTab, tmp_path
 
 @pytest.mark.parametrize("width", [1024, 390])
 def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: OpenTab, width: int) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     tab = open_tab(Page(ros), "graph", size=(width, 700))
     bar = tab.locator("#tabs").bounding_box()
     assert bar is not None

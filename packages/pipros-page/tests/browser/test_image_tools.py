@@ -39,7 +39,7 @@ def point_at(tab: Tab, x: int, y: int, size: int = 4) -> None:
 
 
 def test_a_depth_image_has_values_a_range_and_colours(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/image/compressed")
     tab = open_tab(Page(ros), "images/%2Fimage%2F32fc1")
@@ -62,7 +62,7 @@ def test_a_depth_image_has_values_a_range_and_colours(ros: RosSystem, open_tab: 
 
 
 def test_a_picture_is_zoomed_moved_and_fitted(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/image/compressed")
     tab = open_tab(Page(ros), "images/%2Fimage%2Fmono8")
@@ -89,7 +89,7 @@ def test_a_picture_is_zoomed_moved_and_fitted(ros: RosSystem, open_tab: OpenTab)
 
 
 def test_a_video_transport_names_republish(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", VIDEO)
     ros.wait_for_publisher("/cam/image/theora")
     tab = open_tab(Page(ros), "images/%2Fcam%2Fimage%2Ftheora")
@@ -163,7 +163,7 @@ AT = """([x, y]) => {
 
 
 def test_two_images_are_paired_and_subtracted(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", STEREO)
     ros.wait_for_publisher("/left/video/compressed")
     tab = open_tab(Page(ros), "images//left/image_raw")
@@ -189,7 +189,7 @@ def test_two_images_are_paired_and_subtracted(ros: RosSystem, open_tab: OpenTab)
 
 
 def test_detections_and_markers_are_drawn_over_an_image(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", STEREO)
     ros.wait_for_publisher("/left/video/compressed")
     tab = open_tab(Page(ros), "images//left/image_raw")
@@ -240,7 +240,7 @@ STAMPED = """async (found) => {
 
 
 def test_detections_are_drawn_over_the_image_of_their_stamp(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     tab = open_tab(Page(ros), "images")
     red, green = [255, 0, 0], [0, 255, 0]
     s = 1_000_000_000
@@ -257,7 +257,7 @@ def test_detections_are_drawn_over_the_image_of_their_stamp(ros: RosSystem, open
 
 
 def test_a_compressed_image_with_video_names_republish(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", STEREO)
     ros.wait_for_publisher("/left/video/compressed")
     tab = open_tab(Page(ros), "images//left/video/compressed")

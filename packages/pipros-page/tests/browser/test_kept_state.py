@@ -16,7 +16,7 @@ from tests.support.waiting import wait_until
 
 @pytest.fixture
 def system(ros: RosSystem) -> RosSystem:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start("rostopic", "pub", "-r", "20", "/level", "std_msgs/Float64", "2.5", "__name:=talker")
     ros.pipros.start("rostopic", "echo", "/level", "__name:=listener").wait_for("2.5")
     return ros

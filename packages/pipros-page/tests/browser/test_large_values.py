@@ -96,7 +96,7 @@ def test_equal_entries_fold_with_a_count_and_errors_are_found(ros: RosSystem, op
 def test_late_transforms_that_still_arrive_do_not_blame_their_sender(
     ros: RosSystem, open_tab: OpenTab
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     tab = open_tab(Page(ros, command="rviz"), "scene")
     tab.wait_for_function("() => document.querySelector('.tab-scene')?.scene?.displays.length > 0")
     text = tab.evaluate(

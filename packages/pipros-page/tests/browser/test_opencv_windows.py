@@ -32,7 +32,7 @@ rospy.spin()
 
 
 def test_windows_have_images_trackbars_keys_and_a_mouse(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     (ros.home / "viewer.py").write_text(PROGRAM)
     viewer = ros.pipros.start("python3", "viewer.py")
     tab = open_tab(Page.of(viewer), "")

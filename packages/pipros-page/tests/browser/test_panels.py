@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -18,22 +17,12 @@ from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
 SIZE, SMALL_SIZE = re.compile("96 . 64"), re.compile("8 . 4")
 TWO_PLOTS = "panels/row(plot//imu/angular_velocity/x~plot//imu/angular_velocity/y)"
 FOUR = (
     "panels/column(row(plot//imu/angular_velocity/x~images//front/image_raw)*60"
     "~row(images//camera/image_raw~console)*40)"
 )
-
-
-@pytest.fixture
-def robot(ros: RosSystem) -> RosSystem:
-    """A master and `/robot`."""
-    ros.pipros.start_master()
-    ros.pipros.start(sys.executable, ROBOT, "robot")
-    ros.wait_for_publisher("/imu")
-    return ros
 
 
 def panel(tab: Tab, name: str, number: int = 0) -> Locator:
@@ -56,8 +45,8 @@ def left_of(locator: Locator) -> float:
     return box["x"]
 
 
-def test_several_plots_and_images_show_data_at_once(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), FOUR)
+def test_several_plots_and_images_show_data_at_once(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, FOUR)
     expect(tab.locator(".panel")).to_have_count(4)
     expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r"x: -?\d"))
     expect(panel(tab, "Images", 0)).to_contain_text(SIZE)
@@ -69,8 +58,8 @@ def test_several_plots_and_images_show_data_at_once(robot: RosSystem, open_tab: 
     expect_layout(tab, re.sub(r"\*[\d.]+", "", FOUR))
 
 
-def test_panels_are_split_enlarged_and_closed(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/console")
+def test_panels_are_split_enlarged_and_closed(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/console")
     console = panel(tab, "Console")
     console.get_by_role("button", name="Split: another panel below").click()
     expect(tab.locator(".panel")).to_have_count(2)
@@ -87,8 +76,8 @@ def test_panels_are_split_enlarged_and_closed(robot: RosSystem, open_tab: OpenTa
     expect(panel(tab, "TF")).to_contain_text("wheel_left")
 
 
-def test_a_panel_is_dragged_to_an_edge_of_another(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(console~tf)")
+def test_a_panel_is_dragged_to_an_edge_of_another(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(console~tf)")
     expect(panel(tab, "TF")).to_contain_text("wheel_left")
     box = panel(tab, "TF").bounding_box()
     assert box is not None
@@ -101,8 +90,8 @@ def test_a_panel_is_dragged_to_an_edge_of_another(robot: RosSystem, open_tab: Op
     expect(panel(tab, "TF")).not_to_have_attribute("data-drop", "below")
 
 
-def test_panels_are_moved_and_resized_with_the_keyboard(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(console~tf)")
+def test_panels_are_moved_and_resized_with_the_keyboard(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(console~tf)")
     expect(panel(tab, "TF")).to_contain_text("wheel_left")
     panel(tab, "Console").get_by_role("button", name="Move Console").press("ArrowRight")
     expect_layout(tab, "panels/row(tf~console)")
@@ -115,8 +104,8 @@ def test_panels_are_moved_and_resized_with_the_keyboard(robot: RosSystem, open_t
     expect(border).to_have_attribute("aria-valuenow", "46")
 
 
-def test_a_border_is_dragged(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(console~tf)")
+def test_a_border_is_dragged(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(console~tf)")
     expect(panel(tab, "TF")).to_contain_text("wheel_left")
     tab.get_by_role("separator").hover()
     tab.mouse.down()
@@ -156,8 +145,8 @@ def is_still(tab: Tab, plot: Locator) -> bool:
     return labels(plot) == before
 
 
-def test_linked_plots_zoom_together_and_follow_again(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), TWO_PLOTS)
+def test_linked_plots_zoom_together_and_follow_again(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, TWO_PLOTS)
     first, second = panel(tab, "Plot", 0), panel(tab, "Plot", 1)
     for plot in (first, second):
         expect(plot.locator(".legend")).to_contain_text(re.compile(r": -?\d"))
@@ -175,8 +164,8 @@ def test_linked_plots_zoom_together_and_follow_again(robot: RosSystem, open_tab:
     assert not is_still(tab, second)
 
 
-def test_a_number_in_one_panel_leads_to_the_plot_beside(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(topics//imu~plot)")
+def test_a_number_in_one_panel_leads_to_the_plot_beside(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(topics//imu~plot)")
     panel(tab, "Topics").get_by_title("Plot /imu/angular_velocity/y").click()
     expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r"y: -?\d"))
     expect_layout(tab, "panels/row(topics//imu~plot//imu/angular_velocity/y)")
@@ -184,8 +173,8 @@ def test_a_number_in_one_panel_leads_to_the_plot_beside(robot: RosSystem, open_t
     expect(panel(tab, "Plot").locator(".legend .curve")).to_have_count(2)
 
 
-def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/console")
+def test_any_tab_is_added_to_the_panels(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/console")
     expect(panel(tab, "Console").locator(".entry").first).to_be_visible()
     go_to(tab, "Images")
     tab.get_by_label("Topic", exact=True).select_option("/front/image_raw")
@@ -199,14 +188,14 @@ def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> 
     expect_layout(tab, "panels/row(column(console~nodes)~images//front/image_raw)")
 
 
-def test_the_first_view_that_is_added_is_added_once(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "plot//imu/angular_velocity/x")
+def test_the_first_view_that_is_added_is_added_once(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "plot//imu/angular_velocity/x")
     tab.get_by_role("link", name="Add this view to the panels").click()
     expect_layout(tab, "panels/plot//imu/angular_velocity/x")
 
 
-def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(topics//battery~plot//imu/angular_velocity/x)")
+def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(topics//battery~plot//imu/angular_velocity/x)")
     expect(panel(tab, "Topics").get_by_role("meter")).to_be_visible()
     expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r": -?\d"))
     go_to(tab, "Publish")
@@ -221,8 +210,7 @@ def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTa
     wait_until(lambda: "rqt_graph" in subscribers("/battery"), 60, "the subscription of the panel")
 
 
-def test_layouts_are_stored_for_all_browsers(robot: RosSystem, open_tab: OpenTab) -> None:
-    page = Page(robot)
+def test_layouts_are_stored_for_all_browsers(page: Page, open_tab: OpenTab) -> None:
     tab = open_tab(page, "panels/row(console~tf)")
     tab.get_by_role("button", name="Layout ▾").click()
     tab.keyboard.type("driving\n")
@@ -261,13 +249,13 @@ def test_layouts_are_exported_and_imported(robot: RosSystem, open_tab: OpenTab, 
     expect(panel(other, "TF")).to_be_visible()
 
 
-def test_a_malformed_layout_is_explained(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(console~nonsense)")
+def test_a_malformed_layout_is_explained(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(console~nonsense)")
     expect(tab.get_by_role("alert").first).to_contain_text("names an unknown view, nonsense")
 
 
-def test_arguments_with_signs_survive_the_address(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "panels/row(params/a!28b!29!7e~console)")
+def test_arguments_with_signs_survive_the_address(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "panels/row(params/a!28b!29!7e~console)")
     expect(panel(tab, "Parameters").get_by_label("Search parameters")).to_have_value("a(b)~")
 
 
@@ -290,33 +278,19 @@ def test_a_launch_file_opens_a_layout_and_a_perspective(
     process = robot.pipros.start("roslaunch", launch)
     process.wait_for("the page has no tab for rqt_shell")
     assert unquote(Page.of(process).place) == "panels/nodes"
+    process.press_ctrl_c()
 
 
 CONTENTS = {
-    "Graph": ".vertex",
-    "Topics": "tbody tr",
-    "Plot": ".note",
-    "Console": ".entry",
-    "Parameters": ".params li",
-    "Nodes": "tbody tr",
-    "Images": "select[aria-label=Topic] option >> nth=1",
-    "TF": "tbody tr",
-    "Scene": "canvas",
-    "Diagnostics": "tbody tr",
-    "Services": "thead",
-    "Publish": "textarea",
-    "Actions": "thead",
-    "Teleop": ".stick",
-    "Reconfigure": ".servers",
-    "Fleet": "thead",
-    "Bags": ".note",
-    "ROS 2": ".note",
-    "Acts": ".note",
-}
+    "Graph": ".vertex", "Topics": "tbody tr", "Plot": ".note", "Console": ".entry",
+    "Parameters": ".params li", "Nodes": "tbody tr", "Images": "select[aria-label=Topic] option >> nth=1",
+    "TF": "tbody tr", "Scene": "canvas", "Diagnostics": "tbody tr", "Services": "thead",
+    "Publish": "textarea", "Actions": "thead", "Teleop": ".stick", "Reconfigure": ".servers",
+    "Fleet": "thead", "Bags": ".note", "ROS 2": ".note", "Acts": ".note",
+}  # fmt: skip
 
 
-def test_the_view_of_every_tab_can_be_a_panel(robot: RosSystem, open_tab: OpenTab) -> None:
-    page = Page(robot)
+def test_the_view_of_every_tab_can_be_a_panel(page: Page, open_tab: OpenTab) -> None:
     names = sorted(names_of_tabs() - {"panels", "launches"})  # the panels themselves, and a part of the nodes
     for half in (names[::2], names[1::2]):
         views = f"row({'~'.join(half[::2])})~row({'~'.join(half[1::2])})"

@@ -63,7 +63,7 @@ MARK = (0xB3, 0x26, 0x1E)
 
 
 def test_a_topic_without_a_field_offers_its_numbers(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     ros.wait_for_publisher("/vector")
     tab = open_tab(Page(ros), "plot")
@@ -85,7 +85,7 @@ def test_a_topic_without_a_field_offers_its_numbers(ros: RosSystem, open_tab: Op
 
 
 def test_nan_interrupts_a_curve_beside_a_faster_one(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     ros.wait_for_publisher("/gaps")
     tab = open_tab(Page(ros), "plot//fast,/gaps")
@@ -97,7 +97,7 @@ def test_nan_interrupts_a_curve_beside_a_faster_one(ros: RosSystem, open_tab: Op
 
 
 def test_each_curve_has_a_value_at_the_cursor(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     ros.wait_for_publisher("/vector")
     tab = open_tab(Page(ros), "plot//fast,/vector/x:z")
@@ -114,7 +114,7 @@ def test_each_curve_has_a_value_at_the_cursor(ros: RosSystem, open_tab: OpenTab)
 
 
 def test_the_keys_move_the_time_axis_and_follow_again(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     tab = open_tab(Page(ros), "plot//fast/data")
     expect(tab.locator(".chart canvas")).to_be_visible()
@@ -129,7 +129,7 @@ def test_the_keys_move_the_time_axis_and_follow_again(ros: RosSystem, open_tab: 
 
 
 def test_expressions_and_derivatives_on_a_second_axis(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     ros.wait_for_publisher("/circle")
     tab = open_tab(Page(ros), "plot//circle/z;d")
@@ -151,7 +151,7 @@ def test_expressions_and_derivatives_on_a_second_axis(ros: RosSystem, open_tab: 
 
 
 def test_curves_over_another_curve(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     ros.wait_for_publisher("/circle")
     tab = open_tab(Page(ros), "plot//circle/x")
@@ -198,7 +198,7 @@ def test_log_entries_are_marks_that_the_cursor_names(ros: RosSystem, open_tab: O
 
 
 def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     ros.wait_for_publisher("/circle")
     tab = open_tab(Page(ros), "plot//circle/x")
@@ -250,7 +250,7 @@ def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open
 
 
 def test_a_part_next_to_a_single_sample_is_zoomed(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", ONE_SAMPLE)
     ros.wait_for_publisher("/once")
     tab = open_tab(Page(ros), "plot//once")

@@ -65,7 +65,7 @@ def start(ros: RosSystem, side: str, module: Path) -> Process:
 def test_each_kind_of_parameter_is_changed_on_the_page(
     ros: RosSystem, open_tab: OpenTab, module: Path, side: str
 ) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     server = start(ros, side, module)
     tab = open_tab(Page(ros, "--control", command="rqt_reconfigure"), f"reconfigure/%2F{side}")
     gain = tab.get_by_label("gain", exact=True)
@@ -114,7 +114,7 @@ def test_each_kind_of_parameter_is_changed_on_the_page(
 
 
 def test_without_control_parameters_are_read_only(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     for side in SIDES:
         start(ros, side, module)
     tab = open_tab(Page(ros), "reconfigure")
@@ -130,7 +130,7 @@ def test_without_control_parameters_are_read_only(ros: RosSystem, open_tab: Open
 
 
 def test_the_end_of_a_server_is_reported(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     server = start(ros, "pipros", module)
     tab = open_tab(Page(ros), "reconfigure/%2Fpipros")
     expect(tab.get_by_label("gain", exact=True)).to_have_value("1.5")

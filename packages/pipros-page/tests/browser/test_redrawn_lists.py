@@ -67,14 +67,14 @@ def reporter(ros: RosSystem) -> RosSystem:
 
 
 def test_elements_with_keys_are_kept(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     kept, text, is_same, html = open_tab(Page(ros), "graph").evaluate(MORPH)
     assert (kept, text) == ([1, 2, 3], "anewdcagaintext")
     assert (is_same, html) == (True, '<b>1</b><li data-key="x">x</li>end')
 
 
 def test_tab_stops_at_the_first_row_until_another_had_the_focus(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     assert open_tab(Page(ros), "graph").evaluate(TAB_STOP) == ["b", "b", "b", "0"]
 
 

@@ -17,18 +17,10 @@ from tests.support.waiting import wait_until
 
 PROGRAM = Path(__file__).parent / "programs" / "bad_scene_program.py"
 DISPLAYS = {
-    "Path": "path",
-    "Pose": "pose",
-    "PoseArray": "poses",
-    "Odometry": "odom",
-    "PoseWithCovariance": "covariance",
-    "Polygon": "polygon",
-    "PointStamped": "point",
-    "GridCells": "cells",
-    "Range": "range",
-    "WrenchStamped": "wrench",
-    "PointCloud2": "cloud",
-}
+    "Path": "path", "Pose": "pose", "PoseArray": "poses", "Odometry": "odom",
+    "PoseWithCovariance": "covariance", "Polygon": "polygon", "PointStamped": "point", "GridCells": "cells",
+    "Range": "range", "WrenchStamped": "wrench", "PointCloud2": "cloud",
+}  # fmt: skip
 URIS = 6
 MORE = (
     "{Class: rviz/Pose, Name: Zero, Topic: /bad/zero}",

@@ -70,7 +70,7 @@ def differences(
 
 
 def test_feedback_is_that_of_rviz_field_by_field(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     program = ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/controls/update_full")
     file = tmp_path / "scene.rviz"

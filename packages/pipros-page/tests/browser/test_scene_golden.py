@@ -118,7 +118,7 @@ def differences(tab: Tab, name: str) -> str:
 def test_all_scenes_look_as_in_rviz(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path, scenes: Mapping[str, Any]
 ) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/shapes")
     if scenes is ODD_SCENES:
@@ -138,7 +138,7 @@ def test_all_scenes_look_as_in_rviz(
 
 def test_finite_parts_of_lists_are_drawn(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     """Genuine rviz has drawn no picture at all of these markers; of strips, it draws the finite parts."""
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, ODD_PROGRAM, tmp_path)
     ros.wait_for_publisher("/odd/fine_cloud")
     tab = open_tab(Page(ros, command="rviz"), "scene", (1200, 900))
@@ -175,7 +175,7 @@ def panel_differences(tab: Tab, name: str, golden: Mapping[str, Any]) -> str:
 
 
 def test_images_and_cameras_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/shapes")
     tab = open_tab(Page(ros, command="rviz"), "scene", (1200, 900))
@@ -192,7 +192,7 @@ def test_images_and_cameras_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab) -
 
 
 def test_statuses_are_those_of_rviz(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.pipros.start(sys.executable, BAD_PROGRAM, tmp_path)
     for topic in ("/shapes", "/bad/controls/update_full"):

@@ -22,7 +22,7 @@ GREY, RED, GREEN = (48, 48, 48), (255, 0, 0), (0, 255, 0)
 
 @pytest.fixture
 def system(ros: RosSystem) -> RosSystem:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/large")
     return ros
@@ -85,13 +85,8 @@ def test_small_solids_look_like_large_ones(
     tab = scene_of(system, open_tab, tmp_path, MARKERS)
     wait_for_colours(tab, {(-4, -5): GREEN, (-6.4, 0.4): RED}, tolerance=8)
     view = {
-        "Class": kind,
-        "Name": "Current View",
-        "Distance": "25",
-        "Pitch": "0.6",
-        "Yaw": "0.9",
-        "Scale": "40",
-    }
+        "Class": kind, "Name": "Current View", "Distance": "25", "Pitch": "0.6", "Yaw": "0.9", "Scale": "40",
+    }  # fmt: skip
     fine, small = (tab.evaluate(COVERED, [is_finest, view]) for is_finest in (True, False))
     both = sum(one and other for one, other in zip(fine["covered"], small["covered"], strict=True))
     either = sum(one or other for one, other in zip(fine["covered"], small["covered"], strict=True))

@@ -16,7 +16,7 @@ from tests.support.ros import RosSystem
 
 @pytest.fixture
 def tab(ros: RosSystem, open_tab: OpenTab) -> Tab:
-    ros.pipros.start_master()
+    ros.serve_master()
     return open_tab(Page(ros, command="rviz"), "topics")
 
 
@@ -70,24 +70,14 @@ def test_colours_are_those_of_rviz(tab: Tab) -> None:
         }"""
     )
     assert found["rainbow"] == [
-        [255, 0, 0],
-        [255, 255, 0],
-        [0, 255, 0],
-        [0, 255, 255],
-        [0, 0, 255],
-        [255, 0, 255],
-    ]
+        [255, 0, 0], [255, 255, 0], [0, 255, 0], [0, 255, 255], [0, 0, 255], [255, 0, 255],
+    ]  # fmt: skip
     greys = [[255] * 3, [128] * 3, [0] * 3]
     assert found["map"] == [*greys, [0, 255, 0], [255, 0, 0], [255, 255, 0], [112, 137, 134]]
     assert found["costmap"] == [
-        [0, 0, 0, 0],
-        [2, 0, 253, 255],
-        [127, 0, 128, 255],
-        [249, 0, 6, 255],
-        [0, 255, 255, 255],
-        [255, 0, 255, 255],
-        [255, 255, 0, 255],
-    ]
+        [0, 0, 0, 0], [2, 0, 253, 255], [127, 0, 128, 255], [249, 0, 6, 255], [0, 255, 255, 255],
+        [255, 0, 255, 255], [255, 255, 0, 255],
+    ]  # fmt: skip
     assert found["parsed"] == [[160, 160, 164], [255, 128, 0], [255, 255, 255]]
 
 

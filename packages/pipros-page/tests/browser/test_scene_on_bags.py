@@ -40,24 +40,18 @@ SHOWN = """() => {
 def make_bag(path: Path) -> None:
     """Write 20 s: a base that moves 1 m/s, a marker from second 2 to 10, a path at 5, and a map at 8."""
     names = (
-        "tf2_msgs/TFMessage",
-        "geometry_msgs/TransformStamped",
-        "visualization_msgs/Marker",
-        "nav_msgs/Path",
+        "tf2_msgs/TFMessage", "geometry_msgs/TransformStamped", "visualization_msgs/Marker", "nav_msgs/Path",
         "nav_msgs/OccupancyGrid",
-    )
+    )  # fmt: skip
     frames, transform, marker, way, grid = map(load_message_class, names)
     with path.open("wb") as file:
         bag = BagWriter(file, chunk_bytes=2000)
         tf, marks, ways, maps = (
             connect(bag, topic, name)
             for topic, name in (
-                ("/tf", names[0]),
-                ("/marks", names[2]),
-                ("/way", names[3]),
-                ("/map", names[4]),
+                ("/tf", names[0]), ("/marks", names[2]), ("/way", names[3]), ("/map", names[4]),
             )
-        )
+        )  # fmt: skip
         for tick in range(SECONDS * 10 + 1):
             second, tenth = divmod(tick, 10)
             stamp = BEGIN + second, tenth * 100_000_000
@@ -89,7 +83,7 @@ def wait_for(tab: Tab, expected: list[Any]) -> None:
 def test_the_scene_follows_a_bag_without_stale_objects(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     (tmp_path / "scene.rviz").write_text(SCENE)
     page = Page(ros, "-d", tmp_path / "scene.rviz", "--bags", tmp_path, command="rviz")

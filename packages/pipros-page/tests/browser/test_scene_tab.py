@@ -496,8 +496,7 @@ def test_interactive_markers_are_moved_turned_and_clicked(
     assert moves[-1][1] == pytest.approx(-2, abs=0.03)
     assert [event for control, _, event, *_ in found if control == "press"] == [1, 4, 3, 1, 5, 2]
     turns = [(event, z) for control, _, event, _, z in found if control == "ROTATE_AXIS"]
-    assert turns[-1][0] == 5
-    assert turns[-1][1] == pytest.approx(0.7071, abs=0.02)
+    assert (turns[-1][0], turns[-1][1]) == (5, pytest.approx(0.7071, abs=0.02))
 
 
 def test_interactive_markers_need_control(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
@@ -526,8 +525,7 @@ def test_a_picture_is_saved_without_a_window(system: RosSystem, tmp_path: Path) 
     assert "rviz: missing: M: no message on [/none]" in done.stderr
     assert "Robot: lost: No transform" in "\n".join(done.stderr)
     content = picture.read_bytes()
-    assert content[:8] == b"\x89PNG\r\n\x1a\n"
-    assert struct.unpack(">II", content[16:24]) == (640, 480)
+    assert (content[:8], struct.unpack(">II", content[16:24])) == (b"\x89PNG\r\n\x1a\n", (640, 480))
     assert len(set(content)) > 100
 
 

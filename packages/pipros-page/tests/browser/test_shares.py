@@ -21,11 +21,8 @@ ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
 PANELS = "panels/row(plot//imu/angular_velocity/x*50~column(images//front/image_raw~console)*50)"
 # The least shares at 1440 x 900 and 390 x 844 pixels.
 LEAST = {
-    "": (0.55, 0.6),
-    PANELS: (0.45, 0.5),
-    "scene": (0.65, 0.75),
-    "plot//imu/angular_velocity/x": (0.7, 0.4),
-}
+    "": (0.55, 0.6), PANELS: (0.45, 0.5), "scene": (0.65, 0.75), "plot//imu/angular_velocity/x": (0.7, 0.4),
+}  # fmt: skip
 SIZES = ((1440, 900), (390, 844))
 HEAD = "header > :not(.skip, [popover]), .group:not([hidden]) > .name, .group:not(.closed) a"
 CUT = f"""() => [...document.querySelectorAll("{HEAD}")]

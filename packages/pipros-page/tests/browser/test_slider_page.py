@@ -11,7 +11,7 @@ from tests.support.waiting import wait_until
 
 
 def test_a_slider_moves_with_keys_and_a_button_resets_it(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     steering = ros.pipros.start("rosrun", "rqt_robot_steering", "rqt_robot_steering", "__name:=steering")
     tab = open_tab(Page.of(steering), "")
     expect(tab).to_have_title("Steering /cmd_vel /steering")

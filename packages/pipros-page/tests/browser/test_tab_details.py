@@ -6,7 +6,6 @@ import re
 import sys
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
@@ -18,20 +17,12 @@ from tests.support.waiting import wait_until
 PROGRAMS = Path(__file__).parent / "programs"
 
 
-@pytest.fixture
-def robot(ros: RosSystem) -> RosSystem:
-    ros.pipros.start_master()
-    ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")
-    ros.wait_for_publisher("/imu")
-    return ros
-
-
 def numbers_in(tab: Tab, selector: str) -> list[float]:
     return [float(text) for text in re.findall(r": (-?[\d.]+)", tab.locator(selector).inner_text())]
 
 
-def test_curves_pause_zoom_follow_and_are_saved(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay")
+def test_curves_pause_zoom_follow_and_are_saved(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay")
     legend = tab.locator(".legend")
     expect(legend).to_contain_text(
         re.compile(r"/imu/angular_velocity/x: -?\d.*/imu/angular_velocity/y: -?\d")
@@ -105,7 +96,7 @@ FRAMES = """async () => {
 
 
 def test_the_console_holds_100_000_entries_and_stays_fluid(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     tab = open_tab(Page(ros), "console")
     tab.wait_for_selector(".log")
     ros.pipros.start(sys.executable, PROGRAMS / "log_program.py")
@@ -144,7 +135,7 @@ def wait_for_corners(tab: Tab, expected: str, topic: str) -> None:
 
 
 def test_images_have_their_colours_in_each_encoding(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAMS / "image_program.py")
     ros.wait_for_publisher("/image/compressed")
     tab = open_tab(Page(ros), "images/%2Fimage%2Frgb8")
@@ -162,7 +153,7 @@ def test_images_have_their_colours_in_each_encoding(ros: RosSystem, open_tab: Op
 
 
 def test_the_user_chooses_an_image_unless_there_is_only_one(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     pub = ("rostopic", "pub", "-r", "10")
     ros.pipros.start(*pub, "/a", "sensor_msgs/Image", "{encoding: unknown9, width: 1, height: 1}")
     ros.wait_for_publisher("/a")
@@ -189,12 +180,12 @@ INKED = """() => {
 
 
 def test_scans_are_pictures_and_other_messages_curves_of_what_changes(
-    robot: RosSystem, open_tab: OpenTab
+    robot: RosSystem, page: Page, open_tab: OpenTab
 ) -> None:
     scan = "{angle_increment: 0.1, range_max: 9, ranges: [1, 1.2, 1.4, 1.6, 1.8, 2, 2.2]}"
     robot.pipros.start("rostopic", "pub", "-r", "10", "/scan", "sensor_msgs/LaserScan", scan)
     robot.wait_for_publisher("/scan")
-    tab = open_tab(Page(robot), "topics//scan")
+    tab = open_tab(page, "topics//scan")
     expect(tab.get_by_role("img", name="Picture of the newest message")).to_be_visible()
     assert tab.evaluate(INKED)
     curve = tab.get_by_label("Field of the curve")
@@ -244,8 +235,8 @@ def test_a_pair_of_frames_has_its_transform_and_its_chain(ros: RosSystem, open_t
     expect(pair.locator(".error")).to_contain_text("not part of the same tree")
 
 
-def test_diagnostics_have_values_and_a_history(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "diagnostics")
+def test_diagnostics_have_values_and_a_history(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "diagnostics")
     expect(tab.locator(".bar")).to_contain_text(re.compile(r"OK: [23]Warning: 1"))  # the list is complete
     tab.get_by_role("button", name=re.compile("^right")).click()
     side = tab.locator("aside")

@@ -9,22 +9,10 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.chromium import OpenTab, go_to, keep_screenshots
-from tests.support.environments import file_of_tests
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots, start_robot
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
-
-ROBOT = file_of_tests("browser/programs/robot_program.py")
-
-
-@pytest.fixture
-def robot(ros: RosSystem) -> RosSystem:
-    """A master and `/robot`."""
-    ros.pipros.start_master()
-    ros.pipros.start(sys.executable, ROBOT, "robot")
-    ros.wait_for_publisher("/imu")
-    return ros
 
 
 def test_with_control_a_parameter_is_set_on_the_page(robot: RosSystem, open_tab: OpenTab) -> None:
@@ -87,15 +75,15 @@ def test_errors_and_definitions_of_services_are_readable(ros: RosSystem, open_ta
     )
 
 
-def test_a_topic_has_its_definition_with_comments(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "topics/%2Fimu")
+def test_a_topic_has_its_definition_with_comments(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "topics/%2Fimu")
     tab.get_by_text("Definition").click()
     expect(tab.locator(".definition pre")).to_contain_text("geometry_msgs/Quaternion orientation")
     expect(tab.locator(".definition pre")).to_contain_text("#")
 
 
-def test_the_console_filters(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "console")
+def test_the_console_filters(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "console")
     expect(tab.locator(".entry").first).to_be_visible()
     tab.get_by_label("Filter by text").fill("no message has this text")
     expect(tab.locator(".entry")).to_have_count(0)
@@ -105,8 +93,8 @@ def test_the_console_filters(robot: RosSystem, open_tab: OpenTab) -> None:
     expect(tab.locator("aside")).to_contain_text("robot_program.py")
 
 
-def test_a_number_leads_to_its_curve_and_keeps_the_focus(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "topics/%2Fimu")
+def test_a_number_leads_to_its_curve_and_keeps_the_focus(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "topics/%2Fimu")
     number = tab.get_by_title("Plot /imu/angular_velocity/y")
     number.focus()
     before = number.inner_text()
@@ -117,8 +105,8 @@ def test_a_number_leads_to_its_curve_and_keeps_the_focus(robot: RosSystem, open_
     expect(tab.locator(".legend")).to_contain_text(re.compile(r"/imu/angular_velocity/y: -?\d"))
 
 
-def test_a_node_is_shown_with_its_parameters(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "graph/node:/robot")
+def test_a_node_is_shown_with_its_parameters(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "graph/node:/robot")
     expect(tab.locator("aside")).to_contain_text("drive/gains: [1.2, 0.0, 0.05]")
     expect(tab.locator("aside")).to_contain_text("/robot/get_loggers")
 
@@ -132,8 +120,8 @@ def press_tab_until(tab: Tab, selector: str) -> None:
     raise AssertionError(f"{selector} did not get the focus")
 
 
-def test_with_control_a_node_is_ended_after_a_second_click(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot, "--control"), "graph/node:/robot")
+def test_with_control_a_node_is_ended_after_a_second_click(ros: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(start_robot(ros), "--control"), "graph/node:/robot")
     expect(tab.locator("aside")).to_contain_text(re.compile(r"warn: wheel slips: \d+"))
     keep_screenshots(tab, "node")
     tab.get_by_role("button", name="End node").click()
@@ -141,8 +129,7 @@ def test_with_control_a_node_is_ended_after_a_second_click(robot: RosSystem, ope
     expect(tab.locator("aside .error").filter(has_text="no longer knows")).to_be_visible()
 
 
-def test_without_control_no_node_can_be_ended(robot: RosSystem, open_tab: OpenTab) -> None:
-    page = Page(robot)
+def test_without_control_no_node_can_be_ended(page: Page, open_tab: OpenTab) -> None:
     tab = open_tab(page, "graph/node:/robot")
     expect(tab.locator("aside")).to_contain_text("Publications")
     expect(tab.get_by_role("button", name="End node")).to_have_count(0)
@@ -150,8 +137,8 @@ def test_without_control_no_node_can_be_ended(robot: RosSystem, open_tab: OpenTa
         assert "read-only" in browser.act("kill_node", name="/robot")["error"]
 
 
-def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), "graph")
+def test_the_page_can_be_used_with_keyboard_and_roles(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "graph")
     expect(tab.get_by_role("heading", level=1)).to_have_text("pipros")
     tab.get_by_role("tab", name="Graph").focus()
     tab.keyboard.press("ArrowRight")
@@ -182,8 +169,8 @@ def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab
 @pytest.mark.parametrize(
     "place", ["graph", "topics", "plot", "console", "params", "reconfigure", "publish", "panels"]
 )
-def test_each_tab_fits_a_phone(robot: RosSystem, open_tab: OpenTab, place: str) -> None:
-    tab = open_tab(Page(robot), place, size=(390, 800))
+def test_each_tab_fits_a_phone(page: Page, open_tab: OpenTab, place: str) -> None:
+    tab = open_tab(page, place, size=(390, 800))
     expect(tab.get_by_role("tab", selected=True)).to_be_in_viewport()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     if place == "console":  # one row of controls, which scrolls

@@ -104,7 +104,7 @@ def check_accessibility(tab: Tab) -> None:
 def test_a_bag_is_scrubbed_in_all_tabs_with_marks_and_a_note(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
     bar = bar_of(tab)
@@ -148,7 +148,7 @@ def test_a_bag_is_scrubbed_in_all_tabs_with_marks_and_a_note(
 def test_a_malformed_file_of_notes_is_named_and_kept(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     (tmp_path / "run.bag.notes.yaml").write_text("my own notes")
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
@@ -163,7 +163,7 @@ def test_a_malformed_file_of_notes_is_named_and_kept(
 def test_acting_on_the_robot_while_looking_at_a_bag_asks_first(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path, "--control"), "bags/run.bag")
     expect(bar_of(tab)).to_be_visible()
@@ -239,7 +239,7 @@ def test_the_last_minute_is_rewound_in_all_tabs(ros: RosSystem, open_tab: OpenTa
 def test_a_phone_has_the_timeline_below_and_a_page_without_rewinding_has_no_button(
     ros: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path, "--rewind", "0"), "bags/run.bag", (390, 844))
     expect(bar_of(tab).get_by_role("button", name="2 marks")).to_be_visible()

@@ -33,12 +33,9 @@ def test_numbers_are_shown_as_they_are(ros: RosSystem, open_tab: OpenTab) -> Non
     ros.pipros.start(sys.executable, "-c", SOURCE)
     page = Page(ros)
     for topic, text in {
-        "/serial": "data: 18446744073709551615",
-        "/list": "[-9007199254740993, 7]",
-        "/nan": "data: nan",
-        "/zero": "data: -0.0",
-        "/text": 'data: "nan"',
-    }.items():
+        "/serial": "data: 18446744073709551615", "/list": "[-9007199254740993, 7]", "/nan": "data: nan",
+        "/zero": "data: -0.0", "/text": 'data: "nan"',
+    }.items():  # fmt: skip
         tab = open_tab(page, f"topics/{topic}")
         expect(tab.locator("aside .message")).to_contain_text(text)
         expect(tab.locator("aside dd").nth(1)).to_have_text("latched")

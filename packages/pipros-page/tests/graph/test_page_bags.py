@@ -36,7 +36,7 @@ def whole(browser: LivePage, view: str, key: str, count: int = 1, **args: str) -
 
 
 def test_a_whole_bag_has_curves_and_marks(ros: RosSystem, bag: Path) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     with Page(ros, "--bags", bag.parent).connect() as browser:
         refused = next(browser.watch("bag_curve", name="run.bag", field="/number/data"))
         assert "has not opened a bag" in refused["error"]

@@ -116,13 +116,10 @@ def test_without_a_certificate_it_says_that_nothing_is_encrypted(ros: RosSystem)
     assert connection.getresponse().status == 200
 
 
-@pytest.mark.parametrize(
-    ("key", "text"),
-    [
-        ("other.pem", f"cannot use the certificate {CERTIFICATES}/cert.pem"),
-        ("/dev/null", "cannot use the key /dev/null: it is not a regular file"),
-    ],
-)
+@pytest.mark.parametrize(("key", "text"), [
+    ("other.pem", f"cannot use the certificate {CERTIFICATES}/cert.pem"),
+    ("/dev/null", "cannot use the key /dev/null: it is not a regular file"),
+])  # fmt: skip
 def test_a_key_of_another_certificate_is_refused(ros: RosSystem, tmp_path: Path, key: str, text: str) -> None:
     (tmp_path / "other.pem").write_text("")
     ros.serve_master()

@@ -29,7 +29,7 @@ while not rospy.is_shutdown():
 @pytest.fixture
 def numbers(ros: RosSystem) -> RosSystem:
     """A bare master, and a node that publishes `/one` and `/other`."""
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", NUMBERS)
     ros.wait_for_publisher("/other")
     return ros

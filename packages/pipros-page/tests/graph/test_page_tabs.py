@@ -24,39 +24,32 @@ def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:
     return next(value for value in values if condition(value))
 
 
-@pytest.fixture
-def robot(ros: RosSystem) -> RosSystem:
-    """A master and the node `/robot`."""
-    ros.serve_master()
-    return start_robot(ros)
-
-
-@pytest.fixture
-def logged_robot(ros: RosSystem) -> RosSystem:
+@pytest.fixture(scope="module")
+def robot(shared_ros: RosSystem) -> RosSystem:
     """`roscore`, with /rosout, and the node `/robot`."""
-    ros.pipros.start_master()
-    return start_robot(ros)
+    shared_ros.pipros.start_master()
+    shared_ros.pipros.start(sys.executable, ROBOT, "robot")
+    shared_ros.wait_for_publisher("/imu")
+    return shared_ros
 
 
-def start_robot(ros: RosSystem) -> RosSystem:
-    ros.pipros.start(sys.executable, ROBOT, "robot")
-    ros.wait_for_publisher("/imu")
-    return ros
+@pytest.fixture(scope="module")
+def page(robot: RosSystem) -> Page:
+    """The page of the robot without options, for tests that only look at it."""
+    return Page(robot)
 
 
-def test_a_curve_of_numbers(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
-        data = first(
-            browser.watch("plot", field="/imu/angular_velocity/x"), lambda value: value.get("samples")
-        )
+def test_a_curve_of_numbers(page: Page) -> None:
+    with page.connect() as browser:
+        curve = browser.watch("plot", field="/imu/angular_velocity/x")
+        data = first(curve, lambda value: value.get("samples"))
         assert all(-1.0 <= number <= 1.0 for _, number in data["samples"])
         assert data["lost"] == 0
 
 
-def test_a_curve_waits_for_its_topic_and_names_fields_that_are_not_numbers(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_a_curve_waits_for_its_topic_and_names_fields_that_are_not_numbers(page: Page) -> None:
+    with page.connect() as browser:
         assert "is not published yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
-    with Page(robot).connect() as browser:
         data = first(browser.watch("plot", field="/imu/header"), lambda value: value.get("error"))
         assert "/imu/header must be a number" in data["error"]
 
@@ -104,15 +97,15 @@ def test_the_time_axis_of_curves(ros: RosSystem) -> None:
         assert "axis must be one of" in next(browser.watch("plot", field="/point", axis="moon"))["error"]
 
 
-def test_warnings_and_errors_are_marks_of_curves(logged_robot: RosSystem) -> None:
-    with Page(logged_robot).connect() as browser:
+def test_warnings_and_errors_are_marks_of_curves(page: Page) -> None:
+    with page.connect() as browser:
         marks = next(browser.watch("log_marks"))["marks"]
         assert all(level >= 4 for _, level, _ in marks)
         assert marks[0][2].startswith("/robot: ")
 
 
-def test_the_log_with_levels_and_places(logged_robot: RosSystem) -> None:
-    with Page(logged_robot).connect() as browser:
+def test_the_log_with_levels_and_places(page: Page) -> None:
+    with page.connect() as browser:
         data = first(browser.watch("console"), lambda value: any(row[0] == 4 for row in value["entries"]))
         row = next(row for row in data["entries"] if row[0] == 4)
         _, node, text, stamp, file, line, _ = row
@@ -123,16 +116,16 @@ def test_the_log_with_levels_and_places(logged_robot: RosSystem) -> None:
         assert line > 0
 
 
-def test_parameters_and_their_changes(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_parameters_and_their_changes(robot: RosSystem, page: Page) -> None:
+    with page.connect() as browser:
         values = browser.watch("params")
         assert first(values, lambda value: "/robot/wheel_radius" in value["params"])
         robot.pipros.run("rosparam", "set", "/robot/wheel_radius", "0.25")
         first(values, lambda value: value["params"].get("/robot/wheel_radius") == "0.25")
 
 
-def test_processor_and_memory_use_of_nodes(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_processor_and_memory_use_of_nodes(page: Page) -> None:
+    with page.connect() as browser:
         data = first(
             browser.watch("processes"),
             lambda value: any(row["name"] == "/robot" and row.get("pid") for row in value["nodes"]),
@@ -142,32 +135,32 @@ def test_processor_and_memory_use_of_nodes(robot: RosSystem) -> None:
         assert row["threads"] >= 1
 
 
-def test_images(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_images(page: Page) -> None:
+    with page.connect() as browser:
         head, _, pixels = next(browser.watch("image", name="/camera/image_raw")).partition(b"\n")
         assert json.loads(head)["full"] == [8, 4]
         assert pixels == b"\xff\x00\x00" * 32
-    with Page(robot).connect() as browser:
+    with page.connect() as browser:
         assert "topic type must be sensor_msgs/Image" in next(browser.watch("image", name="/imu"))["error"]
 
 
-def test_frames(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_frames(page: Page) -> None:
+    with page.connect() as browser:
         data = first(browser.watch("frames"), lambda value: value["frames"] and value["frames"][0]["rate"])
         frame = data["frames"][0]
         assert (frame["frame"], frame["parent"], frame["authority"]) == ("base_link", "map", "/robot")
 
 
-def test_diagnostics(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_diagnostics(page: Page) -> None:
+    with page.connect() as browser:
         data = first(browser.watch("diagnostics"), lambda value: value["components"])
         component = data["components"][0]
         assert (component["name"], component["level"], component["message"]) == ("/Motors/left", 1, "warm")
         assert component["values"][0] == ["current", "2.1 A"]
 
 
-def test_services_and_loggers(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_services_and_loggers(page: Page) -> None:
+    with page.connect() as browser:
         data = first(browser.watch("services"), lambda value: value["services"])
         assert ["/robot/get_loggers", "/robot"] in data["services"]
         service = browser.act("service", name="/robot/set_logger_level")
@@ -193,8 +186,8 @@ CHANGES = {
 }
 
 
-def test_a_read_only_page_cannot_change_anything(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_a_read_only_page_cannot_change_anything(robot: RosSystem, page: Page) -> None:
+    with page.connect() as browser:
         for action, arguments in CHANGES.items():
             assert "start it with --control" in browser.act(action, **arguments)["error"]
         view = browser.watch("publishing", name="/x", type="std_msgs/String", message="data: y", rate=0)
@@ -246,49 +239,39 @@ def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, comma
         assert ("error" not in next(view)) == (command == "rqt_publisher")
 
 
-@pytest.mark.parametrize(
-    ("options", "may"),
-    [
-        (["--read-only"], []),
-        (["--bind", "0.0.0.0"], []),  # noqa: S104 - it must not be able to change anything there
-        (["--bind", "localhost"], ["publishing"]),
-        (
-            ["--control"],
-            sorted({*CHANGES, "approve", "publishing", "scene_feedback", "scene_save", "teleop"}),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("options", "may"), [
+    (["--read-only"], []),
+    (["--bind", "0.0.0.0"], []),  # noqa: S104 - it must not be able to change anything there
+    (["--bind", "localhost"], ["publishing"]),
+    (
+        ["--control"],
+        sorted({*CHANGES, "approve", "publishing", "scene_feedback", "scene_save", "teleop"}),
+    ),
+])  # fmt: skip
 def test_options_decide_what_a_page_may_change(ros: RosSystem, options: list[str], may: list[str]) -> None:
     ros.serve_master()
     with Page(ros, *options, command="rqt_publisher").connect() as browser:
         assert browser.act("about")["may"] == may
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error"),
-    [
-        (["--control", "--read-only"], "--control and --read-only cannot be combined"),
-        (["-s", "rqt_shell"], "pipros has no rqt plugin [rqt_shell]; the plugins are bag, console, graph, "),
-        (["-s"], "-s must be followed by a plugin name"),
-        (["--perspective-file", "/missing.json"], "cannot read /missing.json: No such file or directory"),
-        (["--perspective", "nothing"], "there is no layout [nothing]"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "error"), [
+    (["--control", "--read-only"], "--control and --read-only cannot be combined"),
+    (["-s", "rqt_shell"], "pipros has no rqt plugin [rqt_shell]; the plugins are bag, console, graph, "),
+    (["-s"], "-s must be followed by a plugin name"),
+    (["--perspective-file", "/missing.json"], "cannot read /missing.json: No such file or directory"),
+    (["--perspective", "nothing"], "there is no layout [nothing]"),
+])  # fmt: skip
 def test_wrong_options_of_rqt_are_explained(ros: RosSystem, arguments: list[str], error: str) -> None:
     ros.serve_master()
     ended = ros.pipros.run("rqt", *arguments)
     assert (ended.returncode, error in ended.output) == (1, True)
 
 
-@pytest.mark.parametrize(
-    ("options", "may_save"),
-    [
-        ([], True),
-        (["--read-only"], False),
-        (["--bind", "0.0.0.0"], False),  # noqa: S104 - others must not be able to write files there
-        (["--bind", "0.0.0.0", "--control"], True),  # noqa: S104
-    ],
-)
+@pytest.mark.parametrize(("options", "may_save"), [
+    ([], True), (["--read-only"], False),
+    (["--bind", "0.0.0.0"], False),  # noqa: S104 - others must not be able to write files there
+    (["--bind", "0.0.0.0", "--control"], True),  # noqa: S104
+])  # fmt: skip
 def test_options_decide_who_may_store_layouts(ros: RosSystem, options: list[str], may_save: bool) -> None:
     ros.serve_master()
     with Page(ros, *options).connect() as browser:
@@ -314,28 +297,17 @@ def test_publishing_stops_when_the_browser_disconnects(ros: RosSystem) -> None:
     wait_until(lambda: ros.publishers("/x") == [], 30.0, "the publisher to end")
 
 
-@pytest.mark.parametrize(
-    ("command", "place"),
-    [
-        (("rqt",), ""),
-        (("rqt", "-s", "reconfigure"), "reconfigure"),
-        (("rqt", "--standalone=rqt_plot/Plot", "/imu/x"), "plot/%2Fimu%2Fx"),
-        (("rqt", "-s", "rqt_graph"), "graph"),
-        (("rqt_bag",), "bags"),
-        (("rqt_console",), "console"),
-        (("rqt_image_view", "camera"), "images/%2Fcamera"),
-        (("rqt_logger_level", "/robot"), "console/%2Frobot"),
-        (("rqt_plot", "imu/x:y", "/joints/position[1]"), "plot/%2Fimu%2Fx%3Ay%2C%2Fjoints%2Fposition%5B1%5D"),
-        (("rqt_publisher",), "publish"),
-        (("rqt_reconfigure", "/robot"), "reconfigure/%2Frobot"),
-        (("rqt_robot_monitor",), "diagnostics"),
-        (("rqt_service_caller",), "services"),
-        (("rqt_tf_tree",), "tf"),
-        (("rviz",), "scene"),
-        (("rqt_top",), "nodes"),
-        (("rqt_topic",), "topics"),
-    ],
-)
+@pytest.mark.parametrize(("command", "place"), [
+    (("rqt",), ""), (("rqt", "-s", "reconfigure"), "reconfigure"),
+    (("rqt", "--standalone=rqt_plot/Plot", "/imu/x"), "plot/%2Fimu%2Fx"),
+    (("rqt", "-s", "rqt_graph"), "graph"), (("rqt_bag",), "bags"), (("rqt_console",), "console"),
+    (("rqt_image_view", "camera"), "images/%2Fcamera"),
+    (("rqt_logger_level", "/robot"), "console/%2Frobot"),
+    (("rqt_plot", "imu/x:y", "/joints/position[1]"), "plot/%2Fimu%2Fx%3Ay%2C%2Fjoints%2Fposition%5B1%5D"),
+    (("rqt_publisher",), "publish"), (("rqt_reconfigure", "/robot"), "reconfigure/%2Frobot"),
+    (("rqt_robot_monitor",), "diagnostics"), (("rqt_service_caller",), "services"),
+    (("rqt_tf_tree",), "tf"), (("rviz",), "scene"), (("rqt_top",), "nodes"), (("rqt_topic",), "topics"),
+])  # fmt: skip
 def test_each_command_opens_its_tab(ros: RosSystem, command: tuple[str, ...], place: str) -> None:
     page = Page(ros, *command[1:], command=command[0])
     assert page.place == place
@@ -388,8 +360,7 @@ def test_a_stuck_browser_does_not_delay_others_and_costs_little_memory(ros: RosS
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-def test_all_threads_of_the_server_allocate_from_one_arena(robot: RosSystem) -> None:
-    page = Page(robot)
+def test_all_threads_of_the_server_allocate_from_one_arena(page: Page) -> None:
     with page.connect() as browser:
         first(browser.watch("plot", field="/imu/angular_velocity/x"), lambda value: value.get("samples"))
     # glibc reserves 64 MiB for each further arena, on a multiple of it.

@@ -23,13 +23,23 @@ TALKER, LEVEL, LISTENER = (
 CHAIN = [(TALKER, LEVEL), (LEVEL, LISTENER)]
 
 
-@pytest.fixture
-def chain(ros: RosSystem) -> RosSystem:
-    """A master, and `/talker` that publishes `/level` to `/listener`."""
+def start_chain(ros: RosSystem) -> RosSystem:
+    """Start a master, and `/talker` that publishes `/level` to `/listener`."""
     ros.pipros.start_master()
     ros.pipros.start("rostopic", "pub", "-r", "20", "/level", "std_msgs/String", "'%25'", "__name:=talker")
     ros.pipros.start("rostopic", "echo", "/level", "__name:=listener").wait_for("%25")
     return ros
+
+
+@pytest.fixture
+def chain(ros: RosSystem) -> RosSystem:
+    return start_chain(ros)
+
+
+@pytest.fixture(scope="module")
+def page(shared_ros: RosSystem) -> Page:
+    """The page of a chain in which no test changes anything."""
+    return Page(start_chain(shared_ros))
 
 
 def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:
@@ -42,9 +52,7 @@ def chain_in(value: Any) -> bool:
     return [(arrow["start"], arrow["end"]) for arrow in arrows] == CHAIN
 
 
-def test_the_files_of_the_page_are_served_and_nothing_else(ros: RosSystem) -> None:
-    ros.pipros.start_master()
-    page = Page(ros)
+def test_the_files_of_the_page_are_served_and_nothing_else(page: Page) -> None:
     first_page = page.get("/")
     assert first_page.status == 200
     assert "script-src 'self'" in first_page.headers["Content-Security-Policy"]
@@ -57,18 +65,14 @@ def test_the_files_of_the_page_are_served_and_nothing_else(ros: RosSystem) -> No
     assert page.get("/", Host="evil.example").status == 403
 
 
-def test_other_sites_cannot_connect(ros: RosSystem) -> None:
-    ros.pipros.start_master()
-    page = Page(ros)
+def test_other_sites_cannot_connect(page: Page) -> None:
     for origin in ("http://evil.example", f"https://{page.host}", "null"):
         with pytest.raises(InvalidStatus) as refused, page.connect(origin):
             pass
         assert refused.value.response.status_code == 403
 
 
-def test_a_proxy_that_adds_tls_says_so(ros: RosSystem) -> None:
-    ros.pipros.start_master()
-    page = Page(ros)
+def test_a_proxy_that_adds_tls_says_so(page: Page) -> None:
     origin = Origin(f"https://{page.host}")
     for headers in ({}, {"X-Forwarded-Proto": "http"}):
         with (
@@ -84,7 +88,7 @@ def test_a_proxy_that_adds_tls_says_so(ros: RosSystem) -> None:
 
 
 def test_roslaunch_shows_the_address_but_no_log_has_the_token(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     launch = ros.home / "page.launch"
     node = '<node name="page" pkg="rqt_graph" type="rqt_graph" args="--no-browser"/>'
     launch.write_text(f"<launch>{node}</launch>")
@@ -135,26 +139,23 @@ def test_a_killed_node_is_shown_as_such(chain: RosSystem) -> None:
         assert gone
 
 
-def test_a_topic_is_subscribed_only_while_a_browser_shows_it(chain: RosSystem) -> None:
-    page = Page(chain)
-
+def test_a_topic_is_subscribed_only_while_a_browser_shows_it(shared_ros: RosSystem, page: Page) -> None:
     def watchers() -> list[str]:
-        return [node for node in chain.subscribers("/level") if node.startswith("/rqt_graph")]
+        return [node for node in shared_ros.subscribers("/level") if node.startswith("/rqt_graph")]
 
     with page.connect() as browser:
         first(browser.watch("graph"), chain_in)
         assert watchers() == []
         topic = first(browser.watch("topic", name="/level"), lambda value: "message" in value)
-        assert topic["message"] == {"data": "%25"}
-        assert topic["gauge"] == 25.0
+        assert (topic["message"], topic["gauge"]) == ({"data": "%25"}, 25.0)
         assert (topic["type"], topic["from"]) == ("std_msgs/String", "/talker")
         assert len(watchers()) == 1
     with page.connect() as browser:
         first(browser.watch("graph"), lambda _: not watchers())
 
 
-def test_a_node_reports_its_connections(chain: RosSystem) -> None:
-    with Page(chain).connect() as browser:
+def test_a_node_reports_its_connections(page: Page) -> None:
+    with page.connect() as browser:
         node = first(browser.watch("node", name="/talker"), lambda value: value["connections"])
         assert ["/level", "std_msgs/String"] in node["publications"]
         assert ["/talker", "/level", "/listener"] in [row[:3] for row in node["connections"]]
@@ -174,9 +175,8 @@ def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem) -> None:
         first(graph, lambda value: value.get("error") == "")
 
 
-def test_invalid_requests_are_answered(ros: RosSystem) -> None:
-    ros.pipros.start_master()
-    with Page(ros).connect() as browser:
+def test_invalid_requests_are_answered(page: Page) -> None:
+    with page.connect() as browser:
         for arguments, error in (
             ({"mode": "sideways"}, "mode must be one of nodes, active, all, got 'sideways'"),
             ({"hide_tf": 1}, "hide_tf must be true or false, got 1"),
@@ -195,28 +195,25 @@ def test_invalid_requests_are_answered(ros: RosSystem) -> None:
         assert browser.act("about")["control"] is False
 
 
-def test_pictures_are_written(chain: RosSystem) -> None:
-    home: Path = chain.home
-    done = chain.pipros.run("rqt_graph", "--dot", "--svg", "g.svg", "--png", "g.png")
+def test_pictures_are_written(shared_ros: RosSystem, page: Page) -> None:
+    home: Path = shared_ros.home
+    done = shared_ros.pipros.run("rqt_graph", "--dot", "--svg", "g.svg", "--png", "g.png")
     assert done.returncode == 0, done.output
     assert '  "node /talker" -> "topic /level";' in done.stdout
     assert "<ellipse" in (home / "g.svg").read_text()
     assert (home / "g.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        (["--svg", "/dev/null/x.svg"], 1, "cannot write /dev/null/x.svg: Not a directory"),
-        (["--mode", "round"], 2, "--mode must be nodes, active or all, got round"),
-        (["--bind", "127.0.0.1:70000"], 1, "--bind must be HOST or HOST:PORT"),
-        (["--bind", "192.0.2.1"], 1, "cannot listen at 192.0.2.1:0"),
-        (["--cert", "/dev/null/x"], 1, "cannot use the certificate /dev/null/x"),
-        (["left", "over"], 2, "unexpected argument: left"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "code", "words"), [
+    (["--svg", "/dev/null/x.svg"], 1, "cannot write /dev/null/x.svg: Not a directory"),
+    (["--mode", "round"], 2, "--mode must be nodes, active or all, got round"),
+    (["--bind", "127.0.0.1:70000"], 1, "--bind must be HOST or HOST:PORT"),
+    (["--bind", "192.0.2.1"], 1, "cannot listen at 192.0.2.1:0"),
+    (["--cert", "/dev/null/x"], 1, "cannot use the certificate /dev/null/x"),
+    (["left", "over"], 2, "unexpected argument: left"),
+])  # fmt: skip
 def test_invalid_arguments_are_refused(ros: RosSystem, arguments: list[str], code: int, words: str) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     done = ros.pipros.run("rqt_graph", "--no-browser", *arguments)
     assert done.returncode == code
     assert words in done.output

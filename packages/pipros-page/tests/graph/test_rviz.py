@@ -23,6 +23,13 @@ def home(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.fixture(scope="module")
+def page(shared_ros: RosSystem) -> Page:
+    """The page of a master, for tests that do not load or save a file."""
+    shared_ros.serve_master()
+    return Page(shared_ros, command="rviz")
+
+
 def test_a_file_is_shown_and_saved_with_control(ros: RosSystem, home: Path) -> None:
     ros.serve_master()
     file = home / ".rviz" / "mine.rviz"
@@ -64,34 +71,28 @@ def test_services_load_files_of_rviz_only(ros: RosSystem, home: Path) -> None:
 
 def test_a_missing_file_is_an_error(ros: RosSystem) -> None:
     done = ros.pipros.run("rviz", "-d", "/nowhere/a.rviz")
-    assert done.returncode == 1
-    assert done.stderr == ["ERROR: cannot read /nowhere/a.rviz: no such file"]
+    assert (done.returncode, done.stderr) == (1, ["ERROR: cannot read /nowhere/a.rviz: no such file"])
 
 
-def test_resources_come_from_packages_only(ros: RosSystem) -> None:
-    ros.serve_master()
-    page = Page(ros, command="rviz")
+def test_resources_come_from_packages_only(page: Page) -> None:
     with page.connect() as browser:
         for uri in ("file:///etc/passwd", "package://rviz/default.rviz", "package://rviz/../a.stl"):
             assert "error" in next(browser.watch("scene_resource", uri=uri))
 
 
-def test_a_robot_is_shown_as_soon_as_it_is_set(ros: RosSystem) -> None:
-    ros.serve_master()
-    page = Page(ros, command="rviz")
+def test_a_robot_is_shown_as_soon_as_it_is_set(shared_ros: RosSystem, page: Page) -> None:
     with page.connect() as browser:
         robots = browser.watch("scene_robot", name="robot_description")
         assert next(robots) == {
             "error": "Parameter [robot_description] does not exist, and was not found by searchParam()"
         }
-        ros.pipros.run("rosparam", "set", "/robot_description", "<robot><link name='a'/></robot>")
+        shared_ros.pipros.run("rosparam", "set", "/robot_description", "<robot><link name='a'/></robot>")
         assert next(robots) == {"links": [{"name": "a", "visuals": [], "collisions": []}]}
 
 
-def test_messages_arrive_with_their_layout(ros: RosSystem) -> None:
-    ros.serve_master()
-    ros.pipros.start("rostopic", "pub", "-l", "/point", "geometry_msgs/PointStamped", "{point: {x: 2}}")
-    page = Page(ros, command="rviz")
+def test_messages_arrive_with_their_layout(shared_ros: RosSystem, page: Page) -> None:
+    point = ("/point", "geometry_msgs/PointStamped", "{point: {x: 2}}")
+    shared_ros.pipros.start("rostopic", "pub", "-l", *point)
     with page.connect() as browser:
         answers = browser.watch("scene_messages", name="/point", queue=5)
         answer = next(value for value in answers if isinstance(value, bytes) or value["layout"])
@@ -99,15 +100,12 @@ def test_messages_arrive_with_their_layout(ros: RosSystem) -> None:
         senders = next(answers)["senders"]
         assert [name.startswith("/rostopic_") for name in senders] == [True]
         batch = next(value for value in answers if isinstance(value, bytes))
-        assert batch[0] == 0
-        assert batch[13:15] == b"\x01\x00"
+        assert (batch[0], batch[13:15]) == (0, b"\x01\x00")
         assert batch[15:].endswith(b"\x00\x00\x00\x00\x00\x00\x00\x40" + bytes(16))
 
 
 @pytest.mark.parametrize("path", ["/", "/bundle/three.js", "/live.js"])
-def test_files_are_compressed_and_kept_by_browsers(ros: RosSystem, path: str) -> None:
-    ros.serve_master()
-    page = Page(ros, command="rviz")
+def test_files_are_compressed_and_kept_by_browsers(page: Page, path: str) -> None:
     first = page.get(path, **{"Accept-Encoding": "gzip"})
     body = first.read()
     assert first.headers["Content-Encoding"] == "gzip"
@@ -118,12 +116,10 @@ def test_files_are_compressed_and_kept_by_browsers(ros: RosSystem, path: str) ->
     assert again.headers["Cache-Control"] == "no-cache"  # browsers ask each time
 
 
-def test_large_batches_are_compressed_on_request(ros: RosSystem, tmp_path: Path) -> None:
-    ros.serve_master()
+def test_large_batches_are_compressed_on_request(shared_ros: RosSystem, page: Page, tmp_path: Path) -> None:
     file = tmp_path / "text.yaml"
     file.write_text(f"data: {'a' * 300_000}\n")
-    ros.pipros.start("rostopic", "pub", "-l", "-f", file, "/text", "std_msgs/String")
-    page = Page(ros, command="rviz")
+    shared_ros.pipros.start("rostopic", "pub", "-l", "-f", file, "/text", "std_msgs/String")
     for is_compressed in (True, False):
         with page.connect() as browser:
             answers = browser.watch("scene_messages", name="/text", queue=5, deflate=is_compressed)

@@ -44,16 +44,13 @@ def test_browsers_watch_a_bounded_number_of_topics_and_leave_some_to_others(ros:
         assert next(browser.watch("topic", name="/another"))["name"] == "/another"
 
 
-@pytest.mark.parametrize(
-    ("topic", "view", "type_name", "definition"),
-    [
-        ("/tf", "frames", "tf2_msgs/TFMessage", "string[] transforms\n"),
-        ("/diagnostics", "diagnostics", "diagnostic_msgs/DiagnosticArray", "string[] status\n"),
-        ("/rosout_agg", "console", "rosgraph_msgs/Log", "string header\n"),
-        ("/image", "image", "sensor_msgs/Image", "string encoding\n"),
-        ("/image", "image", "sensor_msgs/CompressedImage", "string format\n"),
-    ],
-)
+@pytest.mark.parametrize(("topic", "view", "type_name", "definition"), [
+    ("/tf", "frames", "tf2_msgs/TFMessage", "string[] transforms\n"),
+    ("/diagnostics", "diagnostics", "diagnostic_msgs/DiagnosticArray", "string[] status\n"),
+    ("/rosout_agg", "console", "rosgraph_msgs/Log", "string header\n"),
+    ("/image", "image", "sensor_msgs/Image", "string encoding\n"),
+    ("/image", "image", "sensor_msgs/CompressedImage", "string format\n"),
+])  # fmt: skip
 def test_a_definition_that_differs_is_named_in_its_tab(
     ros: RosSystem, topic: str, view: str, type_name: str, definition: str
 ) -> None:

@@ -62,14 +62,11 @@ def test_expressions_that_are_not_numbers_are_refused() -> None:
     assert find_field("/nothing=m.x", {"/vector": "geometry_msgs/Vector3"}) is None
 
 
-@pytest.mark.parametrize(
-    ("text", "holds", "value"),
-    [
-        ('/point{m.header.frame_id == "map" and m.point.x < 9}/point/y', True, 2.0),
-        ("/point{m.header.frame_id == 'a}='}/point/y", False, 2.0),
-        ("/point{m.point.z}=m.point.x * 10", True, 10.0),
-    ],
-)
+@pytest.mark.parametrize(("text", "holds", "value"), [
+    ('/point{m.header.frame_id == "map" and m.point.x < 9}/point/y', True, 2.0),
+    ("/point{m.header.frame_id == 'a}='}/point/y", False, 2.0),
+    ("/point{m.point.z}=m.point.x * 10", True, 10.0),
+])  # fmt: skip
 def test_a_condition_selects_messages(text: str, holds: bool, value: float) -> None:
     field = field_of(text)
     point = PointStamped(header=Header(frame_id="map"))

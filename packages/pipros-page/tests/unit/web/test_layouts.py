@@ -35,8 +35,7 @@ def test_a_saved_layout_is_listed_opened_and_deleted(layouts: StoredLayouts) -> 
     assert layouts.names() == []
     layouts.save("arm 2", PANELS)
     layouts.save("base", "graph")
-    assert layouts.names() == ["arm 2", "base"]
-    assert layouts.load("arm 2") == PANELS
+    assert (layouts.names(), layouts.load("arm 2")) == (["arm 2", "base"], PANELS)
     layouts.delete("arm 2")
     assert layouts.names() == ["base"]
 
@@ -123,19 +122,14 @@ def test_a_perspective_without_known_plugins_is_refused(tmp_path: Path) -> None:
         open_layout(perspective(tmp_path, "{'rqt_shell/Shell': [1]}"))
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("", "is not JSON"),
-        ("[" * 100_000, "is not JSON"),
-        ("[1]", "is not a layout"),
-        ("{}", "neither a pipros layout nor an rqt perspective"),
-        ('{"pipros_layout": 2, "panels": "graph"}', "pipros_layout must be 1"),
-        ('{"pipros_layout": 1, "panels": 7}', "pipros_layout must be 1"),
-        ('{"groups": 7}', "neither a pipros layout nor an rqt perspective"),
-        ('{"groups": {"pluginmanager": 7}}', "no plugin"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("", "is not JSON"), ("[" * 100_000, "is not JSON"), ("[1]", "is not a layout"),
+    ("{}", "neither a pipros layout nor an rqt perspective"),
+    ('{"pipros_layout": 2, "panels": "graph"}', "pipros_layout must be 1"),
+    ('{"pipros_layout": 1, "panels": 7}', "pipros_layout must be 1"),
+    ('{"groups": 7}', "neither a pipros layout nor an rqt perspective"),
+    ('{"groups": {"pluginmanager": 7}}', "no plugin"),
+])  # fmt: skip
 def test_other_files_are_refused(tmp_path: Path, text: str, reason: str) -> None:
     file = tmp_path / "layout.json"
     file.write_text(text)
@@ -150,5 +144,4 @@ def test_a_full_disk_is_named_and_keeps_the_old_layout(layouts: StoredLayouts, t
     with files_limited_to(10), pytest.raises(OSError, match=r"pipros.layouts.arm\.json'$"):
         layouts.save("arm", "graph")
 
-    assert layouts.load("arm") == PANELS
-    assert len(list(tmp_path.rglob("*arm*"))) == 1
+    assert (layouts.load("arm"), len(list(tmp_path.rglob("*arm*")))) == (PANELS, 1)

@@ -115,18 +115,10 @@ def test_strides_and_steps() -> None:
     assert [thinning_step(count, 100) for count in (0, 100, 101, 400)] == [1, 1, 3, 5]
 
 
-@pytest.mark.parametrize(
-    ("points", "sent_s", "expected"),
-    [
-        (100_000, 0.05, 125_001),
-        (190_000, 0.0, 200_000),
-        (100_000, 0.3, 100_000),
-        (100_000, 4.0, 10_000),
-        (1000, 60.0, LEAST_POINTS),
-        (1, 60.0, 1),
-        (1, 0.0, 2),
-    ],
-)
+@pytest.mark.parametrize(("points", "sent_s", "expected"), [
+    (100_000, 0.05, 125_001), (190_000, 0.0, 200_000), (100_000, 0.3, 100_000), (100_000, 4.0, 10_000),
+    (1000, 60.0, LEAST_POINTS), (1, 60.0, 1), (1, 0.0, 2),
+])  # fmt: skip
 def test_a_slow_link_gets_fewer_points(points: int, sent_s: float, expected: int) -> None:
     assert fitting_points(points, 200_000, sent_s) == expected
 
@@ -166,12 +158,9 @@ def test_clouds_become_smaller_until_two_a_second_fit() -> None:
 def message(body: bytes, sender: str, *, is_latched: bool) -> AnyMsg:
     made = AnyMsg(body)
     made._connection_header = {
-        "callerid": sender,
-        "latching": "1" if is_latched else "0",
-        "type": "std_msgs/String",
-        "message_definition": "string data",
-        "md5sum": "1",
-    }
+        "callerid": sender, "latching": "1" if is_latched else "0", "type": "std_msgs/String",
+        "message_definition": "string data", "md5sum": "1",
+    }  # fmt: skip
     return made
 
 
@@ -226,8 +215,7 @@ def test_a_layout_precedes_messages_that_arrive_while_a_browser_is_answered(
 
     monkeypatch.setattr(PendingMessages, "pop_all", arrive_and_pop)
     layout, senders, batch = asyncio.run(answers())
-    assert layout == {"layout": topic.layout}
-    assert senders == {"senders": ["/a"]}
+    assert (layout, senders) == ({"layout": topic.layout}, {"senders": ["/a"]})
     assert batch.endswith(b"1")
 
 
@@ -285,8 +273,7 @@ def test_a_file_is_saved_where_it_was_loaded_from(tmp_path: Path) -> None:
     version = file.version
     file.save({"Visualization Manager": {"Displays": [{"Class": "rviz/Grid"}]}})
     assert "rviz/Grid" in path.read_text()
-    assert file.version == version
-    assert list(tmp_path.iterdir()) == [path]
+    assert (file.version, list(tmp_path.iterdir())) == (version, [path])
 
 
 @pytest.mark.needs("resource limits")

@@ -67,8 +67,7 @@ def test_the_measurement_of_the_page_is_shown_everywhere() -> None:
     [row] = topic_rows(observation, own="/page", traffic=traffic)
     drawn = graph_figures(observation, traffic)
     assert drawn is not None
-    assert row["rate"] == drawn[0]
-    assert row["bandwidth"] == pytest.approx(drawn[1], abs=0.1)
+    assert (row["rate"], row["bandwidth"]) == (drawn[0], pytest.approx(drawn[1], abs=0.1))
 
 
 def test_the_publishers_of_a_topic_are_added() -> None:

@@ -31,15 +31,11 @@ from pipros_tools.graph.drawing.layered_layout import Box
 TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}
 
 
-@pytest.mark.parametrize(
-    ("text", "topic", "path"),
-    [
-        ("/imu/angular_velocity/x", "/imu", ["angular_velocity", "x"]),
-        ("/imu/raw/angular_velocity/x", "/imu/raw", ["angular_velocity", "x"]),
-        ("/joints/position[2]", "/joints", ["position[2]"]),
-        ("/imu", "/imu", []),
-    ],
-)
+@pytest.mark.parametrize(("text", "topic", "path"), [
+    ("/imu/angular_velocity/x", "/imu", ["angular_velocity", "x"]),
+    ("/imu/raw/angular_velocity/x", "/imu/raw", ["angular_velocity", "x"]),
+    ("/joints/position[2]", "/joints", ["position[2]"]), ("/imu", "/imu", []),
+])  # fmt: skip
 def test_a_field_belongs_to_the_longest_topic(text: str, topic: str, path: list[str]) -> None:
     field = find_field(text, TOPICS)
     assert field is not None
@@ -50,18 +46,11 @@ def test_a_field_of_no_topic_is_not_found() -> None:
     assert find_field("/im", TOPICS) is None
 
 
-@pytest.mark.parametrize(
-    ("text", "message", "number"),
-    [
-        ("/imu/angular_velocity/x", Imu(), 0.0),
-        ("/joints/position[1]", JointState(position=[1.0, 2.5]), 2.5),
-        ("/imu/header/stamp", Imu(header=Header(stamp=Time(3, 500_000_000))), 3.5),
-        ("/imu", Float64(7.5), 7.5),
-        ("/imu", Bool(True), 1.0),
-        ("/imu", String("%25"), 25.0),
-        ("/imu", Float64(math.nan), None),
-    ],
-)
+@pytest.mark.parametrize(("text", "message", "number"), [
+    ("/imu/angular_velocity/x", Imu(), 0.0), ("/joints/position[1]", JointState(position=[1.0, 2.5]), 2.5),
+    ("/imu/header/stamp", Imu(header=Header(stamp=Time(3, 500_000_000))), 3.5), ("/imu", Float64(7.5), 7.5),
+    ("/imu", Bool(True), 1.0), ("/imu", String("%25"), 25.0), ("/imu", Float64(math.nan), None),
+])  # fmt: skip
 def test_numbers_of_messages(text: str, message: Any, number: float | None) -> None:
     field = find_field(text, TOPICS)
     assert field is not None
@@ -89,8 +78,7 @@ def test_samples_of_a_slow_browser_are_lost_and_counted() -> None:
     for number in range(5):
         samples.add(number)
     samples.lose()
-    assert samples.pop_all() == ([2, 3, 4], 3)
-    assert samples.pop_all() == ([], 0)
+    assert (samples.pop_all(), samples.pop_all()) == (([2, 3, 4], 3), ([], 0))
 
 
 def test_pixels_come_without_padding() -> None:
@@ -125,18 +113,15 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
     assert (head["full"], pixels) == ([0, height], b"")
 
 
-@pytest.mark.parametrize(
-    ("message", "words"),
-    [
-        (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1"),
-        (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 9 rows of 2 bytes, got 4"),
-        (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding \\[<b>\\]"),
-        (Image(width=1, height=1, step=12, encoding="32FC3", data=b"1" * 12), "encoding \\[32FC3\\]"),
-        (CompressedImage(format="16UC1; compressedDepth", data=b"0" * 11), "must be 16UC1"),
-        (CompressedImage(format="8UC1; compressedDepth", data=b"0" * 20), "got \\[8UC1\\]"),
-        (CompressedImage(format="16UC1; compressedDepth rvl", data=b"0" * 20), "not RVL"),
-    ],
-)
+@pytest.mark.parametrize(("message", "words"), [
+    (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1"),
+    (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 9 rows of 2 bytes, got 4"),
+    (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding \\[<b>\\]"),
+    (Image(width=1, height=1, step=12, encoding="32FC3", data=b"1" * 12), "encoding \\[32FC3\\]"),
+    (CompressedImage(format="16UC1; compressedDepth", data=b"0" * 11), "must be 16UC1"),
+    (CompressedImage(format="8UC1; compressedDepth", data=b"0" * 20), "got \\[8UC1\\]"),
+    (CompressedImage(format="16UC1; compressedDepth rvl", data=b"0" * 20), "not RVL"),
+])  # fmt: skip
 def test_images_that_cannot_be_shown_are_refused(message: Any, words: str) -> None:
     with pytest.raises(RequestRefused, match=words):
         packed(message)
@@ -189,11 +174,8 @@ def test_frames_have_parents_rates_and_ages() -> None:
     tree.add(TFMessage([transform("base", "laser")]), 9.0, "/model", is_static=True)
     base, laser = tree.rows(11.2)
     assert (base["frame"], base["parent"], base["authority"], base["static"]) == (
-        "base",
-        "map",
-        "/slam",
-        False,
-    )
+        "base", "map", "/slam", False,
+    )  # fmt: skip
     assert base["rate"] == pytest.approx(10.0)
     assert (base["age"], base["delay"]) == (1.0, 0.2)
     assert (laser["frame"], laser["static"], laser["rate"]) == ("laser", True, None)
@@ -244,8 +226,7 @@ def test_components_have_levels_values_and_a_history() -> None:
     sent: dict[str, int] = {}
     (row,) = statuses.news(sent, 1_000_000)
     assert (row["name"], row["level"], row["values"]) == ("/Motors/left", 2, [["temperature", "90"]])
-    assert row["history"] == [(1.0, 0), (2.0, 2)]
-    assert row["last"] == 2.0
+    assert (row["history"], row["last"]) == ([(1.0, 0), (2.0, 2)], 2.0)
     assert statuses.news(sent, 1_000_000) == []
 
 
@@ -321,8 +302,7 @@ def test_the_numbers_of_a_message_are_offered_for_curves() -> None:
 
     fields = list(numeric_fields(scan))
 
-    assert fields[:3] == ["header/seq", "header/stamp", "angle_min"]
-    assert fields[-1] == "ranges[9]"
+    assert (fields[:3], fields[-1]) == (["header/seq", "header/stamp", "angle_min"], "ranges[9]")
 
 
 def test_delays_are_in_simulated_time_once_there_is_one() -> None:
@@ -338,31 +318,17 @@ def test_a_message_is_copied_as_json_values() -> None:
     state = JointState(Header(1, Time(5, 6), "base"), ["a"], [1.5, float("nan")], [], [])
 
     assert plain_values(state) == {
-        "header": {"seq": 1, "stamp": {"secs": 5, "nsecs": 6}, "frame_id": "base"},
-        "name": ["a"],
-        "position": [1.5, None],
-        "velocity": [],
-        "effort": [],
-    }
+        "header": {"seq": 1, "stamp": {"secs": 5, "nsecs": 6}, "frame_id": "base"}, "name": ["a"],
+        "position": [1.5, None], "velocity": [], "effort": [],
+    }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("message", "percent"),
-    [
-        (String("%25"), 25.0),
-        (String(" 80.5 %"), 80.5),
-        (String("100%"), 100.0),
-        (String("101%"), None),
-        (String("25"), None),
-        (String("%25%"), None),
-        (BatteryState(percentage=0.5), 50.0),
-        (BatteryState(percentage=float("nan")), None),
-        (BatteryState(percentage=-1.0), None),
-        (String("%7"), 7.0),
-        (Header(), None),
-        (SimpleNamespace(), None),
-    ],
-)
+@pytest.mark.parametrize(("message", "percent"), [
+    (String("%25"), 25.0), (String(" 80.5 %"), 80.5), (String("100%"), 100.0), (String("101%"), None),
+    (String("25"), None), (String("%25%"), None), (BatteryState(percentage=0.5), 50.0),
+    (BatteryState(percentage=float("nan")), None), (BatteryState(percentage=-1.0), None),
+    (String("%7"), 7.0), (Header(), None), (SimpleNamespace(), None),
+])  # fmt: skip
 def test_a_percentage_is_found(message: object, percent: float | None) -> None:
     assert percentage(message) == percent
 

@@ -97,13 +97,9 @@ def test_an_exported_bag_begins_with_the_latched_messages(tmp_path: Path) -> Non
         found = sorted((message.connection.topic, message.data[-1:]) for message in cut.stored_messages())
         assert cut.range_ns[0] == 1002 * SECOND
     assert found == [
-        ("/map", b"b"),
-        ("/map", b"c"),
-        ("/talk", b"c"),
-        ("/tf_static", b"a"),
-        ("/tf_static", b"b"),
+        ("/map", b"b"), ("/map", b"c"), ("/talk", b"c"), ("/tf_static", b"a"), ("/tf_static", b"b"),
         ("/tf_static", b"c"),
-    ]
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("bad", [0, 1, 2])

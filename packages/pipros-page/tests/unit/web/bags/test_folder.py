@@ -20,8 +20,7 @@ def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> 
     (inside / "same.bag").symlink_to(inside / "day" / "run.bag")
     (inside / "up").symlink_to(tmp_path)
     (inside / "loop.bag").symlink_to("loop.bag")
-    found = dict(BagFolder(inside).names())
-    assert found == {"day/run.bag": 5, "open.bag.active": 5, "same.bag": 5}
+    assert dict(BagFolder(inside).names()) == {"day/run.bag": 5, "open.bag.active": 5, "same.bag": 5}
 
 
 def test_the_newest_bags_are_listed_whichever_folder_is_read_first(
@@ -38,20 +37,12 @@ def test_the_newest_bags_are_listed_whichever_folder_is_read_first(
     assert [name for name, _ in BagFolder(tmp_path).names()] == [f"{last_read}/run.bag"]
 
 
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("../outside.bag", "is outside the bag folder"),
-        ("link.bag", "is outside the bag folder"),
-        ("up/outside.bag", "is outside the bag folder"),
-        ("/etc/passwd", "must end in"),
-        ("/etc/x.bag", "is outside the bag folder"),
-        ("missing.bag", "there is no bag"),
-        ("loop.bag", "there is no bag"),
-        ("a\0.bag", "null character"),
-        (7, "must end in"),
-    ],
-)
+@pytest.mark.parametrize(("name", "says"), [
+    ("../outside.bag", "is outside the bag folder"), ("link.bag", "is outside the bag folder"),
+    ("up/outside.bag", "is outside the bag folder"), ("/etc/passwd", "must end in"),
+    ("/etc/x.bag", "is outside the bag folder"), ("missing.bag", "there is no bag"),
+    ("loop.bag", "there is no bag"), ("a\0.bag", "null character"), (7, "must end in"),
+])  # fmt: skip
 def test_names_that_lead_out_of_the_folder_are_refused(tmp_path: Path, name: object, says: str) -> None:
     inside = tmp_path / "bags"
     inside.mkdir()

@@ -44,11 +44,8 @@ def test_errors_of_the_log_are_marked_and_warnings_are_not() -> None:
 def test_diagnostics_are_marked_when_they_get_worse() -> None:
     found, _ = marks_of([status(second, level) for second, level in enumerate((0, 1, 1, 2, 1, 2, 0, 3, 7))])
     assert [(time, kind) for time, kind, _ in found] == [
-        (1, "warning"),
-        (3, "error"),
-        (5, "error"),
-        (7, "stale"),
-    ]
+        (1, "warning"), (3, "error"), (5, "error"), (7, "stale"),
+    ]  # fmt: skip
     assert found[0][2] == "motor: level 1"
 
 

@@ -38,40 +38,19 @@ def test_notes_are_kept_in_a_file_beside_the_bag_in_the_order_of_time(notes: Bag
         notes.remove(early)
 
 
-@pytest.mark.parametrize(
-    ("time", "text"),
-    [
-        ("1", "a"),
-        (True, "a"),
-        (-1, "a"),
-        (float("nan"), "a"),
-        (1, ""),
-        (1, " "),
-        (1, None),
-        (1, "a" * (LONGEST_TEXT + 1)),
-        (1, "a\ud800"),
-    ],
-)
+@pytest.mark.parametrize(("time", "text"), [
+    ("1", "a"), (True, "a"), (-1, "a"), (float("nan"), "a"), (1, ""), (1, " "), (1, None),
+    (1, "a" * (LONGEST_TEXT + 1)), (1, "a\ud800"),
+])  # fmt: skip
 def test_invalid_notes_are_refused(time: float, text: str) -> None:
     with pytest.raises(BadNotes, match=r"must (be|have)"):
         Note(time, text)
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"[",
-        b"notes: 5",
-        b"a: 1",
-        b"notes: []\nmore: 1",
-        b"notes: [5]",
-        b"notes: [{time: 1}]",
-        b"\xff\xfe\xff",
-        b"",
-        b"notes: [{time: 1, text: a, who: me}]",
-        b"notes: [{time: x, text: a}]",
-    ],
-)
+@pytest.mark.parametrize("content", [
+    b"[", b"notes: 5", b"a: 1", b"notes: []\nmore: 1", b"notes: [5]", b"notes: [{time: 1}]",
+    b"\xff\xfe\xff", b"", b"notes: [{time: 1, text: a, who: me}]", b"notes: [{time: x, text: a}]",
+])  # fmt: skip
 def test_a_file_that_is_not_one_of_notes_is_never_replaced(notes: BagNotes, content: bytes) -> None:
     notes.path.write_bytes(content)
     for use in (notes.read, lambda: notes.add(Note(1, "a")), lambda: notes.remove(Note(1, "a"))):

@@ -56,8 +56,7 @@ def test_the_recording_has_the_messages_in_the_order_of_time_and_ends_now() -> N
     recent.add("/b", raw(Float64(2)), now - 1)
     recent.add("/a", raw(Float64(1)), now - 2)
     recording = recent.recording()
-    assert values(recording) == [("/a", 1.0), ("/b", 2.0)]
-    assert recording.message_count == 2
+    assert (values(recording), recording.message_count) == ([("/a", 1.0), ("/b", 2.0)], 2)
     assert recording.size == 16
     assert recording.range_ns[0] == round((now - 2) * NS_PER_S)
     assert recording.range_ns[1] >= round(now * NS_PER_S)
@@ -72,8 +71,7 @@ def test_messages_are_dropped_when_they_are_too_old() -> None:
     recent, now = RecentMessages(10, BYTES), time.time()
     recent.add("/a", raw(Float64(1)), now - 11)
     recent.add("/a", raw(Float64(2)), now - 5)
-    assert values(recent.recording()) == [("/a", 2.0)]
-    assert recent.figures()[0] == pytest.approx(5, abs=2)
+    assert (values(recent.recording()), recent.figures()[0]) == ([("/a", 2.0)], pytest.approx(5, abs=2))
 
 
 def test_the_oldest_messages_are_dropped_at_the_limit_of_bytes_and_all_memory_is_counted() -> None:

@@ -51,23 +51,8 @@ def detections(*, is_new: bool, theta: float = 0.0) -> Any:
 def test_detections_of_both_releases_are_boxes_with_the_best_result(is_new: bool) -> None:
     (shape,) = detection_shapes(detections(is_new=is_new))
     edges = [
-        90.0,
-        45.0,
-        110.0,
-        45.0,
-        110.0,
-        45.0,
-        110.0,
-        55.0,
-        110.0,
-        55.0,
-        90.0,
-        55.0,
-        90.0,
-        55.0,
-        90.0,
-        45.0,
-    ]
+        90.0, 45.0, 110.0, 45.0, 110.0, 45.0, 110.0, 55.0, 110.0, 55.0, 90.0, 55.0, 90.0, 55.0, 90.0, 45.0,
+    ]  # fmt: skip
     assert shape["lines"] == edges * 2
     assert shape["texts"] == [[90.0, 45.0, "dog 0.90"]]
 
@@ -101,8 +86,7 @@ def test_markers_are_where_image_geometry_projects_them() -> None:
     (shape,) = shapes_of(marker(Marker.LINE_STRIP, points=points))
     places = [(point.x + 0.5, point.y - 0.25, point.z + 2.0) for point in points]
     expected = [value for place in places for value in model.project3dToPixel(place)]
-    assert shape["lines"] == pytest.approx(expected, abs=0.06)
-    assert shape["color"] == "rgb(255 128 0)"
+    assert (shape["lines"], shape["color"]) == (pytest.approx(expected, abs=0.06), "rgb(255 128 0)")
     (ball,) = shapes_of(marker(Marker.SPHERE))
     assert ball["circles"] == pytest.approx([*model.project3dToPixel((0.5, -0.25, 2.0)), 25.0], abs=0.06)
 

@@ -51,13 +51,9 @@ def test_an_image_is_small() -> None:
     assert len(pixels) <= 60_000
 
 
-@pytest.mark.parametrize(
-    "message",
-    [
-        Imu(),
-        Image(encoding="unknown9", width=1, height=1),
-        CompressedImage(format="jpeg", data=bytes(COMPRESSED_BYTES + 1)),
-    ],
-)
+@pytest.mark.parametrize("message", [
+    Imu(), Image(encoding="unknown9", width=1, height=1),
+    CompressedImage(format="jpeg", data=bytes(COMPRESSED_BYTES + 1)),
+])  # fmt: skip
 def test_other_messages_have_no_picture(message: Any) -> None:
     assert message_picture(message) is None

@@ -37,8 +37,7 @@ Window Geometry:
 
 def test_scalars_stay_texts() -> None:
     display = read_rviz(FILE)["Visualization Manager"]["Displays"][0]
-    assert display["Alpha"] == "0.0299999993"
-    assert display["Invented"] == ["007", "yes", "#ff0000"]
+    assert (display["Alpha"], display["Invented"]) == ("0.0299999993", ["007", "yes", "#ff0000"])
     assert display["Enabled"] == "true"
 
 
@@ -64,16 +63,11 @@ def test_a_file_of_genuine_rviz_survives_with_all_properties() -> None:
     assert list(map(list, written["Visualization Manager"]["Displays"])) == list(map(list, shown))
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("Panels: []", "must have the key 'Visualization Manager'"),
-        ("- a", "must have the key 'Visualization Manager'"),
-        ("Visualization Manager: [", "invalid YAML"),
-        ("a: " + "[" * 200 + "]" * 200, "nested"),
-        ("&a [*a]", "invalid YAML|inside"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("Panels: []", "must have the key 'Visualization Manager'"),
+    ("- a", "must have the key 'Visualization Manager'"), ("Visualization Manager: [", "invalid YAML"),
+    ("a: " + "[" * 200 + "]" * 200, "nested"), ("&a [*a]", "invalid YAML|inside"),
+])  # fmt: skip
 def test_other_texts_are_refused(text: str, reason: str) -> None:
     with pytest.raises(RvizFileError, match=reason):
         read_rviz(text)
