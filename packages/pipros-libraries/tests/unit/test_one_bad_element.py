@@ -1,7 +1,5 @@
 """One bad element among good ones closes only itself, whether it is the first, in the middle or the last."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -165,8 +165,7 @@ def test_renamed_types_get_their_later_names_if_they_are_the_same(is_same: bool)
     assert found == {"/tf": "tf2_msgs/msg/TFMessage", "/rosout": "rcl_interfaces/msg/Log"}
     with open_any_bag("new") as bag:
         by_topic = {topic: message for topic, message, *_ in bag.messages()}
-    assert by_topic["/tf"].transforms[0].child_frame_id == "laser"
-    assert by_topic["/rosout"].msg == "x"
+    assert (by_topic["/tf"].transforms[0].child_frame_id, by_topic["/rosout"].msg) == ("laser", "x")
 
 
 # An empty metadata.yaml, or one with old names of files, made a bag unreadable.

@@ -1,7 +1,5 @@
 """The action server of move_base, with messages given directly."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 
@@ -33,8 +31,7 @@ class FakeNode:
         self.clock = SimpleNamespace(now_ns=lambda: self.now_s * 1_000_000_000)
 
     def advertise(self, topic: str, _: Any, **__: Any) -> Any:
-        sent = self.sent.setdefault(topic, [])
-        return SimpleNamespace(publish=sent.append, connection_count=1)
+        return SimpleNamespace(publish=self.sent.setdefault(topic, []).append, connection_count=1)
 
     def subscribe(self, topic: str, _: Any, callback: Any, **__: Any) -> None:
         self.callbacks[topic] = callback

@@ -163,7 +163,6 @@ def test_a_full_table_refuses_goals_while_none_has_ended(table: GoalTable[Goal])
 def test_a_new_goal_replaces_the_oldest_that_has_ended(table: GoalTable[Goal]) -> None:
     for name in "cb":
         goal = table.find(name)
-        assert goal is not None
         goal.has_ended = True
 
     assert table.add("d", Goal("d"))
@@ -205,8 +204,7 @@ def test_a_cancellation_means_a_goal_or_those_up_to_a_stamp(
 def appended(ended: str, limit: int) -> str:
     """Goals after the goal d was appended to a, b and c; names in `ended` are goals that have ended."""
     goals = list("abc")
-    was_appended = append_goal(goals, "d", limit, lambda goal: goal in ended)
-    assert was_appended is ("d" in goals)
+    assert append_goal(goals, "d", limit, lambda goal: goal in ended) is ("d" in goals)
     return "".join(goals)
 
 
@@ -215,5 +213,4 @@ def test_a_list_with_room_keeps_all_goals() -> None:
 
 
 def test_in_a_full_list_a_goal_replaces_the_oldest_that_has_ended_or_is_refused() -> None:
-    assert appended(ended="cb", limit=3) == "acd"
-    assert appended(ended="", limit=3) == "abc"
+    assert (appended(ended="cb", limit=3), appended(ended="", limit=3)) == ("acd", "abc")

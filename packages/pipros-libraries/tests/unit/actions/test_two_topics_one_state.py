@@ -1,7 +1,5 @@
 """An action client shows one state, although statuses and results arrive on two topics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -66,8 +64,7 @@ def test_a_final_state_is_seen_only_with_its_result(server: Server, status: Stat
     assert state in (Status.PENDING, Status.ACTIVE)
     assert result is None
     server.end(status, 7)
-    assert server.seen() == (status, 7)
-    assert server.ended == [(status, 7)]
+    assert (server.seen(), server.ended) == ((status, 7), [(status, 7)])
 
 
 def test_a_status_after_the_result_changes_nothing(server: Server) -> None:
@@ -76,8 +73,7 @@ def test_a_status_after_the_result_changes_nothing(server: Server) -> None:
         server.report(late)
         assert server.seen() == (Status.SUCCEEDED, 7)
     server.end(Status.ABORTED, 8)
-    assert server.seen() == (Status.SUCCEEDED, 7)
-    assert server.ended == [(Status.SUCCEEDED, 7)]
+    assert (server.seen(), server.ended) == ((Status.SUCCEEDED, 7), [(Status.SUCCEEDED, 7)])
 
 
 def test_a_result_during_a_callback_is_seen_after_it(monkeypatch: pytest.MonkeyPatch, server: Server) -> None:
@@ -89,8 +85,7 @@ def test_a_result_during_a_callback_is_seen_after_it(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(server.client, "active_cb", receive_the_result)
     server.report(Status.ACTIVE)
-    assert seen == [(Status.ACTIVE, None)]
-    assert server.seen() == (Status.SUCCEEDED, 7)
+    assert (seen, server.seen()) == ([(Status.ACTIVE, None)], (Status.SUCCEEDED, 7))
 
 
 def test_a_lost_result_ends_the_goal_with_its_status(monkeypatch: pytest.MonkeyPatch, server: Server) -> None:
@@ -105,5 +100,4 @@ def test_a_lost_result_ends_the_goal_with_its_status(monkeypatch: pytest.MonkeyP
     assert server.ended == []
     now_s += 2
     server.report(None)
-    assert server.ended == [(Status.SUCCEEDED, None)]
-    assert server.seen() == (Status.SUCCEEDED, None)
+    assert (server.ended, server.seen()) == ([(Status.SUCCEEDED, None)], (Status.SUCCEEDED, None))

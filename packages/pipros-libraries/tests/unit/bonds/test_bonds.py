@@ -127,13 +127,10 @@ class Owner:
         self.ignored_silences = ignored_silences
         self.is_over = is_over
         self.side = BondSide(
-            dict.fromkeys(BondEvent, NEVER_S) | durations_s,
-            send=self.published.append,
-            notify=self.changes.append,
-            enter=self.states.append,
-            ignores_silence=self._ignores_silence,
+            dict.fromkeys(BondEvent, NEVER_S) | durations_s, send=self.published.append,
+            notify=self.changes.append, enter=self.states.append, ignores_silence=self._ignores_silence,
             is_over=lambda: self.is_over,
-        )
+        )  # fmt: skip
 
     def _ignores_silence(self) -> bool:
         wait_until(lambda: self.changes, what="the notification that the bond was formed")

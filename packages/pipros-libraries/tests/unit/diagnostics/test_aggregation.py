@@ -1,7 +1,5 @@
 """The aggregator's reports on statuses, and on invalid parameters."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -56,20 +54,14 @@ def test_statuses_are_sorted_into_a_tree() -> None:
     feed(aggregation, 1.0, Breaker_3=OK)
 
     assert reported(aggregation, 2.0) == {
-        "/robot": (ERROR, "Error"),
-        "/robot/Motors": (ERROR, "Error"),
-        "/robot/Motors/Arms": (WARN, "Warning"),
-        "/robot/Motors/Arms/left": (OK, "is 0"),
-        "/robot/Motors/Arms/right": (WARN, "is 1"),
-        "/robot/Motors/Legs": (ERROR, "Expected 2, found 1"),
-        "/robot/Motors/Legs/left leg": (OK, "is 0"),
-        "/robot/Power": (ERROR, "Error"),
-        "/robot/Power/Battery 0": (OK, "is 0"),
-        "/robot/Power/Battery 1": (STALE, "Missing"),
-        "/robot/Power/Breaker 3": (OK, "is 0"),
-        "/robot/Other": (ERROR, "Error"),
+        "/robot": (ERROR, "Error"), "/robot/Motors": (ERROR, "Error"),
+        "/robot/Motors/Arms": (WARN, "Warning"), "/robot/Motors/Arms/left": (OK, "is 0"),
+        "/robot/Motors/Arms/right": (WARN, "is 1"), "/robot/Motors/Legs": (ERROR, "Expected 2, found 1"),
+        "/robot/Motors/Legs/left leg": (OK, "is 0"), "/robot/Power": (ERROR, "Error"),
+        "/robot/Power/Battery 0": (OK, "is 0"), "/robot/Power/Battery 1": (STALE, "Missing"),
+        "/robot/Power/Breaker 3": (OK, "is 0"), "/robot/Other": (ERROR, "Error"),
         "/robot/Other/fan": (ERROR, "is 2"),
-    }
+    }  # fmt: skip
     motors = next(status for status in aggregation.report(2.0) if status.name == "/robot/Motors")
     assert motors.values == (("Arms", "Warning"), ("Legs", "Expected 2, found 1"))
 
@@ -115,8 +107,7 @@ def test_a_status_may_be_taken_twice() -> None:
 
 
 def test_names_lose_prefixes_and_slashes() -> None:
-    assert output_name("node: a/b", ["other", "node"]) == "a b"
-    assert output_name("node", ["node"]) == ""
+    assert (output_name("node: a/b", ["other", "node"]), output_name("node", ["node"])) == ("a b", "")
     assert output_name("x", [""]) == "x"
 
 

@@ -53,8 +53,7 @@ def test_timestamps_are_rated_by_the_worst_one() -> None:
 
 def test_equal_levels_are_joined_and_worse_ones_replace_the_summary() -> None:
     assert merged(0, "fine", 0, "well") == (0, "fine; well")
-    assert merged(0, "fine", 2, "broken") == (2, "broken")
-    assert merged(2, "broken", 0, "fine") == (2, "broken")
+    assert (merged(0, "fine", 2, "broken"), merged(2, "broken", 0, "fine")) == ((2, "broken"), (2, "broken"))
     assert merged(1, "warm", 2, "hot") == (2, "warm; hot")
 
 

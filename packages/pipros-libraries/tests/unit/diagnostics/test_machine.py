@@ -1,7 +1,5 @@
 """The reports of machine monitors, and the packets of SNTP."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 from types import SimpleNamespace
@@ -34,11 +32,7 @@ NOW = 1_800_000_000.25
 def test_the_busiest_processor_counts() -> None:
     report = cpu_report([10.0, 95.5], 90)
     assert (report.level, report.message) == (WARN, "At least one CPU exceeds 90 percent")
-    assert report.values == [
-        ("CPU Load Average", "52.75"),
-        ("CPU 0 Load", "10.00"),
-        ("CPU 1 Load", "95.50"),
-    ]
+    assert report.values == [("CPU Load Average", "52.75"), ("CPU 0 Load", "10.00"), ("CPU 1 Load", "95.50")]
     assert cpu_report([], 90).level == OK
 
 
@@ -145,15 +139,9 @@ def test_voltages(tmp_path: Path) -> None:
     chip = tmp_path / "hwmon0"
     chip.mkdir()
     files = {
-        "name": "nct6775",
-        "in0_input": "1208",
-        "in0_label": "Vcore Voltage",
-        "in0_min": "900",
-        "in0_max": "1400",
-        "in1_input": "3000",
-        "in1_min": "3200",
-        "in2_input": "not a number",
-    }
+        "name": "nct6775", "in0_input": "1208", "in0_label": "Vcore Voltage", "in0_min": "900",
+        "in0_max": "1400", "in1_input": "3000", "in1_min": "3200", "in2_input": "not a number",
+    }  # fmt: skip
     for name, text in files.items():
         (chip / name).write_text(f"{text}\n")
 

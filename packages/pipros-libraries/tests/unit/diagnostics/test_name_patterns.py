@@ -17,11 +17,7 @@ def test_whole_names_are_matched_by_any_pattern() -> None:
         name
         for name in ("motor 12", "motor 12 ", "a motor 1", "leftright", "aa", "ab")
         if patterns.match(name)
-    ] == [
-        "motor 12",
-        "leftright",
-        "aa",
-    ]
+    ] == ["motor 12", "leftright", "aa"]
     assert not NamePatterns([])
     assert patterns.slow == []
 
@@ -32,15 +28,10 @@ def test_names_that_are_too_long_match_nothing() -> None:
     assert not patterns.match("x" * (NAME_CHARACTERS + 1))
 
 
-@pytest.mark.parametrize(
-    ("pattern", "name"),
-    [
-        ("(a+)+$", "a" * 40 + "!"),
-        ("(a|a)*b", "a" * 40),
-        ("a?" * 40 + "a" * 40 + "b", "a" * 60),
-        ("(.*)" * 12 + "=", "x" * 300),
-    ],
-)
+@pytest.mark.parametrize(("pattern", "name"), [
+    ("(a+)+$", "a" * 40 + "!"), ("(a|a)*b", "a" * 40), ("a?" * 40 + "a" * 40 + "b", "a" * 60),
+    ("(.*)" * 12 + "=", "x" * 300),
+])  # fmt: skip
 def test_a_pattern_that_takes_too_long_is_aborted(pattern: str, name: str) -> None:
     patterns = NamePatterns(["fine", pattern])
     assert not patterns.match(name)
@@ -48,16 +39,10 @@ def test_a_pattern_that_takes_too_long_is_aborted(pattern: str, name: str) -> No
     assert patterns.match("fine")
 
 
-@pytest.mark.parametrize(
-    ("pattern", "reason"),
-    [
-        ("(", "missing \\)"),
-        ("*", "nothing to repeat"),
-        ("a{4294967296}", "the repetition number is too large"),
-        (r"\q", "bad escape"),
-        ("[z-a]", "bad character range"),
-    ],
-)
+@pytest.mark.parametrize(("pattern", "reason"), [
+    ("(", "missing \\)"), ("*", "nothing to repeat"), ("a{4294967296}", "the repetition number is too large"),
+    (r"\q", "bad escape"), ("[z-a]", "bad character range"),
+])  # fmt: skip
 def test_invalid_patterns_raise(pattern: str, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         NamePatterns([pattern])
@@ -67,12 +52,9 @@ def test_invalid_patterns_raise(pattern: str, reason: str) -> None:
 
 
 QUESTIONS = {
-    ("motor [0-9]+", "motor 12"): True,
-    ("motor", "motor 12"): False,
-    ("(a+)+$", "a" * 40 + "!"): None,
-    ("(", "anything"): "missing ), unterminated subpattern at position 0",
-    (".*", "after a slow one"): True,
-}
+    ("motor [0-9]+", "motor 12"): True, ("motor", "motor 12"): False, ("(a+)+$", "a" * 40 + "!"): None,
+    ("(", "anything"): "missing ), unterminated subpattern at position 0", (".*", "after a slow one"): True,
+}  # fmt: skip
 
 
 @pytest.fixture

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -35,15 +33,12 @@ def cells(
 def test_a_map_begins_with_its_lowest_row(tmp_path: Path) -> None:
     grid = read_map(write(tmp_path))
     assert (grid.width, grid.height, grid.description.resolution) == (3, 2, 0.1)
-    assert grid.description.origin == (-1.0, 2.0, 0.5)
-    assert list(grid.cells) == [-1, 0, 0, 100, 100, -1]
+    assert (grid.description.origin, list(grid.cells)) == ((-1.0, 2.0, 0.5), [-1, 0, 0, 100, 100, -1])
 
 
 def test_each_mode_has_its_values() -> None:
-    assert cells() == [100, 100, -1, -1, 0, 0]
-    assert cells("scale") == [100, 100, 98, 1, 0, 0]
-    assert cells("raw") == [0, 89, 90, -51, -50, -1]
-    assert cells(negate=True) == [0, -1, -1, 100, 100, 100]
+    assert (cells(), cells("scale")) == ([100, 100, -1, -1, 0, 0], [100, 100, 98, 1, 0, 0])
+    assert (cells("raw"), cells(negate=True)) == ([0, 89, 90, -51, -50, -1], [0, -1, -1, 100, 100, 100])
 
 
 def test_colours_count_by_their_mean() -> None:
@@ -56,20 +51,17 @@ def test_transparency_is_interpreted_as_in_noetic() -> None:
     assert cells("raw", b"\x10", alpha=b"\0") == [16]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "complaint"),
-    [
-        (GOOD, "- 1", r"must be a mapping with image, resolution, origin, …, got \['1'\]"),
-        (GOOD, "a: [", "map.yaml:2:1: invalid YAML"),
-        ("resolution: 0.1\n", "", "missing required key 'resolution'"),
-        ("0.1", "0", "resolution must be > 0 m/pixel, got 0.0"),
-        ("0.1", ".nan", "resolution must be a finite number, got '.nan'"),
-        ("0.1", "fine", "resolution must be a finite number, got 'fine'"),
-        ("[-1.0, 2.0, 0.5]", "[1, 2]", r"origin must be a list of x, y and yaw, got \['1', '2'\]"),
-        ("map.pgm", "[]", "image must be the path to an image file"),
-        ("negate: 0", "negate: 0\nmode: best", "mode must be one of trinary, scale, raw, got 'best'"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "complaint"), [
+    (GOOD, "- 1", r"must be a mapping with image, resolution, origin, …, got \['1'\]"),
+    (GOOD, "a: [", "map.yaml:2:1: invalid YAML"),
+    ("resolution: 0.1\n", "", "missing required key 'resolution'"),
+    ("0.1", "0", "resolution must be > 0 m/pixel, got 0.0"),
+    ("0.1", ".nan", "resolution must be a finite number, got '.nan'"),
+    ("0.1", "fine", "resolution must be a finite number, got 'fine'"),
+    ("[-1.0, 2.0, 0.5]", "[1, 2]", r"origin must be a list of x, y and yaw, got \['1', '2'\]"),
+    ("map.pgm", "[]", "image must be the path to an image file"),
+    ("negate: 0", "negate: 0\nmode: best", "mode must be one of trinary, scale, raw, got 'best'"),
+])  # fmt: skip
 def test_a_wrong_description_is_refused(tmp_path: Path, old: str, new: str, complaint: str) -> None:
     with pytest.raises(BadMapDescription, match=complaint):
         read_map(write(tmp_path, GOOD.replace(old, new)))

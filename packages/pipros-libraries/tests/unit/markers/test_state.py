@@ -1,7 +1,5 @@
 """Interactive markers: pending changes, feedback of viewers, menus."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -38,7 +36,6 @@ def markers() -> Markers:
 
 def names(markers: Markers) -> list[list[str]]:
     changes = markers.apply()
-    assert changes is not None
     return [[entry.name for entry in changes.inserted], [m.name for m in changes.moved], changes.erased]
 
 
@@ -68,7 +65,6 @@ def test_a_marker_is_moved(markers: Markers) -> None:
 
     changes = markers.apply()
 
-    assert changes is not None
     assert [(m.pose.position.x, m.header.frame_id) for m in changes.moved] == [(2, "odom")]
 
 
@@ -134,7 +130,6 @@ def test_a_viewer_moves_a_marker(stamp: int, frame: str) -> None:
     markers.take_feedback(feedback(x=3, kind=Feedback.POSE_UPDATE), True, 1)
 
     changes = markers.apply()
-    assert changes is not None
     assert [(m.pose.position.x, m.header.frame_id) for m in changes.moved] == [(3, frame)]
 
 

@@ -47,16 +47,13 @@ def test_a_rate_outside_of_its_range_is_refused_with_its_name(rate_hz: float) ->
         checked_rate("~frequency", rate_hz)
 
 
-@pytest.mark.parametrize(
-    ("limits", "text"),
-    [
-        ((math.nan, 1.0, 1.0), "min_vel_x must be a finite number, got nan"),
-        ((0.0, math.inf, 1.0), "max_vel_x must be a finite number, got inf"),
-        ((0.2, 0.1, 1.0), r"max_vel_x must be >= min_vel_x \(0.2\), got 0.1"),
-        ((0.0, 0.5, 0.0), "acc_lim_x must be > 0, got 0: the robot could not brake"),
-        ((0.0, 0.5, -2.0), "acc_lim_x must be > 0, got -2"),
-    ],
-)
+@pytest.mark.parametrize(("limits", "text"), [
+    ((math.nan, 1.0, 1.0), "min_vel_x must be a finite number, got nan"),
+    ((0.0, math.inf, 1.0), "max_vel_x must be a finite number, got inf"),
+    ((0.2, 0.1, 1.0), r"max_vel_x must be >= min_vel_x \(0.2\), got 0.1"),
+    ((0.0, 0.5, 0.0), "acc_lim_x must be > 0, got 0: the robot could not brake"),
+    ((0.0, 0.5, -2.0), "acc_lim_x must be > 0, got -2"),
+])  # fmt: skip
 def test_limits_that_contradict_each_other_are_refused(limits: tuple[float, ...], text: str) -> None:
     least, greatest, acceleration = zip(("min_vel_x", "max_vel_x", "acc_lim_x"), limits, strict=True)
     with pytest.raises(InvalidParameter, match=text):

@@ -105,8 +105,7 @@ NOTHING = JointChoices({}, {})
 def test_joints_begin_at_zero_or_in_the_middle_of_their_range() -> None:
     values = JointValues(RANGES, NOTHING)
     assert values.names == ["high", "wheel", "slide", "copy"]
-    assert values.without_limits == ["bare"]
-    assert values.columns() == ([1.5, 0, 0, 0.5], [], [])
+    assert (values.without_limits, values.columns()) == (["bare"], ([1.5, 0, 0, 0.5], [], []))
     assert values.free["slide"] | {"min": -0.5, "max": 0.25} == values.free["slide"]
 
 

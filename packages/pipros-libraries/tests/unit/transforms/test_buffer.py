@@ -54,8 +54,7 @@ def test_a_transform_and_its_inverse_return_the_original(buffer: TransformBuffer
 def test_the_latest_time_is_common_to_all_frames(buffer: TransformBuffer) -> None:
     buffer.insert("map", "base", 7 * S, at(7), "me")
 
-    assert buffer.lookup("map", "hand", 0)[0] == 5 * S
-    assert buffer.latest_common_time("map", "hand") == 5 * S
+    assert (buffer.lookup("map", "hand", 0)[0], buffer.latest_common_time("map", "hand")) == (5 * S, 5 * S)
     assert buffer.lookup("arm", "hand", 0)[0] == 0
 
 
@@ -66,18 +65,15 @@ def test_two_times_are_joined_by_a_fixed_frame(buffer: TransformBuffer) -> None:
     assert pose == pytest.approx(at(-2))
 
 
-@pytest.mark.parametrize(
-    ("target", "source", "time", "error", "words"),
-    [
-        ("map", "arm", 9 * S, ExtrapolationException, "4.000000000s into the future"),
-        ("map", "arm", S // 2, ExtrapolationException, "0.500000000s into the past"),
-        ("map", "nowhere", 0, LookupException, '"nowhere" passed to lookupTransform argument source_frame'),
-        ("nowhere", "map", 0, LookupException, "argument target_frame does not exist"),
-        ("moon", "map", 0, ConnectivityException, "two or more unconnected trees"),
-        ("", "map", 0, InvalidArgumentException, "cannot be empty"),
-        ("map", "/base", 0, InvalidArgumentException, "cannot start with a '/'"),
-    ],
-)
+@pytest.mark.parametrize(("target", "source", "time", "error", "words"), [
+    ("map", "arm", 9 * S, ExtrapolationException, "4.000000000s into the future"),
+    ("map", "arm", S // 2, ExtrapolationException, "0.500000000s into the past"),
+    ("map", "nowhere", 0, LookupException, '"nowhere" passed to lookupTransform argument source_frame'),
+    ("nowhere", "map", 0, LookupException, "argument target_frame does not exist"),
+    ("moon", "map", 0, ConnectivityException, "two or more unconnected trees"),
+    ("", "map", 0, InvalidArgumentException, "cannot be empty"),
+    ("map", "/base", 0, InvalidArgumentException, "cannot start with a '/'"),
+])  # fmt: skip
 def test_unanswerable_lookups_are_errors(
     buffer: TransformBuffer, target: str, source: str, time: int, error: type[TransformException], words: str
 ) -> None:
@@ -94,19 +90,14 @@ def test_unanswerable_lookups_are_errors(
         assert buffer.can_transform(target, source, time)
 
 
-@pytest.mark.parametrize(
-    ("parent", "child", "pose", "word"),
-    [
-        ("map", "map", at(1), "TF_SELF_TRANSFORM"),
-        ("", "x", at(1), "TF_NO_FRAME_ID"),
-        ("map", "/", at(1), "TF_NO_CHILD_FRAME_ID"),
-        ("map", "x", at(math.nan), "TF_NAN_INPUT"),
-        ("map", "x", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "TF_DENORMALIZED_QUATERNION"),
-        ("map", "x", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.2), "TF_DENORMALIZED_QUATERNION"),
-        ("map", "x", (0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 1.0), "TF_DENORMALIZED_QUATERNION"),
-        ("map", "x", (0.0, 0.0, 0.0, 1e308, 1e308, 0.0, 1.0), "TF_DENORMALIZED_QUATERNION"),
-    ],
-)
+@pytest.mark.parametrize(("parent", "child", "pose", "word"), [
+    ("map", "map", at(1), "TF_SELF_TRANSFORM"), ("", "x", at(1), "TF_NO_FRAME_ID"),
+    ("map", "/", at(1), "TF_NO_CHILD_FRAME_ID"), ("map", "x", at(math.nan), "TF_NAN_INPUT"),
+    ("map", "x", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "TF_DENORMALIZED_QUATERNION"),
+    ("map", "x", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.2), "TF_DENORMALIZED_QUATERNION"),
+    ("map", "x", (0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 1.0), "TF_DENORMALIZED_QUATERNION"),
+    ("map", "x", (0.0, 0.0, 0.0, 1e308, 1e308, 0.0, 1.0), "TF_DENORMALIZED_QUATERNION"),
+])  # fmt: skip
 def test_invalid_transforms_are_refused(
     buffer: TransformBuffer, parent: str, child: str, pose: Pose, word: str
 ) -> None:
@@ -165,17 +156,13 @@ def test_clearing_keeps_static_transforms(buffer: TransformBuffer) -> None:
     assert buffer.as_string().startswith("Frame base exists with parent NO_PARENT.\n")
 
 
-@pytest.mark.parametrize(
-    ("target", "source", "fixed", "expected"),
-    [
-        ("map", "map", "map", []),
-        ("map", "hand", "map", ["hand", "arm", "base", "map"]),
-        ("hand", "map", "map", ["map", "base", "arm", "hand"]),
-        ("hand", "base", "map", ["base", "map", "base", "arm", "hand"]),
-        ("cam", "hand", "cam", ["hand", "arm", "base", "cam"]),
-        ("cam", "hand", "hand", ["hand", "arm", "base", "cam"]),
-    ],
-)
+@pytest.mark.parametrize(("target", "source", "fixed", "expected"), [
+    ("map", "map", "map", []), ("map", "hand", "map", ["hand", "arm", "base", "map"]),
+    ("hand", "map", "map", ["map", "base", "arm", "hand"]),
+    ("hand", "base", "map", ["base", "map", "base", "arm", "hand"]),
+    ("cam", "hand", "cam", ["hand", "arm", "base", "cam"]),
+    ("cam", "hand", "hand", ["hand", "arm", "base", "cam"]),
+])  # fmt: skip
 def test_the_path_through_the_tree(
     buffer: TransformBuffer, target: str, source: str, fixed: str, expected: list[str]
 ) -> None:
@@ -268,32 +255,26 @@ def test_possible_transforms_have_no_error(branched: TransformBuffer) -> None:
     assert branched.can_transform_full("camera", 3 * S, "right", S, "map") is None
 
 
-@pytest.mark.parametrize(
-    ("target", "source", "time", "reason"),
-    [
-        ("map", "nowhere", 0, "source_frame nowhere does not exist"),
-        ("here", "nowhere", 0, "target_frame here does not exist. canTransform: source_frame nowhere"),
-        ("map", "island", 0, "not part of the same tree"),
-        ("map", "camera", 9 * S, "extrapolation .* into the future"),
-        ("camera", "right", 4 * S, "extrapolation .* into the future"),
-        ("right", "camera", 4 * S, "extrapolation .* into the future"),
-        ("island", "map", S, "extrapolation at time"),
-    ],
-)
+@pytest.mark.parametrize(("target", "source", "time", "reason"), [
+    ("map", "nowhere", 0, "source_frame nowhere does not exist"),
+    ("here", "nowhere", 0, "target_frame here does not exist. canTransform: source_frame nowhere"),
+    ("map", "island", 0, "not part of the same tree"),
+    ("map", "camera", 9 * S, "extrapolation .* into the future"),
+    ("camera", "right", 4 * S, "extrapolation .* into the future"),
+    ("right", "camera", 4 * S, "extrapolation .* into the future"),
+    ("island", "map", S, "extrapolation at time"),
+])  # fmt: skip
 def test_the_error_about_a_transform_names_the_frame_or_time(
     branched: TransformBuffer, target: str, source: str, time: int, reason: str
 ) -> None:
     assert re.search(reason, branched.can_transform(target, source, time) or "")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (("here", S, "nowhere", S, "map"), "target_frame here does not exist. canTransform: source_frame"),
-        (("map", 2 * S, "camera", 2 * S, "island"), "same tree"),
-        (("map", 9 * S, "camera", S, "odom"), "extrapolation"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), [
+    (("here", S, "nowhere", S, "map"), "target_frame here does not exist. canTransform: source_frame"),
+    (("map", 2 * S, "camera", 2 * S, "island"), "same tree"),
+    (("map", 9 * S, "camera", S, "odom"), "extrapolation"),
+])  # fmt: skip
 def test_the_error_about_a_transform_between_two_times(
     branched: TransformBuffer, arguments: tuple[str, int, str, int, str], reason: str
 ) -> None:
@@ -307,19 +288,10 @@ def test_an_invalid_frame_name_raises_even_in_queries(branched: TransformBuffer,
             branched.can_transform(target, source, 0)
 
 
-@pytest.mark.parametrize(
-    ("target", "source", "time"),
-    [
-        ("map", "camera", 3 * S),
-        ("camera", "map", 3 * S),
-        ("camera", "right", 3 * S),
-        ("right", "base", 5 * S),
-        ("right", "right", 5 * S),
-        ("map", "map", 0),
-        ("map", "dock", 0),
-        ("dock", "camera", 3 * S),
-    ],
-)
+@pytest.mark.parametrize(("target", "source", "time"), [
+    ("map", "camera", 3 * S), ("camera", "map", 3 * S), ("camera", "right", 3 * S), ("right", "base", 5 * S),
+    ("right", "right", 5 * S), ("map", "map", 0), ("map", "dock", 0), ("dock", "camera", 3 * S),
+])  # fmt: skip
 def test_the_common_time_is_the_oldest_of_the_newest_on_the_path(
     branched: TransformBuffer, target: str, source: str, time: int
 ) -> None:

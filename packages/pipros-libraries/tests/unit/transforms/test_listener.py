@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import logging
 from typing import Any
 
@@ -25,7 +23,7 @@ class Node:
         self.is_ending = False
         self.callbacks: dict[str, Any] = {}
 
-    def subscribe(self, topic: str, _: Any, callback: Any, **__: Any) -> Node:
+    def subscribe(self, topic: str, _: Any, callback: Any, **__: Any) -> Any:
         self.callbacks[topic] = callback
         return self
 

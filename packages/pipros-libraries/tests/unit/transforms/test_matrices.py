@@ -404,8 +404,7 @@ def test_each_function_is_the_one_of_its_name() -> None:
 
 
 def test_there_are_24_conventions() -> None:
-    assert len(tf._AXES2TUPLE) == 24
-    assert tf._AXES2TUPLE["sxyz"] == (0, 0, 0, 0)
+    assert (len(tf._AXES2TUPLE), tf._AXES2TUPLE["sxyz"]) == (24, (0, 0, 0, 0))
     assert tf._AXES2TUPLE["rzyx"] == (0, 0, 0, 1)
     with pytest.raises(KeyError):
         tf.euler_matrix(1, 2, 3, "xyz")

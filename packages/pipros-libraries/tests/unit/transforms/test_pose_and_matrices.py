@@ -1,7 +1,5 @@
 """`transforms.pose` and `transforms.matrices` compute the same, one without numpy and one with it."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -51,17 +51,11 @@ def both_ways(image: Any, encoding: str, settings: CompressionSettings) -> tuple
     return kind, *decompressed(kind, data, PILLOW)
 
 
-@pytest.mark.parametrize(
-    ("encoding", "shape", "kind"),
-    [
-        ("rgb8", (8, 10, 3), "rgb8; png compressed bgr8"),
-        ("bgr8", (8, 10, 3), "bgr8; png compressed bgr8"),
-        ("mono8", (8, 10), "mono8; png compressed "),
-        ("bayer_rggb8", (8, 10), "bayer_rggb8; png compressed "),
-        ("8UC3", (8, 10, 3), "8UC3; png compressed "),
-        ("8UC1", (8, 10), "8UC1; png compressed "),
-    ],
-)
+@pytest.mark.parametrize(("encoding", "shape", "kind"), [
+    ("rgb8", (8, 10, 3), "rgb8; png compressed bgr8"), ("bgr8", (8, 10, 3), "bgr8; png compressed bgr8"),
+    ("mono8", (8, 10), "mono8; png compressed "), ("bayer_rggb8", (8, 10), "bayer_rggb8; png compressed "),
+    ("8UC3", (8, 10, 3), "8UC3; png compressed "), ("8UC1", (8, 10), "8UC1; png compressed "),
+])  # fmt: skip
 def test_png_keeps_every_value(encoding: str, shape: tuple[int, ...], kind: str) -> None:
     image = np.random.RandomState(1).randint(0, 256, shape).astype(np.uint8)
 
@@ -88,9 +82,7 @@ def test_jpeg_comes_near(encoding: str) -> None:
 def test_jpeg_has_the_upper_half_of_16_bits() -> None:
     kind, image, _ = both_ways(np.full((8, 8), 0x8042, np.uint16), "mono16", CompressionSettings())
 
-    assert kind == "mono16; jpeg compressed "
-    assert image.dtype == np.uint16
-    assert image[0, 0] == 0x8000
+    assert (kind, image.dtype, image[0, 0]) == ("mono16; jpeg compressed ", np.uint16, 0x8000)
 
 
 def test_alpha_is_dropped_as_in_genuine_ros() -> None:
@@ -100,9 +92,7 @@ def test_alpha_is_dropped_as_in_genuine_ros() -> None:
 
 
 def test_a_format_without_encoding_is_what_the_picture_shows() -> None:
-    data = PILLOW.encode(RAMP, "png", 9)
-
-    assert decompressed("png", data, PILLOW)[1] == "bgr8"
+    assert decompressed("png", PILLOW.encode(RAMP, "png", 9), PILLOW)[1] == "bgr8"
     assert decompressed("", PILLOW.encode(RAMP[:, :, 0], "png", 9), PILLOW)[1] == "mono8"
 
 
@@ -130,24 +120,20 @@ def test_depths_are_read() -> None:
 
     depths, encoding = decompressed("32FC1; compressedDepth", data, PILLOW)
 
-    assert encoding == "32FC1"
-    assert depths.dtype == np.float32
+    assert (encoding, depths.dtype) == ("32FC1", np.float32)
     assert np.array_equal(depths, np.array([[np.nan, 4.0, 2.0]], np.float32), equal_nan=True)
     assert decompressed("16UC1; compressedDepth png", data, PILLOW)[0].tolist() == [[0, 1, 3]]
 
 
-@pytest.mark.parametrize(
-    ("kind", "data", "text"),
-    [
-        ("jpeg", b"", r"cannot decode the image \(0 bytes\)"),
-        ("jpeg", b"\xff\xd8\xff broken", "cannot decode the image"),
-        ("rgb8; png compressed bgr8", PILLOW.encode(RAMP, "png", 9)[:-60], "cannot decode the image"),
-        ("xyz; jpeg compressed ", PILLOW.encode(RAMP, "jpeg", 80), r"Unrecognized image encoding \[xyz\]"),
-        ("32FC1; compressedDepth", b"short", "must have more than 12 bytes, got 5"),
-        ("32FC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP, "png", 9), "must have one channel, got 3"),
-        ("8UC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP[:, :, 0], "png", 9), r"got \[8UC1\]"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "data", "text"), [
+    ("jpeg", b"", r"cannot decode the image \(0 bytes\)"),
+    ("jpeg", b"\xff\xd8\xff broken", "cannot decode the image"),
+    ("rgb8; png compressed bgr8", PILLOW.encode(RAMP, "png", 9)[:-60], "cannot decode the image"),
+    ("xyz; jpeg compressed ", PILLOW.encode(RAMP, "jpeg", 80), r"Unrecognized image encoding \[xyz\]"),
+    ("32FC1; compressedDepth", b"short", "must have more than 12 bytes, got 5"),
+    ("32FC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP, "png", 9), "must have one channel, got 3"),
+    ("8UC1; compressedDepth", bytes(12) + PILLOW.encode(RAMP[:, :, 0], "png", 9), r"got \[8UC1\]"),
+])  # fmt: skip
 def test_undecodable_images_are_refused(kind: str, data: bytes, text: str) -> None:
     with pytest.raises(CompressionError, match=text):
         decompressed(kind, data, PILLOW)
@@ -216,19 +202,15 @@ def test_opencv_is_preferred_if_it_is_installed(monkeypatch: pytest.MonkeyPatch)
             opencv.encode(image, "png", 3)
 
 
-@pytest.mark.parametrize(
-    "picture",
-    [
-        PNG_START + struct.pack(">I4sII", 13, b"IHDR", 14_000, 14_000),
-        b"\xff\xd8\xff\xfe\0\x04abpadding\xff\xff\xc2\0\x11\x08" + struct.pack(">HH", 14_000, 14_000),
-        b"II*\0" + struct.pack("<IHHHIIHHII", 8, 2, 256, 4, 1, 14_000, 257, 3, 1, 14_000),
-        b"MM\0*" + struct.pack(">IHHHIHHHHII", 8, 2, 256, 3, 1, 14_000, 0, 257, 4, 1, 14_000),
-        b"BM" + bytes(12) + struct.pack("<Iii", 40, 14_000, -14_000),
-        b"RIFF\0\0\0\0WEBPVP8X" + bytes(8) + (13_999).to_bytes(3, "little") * 2,
-        b"\xff\x4f\xff\x51" + struct.pack(">HHIIII", 41, 0, 14_007, 14_003, 7, 3),
-    ],
-    ids=["PNG", "JPEG", "TIFF", "big-endian TIFF", "BMP", "WebP", "JPEG 2000"],
-)
+@pytest.mark.parametrize("picture", [
+    PNG_START + struct.pack(">I4sII", 13, b"IHDR", 14_000, 14_000),
+    b"\xff\xd8\xff\xfe\0\x04abpadding\xff\xff\xc2\0\x11\x08" + struct.pack(">HH", 14_000, 14_000),
+    b"II*\0" + struct.pack("<IHHHIIHHII", 8, 2, 256, 4, 1, 14_000, 257, 3, 1, 14_000),
+    b"MM\0*" + struct.pack(">IHHHIHHHHII", 8, 2, 256, 3, 1, 14_000, 0, 257, 4, 1, 14_000),
+    b"BM" + bytes(12) + struct.pack("<Iii", 40, 14_000, -14_000),
+    b"RIFF\0\0\0\0WEBPVP8X" + bytes(8) + (13_999).to_bytes(3, "little") * 2,
+    b"\xff\x4f\xff\x51" + struct.pack(">HHIIII", 41, 0, 14_007, 14_003, 7, 3),
+], ids=["PNG", "JPEG", "TIFF", "big-endian TIFF", "BMP", "WebP", "JPEG 2000"])  # fmt: skip
 def test_opencv_does_not_decode_pictures_with_too_many_pixels(picture: bytes) -> None:
     """14,000 x 14,000 pixels with four channels take 784 MB; a PNG file needs less than 1 MB for them."""
     with pytest.raises(PictureError, match="must have at most 178956970 pixels, got 196000000"):
@@ -242,8 +224,7 @@ def test_the_headers_that_opencv_writes_are_understood() -> None:
             picture = np.full((70, 130, channels), 128, np.uint8)
             assert pixel_count(bytes(cv2.imencode(kind, picture)[1])) == 9100, (kind, channels)
     lossy = cv2.imencode(".webp", np.zeros((7, 13, 3), np.uint8), [cv2.IMWRITE_WEBP_QUALITY, 50])[1]
-    assert bytes(lossy[12:16]) == b"VP8 "
-    assert pixel_count(bytes(lossy)) == 91
+    assert (bytes(lossy[12:16]), pixel_count(bytes(lossy))) == (b"VP8 ", 91)
     for cut in (PNG_START, b"II*\0", b"\xff\xd8", b"\xff\xd8\xff\xe0", b"BM", b"RIFF\0\0\0\0WEBPVP8 "):
         assert pixel_count(cut) == 0
     with pytest.raises(PictureError, match="must be a JPEG, PNG, TIFF, BMP, WebP or JPEG 2000 image"):

@@ -1,7 +1,5 @@
 """cv_bridge: conversion of image messages to arrays, and back."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from typing import Any
@@ -43,8 +41,7 @@ def test_channels_are_put_in_another_order_and_alpha_is_opaque() -> None:
 def test_white_stays_white_between_8_and_16_bits() -> None:
     wide = cvtColor2(COLORED, "rgb8", "bgr16")
 
-    assert wide.dtype == np.uint16
-    assert wide[0, 1].tolist() == [0, 0, 65535]
+    assert (wide.dtype, wide[0, 1].tolist()) == (np.uint16, [0, 0, 65535])
     assert np.array_equal(cvtColor2(wide, "bgr16", "rgb8"), COLORED)
 
 
@@ -87,9 +84,7 @@ def test_either_byte_order_is_read() -> None:
 
 
 def test_an_image_without_conversion_shares_the_data() -> None:
-    image = BRIDGE.imgmsg_to_cv2(message(COLORED, "rgb8"))
-
-    assert not image.flags.writeable
+    assert not BRIDGE.imgmsg_to_cv2(message(COLORED, "rgb8")).flags.writeable
     assert BRIDGE.imgmsg_to_cv2(message(COLORED, "rgb8"), "rgb8").flags.writeable
 
 
@@ -107,20 +102,15 @@ def test_an_array_becomes_a_message() -> None:
 
 @pytest.mark.parametrize("shape", [(0, 4), (4, 0), (0, 0, 3)])
 def test_an_empty_image_goes_both_ways(shape: tuple[int, ...]) -> None:
-    image = BRIDGE.cv2_to_imgmsg(np.zeros(shape, np.uint8))
-
-    assert BRIDGE.imgmsg_to_cv2(image).shape == shape
+    assert BRIDGE.imgmsg_to_cv2(BRIDGE.cv2_to_imgmsg(np.zeros(shape, np.uint8))).shape == shape
 
 
-@pytest.mark.parametrize(
-    ("encoding", "desired", "text"),
-    [
-        ("8UC1", "bgr8", "[8UC1] is not a color format. but [bgr8] is. The conversion does not make sense"),
-        ("8UC1", "8UC3", "[8UC1] and [8UC3] do not have the same number of channel"),
-        ("mono8", "bayer_rggb8", "Unsupported conversion from [mono8] to [bayer_rggb8]"),
-        ("mono8", "gray", "Unknown encoding gray"),
-    ],
-)
+@pytest.mark.parametrize(("encoding", "desired", "text"), [
+    ("8UC1", "bgr8", "[8UC1] is not a color format. but [bgr8] is. The conversion does not make sense"),
+    ("8UC1", "8UC3", "[8UC1] and [8UC3] do not have the same number of channel"),
+    ("mono8", "bayer_rggb8", "Unsupported conversion from [mono8] to [bayer_rggb8]"),
+    ("mono8", "gray", "Unknown encoding gray"),
+])  # fmt: skip
 def test_incompatible_encodings_are_refused(encoding: str, desired: str, text: str) -> None:
     gray = np.zeros((4, 4), np.uint8)
 
@@ -193,8 +183,7 @@ def test_image_encodings_have_the_properties_of_their_names() -> None:
     assert image_encodings.isBayer("bayer_rggb8")
     assert not image_encodings.isBayer("bayer_")
     assert image_encodings.hasAlpha("rgba16")
-    assert image_encodings.numChannels("32FC4") == 4
-    assert image_encodings.bitDepth("yuv422") == 8
+    assert (image_encodings.numChannels("32FC4"), image_encodings.bitDepth("yuv422")) == (4, 8)
     with pytest.raises(RuntimeError, match="Unknown encoding xyz"):
         image_encodings.numChannels("xyz")
 
@@ -289,15 +278,12 @@ def test_floats_become_gray_with_the_weights_of_opencv(monkeypatch: pytest.Monke
     assert np.allclose(image, GRAY_OF_BGR, atol=0.5)
 
 
-@pytest.mark.parametrize(
-    ("decoded", "desired", "text"),
-    [
-        (COLORED, "8UC1", "[bgr8] is a color format but [8UC1] is not"),
-        (GRAY, "bayer_rggb8", "Unsupported conversion from [mono8] to [bayer_rggb8]"),
-        (GRAY, "gray", "Unknown encoding gray"),
-        (CLEAR[:, :, :2], "bgr8", "a decoded image must have 1, 3 or 4 channels, got an array of uint8"),
-    ],
-)
+@pytest.mark.parametrize(("decoded", "desired", "text"), [
+    (COLORED, "8UC1", "[bgr8] is a color format but [8UC1] is not"),
+    (GRAY, "bayer_rggb8", "Unsupported conversion from [mono8] to [bayer_rggb8]"),
+    (GRAY, "gray", "Unknown encoding gray"),
+    (CLEAR[:, :, :2], "bgr8", "a decoded image must have 1, 3 or 4 channels, got an array of uint8"),
+])  # fmt: skip
 def test_a_decoded_image_is_not_converted_to_other_kinds(
     decoded: Any, desired: str, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

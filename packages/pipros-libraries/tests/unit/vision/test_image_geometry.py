@@ -52,8 +52,7 @@ def test_a_camera_model_returns_its_calibration() -> None:
         *(500, 400, 320, 240),
         *(-50, 0),
     )
-    assert camera.tfFrame() == "camera"
-    assert camera.fullResolution() == (640, 480)
+    assert (camera.tfFrame(), camera.fullResolution()) == ("camera", (640, 480))
     assert camera.fovX() == 2 * math.atan(640 / 1000)
     assert camera.fovY() == 2 * math.atan(480 / 800)
     assert camera.distortionCoeffs().shape == (5, 1)
@@ -66,8 +65,7 @@ def test_binning_and_a_region_change_what_pixels_mean() -> None:
     camera = model(binning_x=2, roi=RegionOfInterest(x_offset=20, y_offset=40, width=100, height=100))
 
     assert (camera.fx(), camera.fy(), camera.cx(), camera.cy()) == (250, 400, 150, 200)
-    assert camera.full_P[0, 2] == 320
-    assert camera.raw_roi.width == 100
+    assert (camera.full_P[0, 2], camera.raw_roi.width) == (320, 100)
     assert model().raw_roi.width == 640
 
 
@@ -114,8 +112,7 @@ def test_two_cameras_see_depth() -> None:
 
     (left_u, v), (right_u, _) = pair.project3dToPixel((0.2, 0.1, 2.0))
 
-    assert pair.tfFrame() == "camera"
-    assert pair.getZ(left_u - right_u) == 2.0
+    assert (pair.tfFrame(), pair.getZ(left_u - right_u)) == ("camera", 2.0)
     assert pair.getDisparity(2.0) == left_u - right_u
     assert pair.projectPixelTo3d((left_u, v), left_u - right_u)[2] == 2.0
     assert (pair.getZ(0), pair.getDisparity(0)) == (math.inf, math.inf)
@@ -123,8 +120,7 @@ def test_two_cameras_see_depth() -> None:
 
 
 def test_matrices_are_filled_and_cut() -> None:
-    assert mkmat(2, 2, [1, 2, 3]).tolist() == [[1, 2], [3, 0]]
-    assert mkmat(1, 2, [1, 2, 3]).tolist() == [[1, 2]]
+    assert (mkmat(2, 2, [1, 2, 3]).tolist(), mkmat(1, 2, [1, 2, 3]).tolist()) == ([[1, 2], [3, 0]], [[1, 2]])
 
 
 def test_images_are_rectified_by_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -183,14 +179,9 @@ EVERYTHING = 0x1F
 
 def scan(*ranges: float, intensities: tuple[float, ...] = ()) -> LaserScan:
     found = LaserScan(
-        angle_min=0,
-        angle_increment=pi / 2,
-        time_increment=0.5,
-        range_min=0.5,
-        range_max=10,
-        ranges=ranges,
+        angle_min=0, angle_increment=pi / 2, time_increment=0.5, range_min=0.5, range_max=10, ranges=ranges,
         intensities=intensities,
-    )
+    )  # fmt: skip
     found.header.frame_id = "laser"
     return found
 
@@ -242,16 +233,14 @@ def test_angles_are_normalized(angle: float, normal: float) -> None:
 
 def test_the_shortest_turn_crosses_the_seam() -> None:
     assert angles.shortest_angular_distance(3, -3) == pytest.approx(2 * pi - 6)
-    assert angles.two_pi_complement(pi / 2) == -1.5 * pi
-    assert angles.two_pi_complement(0) == 2 * pi
+    assert (angles.two_pi_complement(pi / 2), angles.two_pi_complement(0)) == (-1.5 * pi, 2 * pi)
     assert angles.two_pi_complement(5 * pi) == -pi
 
 
 def test_a_turn_keeps_the_limits_of_a_joint() -> None:
     within = angles.shortest_angular_distance_with_limits
 
-    assert within(-0.5, 0.5, -1, 1) == (True, 1.0)
-    assert within(-0.5, 0.5, 0.25, -0.25) == (True, 1.0 - 2 * pi)
+    assert (within(-0.5, 0.5, -1, 1), within(-0.5, 0.5, 0.25, -0.25)) == ((True, 1.0), (True, 1.0 - 2 * pi))
     assert not within(-0.5, 0.5, -0.25, 0.25)[0]
     assert within(-0.5, 0.5, -pi, pi)[0]
 

@@ -1,7 +1,5 @@
 """resource_retriever: supported and refused URLs."""
 
-from __future__ import annotations
-
 import http.server
 import threading
 from collections.abc import Iterator
@@ -39,21 +37,14 @@ def test_the_file_of_a_file_url_is_read(package: Path) -> None:
     assert resource_retriever.get_filename(f"file://{path}") == f"file://{path}"
 
 
-@pytest.mark.parametrize(
-    ("url", "text"),
-    [
-        ("file:///nowhere/x", "Invalid URL: file:///nowhere/x .*No such file"),
-        ("file://elsewhere/x", "must start with package:// or file:///"),
-        ("ftp://server/x", "must start with package:// or file:///"),
-        ("/etc/hostname", "Invalid URL: /etc/hostname"),
-        ("", "Invalid URL: "),
-        (
-            "package://arm_description",
-            "Could not parse package:// format into file:// format for package://arm",
-        ),
-        ("http://[", "Invalid URL: http://"),
-    ],
-)
+@pytest.mark.parametrize(("url", "text"), [
+    ("file:///nowhere/x", "Invalid URL: file:///nowhere/x .*No such file"),
+    ("file://elsewhere/x", "must start with package:// or file:///"),
+    ("ftp://server/x", "must start with package:// or file:///"),
+    ("/etc/hostname", "Invalid URL: /etc/hostname"), ("", "Invalid URL: "),
+    ("package://arm_description", "Could not parse package:// format into file:// format for package://arm"),
+    ("http://[", "Invalid URL: http://"),
+])  # fmt: skip
 def test_invalid_and_missing_urls_are_refused(url: str, text: str) -> None:
     with pytest.raises(Exception, match=text):
         resource_retriever.get(url)

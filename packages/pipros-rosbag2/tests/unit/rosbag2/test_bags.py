@@ -1,7 +1,5 @@
 """ROS 2 bags: written ones are read by rosbags, and those of rosbags are read like ROS 1 bags."""
 
-from __future__ import annotations
-
 import os
 import sqlite3
 from collections.abc import Iterator
@@ -34,16 +32,9 @@ from tests.support.ros2_samples import store_of
 MINE = f"Header header\nint8[] x\n{SEPARATOR}\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id"
 
 LATCHED = Qos(
-    QosHistory.KEEP_LAST,
-    1,
-    QosReliability.RELIABLE,
-    QosDurability.TRANSIENT_LOCAL,
-    QosTime(0, 0),
-    QosTime(0, 0),
-    QosLiveliness.AUTOMATIC,
-    QosTime(0, 0),
-    False,
-)
+    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, QosTime(0, 0),
+    QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False,
+)  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
@@ -170,8 +161,7 @@ def write_ros2(storage: StoragePlugin, *, version: Any = 9, folder: str = "ros2"
         header = store.types["std_msgs/msg/Header"](time(1, 2), "laser")
         message = store.types[kind](header, 1, 0.5, 0.25, 4.0, 2.5, 0.125)
         writer.write(ranges, 7, store.serialize_cdr(message, kind))
-        wide = "rosbag2_interfaces/msg/ReadSplitEvent"
-        writer.add_connection("/split", wide, typestore=store)
+        writer.add_connection("/split", "rosbag2_interfaces/msg/ReadSplitEvent", typestore=store)
 
 
 def sqlite_bag(*statements: str) -> Path:
@@ -193,8 +183,7 @@ def test_bags_of_rosbags_are_read(storage: StoragePlugin, version: int) -> None:
 
     with Ros2BagReader(Path("ros2")) as bag:
         found = {topic: message for topic, message, _, _ in bag.messages()}
-        assert bag.skipped == {}
-        assert bag.range_ns == (5, 7)
+        assert (bag.skipped, bag.range_ns) == ({}, (5, 7))
         assert bag.times_ns() == {0: [5], 1: [7], 2: []} or bag.times_ns() == {0: [5], 1: [7]}
         assert [c.is_latching for c in bag.connections_of("/range")] == [True]
         assert bag.topic_types["/state"] == "robot_interfaces/msg/State"
@@ -299,17 +288,14 @@ def test_definitions_and_rules_of_the_user(capsys: pytest.CaptureFixture[str]) -
         assert np.frombuffer(data[-8:], "<f8").tolist() == [0.5]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["--ros2", "foxy", "run.bag", "out"], "must be one of humble, jazzy, kilted, lyrical, got [foxy]"),
-        (["--ros2", "jazzy", "--storage", "x", "run.bag", "out"], "must be one of mcap, sqlite3, got [x]"),
-        (["--ros2", "jazzy", "--compression", "x", "run.bag", "out"], "compression must be one of"),
-        (["--ros2", "jazzy", "run.bag", "there"], "there already exists"),
-        (["--ros2", "jazzy", "--rules", "bad.yaml", "run.bag", "out"], "bad.yaml, rule 1"),
-        (["--ros2", "jazzy", "missing.bag", "out"], "missing.bag"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), [
+    (["--ros2", "foxy", "run.bag", "out"], "must be one of humble, jazzy, kilted, lyrical, got [foxy]"),
+    (["--ros2", "jazzy", "--storage", "x", "run.bag", "out"], "must be one of mcap, sqlite3, got [x]"),
+    (["--ros2", "jazzy", "--compression", "x", "run.bag", "out"], "compression must be one of"),
+    (["--ros2", "jazzy", "run.bag", "there"], "there already exists"),
+    (["--ros2", "jazzy", "--rules", "bad.yaml", "run.bag", "out"], "bad.yaml, rule 1"),
+    (["--ros2", "jazzy", "missing.bag", "out"], "missing.bag"),
+])  # fmt: skip
 def test_invalid_conversions_leave_nothing(
     arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -29,21 +29,10 @@ ALL = parse_ros2_message(
 
 
 VALUES: dict[str, Any] = {
-    "b": False,
-    "y": 200,
-    "c": 7,
-    "i": -128,
-    "u": 2**64 - 1,
-    "f": 0.25,
-    "d": math.inf,
-    "s": "äb",
-    "w": "wé",
-    "a": [1, -2, 3],
-    "n": [4],
-    "t": ["", "x"],
-    "stamp": {"sec": -1, "nanosec": 5},
+    "b": False, "y": 200, "c": 7, "i": -128, "u": 2**64 - 1, "f": 0.25, "d": math.inf, "s": "äb", "w": "wé",
+    "a": [1, -2, 3], "n": [4], "t": ["", "x"], "stamp": {"sec": -1, "nanosec": 5},
     "h": [{"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "map"}],
-}
+}  # fmt: skip
 
 
 def test_all_kinds_of_fields_survive() -> None:
@@ -63,12 +52,9 @@ def test_the_bytes_are_those_of_rosbags() -> None:
     store = get_typestore(Stores.ROS2_JAZZY)
     message = CATALOG.message("sensor_msgs/msg/JointState")
     values = {
-        "header": {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "base"},
-        "name": ["a", "bcd"],
-        "position": [1.5, 2.5],
-        "velocity": [],
-        "effort": [-1.0],
-    }
+        "header": {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "base"}, "name": ["a", "bcd"],
+        "position": [1.5, 2.5], "velocity": [], "effort": [-1.0],
+    }  # fmt: skip
     payload = encode(values, message, CATALOG.message)
 
     theirs = store.deserialize_cdr(payload, message.type)
@@ -82,22 +68,16 @@ def test_an_empty_message_has_no_fields() -> None:
     assert len(encode({}, empty, CATALOG.message)) == 5
 
 
-@pytest.mark.parametrize(
-    ("values", "error"),
-    [
-        ({"z": 1}, r"own/msg/All has no field \[z\]; its fields: b, y"),
-        ({"b": 1}, "b must be of the type bool, got 1"),
-        ({"i": True}, "i must be of the type int8, got True"),
-        ({"i": 200}, "i must be from -128 to 127, got 200"),
-        ({"s": "abcd"}, "s must have at most 3 characters, got 4"),
-        ({"s": 1}, "s must be a text, got 1"),
-        ({"a": [1]}, "a must have 3 elements, got 1"),
-        ({"n": [1, 2, 3]}, "n must have at most 2 elements, got 3"),
-        ({"t": "x"}, "t must be a list, got 'x'"),
-        ({"stamp": {"secs": 1}}, r"has no field \[secs\]"),
-        ({"h": [{"stamp": 1}]}, "h.stamp must be a mapping of fields, got 1"),
-    ],
-)
+@pytest.mark.parametrize(("values", "error"), [
+    ({"z": 1}, r"own/msg/All has no field \[z\]; its fields: b, y"),
+    ({"b": 1}, "b must be of the type bool, got 1"), ({"i": True}, "i must be of the type int8, got True"),
+    ({"i": 200}, "i must be from -128 to 127, got 200"),
+    ({"s": "abcd"}, "s must have at most 3 characters, got 4"), ({"s": 1}, "s must be a text, got 1"),
+    ({"a": [1]}, "a must have 3 elements, got 1"),
+    ({"n": [1, 2, 3]}, "n must have at most 2 elements, got 3"), ({"t": "x"}, "t must be a list, got 'x'"),
+    ({"stamp": {"secs": 1}}, r"has no field \[secs\]"),
+    ({"h": [{"stamp": 1}]}, "h.stamp must be a mapping of fields, got 1"),
+])  # fmt: skip
 def test_values_of_the_wrong_type_are_named(values: dict[str, Any], error: str) -> None:
     with pytest.raises(CdrError, match=error):
         encode(values, ALL, CATALOG.message)
@@ -186,14 +166,11 @@ def test_an_event_of_a_known_service_needs_no_definition() -> None:
     assert [(each.success, each.message) for each in event.response] == [(True, "ok")]
 
 
-@pytest.mark.parametrize(
-    ("part", "body", "field"),
-    [
-        ("FeedbackMessage", GID + struct.pack("<Iii", 2, 1, 1), lambda found: found.feedback.partial),
-        ("SendGoal_Request", GID + struct.pack("<i", 8), lambda found: [found.goal.order]),
-        ("GetResult_Response", struct.pack("<b3xIi", 4, 1, 9), lambda found: found.result.result),
-    ],
-)
+@pytest.mark.parametrize(("part", "body", "field"), [
+    ("FeedbackMessage", GID + struct.pack("<Iii", 2, 1, 1), lambda found: found.feedback.partial),
+    ("SendGoal_Request", GID + struct.pack("<i", 8), lambda found: [found.goal.order]),
+    ("GetResult_Response", struct.pack("<b3xIi", 4, 1, 9), lambda found: found.result.result),
+])  # fmt: skip
 def test_messages_of_an_action_are_read(part: str, body: bytes, field: Any) -> None:
     write(f"own/action/Count_{part}", ACTION, body)
 
@@ -212,11 +189,8 @@ def test_the_tables_of_events_have_their_fields(capsys: pytest.CaptureFixture[st
 
 def test_definitions_with_parts_belong_only_to_services_and_actions() -> None:
     assert list(messages_from_text("own/srv/Add_Request", SERVICE)) == [
-        "own/srv/Add_Request",
-        "own/srv/Add_Response",
-        "own/srv/Add_Event",
-        "own/msg/Part",
-    ]
+        "own/srv/Add_Request", "own/srv/Add_Response", "own/srv/Add_Event", "own/msg/Part",
+    ]  # fmt: skip
     for name in ("own/msg/Add", "own/srv/Add"):
         with pytest.raises(Exception, match=r"\[---\] is not a type"):
             messages_from_text(name, "int8 a\n---\nint8 b")

@@ -1,7 +1,5 @@
 """Conversion between ROS 1 and CDR: results equal those of rosbags; rules decide which fields match."""
 
-from __future__ import annotations
-
 import io
 import struct
 from itertools import pairwise
@@ -54,23 +52,16 @@ def test_up_to_three_bytes_of_padding_are_accepted() -> None:
     plan = plans_of(Distribution.JAZZY).for_ros1("std_msgs/String")
     cdr = plan.to_cdr(b"\2\0\0\0hi")
 
-    assert cdr.hex() == "0001000003000000686900"
-    assert plan.to_ros1(cdr + bytes(3)) == b"\2\0\0\0hi"
+    assert (cdr.hex(), plan.to_ros1(cdr + bytes(3))) == ("0001000003000000686900", b"\2\0\0\0hi")
     with pytest.raises(ConversionError, match="at most 3 of padding"):
         plan.to_ros1(cdr + bytes(4))
 
 
-@pytest.mark.parametrize(
-    ("cdr", "reason"),
-    [
-        (b"", "the header of no bytes"),
-        (b"\0\0\0\0\0\0\0\2h\0", "big-endian CDR"),
-        (b"\0\3\0\0", "PL_CDR"),
-        (b"\0\7\0\0", "0007"),
-        (b"\0\1\0\0\2\0\0\0hi", "must end with a zero byte"),
-        (b"\0\1\0\0\xff\xff\xff\xffhi", "too short"),
-    ],
-)
+@pytest.mark.parametrize(("cdr", "reason"), [
+    (b"", "the header of no bytes"), (b"\0\0\0\0\0\0\0\2h\0", "big-endian CDR"), (b"\0\3\0\0", "PL_CDR"),
+    (b"\0\7\0\0", "0007"), (b"\0\1\0\0\2\0\0\0hi", "must end with a zero byte"),
+    (b"\0\1\0\0\xff\xff\xff\xffhi", "too short"),
+])  # fmt: skip
 def test_other_bytes_raise(cdr: bytes, reason: str) -> None:
     with pytest.raises(ConversionError, match=f"std_msgs/msg/String: .*{reason}"):
         plans_of(Distribution.JAZZY).for_ros1("std_msgs/String").to_ros1(cdr)
@@ -86,15 +77,10 @@ def test_strings_pass_as_bytes() -> None:
     assert plan.to_ros1(plan.to_cdr(b"\2\0\0\0\xff\xfe")) == b"\2\0\0\0\xff\xfe"
 
 
-@pytest.mark.parametrize(
-    ("ros1", "ros2", "back"),
-    [
-        ((5, -1), (4, 999_999_999), (4, 999_999_999)),
-        ((-1, -500_000_000), (-2, 500_000_000), (-2, 500_000_000)),
-        ((1, 5), (1, 5), (1, 5)),
-        ((7, -2_000_000_000), (5, 0), (5, 0)),
-    ],
-)
+@pytest.mark.parametrize(("ros1", "ros2", "back"), [
+    ((5, -1), (4, 999_999_999), (4, 999_999_999)), ((-1, -500_000_000), (-2, 500_000_000), (-2, 500_000_000)),
+    ((1, 5), (1, 5), (1, 5)), ((7, -2_000_000_000), (5, 0), (5, 0)),
+])  # fmt: skip
 def test_negative_nanoseconds_of_durations_are_carried(ros1: Any, ros2: Any, back: Any) -> None:
     plan = plans_of(Distribution.JAZZY).for_ros1("std_msgs/Duration")
 
@@ -145,8 +131,7 @@ def test_log_entries_change_their_levels() -> None:
     cdr = plan.to_cdr(serialized(message))
     back: Any = cls._from_bytes(plan.to_ros1(cdr))
 
-    assert plan.ros2_type == "rcl_interfaces/msg/Log"
-    assert plan.only_ros1 == ("topics",)
+    assert (plan.ros2_type, plan.only_ros1) == ("rcl_interfaces/msg/Log", ("topics",))
     assert cdr[4:13] == struct.pack("<iIB", 3, 4, 30)
     assert (back.level, back.header.stamp, back.topics, back.line) == (4, Time(3, 4), [], 12)
     assert plans_of(Distribution.JAZZY).for_ros2("rcl_interfaces/msg/Log") is plan
@@ -214,9 +199,7 @@ def test_fields_of_one_side_are_skipped() -> None:
         f"int8 x\n{extra.replace('wstring', 'string')}int16 y", "int8 x\nint16 y", B="string a\nfloat64 b"
     )
 
-    cdr = plan.to_cdr(b"\5\6\7")
-
-    assert plan.to_ros1(cdr) == b"\5\6\7"
+    assert plan.to_ros1(plan.to_cdr(b"\5\6\7")) == b"\5\6\7"
     assert back.to_cdr(back.to_ros1(b"\0\1\0\0\5\0\6\7")) == b"\0\1\0\0\5\0\6\7"
 
 
@@ -260,17 +243,14 @@ def test_a_rule_with_an_unknown_field_raises(name: str) -> None:
         plan.prepare()
 
 
-@pytest.mark.parametrize(
-    ("ros1", "ros2", "reason"),
-    [
-        ("int8 a", "int8 b", "only ROS 1 has a, only ROS 2 has b"),
-        ("int8 a", "int16 a", "numbers of 1 and 2 bytes"),
-        ("float32 a", "int32 a", "one floating-point number and one integer"),
-        ("int8[3] a", "int8[4] a", "an array of 3 integers and an array of 4 integers"),
-        ("int8[] a", "int8 a", "a sequence of integers and one integer"),
-        ("string a", "wstring a", "one string and one wide string"),
-    ],
-)
+@pytest.mark.parametrize(("ros1", "ros2", "reason"), [
+    ("int8 a", "int8 b", "only ROS 1 has a, only ROS 2 has b"),
+    ("int8 a", "int16 a", "numbers of 1 and 2 bytes"),
+    ("float32 a", "int32 a", "one floating-point number and one integer"),
+    ("int8[3] a", "int8[4] a", "an array of 3 integers and an array of 4 integers"),
+    ("int8[] a", "int8 a", "a sequence of integers and one integer"),
+    ("string a", "wstring a", "one string and one wide string"),
+])  # fmt: skip
 def test_types_that_do_not_correspond_raise(ros1: str, ros2: str, reason: str) -> None:
     with pytest.raises(NotConvertible, match=reason):
         plan_between(ros1, ros2).prepare()
@@ -412,8 +392,7 @@ def test_headers_of_ros2_have_no_seq() -> None:
 
     back = cls._from_bytes(plan.to_ros1(plan.to_cdr(serialized(cls(seq=5, frame_id="map")))))
 
-    assert plan.only_ros1 == ("seq",)
-    assert (back.seq, back.frame_id) == (0, "map")
+    assert (plan.only_ros1, back.seq, back.frame_id) == (("seq",), 0, "map")
 
 
 def test_durations_in_messages() -> None:

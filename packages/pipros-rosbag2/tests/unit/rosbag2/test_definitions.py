@@ -55,19 +55,12 @@ def test_a_definition_without_fields_has_one_byte() -> None:
     assert parse_ros2_message("", "a/msg/B").text() == ""
 
 
-@pytest.mark.parametrize(
-    ("line", "reason"),
-    [
-        ("int32", "a field name must begin with a letter"),
-        ("int32[0] x", "the length must be at least 1"),
-        ("int32[<=99999999999] x", "is not a type"),
-        ("int32[999999999] x", "a length or bound must be at most"),
-        ("int32<=4 x", "only strings have a maximum length"),
-        ("a/b/c/d x", "is not a type"),
-        ("int32 9x", "a field name must begin with a letter"),
-        ("int32 x\nint8 x", "x is declared twice"),
-    ],
-)
+@pytest.mark.parametrize(("line", "reason"), [
+    ("int32", "a field name must begin with a letter"), ("int32[0] x", "the length must be at least 1"),
+    ("int32[<=99999999999] x", "is not a type"), ("int32[999999999] x", "a length or bound must be at most"),
+    ("int32<=4 x", "only strings have a maximum length"), ("a/b/c/d x", "is not a type"),
+    ("int32 9x", "a field name must begin with a letter"), ("int32 x\nint8 x", "x is declared twice"),
+])  # fmt: skip
 def test_invalid_declarations_raise(line: str, reason: str) -> None:
     with pytest.raises(DefinitionError, match=reason):
         parse_ros2_message(line, "a/msg/B", "B.msg")
@@ -220,18 +213,15 @@ def test_structures_have_the_fields_and_constants_of_msg_files() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("module a { struct B { wchar c; }; };", r"\[wchar\] is not a type that ROS 1 can express"),
-        ("module a { enum B { C }; };", r"expected a definition, got \[enum\]"),
-        ("module a { struct B { int8 x[0]; }; };", "a length must be a number from 1"),
-        ("module a { struct B { int8 x", "the file ends within a definition"),
-        ("module a { struct B { sequence<sequence<int8>> x; }; };", "arrays of arrays"),
-        ("module a { struct B { int8 x = 1; }; };", r"expected ; after x, got \[=\]"),
-        ("module 3 { };", r"expected a name, got \[3\]"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("module a { struct B { wchar c; }; };", r"\[wchar\] is not a type that ROS 1 can express"),
+    ("module a { enum B { C }; };", r"expected a definition, got \[enum\]"),
+    ("module a { struct B { int8 x[0]; }; };", "a length must be a number from 1"),
+    ("module a { struct B { int8 x", "the file ends within a definition"),
+    ("module a { struct B { sequence<sequence<int8>> x; }; };", "arrays of arrays"),
+    ("module a { struct B { int8 x = 1; }; };", r"expected ; after x, got \[=\]"),
+    ("module 3 { };", r"expected a name, got \[3\]"),
+])  # fmt: skip
 def test_other_definitions_are_refused(text: str, reason: str) -> None:
     with pytest.raises(DefinitionError, match=reason):
         parse_idl(text, "B.idl")
@@ -259,16 +249,11 @@ def test_the_catalog_reads_messages_services_and_actions(tmp_path: Path) -> None
         catalog.message("demo/msg/Other")
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ('\\"' * 20_000, "a string does not end"),
-        ("/* " * 20_000, None),
-        ("\n" * 20_000, None),
-        ("module a { " * 2_000, "modules are nested too deeply"),
-        ("struct A { " + "sequence<" * 2_000, "arrays of arrays have no counterpart"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ('\\"' * 20_000, "a string does not end"), ("/* " * 20_000, None), ("\n" * 20_000, None),
+    ("module a { " * 2_000, "modules are nested too deeply"),
+    ("struct A { " + "sequence<" * 2_000, "arrays of arrays have no counterpart"),
+])  # fmt: skip
 def test_repeated_beginnings_are_read_in_linear_time(text: str, reason: str | None) -> None:
     before = time.process_time()
     with pytest.raises(DefinitionError, match=reason) if reason else contextlib.nullcontext():
@@ -337,11 +322,8 @@ def test_bundled_packages_are_those_of_ros2() -> None:
     examples = ros2_package("example_interfaces", "kilted", definitions)
 
     assert sorted(tf2.files) == [
-        "action/LookupTransform.action",
-        "msg/TF2Error.msg",
-        "msg/TFMessage.msg",
-        "srv/FrameGraph.srv",
-    ]
+        "action/LookupTransform.action", "msg/TF2Error.msg", "msg/TFMessage.msg", "srv/FrameGraph.srv",
+    ]  # fmt: skip
     assert tf2.changes == ()
     assert examples.files["srv/AddTwoInts.srv"] == "int64 a\nint64 b\n---\nint64 sum\n"
     assert (

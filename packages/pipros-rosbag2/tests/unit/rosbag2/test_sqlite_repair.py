@@ -1,7 +1,5 @@
 """Damaged `.db3` files: what is readable is copied, and no text of the file is executed."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from itertools import count
@@ -30,6 +28,13 @@ def damaged(tmp_path: Path) -> Path:
         database.executemany("INSERT INTO messages VALUES (NULL, ?, ?, ?)", rows)
         database.commit()
     return path
+
+
+def change(path: Path, *statements: str) -> None:
+    with closing(sqlite3.connect(path)) as database:
+        for statement in statements:
+            database.execute(statement)
+        database.commit()
 
 
 def recovered(path: Path) -> tuple[list[str], sqlite3.Connection]:
@@ -63,15 +68,10 @@ def test_rows_before_the_damage_are_copied_and_the_damage_is_described(damaged: 
 
 
 def test_a_row_that_its_table_does_not_allow_is_left_out(damaged: Path) -> None:
-    with closing(sqlite3.connect(damaged)) as database:
-        database.execute("PRAGMA writable_schema = ON")
-        database.execute("UPDATE sqlite_master SET sql = replace(sql, 'data BLOB NOT NULL', 'data BLOB')")
-        database.commit()
-    with closing(sqlite3.connect(damaged)) as database:
-        database.execute("UPDATE messages SET data = NULL WHERE id IN (1, 250, 500)")
-        database.execute("PRAGMA writable_schema = ON")
-        database.execute("UPDATE sqlite_master SET sql = replace(sql, 'data BLOB', 'data BLOB NOT NULL')")
-        database.commit()
+    schema, write = "UPDATE sqlite_master SET sql = replace(sql, '{}', '{}')", "PRAGMA writable_schema = ON"
+    change(damaged, write, schema.format("data BLOB NOT NULL", "data BLOB"))
+    nothing = "UPDATE messages SET data = NULL WHERE id IN (1, 250, 500)"
+    change(damaged, nothing, write, schema.format("data BLOB", "data BLOB NOT NULL"))
     damage, copy = recovered(damaged)
     with closing(copy):
         assert copy.execute("SELECT count(*) FROM messages").fetchone() == (497,)
@@ -117,13 +117,9 @@ def test_a_file_without_readable_tables_is_refused(damaged: Path) -> None:
 
 
 def test_a_table_whose_text_was_changed_executes_nothing(damaged: Path) -> None:
-    with closing(sqlite3.connect(damaged)) as database:
-        database.execute("PRAGMA writable_schema = ON")
-        endless = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x FROM n) SELECT x FROM n"
-        database.execute(
-            "UPDATE sqlite_master SET sql = ? WHERE name = 'topics'", (f"CREATE TABLE topics AS {endless}",)
-        )
-        database.commit()
+    endless = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x FROM n) SELECT x FROM n"
+    text = f"UPDATE sqlite_master SET sql = 'CREATE TABLE topics AS {endless}' WHERE name = 'topics'"  # noqa: S608
+    change(damaged, "PRAGMA writable_schema = ON", text)
     with pytest.raises(
         BagFormatError, match=r"run\.db3 cannot be recovered: the table topics has no column id"
     ):

@@ -1,7 +1,5 @@
 """Decisions: nothing outside a policy is allowed, whatever names, types and values clients send."""
 
-from __future__ import annotations
-
 import math
 import struct
 from typing import Any
@@ -301,17 +299,11 @@ def test_a_launch_file_has_the_arguments_of_its_rule() -> None:
     assert "exceeds the limit of 1 per minute" in refusal(policy, launch(), state, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (0.5, ""),
-        (1, ""),
-        (1.5, "/speed must be from 0 to 1 m/s, got 1.5 m/s"),
-        (math.nan, "/speed must be a finite number"),
-        (True, "/speed must have the type double, got True"),
-        ({"a": 1}, "/speed must have the type double"),
-    ],
-)
+@pytest.mark.parametrize(("value", "message"), [
+    (0.5, ""), (1, ""), (1.5, "/speed must be from 0 to 1 m/s, got 1.5 m/s"),
+    (math.nan, "/speed must be a finite number"), (True, "/speed must have the type double, got True"),
+    ({"a": 1}, "/speed must have the type double"),
+])  # fmt: skip
 def test_parameters_have_types_and_ranges(value: object, message: str) -> None:
     policy = parse_policy("parameters: {/speed: {type: double, range: [0, 1], unit: m/s}}", "p")
     act = Act(ActKind.PARAMETER, "/speed", value)
@@ -360,14 +352,11 @@ def test_an_act_needs_conditions_that_hold_and_messages_that_are_new_enough() ->
         assert "the condition battery does not hold" in refusal(GUARDED, act, state, 2.0)
 
 
-@pytest.mark.parametrize(
-    ("fields", "inside", "outside"),
-    [
-        (("points[]: any", "points[1].positions[0]: {range: [0, 1]}"), [[9], [1]], [[9], [2]]),
-        (("points[].positions[]: any", "points[].positions[1]: {range: [0, 1]}"), [[9, 1]], [[9, 2]]),
-        (("points: any", "points[].positions[0]: {range: [0, 1]}"), [[1, 9], [0, 9]], [[0, 9], [2, 9]]),
-    ],
-)
+@pytest.mark.parametrize(("fields", "inside", "outside"), [
+    (("points[]: any", "points[1].positions[0]: {range: [0, 1]}"), [[9], [1]], [[9], [2]]),
+    (("points[].positions[]: any", "points[].positions[1]: {range: [0, 1]}"), [[9, 1]], [[9, 2]]),
+    (("points: any", "points[].positions[0]: {range: [0, 1]}"), [[1, 9], [0, 9]], [[0, 9], [2, 9]]),
+])  # fmt: skip
 def test_any_does_not_lift_the_rules_of_elements(fields: Any, inside: Any, outside: Any) -> None:
     text = "topics:\n  /arm:\n    type: trajectory_msgs/JointTrajectory\n    fields:\n      "
     policy = parse_policy(text + "\n      ".join(fields), "arm.yaml")

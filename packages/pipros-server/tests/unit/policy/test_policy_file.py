@@ -1,7 +1,5 @@
 """Policies read from YAML: their rules, and errors that name the line, the key and what to write."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -42,16 +40,12 @@ conditions:
 def test_a_policy_has_the_rules_of_its_file() -> None:
     policy = parse_policy(POLICY, "/etc/robot/p.yaml")
     assert {(kind.value, name) for kind, name in policy.rules} == {
-        ("topics", "/cmd_vel"),
-        ("topics", "/move_base/goal"),
-        ("topics", "/move_base/cancel"),
-        ("services", "/reset"),
-        ("parameters", "/speed"),
-    }
+        ("topics", "/cmd_vel"), ("topics", "/move_base/goal"), ("topics", "/move_base/cancel"),
+        ("services", "/reset"), ("parameters", "/speed"),
+    }  # fmt: skip
     drive = policy.rules[ActKind.TOPIC, "/cmd_vel"]
     assert (drive.type, drive.per_minute, drive.requires) == ("geometry_msgs/Twist", 600, ("dead_man",))
     turn = drive.fields.below["angular"].below["z"].rule
-    assert turn is not None
     assert turn.most == pytest.approx(math.pi / 2)
     assert turn.place == "p.yaml:6: topics./cmd_vel.fields.angular.z"
     assert policy.conditions["dead_man"].path == ("buttons", 4)
@@ -147,38 +141,32 @@ def test_a_stop_must_fit_into_one_write() -> None:
         parse_policy(text, "p.yaml")
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("launch_files: {a/../b.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
-        ("launch_files: {/etc/b.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
-        ("launch_files: {a/.hidden.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
-        ("launch_files: {a/b.yaml: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
-        ("launch_files: {a/b.launch: {}}", "time_limit_s: is missing"),
-        ("launch_files: {a/b.launch: {time_limit_s: 1, args: {x: {}}}}", "must have range or one_of"),
-        ("launch_files: {a/b.launch: {time_limit_s: 1, args: {x: any}}}", "args.x: must be a mapping"),
-        ("recordings: {/a: {}}", "time_limit_s: is missing"),
-        ("recordings: {a: {time_limit_s: 1}}", "must be a legal global name"),
-        ("services: {/a: {type: std_srvs/Empty, time_limit_s: 1}}", "has no fields"),
-        ("parameters: {/a: {type: int, time_limit_s: 1}}", "time_limit_s"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("launch_files: {a/../b.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+    ("launch_files: {/etc/b.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+    ("launch_files: {a/.hidden.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+    ("launch_files: {a/b.yaml: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+    ("launch_files: {a/b.launch: {}}", "time_limit_s: is missing"),
+    ("launch_files: {a/b.launch: {time_limit_s: 1, args: {x: {}}}}", "must have range or one_of"),
+    ("launch_files: {a/b.launch: {time_limit_s: 1, args: {x: any}}}", "args.x: must be a mapping"),
+    ("recordings: {/a: {}}", "time_limit_s: is missing"),
+    ("recordings: {a: {time_limit_s: 1}}", "must be a legal global name"),
+    ("services: {/a: {type: std_srvs/Empty, time_limit_s: 1}}", "has no fields"),
+    ("parameters: {/a: {type: int, time_limit_s: 1}}", "time_limit_s"),
+])  # fmt: skip
 def test_rules_for_programs_and_services_are_checked(text: str, message: str) -> None:
     with pytest.raises(BadSettings) as caught:
         parse_policy(text, "p.yaml")
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("spec", "problem"),
-    [
-        ("linear.x: {one_of: [.inf]}", "must contain finite numbers"),
-        ("linear.x: {one_of: [true]}", "must contain values of the type float64"),
-        ("linear.x: {one_of: ['1']}", "must contain values of the type float64"),
-        ("linear.x: {range: [0, 1" + 400 * "0" + "]}", "must be a number or a list of numbers"),
-        ("linear.x: {range: [0, 1], start: 1}", "needs the key change_per_s"),
-    ],
-)
+@pytest.mark.parametrize(("spec", "problem"), [
+    ("linear.x: {one_of: [.inf]}", "must contain finite numbers"),
+    ("linear.x: {one_of: [true]}", "must contain values of the type float64"),
+    ("linear.x: {one_of: ['1']}", "must contain values of the type float64"),
+    ("linear.x: {range: [0, 1" + 400 * "0" + "]}", "must be a number or a list of numbers"),
+    ("linear.x: {range: [0, 1], start: 1}", "needs the key change_per_s"),
+])  # fmt: skip
 def test_a_bound_that_no_value_can_meet_or_that_every_value_meets_is_an_error(
     spec: str, problem: str
 ) -> None:

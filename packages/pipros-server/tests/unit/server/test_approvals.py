@@ -1,7 +1,5 @@
 """Approvals: who may answer, for how long, and what a terminal shows."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -82,13 +80,9 @@ def test_a_human_sees_tool_values_rule_and_the_time_left(approvals: Approvals, c
     clock.now_s += 10
     [act] = listed(approvals)
     assert act == {
-        "id": act["id"],
-        "tool": "publish",
-        "name": "/cmd_vel",
-        "values": '{"linear": {"x": 0.2}}',
-        "rule": "base.yaml:2: topics./cmd_vel",
-        "left_s": 20.0,
-    }
+        "id": act["id"], "tool": "publish", "name": "/cmd_vel", "values": '{"linear": {"x": 0.2}}',
+        "rule": "base.yaml:2: topics./cmd_vel", "left_s": 20.0,
+    }  # fmt: skip
     answer(approvals, act["id"], "once")
     assert waiting.result(30) == "once"
     with pytest.raises(PiprosError, match="no longer waits"):
@@ -146,15 +140,10 @@ def test_too_many_acts_and_those_of_clients_that_have_gone_do_not_wait(approvals
         asked(approvals).result(30)
 
 
-@pytest.mark.parametrize(
-    "request_",
-    [
-        {"do": "answer", "id": "x", "verdict": "once"},
-        {"do": "answer", "id": "x", "verdict": "always"},
-        {"do": "x", "verdict": 1},
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize("request_", [
+    {"do": "answer", "id": "x", "verdict": "once"}, {"do": "answer", "id": "x", "verdict": "always"},
+    {"do": "x", "verdict": 1},
+], ids=str)  # fmt: skip
 def test_wrong_answers_are_refused(approvals: Approvals, request_: dict[str, Any]) -> None:
     with pytest.raises(PiprosError):
         approvals.answer(request_)
@@ -203,7 +192,6 @@ def test_an_answer_that_a_suspended_program_did_not_acknowledge_does_not_approve
         try:
             acts: list[Any] = []
             wait_until(lambda: acts.extend(act for each in waiting_acts() for act in each["waiting"]) or acts)
-            assert program.stdout is not None
             assert program.stdout.readline() == "asks\n"
             wait_until(lambda: Path(f"/proc/{program.pid}/stat").read_text().split()[2] == "T")
             with pytest.raises(LocalFailed, match="does not answer"):
@@ -338,8 +326,7 @@ def test_a_line_that_was_begun_for_one_act_does_not_approve_the_next_one(
 
     monkeypatch.setattr(terminal_approvals, "shown", show)
     monkeypatch.setattr(terminal_approvals, "print", prints, raising=False)
-    acts = [[program(id=identity, left_s=1.0)] for identity in "1222"]
-    assert answers_to(*acts, []) == []
+    assert answers_to(*[[program(id=identity, left_s=1.0)] for identity in "1222"], []) == []
     assert "2" in shown
 
 
@@ -376,5 +363,4 @@ def test_refused_acts_do_not_displace_others(approvals: Approvals) -> None:
     for _ in range(1000):
         approvals.note({"outcome": "refused"})
     acts = approvals.answer({"do": "list"})["acts"]
-    assert acts[0]["tool"] == "publish"
-    assert len(acts) == 101
+    assert (acts[0]["tool"], len(acts)) == ("publish", 101)

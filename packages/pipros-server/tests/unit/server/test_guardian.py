@@ -116,18 +116,10 @@ RESULT: Any = load_message_class("actionlib_tutorials/FibonacciActionResult")
 
 
 WATCH = {
-    "op": "watch",
-    "key": "/fibonacci/cancel",
-    "type": "actionlib_msgs/GoalID",
-    "limit_s": 3000,
+    "op": "watch", "key": "/fibonacci/cancel", "type": "actionlib_msgs/GoalID", "limit_s": 3000,
     "body": "00" * 12,
-    "halt": {
-        "topic": "/cmd_vel",
-        "type": "geometry_msgs/Twist",
-        "body": "00" * 48,
-        "result": RESULT._type,
-    },
-}
+    "halt": {"topic": "/cmd_vel", "type": "geometry_msgs/Twist", "body": "00" * 48, "result": RESULT._type},
+}  # fmt: skip
 
 
 class RecordingNode:

@@ -1,7 +1,5 @@
 """Values as JSON for browsers."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import threading
@@ -52,28 +50,12 @@ class Pair(NamedTuple):
 
 KEYS = st.one_of(st.text(), st.integers(), st.floats(allow_nan=False, allow_infinity=False), st.none())
 ODD = [
-    2**53 + 1,
-    2**64 - 1,
-    -(2**63),
-    2**64,
-    -(2**70),
-    -0.0,
-    5e-324,
-    1e16,
-    1e300,
-    NAN,
-    INF,
-    "\ud800",
-    Code.FIVE,
-]
+    2**53 + 1, 2**64 - 1, -(2**63), 2**64, -(2**70), -0.0, 5e-324, 1e16, 1e300, NAN, INF, "\ud800", Code.FIVE,
+]  # fmt: skip
 ODD += [
-    Pair(1, "b"),
-    numpy.float64(0.1),
-    numpy.float64("nan"),
-    numpy.str_("text"),
-    Path("/x"),
+    Pair(1, "b"), numpy.float64(0.1), numpy.float64("nan"), numpy.str_("text"), Path("/x"),
     datetime(2026, 1, 2, 3, tzinfo=timezone.utc),
-]
+]  # fmt: skip
 VALUES = st.recursive(
     st.one_of(
         st.sampled_from(ODD), st.floats(), st.integers(), st.text(st.characters()), st.none(), st.booleans()
@@ -98,11 +80,8 @@ def test_numbers_that_json_lacks_become_null(padding: list[int]) -> None:
     value = {"rates": [1.0, INF, (-INF, NAN)], "deep": {"a": {"b": NAN}}, INF: 1, "padding": padding}
     decoded = json.loads(text(value), parse_constant=pytest.fail)
     assert decoded == {
-        "rates": [1.0, None, [None, None]],
-        "deep": {"a": {"b": None}},
-        "inf": 1,
-        "padding": padding,
-    }
+        "rates": [1.0, None, [None, None]], "deep": {"a": {"b": None}}, "inf": 1, "padding": padding,
+    }  # fmt: skip
 
 
 def test_values_unknown_to_json_become_text() -> None:
@@ -126,8 +105,7 @@ def test_large_values_are_encoded_in_another_thread() -> None:
             return "seen"
 
     assert text([Witness()]) == '["seen"]'
-    large = [Witness(), *range(LARGE_VALUES)]
-    assert json.loads(text(large)) == ["seen", *range(LARGE_VALUES)]
+    assert json.loads(text([Witness(), *range(LARGE_VALUES)])) == ["seen", *range(LARGE_VALUES)]
     assert threads[0] is threading.main_thread()
     assert threads[1] is not threading.main_thread()
 

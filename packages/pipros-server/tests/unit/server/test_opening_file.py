@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import webbrowser
 from collections.abc import Callable
 from pathlib import Path
@@ -43,8 +41,7 @@ class Later:
 
 def test_only_the_user_can_read_the_file(home: Path) -> None:
     file = OpeningFile(ADDRESS)
-    assert file.path.stat().st_mode & 0o777 == 0o600
-    assert file.path.parent.stat().st_mode & 0o777 == 0o700
+    assert (file.path.stat().st_mode & 0o777, file.path.parent.stat().st_mode & 0o777) == (0o600, 0o700)
     assert ADDRESS in file.path.read_text()
     assert file.uri == f"file://{file.path}"
     file.remove()

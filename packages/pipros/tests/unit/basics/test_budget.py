@@ -1,7 +1,7 @@
 """Budgets of servers and their clients."""
 
 import random
-import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from hypothesis import given
@@ -30,8 +30,7 @@ def test_an_amount_that_does_not_fit_somewhere_is_taken_nowhere(limits: tuple[in
     client = Budget(limits[1], server)
     topic = Budget(limits[2], client)
     assert not topic.take(11)
-    assert (topic.used, client.used, server.used) == (0, 0, 0)
-    assert topic.left == 10
+    assert (topic.used, client.used, server.used, topic.left) == (0, 0, 0, 10)
     assert topic.take(10)
     assert topic.left == 0
 
@@ -82,8 +81,7 @@ def test_what_a_client_has_of_its_own_cannot_be_used_up_by_others() -> None:
     server = Budget(10)
     greedy, modest = Budget(100, server, own=2), Budget(100, server, part=0.5, own=3)
     assert greedy.take(12)
-    assert server.used == 10
-    assert modest.left == 3
+    assert (server.used, modest.left) == (10, 3)
     assert modest.take(3)
     assert not modest.take(1)
     assert (modest.used, server.used) == (3, 10)
@@ -169,11 +167,8 @@ def test_threads_never_take_more_than_the_limit_together() -> None:
         while client.take(1):
             pass
 
-    threads = [threading.Thread(target=work, args=[client]) for client in clients]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(len(clients)) as threads:
+        list(threads.map(work, clients))
     assert server.used == sum(client.used for client in clients) == server.peak == 1_000
 
 
@@ -208,12 +203,8 @@ def test_a_user_with_many_items_does_not_delay_another() -> None:
     turns.put("modest", 1)
     turns.put("modest", 2)
     assert [turns.pop() for _ in range(5)] == [
-        ("greedy", 0),
-        ("modest", 1),
-        ("greedy", 1),
-        ("modest", 2),
-        ("greedy", 2),
-    ]
+        ("greedy", 0), ("modest", 1), ("greedy", 1), ("modest", 2), ("greedy", 2),
+    ]  # fmt: skip
     assert len(turns) == turns.waiting("greedy") == 997
     assert turns.waiting("modest") == 0
 

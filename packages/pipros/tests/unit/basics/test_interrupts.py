@@ -44,14 +44,10 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize(
-    "start",
-    [
-        "import rospy",
-        "from pipros_tools.cli.entry_point import command; command(lambda: 0)()",
-        "from pipros.basics.interrupts import install; install(); install()",
-    ],
-)
+@pytest.mark.parametrize("start", [
+    "import rospy", "from pipros_tools.cli.entry_point import command; command(lambda: 0)()",
+    "from pipros.basics.interrupts import install; install(); install()",
+])  # fmt: skip
 def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(start: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM.format(start=start, patience_s=10)],

@@ -13,10 +13,8 @@ def test_a_command_line_is_sorted_by_what_its_arguments_are_for() -> None:
         ["prog", "a:=b", "_rate:=3", "__name:=t", "file", ":=x", "_:=c", " chat := /talk "]
     )
     assert parsed.remappings == {"a": "b", "_": "c", "chat": "/talk"}
-    assert parsed.params == {"rate": "3"}
-    assert parsed.special == {"__name": "t"}
-    assert parsed.rest == ("prog", "file", ":=x")
-    assert parsed.malformed == ()
+    assert (parsed.params, parsed.special) == ({"rate": "3"}, {"__name": "t"})
+    assert (parsed.rest, parsed.malformed) == (("prog", "file", ":=x"), ())
 
 
 def test_an_argument_with_two_assignments_is_malformed() -> None:
@@ -70,23 +68,12 @@ def test_arguments_that_roslaunch_appends_are_removed_and_no_others() -> None:
 # Command lines as words.
 
 
-@pytest.mark.parametrize(
-    ("text", "posix", "windows"),
-    [
-        (r"a\ b c", ["a b", "c"], ["a\\", "b", "c"]),
-        (
-            r"C:\maps\x.yaml '--title=a b'",
-            ["C:mapsx.yaml", "--title=a b"],
-            [r"C:\maps\x.yaml", "--title=a b"],
-        ),
-        (
-            r'"C:\my maps\new.yaml" # 2',
-            [r"C:\my maps\new.yaml", "#", "2"],
-            [r"C:\my maps\new.yaml", "#", "2"],
-        ),
-        ("--x=a'b'\"c\" ''", ["--x=abc", ""], ["--x=abc", ""]),
-    ],
-)
+@pytest.mark.parametrize(("text", "posix", "windows"), [
+    (r"a\ b c", ["a b", "c"], ["a\\", "b", "c"]),
+    (r"C:\maps\x.yaml '--title=a b'", ["C:mapsx.yaml", "--title=a b"], [r"C:\maps\x.yaml", "--title=a b"]),
+    (r'"C:\my maps\new.yaml" # 2', [r"C:\my maps\new.yaml", "#", "2"], [r"C:\my maps\new.yaml", "#", "2"]),
+    ("--x=a'b'\"c\" ''", ["--x=abc", ""], ["--x=abc", ""]),
+])  # fmt: skip
 def test_backslashes_stay_in_paths_of_windows(
     text: str, posix: list[str], windows: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -91,8 +91,7 @@ def test_a_url_names_a_file(
     monkeypatch: pytest.MonkeyPatch, is_windows: bool, path: str, url: str, named: str
 ) -> None:
     monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", is_windows)
-    assert file_url(path) == url
-    assert path_of_url(url) == named
+    assert (file_url(path), path_of_url(url)) == (url, named)
 
 
 def test_a_file_is_replaced_once_other_programs_have_closed_it(
@@ -113,8 +112,7 @@ def test_a_file_is_replaced_once_other_programs_have_closed_it(
     monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", True)
     monkeypatch.setattr(os, "replace", refuse_first)
     replace_file(tmp_path / "new", tmp_path / "old", slept.append)
-    assert (tmp_path / "old").read_text() == "new"
-    assert len(slept) == 3
+    assert ((tmp_path / "old").read_text(), len(slept)) == ("new", 3)
 
 
 def test_a_file_that_stays_open_is_reported_after_two_seconds(
@@ -154,8 +152,7 @@ def test_a_read_only_file_is_replaced_and_removed(tmp_path: Path, monkeypatch: p
 
 def test_a_path_on_another_drive_stays_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "path", ntpath)
-    assert relative_path(r"C:\ws\src\a", r"C:\ws") == r"src\a"
-    assert relative_path(r"D:\a", r"C:\ws") == r"D:\a"
+    assert (relative_path(r"C:\ws\src\a", r"C:\ws"), relative_path(r"D:\a", r"C:\ws")) == (r"src\a", r"D:\a")
 
 
 def test_a_name_in_another_case_is_not_the_one_that_is_written(

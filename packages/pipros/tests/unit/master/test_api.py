@@ -35,35 +35,21 @@ def master() -> Case:
     return Case()
 
 
-@pytest.mark.parametrize(
-    ("method", "error_value"),
-    [
-        ("getPid", -1),
-        ("getUri", ""),
-        ("getSystemState", [[], [], []]),
-        ("registerPublisher", []),
-        ("getParam", 0),
-    ],
-)
+@pytest.mark.parametrize(("method", "error_value"), [
+    ("getPid", -1), ("getUri", ""), ("getSystemState", [[], [], []]), ("registerPublisher", []),
+    ("getParam", 0),
+])  # fmt: skip
 def test_wrong_calls_are_error_responses_not_faults(master: Case, method: str, error_value: Any) -> None:
     assert master.call(method) == [-1, "missing required caller_id parameter", error_value]
     assert master.call(method, 5) == [-1, "caller_id must be a string", error_value]
     assert master.call(method, "/n", *range(9)) == [-1, "Error: bad call arity", error_value]
 
 
-@pytest.mark.parametrize(
-    ("method", "before", "after"),
-    [
-        ("lookupNode", (), ()),
-        ("registerPublisher", (), ("x/Y", API)),
-        ("registerPublisher", ("/t",), (API,)),
-        ("registerService", ("/s",), (API,)),
-        ("registerService", ("/s", "rosrpc://h:1"), ()),
-        ("setParam", (), (1,)),
-        ("searchParam", (), ()),
-        ("getPublishedTopics", (), ()),
-    ],
-)
+@pytest.mark.parametrize(("method", "before", "after"), [
+    ("lookupNode", (), ()), ("registerPublisher", (), ("x/Y", API)), ("registerPublisher", ("/t",), (API,)),
+    ("registerService", ("/s",), (API,)), ("registerService", ("/s", "rosrpc://h:1"), ()),
+    ("setParam", (), (1,)), ("searchParam", (), ()), ("getPublishedTopics", (), ()),
+])  # fmt: skip
 def test_names_and_uris_of_megabytes_are_refused(
     master: Case, method: str, before: tuple[Any, ...], after: tuple[Any, ...]
 ) -> None:
@@ -92,21 +78,18 @@ def test_registering_returns_and_notifies_the_other_side(master: Case) -> None:
     assert master.call("registerSubscriber", "/s2", "/t", "x/Y", "http://s:2/")[2] == [API]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
-        (("", "a/B", API), "ERROR: parameter [topic] must be a non-empty string"),
-        ((5, "a/B", API), "ERROR: parameter [topic] must be a non-empty string"),
-        (("/a b", "a/B", API), "ERROR: parameter [topic] contains illegal chars"),
-        (("/a:b", "a/B", API), "ERROR: parameter [topic] contains illegal chars"),
-        (("/", "a/B", API), "ERROR: parameter [topic] cannot be the global namespace"),
-        (("/t", "", API), "ERROR: parameter [topic_type] must be a non-empty string"),
-        (("/t", "B", API), "ERROR: parameter [topic_type] is not a valid package resource name"),
-        (("/t", "a/B/c", API), "ERROR: parameter [topic_type] is not a valid package resource name"),
-        (("/t", "a/B", ""), "ERROR: parameter [caller_api] is not an XMLRPC URI"),
-        (("/t", "a/B", "h:1"), "ERROR: parameter [caller_api] is not an RPC URI"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "text"), [
+    (("", "a/B", API), "ERROR: parameter [topic] must be a non-empty string"),
+    ((5, "a/B", API), "ERROR: parameter [topic] must be a non-empty string"),
+    (("/a b", "a/B", API), "ERROR: parameter [topic] contains illegal chars"),
+    (("/a:b", "a/B", API), "ERROR: parameter [topic] contains illegal chars"),
+    (("/", "a/B", API), "ERROR: parameter [topic] cannot be the global namespace"),
+    (("/t", "", API), "ERROR: parameter [topic_type] must be a non-empty string"),
+    (("/t", "B", API), "ERROR: parameter [topic_type] is not a valid package resource name"),
+    (("/t", "a/B/c", API), "ERROR: parameter [topic_type] is not a valid package resource name"),
+    (("/t", "a/B", ""), "ERROR: parameter [caller_api] is not an XMLRPC URI"),
+    (("/t", "a/B", "h:1"), "ERROR: parameter [caller_api] is not an RPC URI"),
+])  # fmt: skip
 def test_an_invalid_registration_is_refused_with_the_text_of_genuine_ros(
     master: Case, arguments: tuple[Any, ...], text: str
 ) -> None:

@@ -1,7 +1,5 @@
 """The total size of a master's data: counted at each change, and limited."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -133,8 +131,7 @@ def test_a_registration_beyond_the_limit_is_refused_and_changes_nothing(constant
             RegistryFull, match=r"bring the master's registrations .* bytes; the limit is 600"
         ):
             register()
-    assert books.topic_types == {"/t": "x/Y"}
-    assert books.api_of("/n") == "http://a:1/"
+    assert (books.topic_types, books.api_of("/n")) == ({"/t": "x/Y"}, "http://a:1/")
     assert [books.table(role) for role in Role] == [[["/t", ["/n"]]], [], [], []]
     assert books.register_publisher("/n", "/t", "x/Y", "http://a:1/") == []
 

@@ -79,16 +79,14 @@ def test_a_node_that_responds_stays_registered(case: Case) -> None:
     case.register()
     case.answers[API, "getPid"] = 7
     case.suspect()
-    assert case.gone == []
-    assert case.asked == [(API, "getPid")]
+    assert (case.gone, case.asked) == ([], [(API, "getPid")])
 
 
 def test_a_node_that_always_refuses_is_removed(case: Case) -> None:
     case.register()
     case.answers[API, "getPid"] = refused()
     case.suspect()
-    assert case.gone == [("/n", API)]
-    assert len(case.asked) == CONFIRMATIONS
+    assert (case.gone, len(case.asked)) == ([("/n", API)], CONFIRMATIONS)
 
 
 def test_a_node_that_never_responded_is_unreachable_and_stays(case: Case) -> None:
@@ -96,8 +94,7 @@ def test_a_node_that_never_responded_is_unreachable_and_stays(case: Case) -> Non
     case.register(is_met=False)
     case.answers[API, "getPid"] = refused()
     case.suspect()
-    assert case.gone == []
-    assert case.liveness.unreachable == ["/n"]
+    assert (case.gone, case.liveness.unreachable) == ([], ["/n"])
     case.answers[API, "getPid"] = [7, refused()]
     case.suspect()
     case.suspect()
@@ -109,8 +106,7 @@ def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any)
     case.register()
     case.answers[API, "getPid"] = answer
     case.suspect()
-    assert case.gone == []
-    assert case.liveness.unreachable == ["/n"]
+    assert (case.gone, case.liveness.unreachable) == ([], ["/n"])
     case.liveness.note_reached("/n")
     assert case.liveness.unreachable == []
 
@@ -186,18 +182,11 @@ def test_a_node_that_moves_during_a_check_stays_registered(case: Case) -> None:
     assert case.gone == []
 
 
-@pytest.mark.parametrize(
-    ("name", "pid", "is_there"),
-    [
-        ("/n", 7, True),
-        ("/somebody", 7, False),
-        (Fault(1, "roscpp has no such method"), 7, True),
-        (Fault(1, "roscpp has no such method"), refused(), False),
-        (None, 7, True),
-        (refused(), 7, False),
-        (silent(), 7, False),
-    ],
-)
+@pytest.mark.parametrize(("name", "pid", "is_there"), [
+    ("/n", 7, True), ("/somebody", 7, False), (Fault(1, "roscpp has no such method"), 7, True),
+    (Fault(1, "roscpp has no such method"), refused(), False), (None, 7, True), (refused(), 7, False),
+    (silent(), 7, False),
+])  # fmt: skip
 def test_an_address_belongs_to_a_node_while_it_responds_there(
     case: Case, name: Any, pid: Any, is_there: bool
 ) -> None:
@@ -211,19 +200,11 @@ def test_an_address_that_another_node_has_registered_belongs_to_that_one(case: C
     assert case.asked == []
 
 
-@pytest.mark.parametrize(
-    ("answer", "kept"),
-    [
-        (lambda: "/n", {"/n": True}),
-        (lambda: "", {"/n": True}),
-        (lambda: None, {"/n": True}),
-        (lambda: Fault(1, "roscpp has no such method"), {"/n": True}),
-        (silent, {"/n": False}),
-        (refused, {}),
-        (lambda: "/somebody", {}),
-        (lambda: ProtocolError("it speaks SSH"), {}),
-    ],
-)
+@pytest.mark.parametrize(("answer", "kept"), [
+    (lambda: "/n", {"/n": True}), (lambda: "", {"/n": True}), (lambda: None, {"/n": True}),
+    (lambda: Fault(1, "roscpp has no such method"), {"/n": True}), (silent, {"/n": False}), (refused, {}),
+    (lambda: "/somebody", {}), (lambda: ProtocolError("it speaks SSH"), {}),
+])  # fmt: skip
 def test_after_a_crash_nodes_that_respond_or_may_be_slow_are_kept(
     case: Case, answer: Callable[[], Any], kept: dict[str, bool]
 ) -> None:

@@ -1,7 +1,5 @@
 """`master.log`: registrations and parameter changes, with the node that made them."""
 
-from __future__ import annotations
-
 import logging
 import re
 import time

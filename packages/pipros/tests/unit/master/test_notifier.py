@@ -1,7 +1,5 @@
 """The delivery of notifications: in order, superseded, unaffected by slow nodes."""
 
-from __future__ import annotations
-
 import asyncio
 from typing import Any
 
@@ -28,7 +26,7 @@ def update(
 class FakeNode:
     """The client for one API. It responds after `delay_s`, or fails with `error`."""
 
-    def __init__(self, network: Network, api: str) -> None:
+    def __init__(self, network: "Network", api: str) -> None:
         self._network = network
         self.api = api
         self.is_closed = False
@@ -157,8 +155,7 @@ def test_a_slow_node_does_not_delay_others(case: Case) -> None:
         await case.until_all_finished()
 
     run_instantly(main())
-    assert case.notifier.slow_apis == {}
-    assert case.notifier.delivered == TURNS_AT_A_TIME + 1
+    assert (case.notifier.slow_apis, case.notifier.delivered) == ({}, TURNS_AT_A_TIME + 1)
 
 
 def test_the_number_of_notifications_in_transit_is_bounded(case: Case) -> None:
@@ -184,8 +181,7 @@ def test_a_slow_node_is_reported_and_gets_the_next_notification(case: Case) -> N
 
 
 def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
-    caplog: pytest.LogCaptureFixture,
-    constants: Constants,
+    caplog: pytest.LogCaptureFixture, constants: Constants
 ) -> None:
     constants(NOTICES=2)
     case = Case(Limits())
@@ -198,8 +194,7 @@ def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
         await case.until_all_finished()
 
     run_instantly(main())
-    assert case.network.topics() == ["/under_way", "/t2", "/t3"]
-    assert case.notifier.dropped == 2
+    assert (case.network.topics(), case.notifier.dropped) == (["/under_way", "/t2", "/t3"], 2)
     assert [notice.params[1] for report, notice in case.recipients.reports if report == "finished"] == [
         "/t0", "/t1", "/under_way", "/t2", "/t3",
     ]  # fmt: skip
@@ -259,8 +254,7 @@ def test_a_notification_for_many_nodes_is_encoded_once(case: Case, monkeypatch: 
     params = (MASTER_ID, "/t", [f"http://p:{number}/" for number in range(9)])
 
     case.deliver(*(Notice(f"/n{n}", f"http://n:{n}/", "publisherUpdate", params) for n in range(9)))
-    assert encoded == ["publisherUpdate"]
-    assert len(case.network.heard) == 9
+    assert (encoded, len(case.network.heard)) == (["publisherUpdate"], 9)
 
 
 def test_an_idle_client_connection_is_closed(case: Case) -> None:

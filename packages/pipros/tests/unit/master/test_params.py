@@ -15,29 +15,12 @@ from pipros.master.registry import MASTER_ID, Notice, Registry
 from pipros.wire.xmlrpc import NESTING_LIMIT, decode_response, encode_response
 
 
-def test_dictionaries_and_namespaces_are_equivalent() -> None:
-    tree = ParamTree()
-    tree.set("/robot", {"wheels": 4, "arm": {"joints": [1, 2]}})
-    assert tree.get("/robot/arm/joints") == [1, 2]
-    tree.set("/robot/arm/length", 0.5)
-    assert tree.get("/") == {"robot": {"wheels": 4, "arm": {"joints": [1, 2], "length": 0.5}}}
-
-
 @pytest.mark.parametrize("key", ["/a/b", "/a/b/", "//a//b"])
 def test_doubled_and_trailing_slashes_do_not_matter(key: str) -> None:
     tree = ParamTree()
     tree.set(key, 1)
     assert tree.get("/a/b") == 1
     assert tree.has(key)
-
-
-def test_a_namespace_replaces_a_value_and_a_value_a_namespace() -> None:
-    tree = ParamTree({"a": 5})
-    tree.set("/a/b/c", 1)
-    assert tree.get("/a") == {"b": {"c": 1}}
-    tree.set("/a", 6)
-    assert tree.get("/a") == 6
-    assert not tree.has("/a/b")
 
 
 @pytest.mark.parametrize("key", ["/nope", "/a/nope", "/a/b/below_a_value", "/x/y"])
@@ -67,46 +50,18 @@ def test_the_root_accepts_only_a_dictionary_and_cannot_be_deleted() -> None:
     assert tree.get("/") == {"b": 2}
 
 
-def test_a_namespace_is_deleted_with_its_parameters() -> None:
-    tree = ParamTree({"a": {"b": {"c": 1}, "d": 2}})
-    tree.delete("/a/b")
-    assert tree.get("/") == {"a": {"d": 2}}
-
-
-def test_later_changes_do_not_affect_returned_values() -> None:
-    tree = ParamTree({"a": {"b": 1, "c": {"d": 2}}})
-    before = tree.get("/")
-    tree.set("/a/b", 5)
-    tree.delete("/a/c/d")
-    tree.set("/e", 6)
-    assert before == {"a": {"b": 1, "c": {"d": 2}}}
-    assert tree.get("/") == {"a": {"b": 5, "c": {}}, "e": 6}
-
-
 def test_names_are_those_of_values_in_the_order_they_were_set() -> None:
     tree = ParamTree({"a": {"b": 1, "e": {}, "c": {"d": 2}}, "~p": 3, "f": []})
     assert tree.names() == ["/a/b", "/a/c/d", "~p", "/f"]
 
 
-@pytest.mark.parametrize(
-    ("ns", "key", "found"),
-    [
-        ("/ns/n", "w", "/ns/n/w"),
-        ("/ns/m", "w", "/ns/w"),
-        ("/other", "w", "/w"),
-        ("/", "w", "/w"),
-        ("/ns/", "w/q", "/ns/w/q"),
-        ("/ns/n", "w/anything", "/ns/n/w/anything"),
-        ("/ns/n", "w/", "/ns/n/w/"),
-        ("/ns/n", "nope", None),
-        ("/ns/n", "/w/g", "/w/g"),
-        ("/ns/n", "/w/nope", None),
-        ("/ns/n", "/", "/"),
-    ],
-)
+@pytest.mark.parametrize(("ns", "key", "found"), [
+    ("/ns/n", "w", "/ns/n/w"), ("/ns/m", "w", "/ns/w"), ("/other", "w", "/w"), ("/", "w", "/w"),
+    ("/ns/", "w/q", "/ns/w/q"), ("/ns/n", "w/anything", "/ns/n/w/anything"), ("/ns/n", "w/", "/ns/n/w/"),
+    ("/ns/n", "nope", None), ("/ns/n", "/w/g", "/w/g"), ("/ns/n", "/w/nope", None), ("/ns/n", "/", "/"),
+])  # fmt: skip
 def test_a_search_goes_upwards_for_the_first_part_of_the_key(ns: str, key: str, found: str | None) -> None:
-    tree = ParamTree({"w": {"g": 1}, "ns": {"w": {"q": 2}, "n": {"w": 3}}})
-    assert tree.search(ns, key) == found
+    assert ParamTree({"w": {"g": 1}, "ns": {"w": {"q": 2}, "n": {"w": 3}}}).search(ns, key) == found
 
 
 def test_the_time_of_an_upward_search_is_proportional_to_the_depth() -> None:
@@ -221,22 +176,12 @@ def test_values_that_were_passed_or_received_never_change(seed: int) -> None:
 A, B = "http://a:1/", "http://b:2/"
 
 
-@pytest.mark.parametrize(
-    ("subscribed", "key", "value", "heard"),
-    [
-        ("/w", "/w", 7, ("/w/", 7)),
-        ("/w", "/w/g/k", 1, ("/w/g/k/", 1)),
-        ("/", "/w", 7, ("/w/", 7)),
-        ("/w/g", "/w", {"g": 5}, ("/w/g/", 5)),
-        ("/w/g/k", "/w", {"g": {"k": [1]}}, ("/w/g/k/", [1])),
-        ("/w/g", "/w", {}, ("/w/g/", {})),
-        ("/w/g", "/w", 7, ("/w/g/", {})),
-        ("/w", "/", {"w": 1}, ("/w/", 1)),
-        ("/", "/", {"w": 1}, ("/", {"w": 1})),
-        ("/a", "/ab", 1, None),
-        ("/ab", "/a", {"b": 1}, None),
-    ],
-)
+@pytest.mark.parametrize(("subscribed", "key", "value", "heard"), [
+    ("/w", "/w", 7, ("/w/", 7)), ("/w", "/w/g/k", 1, ("/w/g/k/", 1)), ("/", "/w", 7, ("/w/", 7)),
+    ("/w/g", "/w", {"g": 5}, ("/w/g/", 5)), ("/w/g/k", "/w", {"g": {"k": [1]}}, ("/w/g/k/", [1])),
+    ("/w/g", "/w", {}, ("/w/g/", {})), ("/w/g", "/w", 7, ("/w/g/", {})), ("/w", "/", {"w": 1}, ("/w/", 1)),
+    ("/", "/", {"w": 1}, ("/", {"w": 1})), ("/a", "/ab", 1, None), ("/ab", "/a", {"b": 1}, None),
+])  # fmt: skip
 def test_subscribers_above_get_the_change_and_those_below_their_part(
     subscribed: str, key: str, value: Any, heard: tuple[str, Any] | None
 ) -> None:

@@ -1,7 +1,5 @@
 """The registrations of nodes, and the resulting notifications."""
 
-from __future__ import annotations
-
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -39,16 +37,6 @@ def test_a_new_subscriber_notifies_no_node() -> None:
     registry.register_publisher("/p", "/t", "x/Y", C)
     assert registry.register_subscriber("/s", "/t", "*", A) == []
     assert registry.apis_of(Role.PUBLISHER, "/t") == [C]
-
-
-def test_a_publisher_that_unregisters_is_removed_from_the_list() -> None:
-    registry = Registry()
-    registry.register_subscriber("/s", "/t", "*", A)
-    registry.register_publisher("/p", "/t", "x/Y", B)
-    registry.register_publisher("/q", "/t", "x/Y", C)
-    assert registry.unregister(Role.PUBLISHER, "/p", "/t", B) == (True, [update("/s", A, "/t", [C])])
-    assert registry.unregister(Role.PUBLISHER, "/q", "/t", C) == (True, [update("/s", A, "/t", [])])
-    assert registry.table(Role.PUBLISHER) == []
 
 
 def test_a_subscriber_that_leaves_is_no_longer_notified() -> None:
@@ -91,18 +79,6 @@ def test_a_concrete_type_of_a_publisher_wins_and_of_a_subscriber_only_fills_a_ga
     assert registry.topic_types == {"/t": "x/Pub"}
 
 
-def test_a_service_moves_silently_to_its_last_provider() -> None:
-    registry = Registry()
-    registry.register_service("/a", "/srv", "rosrpc://a:1", A)
-    assert registry.register_service("/b", "/srv", "rosrpc://b:2", B) == []
-    assert registry.service_api_of("/srv") == "rosrpc://b:2"
-    assert registry.api_of("/a") is None
-    assert not registry.unregister_service("/a", "/srv", "rosrpc://a:1")
-    assert registry.unregister_service("/b", "/srv", "rosrpc://b:2")
-    assert registry.service_api_of("/srv") is None
-    assert registry.table(Role.SERVICE) == []
-
-
 def test_a_second_node_of_the_same_name_replaces_the_first_and_its_registrations() -> None:
     registry = Registry()
     registry.register_subscriber("/s", "/t", "*", C)
@@ -113,8 +89,7 @@ def test_a_second_node_of_the_same_name_replaces_the_first_and_its_registrations
         Notice("/n", A, "shutdown", ("/master", "[/n] Reason: new node registered with same name")),
         update("/s", C, "/t", []),
     ]
-    assert registry.table(Role.PUBLISHER) == [["/u", ["/n"]]]
-    assert registry.table(Role.SERVICE) == []
+    assert (registry.table(Role.PUBLISHER), registry.table(Role.SERVICE)) == ([["/u", ["/n"]]], [])
     assert registry.names_of(Role.PARAM_SUBSCRIBER, "/p") == []
 
 
@@ -126,8 +101,7 @@ def test_a_replaced_process_cannot_take_its_name_back_before_its_shutdown_notice
     registry.subscribe_param("/n", "/p", A)
     registry.register_service("/n", "/srv", "rosrpc://a:1", A)
     assert registry.register_subscriber("/n", "/t", "x/Y", A) == []
-    assert registry.api_of("/n") == B
-    assert registry.names_of(Role.SERVICE, "/srv") == ["/other"]
+    assert (registry.api_of("/n"), registry.names_of(Role.SERVICE, "/srv")) == (B, ["/other"])
     assert registry.names_of(Role.PARAM_SUBSCRIBER, "/p") == []
 
     registry.notice_done(shutdown)

@@ -1,7 +1,5 @@
 """The state of the master on disk: it is restored completely, and an unusable file is set aside."""
 
-from __future__ import annotations
-
 import sqlite3
 import sys
 from pathlib import Path
@@ -47,8 +45,7 @@ def test_registrations_types_and_parameters_are_restored(tmp_path: Path) -> None
     assert params.get("/") == {"robot": {"name": "b", "list": [1, 2.5, True, {}]}}
     assert registry.table(Role.PUBLISHER) == [["/t", ["/p"]]]
     assert registry.table(Role.SUBSCRIBER) == [["/t", ["/s"]]]
-    assert registry.service_api_of("/srv") == "rosrpc://a:5"
-    assert registry.api_of("/s") == "http://s:1/"
+    assert (registry.service_api_of("/srv"), registry.api_of("/s")) == ("rosrpc://a:5", "http://s:1/")
     assert registry.topic_types == {"/t": "x/Y", "/left": "x/Y"}
 
 

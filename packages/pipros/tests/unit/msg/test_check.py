@@ -90,8 +90,7 @@ def test_lengths_are_checked_in_embedded_messages_too() -> None:
 def test_fields_and_the_type_of_a_message_are_read() -> None:
     header = Header(seq=4, stamp=Time(3, 500_000_000), frame_id="map")
 
-    assert field_of(header, "frame_id") == "map"
-    assert field_of(header, "_type") == "std_msgs/Header"
+    assert (field_of(header, "frame_id"), field_of(header, "_type")) == ("map", "std_msgs/Header")
     assert field_of(field_of(header, "stamp"), "to_sec")() == 3.5
 
 

@@ -50,8 +50,7 @@ class TestConstruction:
 
     def test_python_keywords_as_field_names_get_an_underscore(self) -> None:
         cls = made("int32 from\nint32 self\nstring None=x")
-        assert cls.__slots__ == ["from_", "self_"]
-        assert cls.None_ == "x"
+        assert (cls.__slots__, cls.None_) == (["from_", "self_"], "x")
         assert written(cls(from_=1, self_=2)) == struct.pack("<2i", 1, 2)
 
     @pytest.mark.parametrize(
@@ -60,8 +59,7 @@ class TestConstruction:
     def test_a_type_may_be_named_like_a_name_in_the_generated_code(self, name: str) -> None:
         text = "string a\nuint8[] b\nbool[] c\nfloat64[3] d\nfloat32 e\ntime[] f"
         cls: Any = message_classes_from_text(f"made/{name}", text)[f"made/{name}"]
-        message = cls(a="x", b=[1], c=[True], f=[genpy.Time(1)])
-        assert cls._from_bytes(written(message)).b == b"\1"
+        assert cls._from_bytes(written(cls(a="x", b=[1], c=[True], f=[genpy.Time(1)]))).b == b"\1"
         with pytest.raises(AttributeError, match="z is not an attribute"):
             cls(z=1)
         with pytest.raises(SerializationError):
@@ -84,7 +82,7 @@ class TestReading:
         cls = made("int32[] a\nuint8[] b\nchar[] c\nbool[] d\nbool[2] e\nfloat32[2] f")
         read = cls().deserialize(written(cls([1], [2], b"c", [True], [1, 0], [0.5, 1])))
         assert [read.a, read.b, read.c, read.d, read.e, read.f] == [
-            *((1,), b"\2", b"c", [True], [True, False], (0.5, 1.0)),
+            *((1,), b"\2", b"c", [True], [True, False], (0.5, 1.0))
         ]
 
     def test_nanoseconds_beyond_a_second_are_carried_over(self) -> None:
@@ -93,22 +91,13 @@ class TestReading:
     def test_bytes_after_the_message_are_ignored(self) -> None:
         assert String().deserialize(written(String("x")) + b"more") == String("x")
 
-    @pytest.mark.parametrize(
-        "message",
-        [
-            String("hello"),
-            Imu(),
-            JointState(name=["a", "b"], position=[1.0], effort=[2.0]),
-            Image(data=b"12345"),
-            PointCloud2(fields=[PointField("x", 0, 7, 1)], data=b"123"),
-            Path(poses=[PoseStamped(), PoseStamped()]),
-            Float64MultiArray(data=[1.0, 2.0]),
-            made("time[] a")([genpy.Time(1, 2)]),
-            made_of_two("string s\nuint8[4] o"),
-            made_of_two("float32[2] f\nduration d"),
-        ],
-        ids=lambda message: message._type,
-    )
+    @pytest.mark.parametrize("message", [
+        String("hello"), Imu(), JointState(name=["a", "b"], position=[1.0], effort=[2.0]),
+        Image(data=b"12345"), PointCloud2(fields=[PointField("x", 0, 7, 1)], data=b"123"),
+        Path(poses=[PoseStamped(), PoseStamped()]), Float64MultiArray(data=[1.0, 2.0]),
+        made("time[] a")([genpy.Time(1, 2)]), made_of_two("string s\nuint8[4] o"),
+        made_of_two("float32[2] f\nduration d"),
+    ], ids=lambda message: message._type)  # fmt: skip
     def test_every_missing_byte_is_noticed(self, message: Message) -> None:
         data = written(message)
         for length in range(len(data)):
@@ -145,14 +134,10 @@ class TestReading:
 
 
 class TestWriting:
-    @pytest.mark.parametrize(
-        "data",
-        [
-            *(b"\1\2\xff", [1, 2, 255], (1, 2, 255), bytearray(b"\1\2\xff"), memoryview(b"\1\2\xff")),
-            *(array.array("B", [1, 2, 255]), numpy.array([1, 2, 255], dtype=numpy.uint8)),
-        ],
-        ids=lambda data: type(data).__name__,
-    )
+    @pytest.mark.parametrize("data", [
+        *(b"\1\2\xff", [1, 2, 255], (1, 2, 255), bytearray(b"\1\2\xff"), memoryview(b"\1\2\xff")),
+        *(array.array("B", [1, 2, 255]), numpy.array([1, 2, 255], dtype=numpy.uint8)),
+    ], ids=lambda data: type(data).__name__)  # fmt: skip
     def test_octets_may_be_given_in_many_ways(self, data: Any) -> None:
         assert UInt8MultiArray().deserialize(written(UInt8MultiArray(data=data))).data == b"\1\2\xff"
 
@@ -228,8 +213,7 @@ class TestNumpy:
     def test_arrays_of_numbers_become_numpy_arrays(self) -> None:
         scan = LaserScan(header=Header(frame_id="laser"), ranges=[1.0, 2.5], intensities=[3.0])
         read = LaserScan().deserialize_numpy(written(scan), numpy)
-        assert read.ranges.dtype == numpy.float32
-        assert read.ranges.tolist() == [1.0, 2.5]
+        assert (read.ranges.dtype, read.ranges.tolist()) == (numpy.float32, [1.0, 2.5])
         assert read.header == scan.header
 
     def test_octets_and_booleans_have_the_same_types(self) -> None:
@@ -259,20 +243,15 @@ class TestNumpy:
 
 
 def test_values_are_given_in_order_or_by_name() -> None:
-    assert Point(1.0, 2.0, 3.0) == Point(z=3.0, y=2.0, x=1.0)
-    assert (Point(x=1.0).y, Point().z) == (0.0, 0.0)
+    assert (Point(1.0, 2.0, 3.0), Point(x=1.0).y, Point().z) == (Point(z=3.0, y=2.0, x=1.0), 0.0, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("make", "kind", "words"),
-    [
-        (lambda: Point(1.0, y=2.0), TypeError, "may only use args OR keywords, not both"),
-        (lambda: Point(1.0, 2.0), TypeError, "Invalid number of arguments, args should be"),
-        (lambda: Point(w=1.0), AttributeError, "w is not an attribute of Point"),
-        (lambda: setattr(Point(), "w", 1.0), AttributeError, "w"),
-    ],
-    ids=["both", "too few", "unknown", "set later"],
-)
+@pytest.mark.parametrize(("make", "kind", "words"), [
+    (lambda: Point(1.0, y=2.0), TypeError, "may only use args OR keywords, not both"),
+    (lambda: Point(1.0, 2.0), TypeError, "Invalid number of arguments, args should be"),
+    (lambda: Point(w=1.0), AttributeError, "w is not an attribute of Point"),
+    (lambda: setattr(Point(), "w", 1.0), AttributeError, "w"),
+], ids=["both", "too few", "unknown", "set later"])  # fmt: skip
 def test_values_that_do_not_fit_are_refused(make: Any, kind: type[Exception], words: str) -> None:
     with pytest.raises(kind, match=words):
         make()

@@ -1,7 +1,6 @@
 """Messages and transform trees in notebooks."""
 
 # needs numpy
-from __future__ import annotations
 
 import re
 

@@ -1,7 +1,5 @@
 """The examples of docs/guides/package.md run, and its limits are those of the code."""
 
-from __future__ import annotations
-
 import re
 
 from pipros.msg.compile.emitter import BLOCK_LIMIT

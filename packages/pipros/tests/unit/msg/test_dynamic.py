@@ -112,10 +112,7 @@ def part(name: str, text: str) -> str:
         ("int32 serialize", "the name serialize is taken"),
         ("int32 from\nint32 from_", "the name from_ is taken"),
         ("x" * (DEFINITION_BYTES + 1), "is longer than"),
-        (
-            "int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(DEFINITION_TYPES)),
-            "more than 1000 types",
-        ),
+        ("int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(DEFINITION_TYPES)), "more than 1000 types"),
         ("int32[67108865] x", "array length must be <= 67108864, got 67108865"),
         ("A[3000] a\n" + part("p/A", "int32[3000] x"), "would contain too many values; the limit is 4194304"),
         (

@@ -1,7 +1,5 @@
 """The names that other packages import: genpy, genmsg, roslib.message."""
 
-from __future__ import annotations
-
 import importlib
 
 import pytest
@@ -22,23 +20,15 @@ SEARCH = {folder.name: [str(folder / "msg")] for share in SHIPPED for folder in 
 SERVICES = {folder.name: [str(folder / "srv")] for share in SHIPPED for folder in share.iterdir()}
 
 
-@pytest.mark.parametrize(
-    ("module", "names"),
-    [
-        (
-            "genpy",
-            "Message MessageException SerializationError DeserializationError Time Duration TVal struct_I",
-        ),
-        ("genpy.message", "check_type fill_message_args get_message_class get_service_class strify_message"),
-        ("genpy.message", "get_printable_message_args is_simple Message Time Duration TVal struct_I"),
-        ("genpy.dynamic", "generate_dynamic"),
-        ("genpy.base", "is_simple SIMPLE_TYPES"),
-        ("genpy.rostime", "Time Duration TVal"),
-        ("roslib", "load_manifest"),
-        ("roslib.message", "get_message_class get_service_class strify_message Message Time Duration"),
-        ("genmsg", "MsgSpec SrvSpec MsgContext MsgNotFound InvalidMsgSpec load_depends compute_md5"),
-    ],
-)
+@pytest.mark.parametrize(("module", "names"), [
+    ("genpy", "Message MessageException SerializationError DeserializationError Time Duration TVal struct_I"),
+    ("genpy.message", "check_type fill_message_args get_message_class get_service_class strify_message"),
+    ("genpy.message", "get_printable_message_args is_simple Message Time Duration TVal struct_I"),
+    ("genpy.dynamic", "generate_dynamic"), ("genpy.base", "is_simple SIMPLE_TYPES"),
+    ("genpy.rostime", "Time Duration TVal"), ("roslib", "load_manifest"),
+    ("roslib.message", "get_message_class get_service_class strify_message Message Time Duration"),
+    ("genmsg", "MsgSpec SrvSpec MsgContext MsgNotFound InvalidMsgSpec load_depends compute_md5"),
+])  # fmt: skip
 def test_facades_have_the_names_that_packages_import(module: str, names: str) -> None:
     found = importlib.import_module(module)
     assert [name for name in names.split() if not hasattr(found, name)] == []
@@ -99,8 +89,7 @@ def test_missing_and_invalid_definitions_raise_errors_of_genmsg() -> None:
 
 
 def test_names_and_types_are_split_like_genmsg() -> None:
-    assert genmsg.package_resource_name("a/b") == ("a", "b")
-    assert genmsg.package_resource_name("b") == ("", "b")
+    assert (genmsg.package_resource_name("a/b"), genmsg.package_resource_name("b")) == (("a", "b"), ("", "b"))
     with pytest.raises(ValueError, match=r"invalid name \[a/b/c\]"):
         genmsg.package_resource_name("a/b/c")
     assert genmsg.resource_name("a", "b") == "a/b"

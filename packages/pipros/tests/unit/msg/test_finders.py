@@ -1,7 +1,5 @@
 """The import finders of ROS packages, in this process. `test_hook.py` starts new ones."""
 
-from __future__ import annotations
-
 import sys
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -48,14 +46,12 @@ def test_names_that_cannot_be_ros_packages_are_not_searched(packages: Packages) 
 def test_a_package_of_definitions_is_found(packages: Packages) -> None:
     packages.write("robot/msg/Arm.msg", "int8 x")
     spec = PackageFinder(packages.find).find_spec("robot")
-    assert spec is not None
     assert list(spec.submodule_search_locations or ()) == [str(packages.folder / "robot/src/robot")]
 
 
 def test_a_package_with_python_modules_is_imported_from_them(packages: Packages) -> None:
     packages.write("robot/src/robot/__init__.py")
     spec = PackageFinder(packages.find).find_spec("robot")
-    assert spec is not None
     assert spec.origin == str(packages.folder / "robot/src/robot/__init__.py")
 
 
@@ -81,9 +77,7 @@ def test_the_start_of_python_does_not_search_for_packages(
 def test_only_messages_and_services_are_found_in_a_package(packages: Packages) -> None:
     packages.write("robot/msg/Arm.msg", "int8 x")
     finder = InterfaceFinder(packages.find, None)
-    found = finder.find_spec("robot.msg")
-    assert found is not None
-    assert found.name == "robot.msg"
+    assert finder.find_spec("robot.msg").name == "robot.msg"
     for name in ("robot", "robot.tools", "robot.msg.tools", "robot.srv", "no_robot.msg", "json.msg"):
         assert finder.find_spec(name) is None
 
@@ -124,7 +118,6 @@ def test_declared_modules_are_imported_from_their_paths(packages: Packages) -> N
     finder = PackageFinder(packages.find, lambda *asked: paths.get(asked))
 
     module, package = finder.find_spec("lib"), finder.find_spec("robot")
-    assert module is not None
     assert package is not None
     assert (module.origin, module.submodule_search_locations) == (paths["lib", None], None)
     assert package.submodule_search_locations == [str(packages.folder / "robot/python/robot")]
@@ -138,9 +131,7 @@ def test_xacro_2_finds_its_dependency_and_other_modules_do_not(
     monkeypatch.delitem(sys.modules, "xacro", raising=False)
     assert finder.find_spec("ament_index_python") is None
     monkeypatch.setitem(sys.modules, "xacro", ModuleType("xacro"))
-    spec = finder.find_spec("ament_index_python")
-    assert spec is not None
-    assert spec.origin == ament_index_python.__file__
+    assert finder.find_spec("ament_index_python").origin == ament_index_python.__file__
 
 
 def test_a_package_that_a_folder_of_its_name_hides_is_completed(
@@ -153,7 +144,6 @@ def test_a_package_that_a_folder_of_its_name_hides_is_completed(
     monkeypatch.setitem(sys.modules, "robot", hidden)
 
     spec = PackageFinder(packages.find).find_spec("robot.tools")
-    assert spec is not None
     assert spec.origin == str(packages.folder / "robot/src/robot/tools.py")
     assert hidden.__dict__["ready"]
     assert hidden.__file__ == str(packages.folder / "robot/src/robot/__init__.py")
@@ -194,11 +184,6 @@ def overlaid(packages: Packages, monkeypatch: pytest.MonkeyPatch) -> Overlaid:
     return Overlaid(packages)
 
 
-def test_a_package_of_the_workspace_is_found_before_an_installed_one(overlaid: Overlaid) -> None:
-    overlaid.packages.write("xacro/package.xml")
-    assert overlaid.origin("xacro") == str(overlaid.packages.folder / "xacro/src/xacro/__init__.py")
-
-
 def test_the_ros_package_of_a_module_may_have_another_name(overlaid: Overlaid) -> None:
     overlaid.packages.write("urdfdom_py/package.xml")
     assert overlaid.origin("urdf_parser_py") is not None
@@ -223,11 +208,3 @@ def test_other_modules_are_not_taken_from_the_workspace(overlaid: Overlaid, name
     overlaid.packages.write(f"{name}/package.xml")
     assert overlaid.origin(name) is None
     assert overlaid.asked == []
-
-
-def test_nothing_is_taken_from_the_workspace_without_a_package_path(
-    overlaid: Overlaid, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    overlaid.packages.write("xacro/package.xml")
-    monkeypatch.delenv("ROS_PACKAGE_PATH")
-    assert overlaid.origin("xacro") is None

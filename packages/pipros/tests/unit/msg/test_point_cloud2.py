@@ -1,7 +1,5 @@
 """`sensor_msgs.point_cloud2`. tests.interop.test_point_clouds compares it with genuine ROS."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

@@ -1,7 +1,5 @@
 """Time and Duration. All operators are compared with genpy's in tests.interop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 
@@ -87,8 +85,7 @@ def test_no_attribute_can_be_added() -> None:
 
 
 def test_the_operators_are_genpys() -> None:
-    assert Duration(7) / Duration(2) == 3.5
-    assert Duration(5) / 2 == Duration(2.5)
+    assert (Duration(7) / Duration(2), Duration(5) / 2) == (3.5, Duration(2.5))
     assert (Duration(7) // Duration(2), Duration(7) // 2) == (3, Duration(3))
     assert Duration(7.5) % Duration(2) == Duration(1.5)
     assert divmod(Duration(7.5), Duration(2)) == (3, Duration(1.5))
@@ -98,8 +95,7 @@ def test_the_operators_are_genpys() -> None:
         Duration(1.5),
         Duration(1.5),
     )
-    assert Duration(1) + Time(2) == Time(3)
-    assert Time(3) - Duration(1) == Time(2)
+    assert (Duration(1) + Time(2), Time(3) - Duration(1)) == (Time(3), Time(2))
 
 
 @pytest.mark.parametrize(
@@ -124,8 +120,7 @@ def test_a_value_that_is_not_a_time_is_refused(operation: Callable[[], object]) 
 
 def test_numbers_of_other_kinds_are_numbers() -> None:
     assert Time(numpy.int64(3), numpy.int32(5)) == Time(3, 5)
-    assert Time(Fraction(3, 2)) == Time(1.5)
-    assert Duration(1) * Fraction(3, 2) == Duration(1.5)
+    assert (Time(Fraction(3, 2)), Duration(1) * Fraction(3, 2)) == (Time(1.5), Duration(1.5))
 
 
 def test_comparison_returns_minus_one_zero_or_one() -> None:
@@ -150,5 +145,4 @@ def test_seconds_and_nanoseconds_may_be_set_and_brought_in_order() -> None:
 
 
 def test_equal_values_are_one_key() -> None:
-    assert {Time(1, 5): "a"}[Time(1, 5)] == "a"
-    assert len({Duration(1), Duration(0, 10**9)}) == 1
+    assert ({Time(1, 5): "a"}[Time(1, 5)], len({Duration(1), Duration(0, 10**9)})) == ("a", 1)

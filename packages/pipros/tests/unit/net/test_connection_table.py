@@ -1,7 +1,5 @@
 """The choice of the connections to close beyond the limits, and the counters."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros.net.connection_table import ConnectionTable
@@ -90,8 +88,7 @@ def test_all_refusals_are_counted_and_the_first_of_a_peer_is_logged(caplog: pyte
     refusals = Refusals()
     for peer in ("a", "a", "b"):
         refusals.count(peer, "sent nonsense")
-    assert refusals.total == 3
-    assert refusals.by_peer() == {"a": 2, "b": 1}
+    assert (refusals.total, refusals.by_peer()) == (3, {"a": 2, "b": 1})
     assert [record.message.split(":")[0] for record in caplog.records] == ["refused a", "refused b"]
 
 
@@ -192,8 +189,7 @@ def test_the_oldest_request_is_closed_first() -> None:
     bodies.note(first, 60)
     assert not first.is_closed
     bodies.note(third, 1)
-    assert (first.is_closed, second.is_closed, third.is_closed) == (True, False, False)
-    assert bodies.bytes == 41
+    assert (first.is_closed, second.is_closed, third.is_closed, bodies.bytes) == (True, False, False, 41)
     bodies.forget(second)
     bodies.forget(second)
     assert bodies.bytes == 1

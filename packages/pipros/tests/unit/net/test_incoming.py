@@ -27,13 +27,9 @@ def connected() -> tuple[socket.socket, socket.socket]:
 
 def link_of(sock: socket.socket, deliver: Callable[[Any], object], **changed: Any) -> IncomingLink:
     usual = {
-        "name": "link",
-        "delivery_lock": DeliveryLock(),
-        "queue_size": None,
-        "on_closed": lambda _, error: None,
-        "published": PublishCount(),
-        "received_count": PublishCount(),
-    }
+        "name": "link", "delivery_lock": DeliveryLock(), "queue_size": None,
+        "on_closed": lambda _, error: None, "published": PublishCount(), "received_count": PublishCount(),
+    }  # fmt: skip
     return IncomingLink(sock, deliver=deliver, **{**usual, **changed})
 
 

@@ -1,7 +1,5 @@
 """Requests between programs of one user: neither side can hold the other by sending slowly."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

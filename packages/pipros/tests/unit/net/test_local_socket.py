@@ -1,7 +1,5 @@
 """Unix sockets in a folder of this user."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

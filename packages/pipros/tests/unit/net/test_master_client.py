@@ -127,14 +127,10 @@ def test_other_schemes_are_refused() -> None:
 # The advice about an unreachable peer depends on the likely reason.
 
 
-@pytest.mark.parametrize(
-    ("peer", "advice"),
-    [
-        ("http://no-such-robot.invalid:1234/", "cannot resolve the name [no-such-robot.invalid]: set ROS_IP"),
-        ("http://localhost:1/", "is local: the node has ended"),
-        ("203.0.113.5:1", "a firewall blocks it"),
-    ],
-)
+@pytest.mark.parametrize(("peer", "advice"), [
+    ("http://no-such-robot.invalid:1234/", "cannot resolve the name [no-such-robot.invalid]: set ROS_IP"),
+    ("http://localhost:1/", "is local: the node has ended"), ("203.0.113.5:1", "a firewall blocks it"),
+])  # fmt: skip
 def test_advice_fits_the_address(peer: str, advice: str) -> None:
     assert advice in asyncio.run(explain(peer))
 

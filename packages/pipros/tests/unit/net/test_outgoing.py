@@ -1,7 +1,5 @@
 """The sending end of a link, with a socket in memory: written, queued and dropped messages, and waits."""
 
-from __future__ import annotations
-
 import socket
 import sys
 from collections.abc import Callable
@@ -179,8 +177,7 @@ def test_the_rest_of_a_message_is_sent_even_if_later_messages_are_dropped() -> N
     subscriber.leave_to_loop()
     subscriber.allow(3)
     subscriber.allow(100)
-    assert subscriber.sock.sent == b"1" * SIZE + b"3" * SIZE
-    assert subscriber.link.statistics.dropped == 1
+    assert (subscriber.sock.sent, subscriber.link.statistics.dropped) == (b"1" * SIZE + b"3" * SIZE, 1)
 
 
 def test_a_queue_size_of_zero_keeps_every_message_up_to_the_limit_in_bytes() -> None:
@@ -244,8 +241,7 @@ def test_a_subscriber_that_closes_ends_the_link() -> None:
     assert subscriber.loop.reader
     subscriber.loop.reader()
     subscriber.loop.run()
-    assert subscriber.ended == [subscriber.link]
-    assert subscriber.link.end_reason == ""
+    assert (subscriber.ended, subscriber.link.end_reason) == ([subscriber.link], "")
 
 
 def test_a_subscriber_that_sends_too_much_loses_the_link_with_a_reason(constants: Constants) -> None:
@@ -264,8 +260,7 @@ def test_the_header_is_sent_first_and_is_not_counted() -> None:
     subscriber.sock.space = 100
     subscriber.link.send_header(b"header")
     subscriber.send(1)
-    assert subscriber.sock.sent == b"header" + b"1" * SIZE
-    assert subscriber.link.statistics.frames == 1
+    assert (subscriber.sock.sent, subscriber.link.statistics.frames) == (b"header" + b"1" * SIZE, 1)
 
 
 def test_queued_messages_do_not_change_when_the_publisher_reuses_its_message() -> None:
@@ -296,8 +291,7 @@ def test_a_closed_link_keeps_no_messages() -> None:
     subscriber.send(2)
     subscriber.sock.space = 100
     assert not subscriber.link.flush()
-    assert subscriber.messages == ""
-    assert subscriber.link.statistics.dropped == 1
+    assert (subscriber.messages, subscriber.link.statistics.dropped) == ("", 1)
 
 
 def test_a_stalled_link_that_falls_behind_again_is_left_to_the_loop(drained: list[bool]) -> None:

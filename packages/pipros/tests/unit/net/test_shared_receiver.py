@@ -1,7 +1,5 @@
 """Subscribers refuse shared memory that could end them, or show them memory outside of a message."""
 
-from __future__ import annotations
-
 import array
 import contextlib
 import mmap
@@ -52,16 +50,10 @@ class Publisher:
         self.may_deliver = threading.Event()
         self.may_deliver.set()
         self.link = IncomingLink(
-            DescriptorSocket(theirs),
-            name="link",
-            deliver=self._deliver,
-            delivery_lock=DeliveryLock(),
-            queue_size=queue_size,
-            on_closed=lambda _, error: self.errors.append(error),
-            published=PublishCount(),
-            received_count=PublishCount(),
-            limit_bytes=100_000,
-        )
+            DescriptorSocket(theirs), name="link", deliver=self._deliver, delivery_lock=DeliveryLock(),
+            queue_size=queue_size, on_closed=lambda _, error: self.errors.append(error),
+            published=PublishCount(), received_count=PublishCount(), limit_bytes=100_000,
+        )  # fmt: skip
         self.link.start()
         self.offer()
 
@@ -128,21 +120,13 @@ def test_messages_in_slots_and_in_the_stream_arrive_in_order(publisher: Publishe
     wait_until(lambda: os.read(publisher.read_end, 16) if publisher.link.statistics.frames == 3 else b"")
 
 
-@pytest.mark.parametrize(
-    "frame",
-    [
-        ControlFrame(SLOT, 1, SLOTS, 10),
-        ControlFrame(SLOT, 1, 1 << 60, 10),
-        ControlFrame(SLOT, 1, 0, SLOT_BYTES + 1),
-        ControlFrame(SLOT, 1, 0, 1 << 60),
-        ControlFrame(SLOT, 2, 0, 10),
-        ControlFrame(77, 1, 0, 10),
-        ControlFrame(SEGMENT, 2, SLOT_BYTES, SLOTS),
-        ControlFrame(SEGMENT, 2, 1 << 62, 4),
-        ControlFrame(SEGMENT, 2, 4096, 1 << 40),
-        ControlFrame(SEGMENT, 2, 0, 0),
-    ],
-)
+@pytest.mark.parametrize("frame", [
+    ControlFrame(SLOT, 1, SLOTS, 10), ControlFrame(SLOT, 1, 1 << 60, 10),
+    ControlFrame(SLOT, 1, 0, SLOT_BYTES + 1), ControlFrame(SLOT, 1, 0, 1 << 60), ControlFrame(SLOT, 2, 0, 10),
+    ControlFrame(77, 1, 0, 10), ControlFrame(SEGMENT, 2, SLOT_BYTES, SLOTS),
+    ControlFrame(SEGMENT, 2, 1 << 62, 4), ControlFrame(SEGMENT, 2, 4096, 1 << 40),
+    ControlFrame(SEGMENT, 2, 0, 0),
+])  # fmt: skip
 def test_frames_outside_of_the_announced_memory_end_the_link(
     publisher: Publisher, frame: ControlFrame
 ) -> None:

@@ -1,7 +1,5 @@
 """Slots are never given to two messages, never lost, and one subscriber never takes those of others."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, invariant, precondition, rule
@@ -133,8 +131,7 @@ def test_a_subscriber_with_a_full_quota_leaves_slots_for_others() -> None:
                 given.append(name)
         table.release(slot)
         table.acknowledge("good", slot, in_use=False)
-    assert given.count("stuck") == QUOTA
-    assert given.count("good") == 3 * SLOTS
+    assert (given.count("stuck"), given.count("good")) == (QUOTA, 3 * SLOTS)
 
 
 def test_subscribers_with_long_queues_that_hang_one_after_the_other_leave_slots_for_others() -> None:

@@ -42,16 +42,13 @@ def console(line_format: str | None = None, clock: SimulatedClock | None = None)
     return ConsoleHandler("/talker_node", lambda: clock or WallClock(), line_format)
 
 
-@pytest.mark.parametrize(
-    ("level", "stream", "line"),
-    [
-        (logging.DEBUG, "stdout", "[DEBUG] [1795144503.366333]: hello\n"),
-        (logging.INFO, "stdout", "[INFO] [1795144503.366333]: hello\n"),
-        (logging.WARNING, "stderr", "[WARN] [1795144503.366333]: hello\n"),
-        (logging.ERROR, "stderr", "[ERROR] [1795144503.366333]: hello\n"),
-        (logging.CRITICAL, "stderr", "[FATAL] [1795144503.366333]: hello\n"),
-    ],
-)
+@pytest.mark.parametrize(("level", "stream", "line"), [
+    (logging.DEBUG, "stdout", "[DEBUG] [1795144503.366333]: hello\n"),
+    (logging.INFO, "stdout", "[INFO] [1795144503.366333]: hello\n"),
+    (logging.WARNING, "stderr", "[WARN] [1795144503.366333]: hello\n"),
+    (logging.ERROR, "stderr", "[ERROR] [1795144503.366333]: hello\n"),
+    (logging.CRITICAL, "stderr", "[FATAL] [1795144503.366333]: hello\n"),
+])  # fmt: skip
 def test_each_level_is_written_to_its_stream(
     level: int, stream: str, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -145,13 +142,10 @@ def node(folder: Path, *argv: str, **variables: str) -> Any:
     identity = Identity.from_arguments("talker", anonymous=False, argv=argv, environment=environment)
     params = SimpleNamespace(get_cached=lambda _: False)
     return SimpleNamespace(
-        name=identity.name,
-        identity=identity,
-        environment=identity.environment,
-        params=params,
+        name=identity.name, identity=identity, environment=identity.environment, params=params,
         clock=SimpleNamespace(is_simulated=False, now_ns=lambda: 5_000_000_007),
         endpoints=SimpleNamespace(publications=[SimpleNamespace(topic="/chatter")]),
-    )
+    )  # fmt: skip
 
 
 def opened_file(root: logging.Logger) -> FileHandler:

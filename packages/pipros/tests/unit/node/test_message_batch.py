@@ -57,12 +57,9 @@ class Topic:
         monkeypatch.setattr(publication, "time", SimpleNamespace(monotonic=lambda: self.now_s))
         self.received = PublishCount()
         context: Any = SimpleNamespace(
-            limits=SimpleNamespace(stall_s=2.0),
-            timings=NODE_TIMINGS,
-            loop=SimpleNamespace(call=lambda _: None),
-            published=PublishCount(),
-            received=self.received,
-        )
+            limits=SimpleNamespace(stall_s=2.0), timings=NODE_TIMINGS,
+            loop=SimpleNamespace(call=lambda _: None), published=PublishCount(), received=self.received,
+        )  # fmt: skip
         self.publication = Publication("t", UInt32, context)
         self.publication.queue_size = queue_size
         self.link = Link()
@@ -92,8 +89,7 @@ def test_messages_of_a_burst_are_sent_together_in_order(monkeypatch: pytest.Monk
     topic = Topic(monkeypatch)
     topic.begin_burst()
     topic.publish(3 * MAX_MESSAGES)
-    assert topic.link.calls == [MAX_MESSAGES] * 3
-    assert topic.numbers == list(range(topic.count))
+    assert (topic.link.calls, topic.numbers) == ([MAX_MESSAGES] * 3, list(range(topic.count)))
 
 
 def test_separate_messages_are_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,8 +111,7 @@ def test_after_a_pause_a_message_is_sent_at_once(monkeypatch: pytest.MonkeyPatch
     topic.begin_burst()
     topic.publish(2)
     topic.publish(1, gap_s=CLOSE_S)
-    assert topic.link.calls == [2, 1]
-    assert topic.numbers == list(range(topic.count))
+    assert (topic.link.calls, topic.numbers) == ([2, 1], list(range(topic.count)))
 
 
 def test_a_reply_is_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,8 +147,7 @@ def test_messages_of_a_queue_are_sent_before_those_without_one(monkeypatch: pyte
     topic.publish(3)
     topic.publication.queue_size = None
     topic.publish()
-    assert topic.link.calls == [3, 1]
-    assert topic.numbers == list(range(topic.count))
+    assert (topic.link.calls, topic.numbers) == ([3, 1], list(range(topic.count)))
 
 
 def test_a_large_message_does_not_overtake_small_ones(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,5 @@
 """Dense runs of messages share packets."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable
@@ -160,8 +158,7 @@ def test_a_burst_is_watched_until_it_has_ended_in_silence() -> None:
     quiet.now_s -= 3600
     quiet.send(1 + RUN_LENGTH, CLOSE)
     quiet.loop.turn()
-    assert quiet.links[0].changes == [True, False]
-    assert quiet.loop.later == []
+    assert (quiet.links[0].changes, quiet.loop.later) == ([True, False], [])
     quiet.send(1 + RUN_LENGTH, CLOSE)
     assert len(quiet.loop.later) == 1, "the next burst is watched, too"
 
@@ -184,5 +181,4 @@ def test_the_watch_does_not_wait_for_a_message_that_is_being_published() -> None
         assert topic.loop.turn() == CHECK_S
     assert topic.links[0].changes == [True]
     topic.loop.turn()
-    assert topic.links[0].changes == [True, False]
-    assert topic.loop.later == []
+    assert (topic.links[0].changes, topic.loop.later) == ([True, False], [])

@@ -1,7 +1,5 @@
 """The parameter cache of a node: which reads it answers itself, and which are sent to the master."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from typing import Any
@@ -186,15 +184,10 @@ def test_a_parameter_whose_subscription_failed_is_fetched_at_each_read() -> None
 
 
 class TestStates:
-    @pytest.mark.parametrize(
-        ("before", "registered", "invalidated", "noticed"),
-        [
-            (JOINING, CURRENT, OVERTAKEN, OVERTAKEN),
-            (OVERTAKEN, STALE, OVERTAKEN, OVERTAKEN),
-            (CURRENT, CURRENT, STALE, CURRENT),
-            (STALE, STALE, STALE, STALE),
-        ],
-    )
+    @pytest.mark.parametrize(("before", "registered", "invalidated", "noticed"), [
+        (JOINING, CURRENT, OVERTAKEN, OVERTAKEN), (OVERTAKEN, STALE, OVERTAKEN, OVERTAKEN),
+        (CURRENT, CURRENT, STALE, CURRENT), (STALE, STALE, STALE, STALE),
+    ])  # fmt: skip
     def test_each_event_leads_to_the_next_state(
         self, before: CacheState, registered: CacheState, invalidated: CacheState, noticed: CacheState
     ) -> None:
@@ -202,8 +195,7 @@ class TestStates:
         first.registered(1)
         second.invalidate()
         third.notice("/a", 2)
-        assert (first.state, second.state, third.state) == (registered, invalidated, noticed)
-        assert first.value == 1
+        assert (first.state, second.state, third.state, first.value) == (registered, invalidated, noticed, 1)
 
     @pytest.mark.parametrize("state", [JOINING, OVERTAKEN, CURRENT])
     def test_only_a_stale_value_is_refreshed(self, state: CacheState) -> None:

@@ -44,14 +44,8 @@ def test_an_anonymous_name_is_unique_and_legal() -> None:
 def test_names_are_resolved_and_remapped() -> None:
     identity = identity_of("chat:=/talk", "~rate:=fast", environment=Environment(namespace="/ns/"))
     assert [identity.resolve(name) for name in ("chat", "/ns/chat", "/chat", "~rate", "x", "~x", "")] == [
-        "/talk",
-        "/talk",
-        "/chat",
-        "/ns/fast",
-        "/ns/x",
-        "/ns/talker/x",
-        "/ns/",
-    ]
+        "/talk", "/talk", "/chat", "/ns/fast", "/ns/x", "/ns/talker/x", "/ns/",
+    ]  # fmt: skip
 
 
 def test_master_and_address_can_be_given() -> None:

@@ -20,7 +20,6 @@ MODULE = "rospkg.environment"
 
 def load(path: list[str], *shares: str) -> ModuleType:
     found = spec(MODULE, path, partial(add_folders, shares=shares))
-    assert found is not None
     assert found.loader is not None
     module = ModuleType(MODULE)
     found.loader.exec_module(module)
@@ -52,12 +51,9 @@ def test_without_rospkg_there_is_no_module(tmp_path: Path) -> None:
 def run(code: str, *options: str) -> str:
     """Return the output of a program with an old setuptools; its warning about pkg_resources is expected."""
     ended = subprocess.run(
-        [sys.executable, "-W", "ignore", *options, "-c", code],
-        capture_output=True,
-        text=True,
-        timeout=60,
+        [sys.executable, "-W", "ignore", *options, "-c", code], capture_output=True, text=True, timeout=60,
         check=False,
-    )
+    )  # fmt: skip
     assert ended.returncode == 0, ended.stderr
     return ended.stdout.strip()
 

@@ -139,18 +139,11 @@ def test_a_module_is_in_the_folder_of_its_setup(tmp_path: Path, setup: str, file
     assert SetupModules().find("lib", [str(tmp_path / "nothing"), str(folder)]) == str(folder / file)
 
 
-@pytest.mark.parametrize(
-    "setup",
-    [
-        "setup(packages=['other'], package_dir={'': 'src'})",
-        "setup(packages=['lib'], package_dir={'': 'nowhere'})",
-        "setup(py_modules=['lib'])",
-        "setup(name='lib')",
-        "setup(packages=['lib'",
-        "lib = '\\d'\n\0",
-        "",
-    ],
-)
+@pytest.mark.parametrize("setup", [
+    "setup(packages=['other'], package_dir={'': 'src'})",
+    "setup(packages=['lib'], package_dir={'': 'nowhere'})", "setup(py_modules=['lib'])", "setup(name='lib')",
+    "setup(packages=['lib'", "lib = '\\d'\n\0", "",
+])  # fmt: skip
 def test_unnamed_and_missing_modules_are_not_found(tmp_path: Path, setup: str) -> None:
     folder = package(tmp_path / "p", setup, "src/lib/__init__.py")
     assert SetupModules().find("lib", [str(folder)]) is None

@@ -1,7 +1,5 @@
 """ROS packages that pip installed: found without any variable, and one winner per package."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -123,8 +121,7 @@ def test_roslaunch_and_its_checks_find_the_programs(debian: DebianSystem, tmp_pa
     maker = CommandMaker(index_of(), {"PATH": ""}, tmp_path)
     for name, program in (("image_rotate", rotate), ("image_publisher", proc)):
         command = maker.make(LaunchNode(name, name, "n"), "http://localhost:1")
-        assert command.argv[0] == str(program)
-        assert command.environment["ROS_PACKAGE_PATH"] == str(debian.share)
+        assert (command.argv[0], command.environment["ROS_PACKAGE_PATH"]) == (str(program), str(debian.share))
     with pytest.raises(CannotLaunch, match=r"Cannot locate node of type \[rotate\] in package"):
         maker.make(LaunchNode("image_rotate", "rotate", "n"), "http://localhost:1")
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import re
@@ -50,14 +48,11 @@ def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
     assert "On this machine, rosrun gmapping slam_gmapping" in advice
 
 
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("gazebo", "On this machine, roslaunch pipros_sim sim.launch simulates robots"),
-        ("xacro", "xacro is not installed. It comes from PyPI: "),
-        ("catkin", "catkin is not part of pipros, but is on PyPI: pip install catkin-tools"),
-    ],
-)
+@pytest.mark.parametrize(("name", "says"), [
+    ("gazebo", "On this machine, roslaunch pipros_sim sim.launch simulates robots"),
+    ("xacro", "xacro is not installed. It comes from PyPI: "),
+    ("catkin", "catkin is not part of pipros, but is on PyPI: pip install catkin-tools"),
+])  # fmt: skip
 def test_commands_that_are_not_here_name_a_substitute(name: str, says: str) -> None:
     assert says in str(why_no_command(name))
     assert why_no_command("ls") is None
@@ -85,22 +80,13 @@ def test_a_nodelet_names_its_plugin() -> None:
     assert "Debian has no package for velodyne_pointcloud." in advice
 
 
-@pytest.mark.parametrize(
-    ("system", "advice"),
-    [
-        ("ID=debian\nNAME='Debian GNU/Linux'\n", "Debian has it: apt-get install ros-image-proc"),
-        (
-            'ID=linuxmint\nID_LIKE="ubuntu debian"\nNAME="Linux Mint"',
-            "Linux Mint has it: apt-get",
-        ),
-        (
-            "ID=ubuntu\nVERSION_CODENAME=focal\n",
-            "Install it (apt-get install ros-noetic-image-proc)",
-        ),
-        ("ID=fedora\nNAME=Fedora\n", "Fedora has no package for image_proc. Run it where ROS 1 Noetic is "),
-        (None, "This system has no package for image_proc. "),
-    ],
-)
+@pytest.mark.parametrize(("system", "advice"), [
+    ("ID=debian\nNAME='Debian GNU/Linux'\n", "Debian has it: apt-get install ros-image-proc"),
+    ('ID=linuxmint\nID_LIKE="ubuntu debian"\nNAME="Linux Mint"', "Linux Mint has it: apt-get"),
+    ("ID=ubuntu\nVERSION_CODENAME=focal\n", "Install it (apt-get install ros-noetic-image-proc)"),
+    ("ID=fedora\nNAME=Fedora\n", "Fedora has no package for image_proc. Run it where ROS 1 Noetic is "),
+    (None, "This system has no package for image_proc. "),
+])  # fmt: skip
 def test_advice_names_the_package_of_the_running_distribution(
     system: str | None, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -176,15 +162,12 @@ def test_all_tools_give_the_same_advice(
         importlib.import_module(f"{package}.anything")
 
 
-@pytest.mark.parametrize(
-    ("module", "advice"),
-    [
-        ("smach", "git clone https://github.com/ros/executive_smach"),
-        ("smach_ros", "git clone https://github.com/ros/executive_smach"),
-        ("smach_viewer", "Run it where ROS 1 is installed"),
-        ("moveit_commander", "Run it where ROS 1 is installed"),
-    ],
-)
+@pytest.mark.parametrize(("module", "advice"), [
+    ("smach", "git clone https://github.com/ros/executive_smach"),
+    ("smach_ros", "git clone https://github.com/ros/executive_smach"),
+    ("smach_viewer", "Run it where ROS 1 is installed"),
+    ("moveit_commander", "Run it where ROS 1 is installed"),
+])  # fmt: skip
 def test_the_import_of_a_package_that_is_not_included_gives_advice(module: str, advice: str) -> None:
     with pytest.raises(ModuleNotFoundError, match=re.escape(advice)) as caught:
         importlib.import_module(module)
@@ -192,26 +175,11 @@ def test_the_import_of_a_package_that_is_not_included_gives_advice(module: str, 
     assert advice in (why_not_here(module) or "")
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "mavros_msgs",
-        "gazebo_msgs",
-        "moveit_msgs",
-        "vision_msgs",
-        "octomap_msgs",
-        "nmea_msgs",
-        "velodyne_msgs",
-        "jsk_recognition_msgs",
-        "audio_common_msgs",
-        "people_msgs",
-        "rosserial_msgs",
-        "ros_numpy",
-        "geodesy",
-        "unique_id",
-        "py_trees_ros",
-    ],
-)
+@pytest.mark.parametrize("name", [
+    "mavros_msgs", "gazebo_msgs", "moveit_msgs", "vision_msgs", "octomap_msgs", "nmea_msgs", "velodyne_msgs",
+    "jsk_recognition_msgs", "audio_common_msgs", "people_msgs", "rosserial_msgs", "ros_numpy", "geodesy",
+    "unique_id", "py_trees_ros",
+])  # fmt: skip
 def test_public_packages_that_pipros_lacks_have_advice(name: str) -> None:
     with pytest.raises(
         ModuleNotFoundError, match=f"^No module named '{name}': {name} does not come with pipros"
@@ -241,15 +209,11 @@ def test_a_program_that_asks_whether_a_module_is_there_is_told_no(name: str) -> 
     assert importlib.util.find_spec(name) is None
 
 
-@pytest.mark.parametrize(
-    ("package", "program", "instead"),
-    [
-        ("image_view", "extract_images", "rosbag export"),
-        ("image_view", "video_recorder", "rosbag export"),
-        ("xacro", "xacro.py", "rosrun xacro xacro"),
-        ("costmap_2d", "costmap_2d_markers", "a display of the type Map"),
-    ],
-)
+@pytest.mark.parametrize(("package", "program", "instead"), [
+    ("image_view", "extract_images", "rosbag export"), ("image_view", "video_recorder", "rosbag export"),
+    ("xacro", "xacro.py", "rosrun xacro xacro"),
+    ("costmap_2d", "costmap_2d_markers", "a display of the type Map"),
+])  # fmt: skip
 def test_a_program_that_a_package_lacks_names_what_to_use(
     package: str, program: str, instead: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

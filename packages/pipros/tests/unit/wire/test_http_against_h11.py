@@ -4,8 +4,6 @@ The reader supports a part of HTTP, and refuses the rest, which h11 accepts, wit
 streams that are not HTTP. `LENIENT` lists the cases in which the reader accepts more than h11.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Messages are complete and in order for any split of the stream, and a claimed length allocates nothing."""
 
-from __future__ import annotations
-
 import itertools
 import struct
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """XML-RPC documents: values survive a round trip, in the form that genuine peers use."""
 
-from __future__ import annotations
-
 import datetime
 import math
 import subprocess
@@ -118,36 +116,20 @@ def test_other_encodings_are_read_when_the_document_names_them() -> None:
     assert decode_response(body) == "ü"
 
 
-@pytest.mark.parametrize(
-    "document",
-    [
-        "<value><nil/></value>",
-        "<value><int>x</int></value>",
-        "<value><int>1_0</int></value>",
-        "<value><int>2147483648</int></value>",
-        "<value><i8>-2147483649</i8></value>",
-        "<value><int>99999999999999999999999999</int></value>",
-        "<value><double>1_0.0</double></value>",
-        "<value><double>x</double></value>",
-        "<value><boolean>2</boolean></value>",
-        "<value><base64>a</base64></value>",
-        "<value><int>1</int><int>2</int></value>",
-        "<value>text<int>1</int></value>",
-        "<value><struct><name>a</name></struct></value>",
-        "<value><struct><member><value>1</value><name>a</name></member></struct></value>",
-        "<value><struct><member><name>a</name></member></struct></value>",
-        "<value><array></array></value>",
-        "<value><array><data><int>1</int></data></array></value>",
-        "<value><string>&unknown;</string></value>",
-        "<value><string>a]]>b</string></value>",
-        "<value><string>\x01</string></value>",
-        "<value><string>\ufffe</string></value>",
-        "<value><string>a</value>",
-        "<value>1</value><value>2</value>",
-        "<VALUE>1</VALUE>",
-        "",
-    ],
-)
+@pytest.mark.parametrize("document", [
+    "<value><nil/></value>", "<value><int>x</int></value>", "<value><int>1_0</int></value>",
+    "<value><int>2147483648</int></value>", "<value><i8>-2147483649</i8></value>",
+    "<value><int>99999999999999999999999999</int></value>", "<value><double>1_0.0</double></value>",
+    "<value><double>x</double></value>", "<value><boolean>2</boolean></value>",
+    "<value><base64>a</base64></value>", "<value><int>1</int><int>2</int></value>",
+    "<value>text<int>1</int></value>", "<value><struct><name>a</name></struct></value>",
+    "<value><struct><member><value>1</value><name>a</name></member></struct></value>",
+    "<value><struct><member><name>a</name></member></struct></value>", "<value><array></array></value>",
+    "<value><array><data><int>1</int></data></array></value>", "<value><string>&unknown;</string></value>",
+    "<value><string>a]]>b</string></value>", "<value><string>\x01</string></value>",
+    "<value><string>\ufffe</string></value>", "<value><string>a</value>", "<value>1</value><value>2</value>",
+    "<VALUE>1</VALUE>", "",
+])  # fmt: skip
 def test_an_invalid_value_is_refused(document: str) -> None:
     body = f"<methodResponse><params><param>{document}</param></params></methodResponse>"
     with pytest.raises(ProtocolError):
@@ -157,23 +139,16 @@ def test_an_invalid_value_is_refused(document: str) -> None:
         decode_call(call.encode())
 
 
-@pytest.mark.parametrize(
-    "body",
-    [
-        b"",
-        b"hello",
-        b"\xff\xfe",
-        b"<methodCall/>",
-        b"<methodCall><methodName>m</methodName>",
-        b"<methodCall><params/></methodCall>",
-        b"<methodCall><methodName>m</methodName><params/></methodCall>trailing",
-        b"<methodCall><methodName>m</methodName><params></params></methodCall><methodCall/>",
-        b"<methodCall><methodName>m</methodName><params/><params/></methodCall>",
-        b"<methodCall><methodName>m</methodName><params><param/></params></methodCall>",
-        b"<?xml version='1.0' encoding='no-such'?><methodCall><methodName>m</methodName></methodCall>",
-        encode_response(1),
-    ],
-)
+@pytest.mark.parametrize("body", [
+    b"", b"hello", b"\xff\xfe", b"<methodCall/>", b"<methodCall><methodName>m</methodName>",
+    b"<methodCall><params/></methodCall>",
+    b"<methodCall><methodName>m</methodName><params/></methodCall>trailing",
+    b"<methodCall><methodName>m</methodName><params></params></methodCall><methodCall/>",
+    b"<methodCall><methodName>m</methodName><params/><params/></methodCall>",
+    b"<methodCall><methodName>m</methodName><params><param/></params></methodCall>",
+    b"<?xml version='1.0' encoding='no-such'?><methodCall><methodName>m</methodName></methodCall>",
+    encode_response(1),
+])  # fmt: skip
 def test_an_invalid_call_is_refused(body: bytes) -> None:
     with pytest.raises(ProtocolError):
         decode_call(body)
@@ -197,16 +172,11 @@ def test_a_large_document_is_read_the_same_in_slices() -> None:
     assert decode_call(thorough) == decode_call(plain) == ("setParam", (value,))
 
 
-@pytest.mark.parametrize(
-    "document",
-    [
-        b"x" * 200_000,
-        b"<methodCall " + b" ".join(b"a%d='' " % number for number in range(20_000)) + b">",
-        b"<methodCall><!--" + b"x" * 200_000 + b"-->",
-        b"<?xml version='1.0'?><?" + b"x" * 200_000 + b"?>",
-        b"<methodCall><methodName>m</methodName><params><param><value a='" + b"x" * 200_000 + b"'>",
-    ],
-)
+@pytest.mark.parametrize("document", [
+    b"x" * 200_000, b"<methodCall " + b" ".join(b"a%d='' " % number for number in range(20_000)) + b">",
+    b"<methodCall><!--" + b"x" * 200_000 + b"-->", b"<?xml version='1.0'?><?" + b"x" * 200_000 + b"?>",
+    b"<methodCall><methodName>m</methodName><params><param><value a='" + b"x" * 200_000 + b"'>",
+])  # fmt: skip
 def test_an_unterminated_tag_or_comment_is_refused_early(document: bytes) -> None:
     with pytest.raises(LimitExceeded, match="a tag or comment in XML-RPC must have at most 65536 bytes"):
         decode_call(document)
@@ -293,18 +263,10 @@ def test_a_fault_without_code_is_a_protocol_error(content: str) -> None:
         decode_response(f"<methodResponse><fault>{content}</fault></methodResponse>".encode())
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        {"a": ["x"] * 1000},
-        [[["x"] * 10] * 10],
-        "x" * 100_000,
-        {"k" * 100_000: 1},
-        b"x" * 100_000,
-        Encoded("x" * 100_000),
-    ],
-    ids=["elements", "nested", "text", "key", "binary", "encoded"],
-)
+@pytest.mark.parametrize("value", [
+    {"a": ["x"] * 1000}, [[["x"] * 10] * 10], "x" * 100_000, {"k" * 100_000: 1}, b"x" * 100_000,
+    Encoded("x" * 100_000),
+], ids=["elements", "nested", "text", "key", "binary", "encoded"])  # fmt: skip
 def test_a_large_value_is_noticed_before_it_is_encoded(value: Any) -> None:
     assert encode_response(value)
     with pytest.raises(ValueTooLarge):

@@ -1,7 +1,5 @@
 """The quick XML-RPC reader agrees with the complete one, or leaves the text to it."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import Any
 
@@ -93,8 +91,7 @@ def test_on_a_damaged_document_the_quick_reader_agrees_or_gives_up(data: st.Data
 
 
 @pytest.mark.parametrize(
-    "params",
-    [("/n", "/key"), ("/n", 5, -1.5, True), ("/n", {"a": {"b": [1, 2]}, "ü": ""}), ()],
+    "params", [("/n", "/key"), ("/n", 5, -1.5, True), ("/n", {"a": {"b": [1, 2]}, "ü": ""}), ()]
 )
 def test_the_quick_reader_reads_documents_of_ros_peers(params: tuple[Any, ...]) -> None:
     import xmlrpc.client

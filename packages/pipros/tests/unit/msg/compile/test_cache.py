@@ -1,11 +1,9 @@
 """Compiled types on disk: used if valid, ignored if not, never a cause of errors."""
 
-from __future__ import annotations
-
 import ast
 import os
-import threading
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import CodeType
 
@@ -58,16 +56,12 @@ def test_a_compiled_type_is_found_by_the_next_process(place: Place) -> None:
     assert set(compiled[1]) == {"robot/Hand", "other/Tool"}
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda place: place.write("robot/msg/Arm.msg", "Hand left\nother/Tool t\n"),
-        lambda place: place.write("other/msg/Tool.msg", "string title\n"),
-        lambda place: (place.packages / "robot/msg/Hand.msg").unlink(),
-        lambda place: os.utime(place.packages / "robot/msg/Hand.msg", ns=(0, 0)),
-    ],
-    ids=["itself", "what it embeds", "what it embeds is gone", "time"],
-)
+@pytest.mark.parametrize("change", [
+    lambda place: place.write("robot/msg/Arm.msg", "Hand left\nother/Tool t\n"),
+    lambda place: place.write("other/msg/Tool.msg", "string title\n"),
+    lambda place: (place.packages / "robot/msg/Hand.msg").unlink(),
+    lambda place: os.utime(place.packages / "robot/msg/Hand.msg", ns=(0, 0)),
+], ids=["itself", "what it embeds", "what it embeds is gone", "time"])  # fmt: skip
 def test_a_changed_definition_is_noticed(place: Place, change: Callable[[Place], object]) -> None:
     place.code()
     change(place)
@@ -140,11 +134,8 @@ def test_files_of_another_user_are_not_run(place: Place, monkeypatch: pytest.Mon
 
 
 def test_many_may_write_at_once(place: Place) -> None:
-    threads = [threading.Thread(target=place.code) for _ in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(lambda _: place.code(), range(8)))
     assert place.cached() is not None
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.msg.compile.compiler import message_source, service_source
-from pipros.msg.compile.emitter import BLOCK_LIMIT, Emitter, Names, python_name, struct_layout
+from pipros.msg.compile.emitter import BLOCK_LIMIT, Emitter, Names
 from pipros.msg.compile.run import run
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError
@@ -50,8 +50,7 @@ def test_a_type_with_the_name_of_a_keyword_is_refused(packages: Packages) -> Non
 
 def test_constants_may_be_infinite_or_not_a_number(packages: Packages) -> None:
     made = run(source(packages, "float64 high=inf\nfloat64 low=-inf\nfloat32 no=nan"), {})["Arm"]
-    assert made.high == math.inf
-    assert made.low == -math.inf
+    assert (made.high, made.low) == (math.inf, -math.inf)
     assert math.isnan(made.no)
 
 
@@ -61,10 +60,6 @@ def test_constants_may_be_infinite_or_not_a_number(packages: Packages) -> None:
 SPEC = parse_message("int32 x", "a/T")
 
 
-def test_keywords_and_self_get_an_underscore() -> None:
-    assert [python_name(name) for name in ("from", "self", "x")] == ["from_", "self_", "x"]
-
-
 def test_names_of_classes_cannot_be_equal() -> None:
     names = Names()
 
@@ -72,40 +67,6 @@ def test_names_of_classes_cannot_be_equal() -> None:
 
     assert found[0] == found[2] != found[1]
     assert names.classes == {"a/b_c": found[0], "a_b/c": found[1]}
-
-
-def test_each_struct_is_made_once_and_each_field_of_strings_has_its_own_reader() -> None:
-    names = Names()
-
-    assert names.struct_method("<I", "pack") == names.struct_method("<I", "pack")
-    assert names.struct_method("<I", "unpack_from") != names.struct_method("<I", "pack")
-    assert names.repeated_strings("strict") != names.repeated_strings("strict")
-
-
-def test_blocks_are_indented() -> None:
-    emitter = Emitter(Names(), indent=1)
-    with emitter.block("if a:"):
-        emitter.emit("b")
-    emitter.emit("c")
-
-    assert emitter.lines == ["    if a:", "        b", "    c"]
-
-
-def test_each_assigned_local_has_a_new_name() -> None:
-    emitter = Emitter(Names())
-
-    assert emitter.assign("o", "1 + 1") != emitter.assign("o", "2")
-    assert emitter.lines == ["o0 = 1 + 1", "o1 = 2"]
-
-
-def test_captured_lines_are_kept_apart() -> None:
-    emitter = Emitter(Names(), indent=2)
-    with emitter.captured() as lines:
-        emitter.emit("inner")
-    emitter.emit("outer")
-
-    assert lines == ["inner"]
-    assert emitter.lines == ["        outer"]
 
 
 def test_loops_are_limited_below_what_python_can_nest() -> None:
@@ -121,7 +82,3 @@ def test_loops_are_limited_below_what_python_can_nest() -> None:
     assert not emitter.is_looping
     with pytest.raises(DefinitionError, match=f"nested deeper than {BLOCK_LIMIT}"):
         nest(BLOCK_LIMIT + 1)
-
-
-def test_codes_are_counted() -> None:
-    assert struct_layout(["d", "d", "d", "I", "4s", "4s", "B"]) == "<3dI4s4sB"

@@ -1,7 +1,5 @@
 """Importing messages straight from definition files, each in a fresh Python process."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle
@@ -48,13 +46,9 @@ class Workspace:
         }
         environment |= {"ROS_PACKAGE_PATH": str(self.source), "ROS_HOME": str(self.home), **variables}
         return subprocess.run(
-            [self.python, "-c", code],
-            cwd=self.working_folder,
-            env=environment,
-            input=asked,
-            capture_output=True,
-            text=True,
-        )
+            [self.python, "-c", code], cwd=self.working_folder, env=environment, input=asked,
+            capture_output=True, text=True,
+        )  # fmt: skip
 
     def shows(self, code: str, asked: str = "", **variables: str) -> str:
         result = self.run(code, asked, **variables)
@@ -74,37 +68,23 @@ def workspace(tmp_path: Path) -> Workspace:
 
 SETUP = "from setuptools import setup\nsetup(packages=['{0}'], package_dir={{'': 'python'}})\n"
 FILES = {
-    "arms/msg/Arm.msg": "Hand left\nHand right",
-    "arms/msg/Hand.msg": "int8[5] fingers",
-    "first/msg/A.msg": "std_msgs/Header h\nsecond/B b",
-    "second/msg/B.msg": "geometry_msgs/Point[] points",
+    "arms/msg/Arm.msg": "Hand left\nHand right", "arms/msg/Hand.msg": "int8[5] fingers",
+    "first/msg/A.msg": "std_msgs/Header h\nsecond/B b", "second/msg/B.msg": "geometry_msgs/Point[] points",
     "asked/srv/Ask.srv": "string what\n---\nint32 answer",
-    "walker/action/Walk.action": "float32 far\n---\n---\nfloat32 done",
-    "tooled/msg/A.msg": "int32 x",
+    "walker/action/Walk.action": "float32 far\n---\n---\nfloat32 done", "tooled/msg/A.msg": "int32 x",
     "tooled/src/tooled/__init__.py": "",
-    "tooled/src/tooled/tools.py": "from tooled.msg import A\nmade = A(3)",
-    "starred/msg/A.msg": "int32 x",
-    "starred/msg/B.msg": "A a",
-    "starred/srv/S.srv": "---",
-    "outer/srv/Ask.srv": "---\nmiddle/B[] b",
-    "outer/srv/No.srv": "---",
-    "middle/msg/B.msg": "inner/C c",
-    "inner/msg/C.msg": "string struct",
-    "clashing/msg/struct.msg": "int32 x",
-    "clashing/msg/B.msg": "int32 x",
-    "single/msg/A.msg": "std_msgs/Header header",
-    "broken/msg/A.msg": "int32 x",
-    "broken/msg/B.msg": "int32 x\n\nint32 a b",
-    "embedding/msg/A.msg": "no_such_package/B b",
+    "tooled/src/tooled/tools.py": "from tooled.msg import A\nmade = A(3)", "starred/msg/A.msg": "int32 x",
+    "starred/msg/B.msg": "A a", "starred/srv/S.srv": "---", "outer/srv/Ask.srv": "---\nmiddle/B[] b",
+    "outer/srv/No.srv": "---", "middle/msg/B.msg": "inner/C c", "inner/msg/C.msg": "string struct",
+    "clashing/msg/struct.msg": "int32 x", "clashing/msg/B.msg": "int32 x",
+    "single/msg/A.msg": "std_msgs/Header header", "broken/msg/A.msg": "int32 x",
+    "broken/msg/B.msg": "int32 x\n\nint32 a b", "embedding/msg/A.msg": "no_such_package/B b",
     "driver/setup.py": SETUP.format("robot_lib"),
     "driver/python/robot_lib/__init__.py": "from robot_lib.arm import REACH\n",
-    "driver/python/robot_lib/arm.py": "REACH = 3\n",
-    "driven/setup.py": SETUP.format("driven"),
-    "driven/python/driven/__init__.py": "WORD = 1\n",
-    "driven/msg/A.msg": "int32 x",
-    "unnamed/setup.py": SETUP.format("other"),
-    "unnamed/python/lib/__init__.py": "",
-}
+    "driver/python/robot_lib/arm.py": "REACH = 3\n", "driven/setup.py": SETUP.format("driven"),
+    "driven/python/driven/__init__.py": "WORD = 1\n", "driven/msg/A.msg": "int32 x",
+    "unnamed/setup.py": SETUP.format("other"), "unnamed/python/lib/__init__.py": "",
+}  # fmt: skip
 STARS = "from outer.srv import *; print(genpy.Time(1), struct.pack, middle.msg.B(), inner.msg.C, {})"
 LOAD = "from pipros.msg import load_message_class as load; "
 ANSWERS = {
@@ -385,14 +365,6 @@ def test_a_package_that_only_setup_py_declares_wins_over_an_installed_one(worksp
 def test_a_package_without_python_does_not_hide_an_installed_one(workspace: Workspace) -> None:
     workspace.package("xacro", **{"msg/One.msg": "int8 x"})
     assert workspace.shows("import xacro; print(hasattr(xacro, 'process_file'))") == "True"
-
-
-def test_the_package_may_be_in_a_repository_of_the_workspace(workspace: Workspace) -> None:
-    package = workspace.package("xacro", **{"src/xacro/__init__.py": "here = 'workspace'"})
-    repository = package.parent / "group" / "repository"
-    repository.mkdir(parents=True)
-    package.rename(repository / "xacro")
-    assert workspace.shows("import xacro; print(xacro.here)") == "workspace"
 
 
 def test_packages_are_not_searched_for_unless_a_folder_has_the_name_of_the_module(

@@ -41,9 +41,7 @@ def test_the_code_of_a_type_names_what_it_embeds(library: Library) -> None:
     hand_code, _ = library.code("msg", "robot/Hand")
     hand = run(hand_code, {})["Hand"]
 
-    arm = run(code, {embedded["robot/Hand"]: hand})["Arm"]
-
-    assert arm(1.5, hand(3)).hand.fingers == 3
+    assert run(code, {embedded["robot/Hand"]: hand})["Arm"](1.5, hand(3)).hand.fingers == 3
 
 
 def test_a_second_library_finds_the_code_in_the_cache(
@@ -70,10 +68,7 @@ def test_a_mistake_is_raised_and_an_unknown_type_is_not_found(library: Library) 
 
 
 def test_a_module_exists_for_packages_with_definitions(library: Library) -> None:
-    spec = interface_spec(library, "robot", "msg", None)
-
-    assert spec is not None
-    assert spec.name == "robot.msg"
+    assert interface_spec(library, "robot", "msg", None).name == "robot.msg"
     assert interface_spec(library, "nowhere", "msg", None) is None
     assert type_spec(library, "robot", "msg", "_Arm") is None  # robot.msg was not imported
 

@@ -1,7 +1,5 @@
 """The names below `pipros.ros1`, beside packages that rosidl generated for ROS 2 under the same names."""
 
-from __future__ import annotations
-
 import ast
 import gc
 import importlib
@@ -80,8 +78,7 @@ def test_ros1_has_its_own_modules_beside_those_of_ros2(make_ros2: Make) -> None:
 def test_embedded_types_are_those_of_ros1(make_ros2: Make) -> None:
     make_ros2("uuid_msgs")
     assert load_message_class("geographic_msgs/WayPoint")._slot_types[0] == "uuid_msgs/UniqueID"
-    module = importlib.import_module("pipros.ros1.uuid_msgs.msg")
-    assert "UniqueID" in dir(module)
+    assert "UniqueID" in dir(importlib.import_module("pipros.ros1.uuid_msgs.msg"))
 
 
 def test_python_modules_of_ros1_packages_are_found_too(make_ros2: Make) -> None:
@@ -124,9 +121,7 @@ def test_a_variable_gives_the_public_name_to_ros1(make_ros2: Make, monkeypatch: 
 
 def test_facades_are_compiled_with_the_names_of_ros1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
-    spec = Ros2Finder(lambda _name: None).find_spec("tf2_ros")
-    assert spec is not None
-    assert isinstance(spec.loader, Ros1Loader)
+    assert isinstance(Ros2Finder(lambda _name: None).find_spec("tf2_ros").loader, Ros1Loader)
     file = tmp_path / "facade.py"
     file.write_text(
         "from std_msgs.msg import String\nHOMES = ('std_msgs.msg', 'threading std_msgs.msg:Bool')\n"

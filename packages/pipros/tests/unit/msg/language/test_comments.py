@@ -18,19 +18,12 @@ def test_a_comment_belongs_to_the_declaration_on_its_line_and_directly_below() -
     assert found.of == {"A": "one", "b": "above,\n indented\nbehind"}
 
 
-@pytest.mark.parametrize(
-    ("text", "head", "first"),
-    [
-        ("# Head.\nint32 x\n", "Head.", None),
-        ("# Head.\nint32 x  # first\n", "Head.", "first"),
-        ("# Head.\n# More.\n\n# Last.\n\nint32 x\n", "Head.\nMore.\n\nLast.", None),
-        ("# Head.\n\n# first\nint32 x\n", "Head.", "first"),
-        ("#####\n# Head.\n#####\nint32 x\n", "Head.", None),
-        ("\n\nint32 x\n", "", None),
-        ("# Nothing else.", "Nothing else.", None),
-        ("", "", None),
-    ],
-)
+@pytest.mark.parametrize(("text", "head", "first"), [
+    ("# Head.\nint32 x\n", "Head.", None), ("# Head.\nint32 x  # first\n", "Head.", "first"),
+    ("# Head.\n# More.\n\n# Last.\n\nint32 x\n", "Head.\nMore.\n\nLast.", None),
+    ("# Head.\n\n# first\nint32 x\n", "Head.", "first"), ("#####\n# Head.\n#####\nint32 x\n", "Head.", None),
+    ("\n\nint32 x\n", "", None), ("# Nothing else.", "Nothing else.", None), ("", "", None),
+])  # fmt: skip
 def test_a_comment_at_the_top_belongs_to_the_whole_definition(
     text: str, head: str, first: str | None
 ) -> None:

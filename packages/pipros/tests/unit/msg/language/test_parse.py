@@ -52,42 +52,22 @@ def test_a_bare_header_is_the_one_of_std_msgs_and_an_array_of_headers_is_not() -
     assert fields("Header h\nHeader[] hs") == [("std_msgs/Header", "h"), ("pkg/Header[]", "hs")]
 
 
-@pytest.mark.parametrize(
-    ("text", "has_header"),
-    [
-        ("Header header", True),
-        ("std_msgs/Header header\nint32 a", True),
-        ("Header h", False),
-        ("int32 a\nHeader header", False),
-        ("pkg/Header header", False),
-        ("Header[] header", False),
-    ],
-)
+@pytest.mark.parametrize(("text", "has_header"), [
+    ("Header header", True), ("std_msgs/Header header\nint32 a", True), ("Header h", False),
+    ("int32 a\nHeader header", False), ("pkg/Header header", False), ("Header[] header", False),
+])  # fmt: skip
 def test_only_a_leading_header_called_header_is_filled_in(text: str, has_header: bool) -> None:
     assert parse_message(text, "pkg/T").has_header is has_header
 
 
-@pytest.mark.parametrize(
-    ("text", "value", "kept"),
-    [
-        ("int32 X=1", 1, "1"),
-        ("int32 X = -1 # c", -1, "-1"),
-        ("int32 X=010", 10, "010"),
-        ("int32 X=+5", 5, "+5"),
-        ("uint64 X=18446744073709551615", 2**64 - 1, "18446744073709551615"),
-        ("byte X=-128", -128, "-128"),
-        ("char X=200", 200, "200"),
-        ("float32 X=1e3", 1000.0, "1e3"),
-        ("float64 X=-.5", -0.5, "-.5"),
-        ("bool X=True", True, "True"),
-        ("bool X=0", False, "0"),
-        ("bool X=2", True, "2"),
-        ('string X= a "q" # no comment  ', 'a "q" # no comment', 'a "q" # no comment'),
-        ("string X=", "", ""),
-        ("string X==", "=", "="),
-        ("string X='x'", "'x'", "'x'"),
-    ],
-)
+@pytest.mark.parametrize(("text", "value", "kept"), [
+    ("int32 X=1", 1, "1"), ("int32 X = -1 # c", -1, "-1"), ("int32 X=010", 10, "010"),
+    ("int32 X=+5", 5, "+5"), ("uint64 X=18446744073709551615", 2**64 - 1, "18446744073709551615"),
+    ("byte X=-128", -128, "-128"), ("char X=200", 200, "200"), ("float32 X=1e3", 1000.0, "1e3"),
+    ("float64 X=-.5", -0.5, "-.5"), ("bool X=True", True, "True"), ("bool X=0", False, "0"),
+    ("bool X=2", True, "2"), ('string X= a "q" # no comment  ', 'a "q" # no comment', 'a "q" # no comment'),
+    ("string X=", "", ""), ("string X==", "=", "="), ("string X='x'", "'x'", "'x'"),
+])  # fmt: skip
 def test_constants(text: str, value: Any, kept: str) -> None:
     found = constant(text)
     assert (found.name, found.value, found.text) == ("X", value, kept)
@@ -152,14 +132,10 @@ def test_a_service_has_two_halves_that_may_be_empty() -> None:
     assert spec.response.fields == ()
 
 
-@pytest.mark.parametrize(
-    ("text", "request_text", "response_text"),
-    [
-        ("int32 a", "int32 a\n", ""),
-        ("int32 a\n---\n---\n", "int32 a\n", "\n"),
-        ("---\nint32 a\n---\nint32 b", "", "int32 a\nint32 b\n"),
-    ],
-)
+@pytest.mark.parametrize(("text", "request_text", "response_text"), [
+    ("int32 a", "int32 a\n", ""), ("int32 a\n---\n---\n", "int32 a\n", "\n"),
+    ("---\nint32 a\n---\nint32 b", "", "int32 a\nint32 b\n"),
+])  # fmt: skip
 def test_wrong_numbers_of_service_separators_are_handled_like_genmsg(
     text: str, request_text: str, response_text: str
 ) -> None:
@@ -219,21 +195,17 @@ class Library:
         return self.specs[type_name]
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("", "d41d8cd98f00b204e9800998ecf8427e"),
-        ("Header header", "d7be0bb39af8fb9129d5a76e6b63a290"),
-        ("int32 a\nHeader header", "22475ff36eef9d99a29f9f056d5d5bf7"),
-        ("Header[] hs", "f2cd187f68e3368967cae34c051dcef7"),
-        ("In i\nIn[3] j\nIn[] k", "e17f1a2b123117efa48a8c9473e68924"),
-        ("In i\nint32 X=1", "4d4bf1a2223b5d156be8e27909524b45"),
-        ('string S= a "q" # no comment  ', "a7821c139d8e748664b103165ddad431"),
-        ("float64 PI=3.14159 # pi", "a625147d10260b66baf35018bef4baf3"),
-        ("time t\nduration d\nbyte b\nchar c", "f6b7dcf2fda64ccfb0caa151929576f7"),
-        ("int32[0] z", "7a1a545cacebec01895e1bcf2bc7dea2"),
-    ],
-)
+@pytest.mark.parametrize(("text", "expected"), [
+    ("", "d41d8cd98f00b204e9800998ecf8427e"), ("Header header", "d7be0bb39af8fb9129d5a76e6b63a290"),
+    ("int32 a\nHeader header", "22475ff36eef9d99a29f9f056d5d5bf7"),
+    ("Header[] hs", "f2cd187f68e3368967cae34c051dcef7"),
+    ("In i\nIn[3] j\nIn[] k", "e17f1a2b123117efa48a8c9473e68924"),
+    ("In i\nint32 X=1", "4d4bf1a2223b5d156be8e27909524b45"),
+    ('string S= a "q" # no comment  ', "a7821c139d8e748664b103165ddad431"),
+    ("float64 PI=3.14159 # pi", "a625147d10260b66baf35018bef4baf3"),
+    ("time t\nduration d\nbyte b\nchar c", "f6b7dcf2fda64ccfb0caa151929576f7"),
+    ("int32[0] z", "7a1a545cacebec01895e1bcf2bc7dea2"),
+])  # fmt: skip
 def test_md5(text: str, expected: str) -> None:
     library = Library(T=text, In="int32 x\n", Header="int32 own\n")
     assert message_md5(library("pkg/T"), library) == expected
@@ -254,11 +226,8 @@ def test_the_full_text_has_every_embedded_definition_once_in_the_order_of_first_
     library = Library(T="A a\nB b\n", A="C c\n", B="C c\nA a\n", C="int32 x\n")
     a, b, c = "C c\n", "C c\nA a\n", "int32 x\n"
     assert full_text(library("pkg/T"), library).split(f"{SEPARATOR}\n") == [
-        "A a\nB b\n\n",
-        f"MSG: pkg/A\n{a}\n",
-        f"MSG: pkg/C\n{c}\n",
-        f"MSG: pkg/B\n{b}",
-    ]
+        "A a\nB b\n\n", f"MSG: pkg/A\n{a}\n", f"MSG: pkg/C\n{c}\n", f"MSG: pkg/B\n{b}",
+    ]  # fmt: skip
 
 
 def test_a_message_within_itself_is_refused_at_the_field_that_closes_the_circle() -> None:
