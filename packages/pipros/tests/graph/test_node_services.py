@@ -106,9 +106,10 @@ def test_a_missing_server_and_another_type_have_different_errors(make_node: Make
 
 def test_a_crashed_server_is_unreachable(make_node: MakeNode) -> None:
     client = make_node("client")
-    client.master.register_service("/ghost", "rosrpc://127.0.0.1:1", client.uri)
-    with pytest.raises(ServiceFailed, match=r"unable to connect to service: .*refused"):
-        client.client("ghost", Empty).call(Empty._request_class())
+    for host, words in (("robot.invalid", r"resolve the name \[robot.invalid\]"), ("127.0.0.1", "is local")):
+        client.master.register_service("/ghost", f"rosrpc://{host}:1", client.uri)
+        with pytest.raises(ServiceFailed, match=rf"unable to connect to service: .*{words}"):
+            client.client("ghost", Empty).call(Empty._request_class())
     with pytest.raises(ServiceFailed):
         client.client("ghost", Empty).probe(1.0)
 

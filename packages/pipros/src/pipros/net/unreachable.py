@@ -18,7 +18,12 @@ async def explain(peer: str) -> str:
     cannot resolve, or an address that they cannot reach (ros_comm#222).
     """
     host = host_of(peer)
-    if not await _is_known(host):
+    return advice_on(host, await _why_unknown(host))
+
+
+def advice_on(host: str, error: Exception | None) -> str:
+    """Return the text of `explain` for a host that could not be reached because of an error."""
+    if isinstance(error, socket.gaierror):
         return (
             f". This machine cannot resolve the name [{host}]: set ROS_IP on the node's machine to an address"
             " that this machine can reach, or add the name to /etc/hosts"
@@ -34,11 +39,9 @@ async def explain(peer: str) -> str:
     )
 
 
-async def _is_known(host: str) -> bool:
+async def _why_unknown(host: str) -> OSError | None:
     try:
         await asyncio.get_running_loop().getaddrinfo(host, None)
-    except socket.gaierror:
-        return False
-    except OSError:
-        return True
-    return True
+    except OSError as error:
+        return error
+    return None

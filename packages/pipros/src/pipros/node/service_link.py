@@ -19,6 +19,7 @@ from pipros.basics.uri import split_uri
 from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.connect import Connector
+from pipros.net.unreachable import advice_on
 from pipros.node.codec import encoder
 from pipros.node.open_calls import OpenCalls
 from pipros.wire.handshake import HANDSHAKE_S, WireType, check_service_reply, request_service_link
@@ -132,7 +133,8 @@ class ServiceLink:
         except (OSError, ProtocolError, Interrupted) as error:
             self.close()
             cause = Interrupted("the call was interrupted") if self._connector.is_interrupted else error
-            raise _cannot_connect(service, cause, deadline) from cause
+            advice = "" if self._is_connected or cause is not error else advice_on(host, error)
+            raise _cannot_connect(service, cause, deadline, advice) from cause
         except BaseException:
             self.close()
             raise
@@ -259,10 +261,10 @@ def split_service_uri(uri: str) -> tuple[str, int]:
     )
 
 
-def _cannot_connect(service: str, error: Exception, deadline: float | None) -> ServiceFailed:
+def _cannot_connect(service: str, error: Exception, deadline: float | None, advice: str) -> ServiceFailed:
     if deadline is not None and time.monotonic() >= deadline:
-        return CallTimeout(f"service [{service}] did not answer in time")
-    return ServiceFailed(f"unable to connect to service: {error}")
+        return CallTimeout(f"service [{service}] did not answer in time{advice}")
+    return ServiceFailed(f"unable to connect to service: {error}{advice}")
 
 
 def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:

@@ -201,7 +201,7 @@ def _warn_of_silence(subscribers: Sequence[str]) -> None:
         )
         print(
             f"{names} {verbs[0]}, but {verbs[1]} not connected to this publisher. If a subscriber's "
-            "machine cannot reach this machine, set ROS_IP; `pipros doctor` shows the right address",
+            "machine cannot reach this machine, ROS_IP is wrong or a firewall blocks it: ask `pipros doctor`",
             file=sys.stderr,
             flush=True,
         )
