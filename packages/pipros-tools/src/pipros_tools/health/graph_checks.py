@@ -56,6 +56,10 @@ def _why_node(api: str, failure: Failure) -> tuple[str, str]:
                 else ""
             )
         )
+    if is_loopback(host):
+        return "silent-node", (
+            "The node hangs, or Ctrl-Z has suspended it: type `fg` in its terminal, or restart the node."
+        )
     return "silent-node", (
         f"The node hangs, or a firewall or a wrong address keeps it out of reach. Try `ping {host}`, set "
         "ROS_IP on its machine to an address that can be reached from here, or restart the node."
