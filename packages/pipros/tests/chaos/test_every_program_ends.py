@@ -17,15 +17,11 @@ from pathlib import Path
 import pytest
 
 from tests.support.every_program import (
-    COMMANDS,
     EVERY,
     MOMENTS_MS,
-    NODES,
     NUMBERS,
     WAITS_MS,
-    console_commands,
     end_program,
-    shipped_nodes,
 )
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process
@@ -34,19 +30,6 @@ from tests.support.slaves import SilentSlave
 from tests.support.waiting import wait_until
 
 SEED = os.environ.get("PIPROS_TEST_SEED") or datetime.now(timezone.utc).date().isoformat()
-
-NOT_STARTED = {
-    "convert",  # reads files only, like the next ones
-    "export_csv.py",
-    "sparse_csv.py",
-    "list_transports",
-    "xacro",
-    "check_test_ran.py",
-    "test_results_dir.py",
-    "clean_junit_xml.py",
-    "summarize_results.py",
-    "rqt_gui",  # another name of rqt
-}
 
 
 @pytest.mark.parametrize("command", EVERY)
@@ -79,15 +62,6 @@ def test_ctrl_c_in_init_node_prints_no_traceback(ros: RosSystem, node: str) -> N
         assert program.wait() == INTERRUPTED_START, program.output
         assert "Traceback" not in program.output
     silent.stop()
-
-
-def test_every_installed_program_is_ended_here() -> None:
-    started = {command.split()[0] for command in COMMANDS}
-    assert set(console_commands()) - {"rosrun"} <= started
-    nodes = {tuple(word.removesuffix(".py") for word in node.split()[:2]) for node in NODES}
-    shipped = {(home, name.removesuffix(".py")) for home, name in shipped_nodes() if name not in NOT_STARTED}
-    others = {name for _, name in shipped - nodes} - {name.removesuffix(".py") for name in started}
-    assert others <= {"rosbridge_websocket", "play", "record", "ros2_gateway", "rosrun"}, others
 
 
 def waiting_launch(ros: RosSystem, master: SilentSlave) -> Process:
