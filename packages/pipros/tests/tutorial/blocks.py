@@ -86,7 +86,7 @@ SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
     ("guides/classroom.md", ("roscore", "--allow")): f"{CORE}/graph/test_launch_run.py",
     ("guides/containers.md", ("11410-11419", "roscore")): f"{CORE}/interop/test_nat.py",
     ("guides/containers.md", ("PIPROS_PORTS", "31400-31409")): f"{CORE}/interop/test_nat.py",
-    ("guides/data.md", ("lerobot-replay", "--robot.type=ros1")): f"{DATA}/support/lerobot_trials.py",
+    ("guides/data.md", ("lerobot-replay", "--robot.type=ros1")): f"{DATA}/support/lerobot_dataset.py",
     ("guides/fleets.md", ("operator", "/robot1/chatter")): f"{FLEET}/interop/test_fleet_with_genuine.py",
     ("guides/fleets.md", ("--history", "--history-topic")): f"{FLEET}/graph/test_fleet_history.py",
     ("guides/fleets.md", ("keys", "create", "--router")): f"{FLEET}/graph/test_fleet_command.py",

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import logging
 import math
-import os
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -37,8 +36,8 @@ from tests.support import drives
 APARTMENT = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "apartment.yaml")
 START = (2.9, 1.0, 1.2)
 WALKS = ([(2.2, 4.2), (8.5, 4.2)], [(5.5, 2.8), (5.0, 1.3), (6.2, 1.3)])
-GOALS, MISSED = 10, 3
-"""Goals of a drive among obstacles, and how many of ten such drives may be missed."""
+GOALS = 10
+"""Goals of a drive among obstacles."""
 ROOM_M = 0.35
 """Distance to walls of the random places."""
 
@@ -56,66 +55,59 @@ def places(seed: int, count: int) -> list[Triple]:
     return found
 
 
-def drive(seed: int) -> tuple[str, NavigationWorld]:
-    """Drive to a random goal. Return the problem, if any, and the world."""
-    (goal,) = places(seed, 1)
-    world = NavigationWorld(os.environ["ROS_MASTER_URI"], APARTMENT, start=START, seed=seed)
-    try:
-        with world.never_closer_than(1e-6):
-            world.reaches(*goal, within_s=120)
-        errors_m, errors_rad = np.percentile(np.array(world.errors), 95, axis=0)
-        wrong = errors_m > 0.1 or errors_rad > np.radians(3)
-        return f"95 % of the estimates within {errors_m:.2f} m, {errors_rad:.3f} rad" if wrong else "", world
-    except WorldFailure as failure:
-        return str(failure), world
-    finally:
-        world.close()
+def drive(world: NavigationWorld, seed: int) -> int:
+    """Drive to a random goal without touching a wall. Return how many goals were reached."""
+    with world.never_closer_than(1e-6):
+        world.reaches(*places(seed, 1)[0], within_s=120)
+    errors_m, errors_rad = np.percentile(np.array(world.errors), 95, axis=0)
+    if errors_m > 0.1 or errors_rad > np.radians(3):
+        raise WorldFailure(f"95 % of the estimates within {errors_m:.2f} m, {errors_rad:.3f} rad")
+    return 1
 
 
-def kidnapped(seed: int) -> tuple[str, NavigationWorld]:
+def kidnapped(world: NavigationWorld, seed: int) -> int:
     """Carry the robot away among walking obstacles, then drive to a random goal."""
     elsewhere, goal = places(1000 + seed, 2)
-    obstacles = [Obstacle(points, 0.2, 0.3) for points in WALKS]
-    master = os.environ["ROS_MASTER_URI"]
-    world = NavigationWorld(master, APARTMENT, start=START, seed=seed, obstacles=obstacles)
-    try:
-        world.run_for(1.0)
-        world.recovers_from_kidnapping(*elsewhere, within_s=120)
-        world.reaches(*goal, within_s=180)
-        return "", world
-    except WorldFailure as failure:
-        return str(failure), world
-    finally:
-        world.close()
+    world.run_for(1.0)
+    world.recovers_from_kidnapping(*elsewhere, within_s=120)
+    world.reaches(*goal, within_s=180)
+    return 1
 
 
-def count_missed_goals(seeds: range) -> int:
-    """Drive to ten random goals among walking obstacles, with each seed."""
-    missed = 0
+def goals(world: NavigationWorld, seed: int) -> int:
+    """Drive to ten random goals among walking obstacles."""
+    reached = 0
+    for goal in places(2000 + seed, GOALS):
+        try:
+            with world.never_closer_than(1e-6):
+                world.reaches(*goal, within_s=180)
+            reached += 1
+        except WorldFailure as failure:
+            print(f"    {failure}")
+    return reached
+
+
+def missed(run: Callable[[NavigationWorld, int], int], seeds: range, *, of: int = 1, walks: Any = ()) -> int:
+    """Drive with each seed to so many goals, and return how many were missed."""
+    reached, simulated_s = 0, 0.0
     for seed in seeds:
-        obstacles, problems = [Obstacle(points, 0.2, 0.3) for points in WALKS], []
+        obstacles = [Obstacle(points, 0.2, 0.3) for points in walks]
         with Core(port=0, rosout=False, environment=Environment.from_os()) as core:
             world = NavigationWorld(core.uri, APARTMENT, start=START, seed=seed, obstacles=obstacles)
             try:
-                for goal in places(2000 + seed, GOALS):
-                    try:
-                        with world.never_closer_than(1e-6):
-                            world.reaches(*goal, within_s=180)
-                    except WorldFailure as failure:
-                        problems.append(str(failure))
+                found = run(world, seed)
+            except WorldFailure as failure:
+                found = 0
+                print(f"    {failure}")
             finally:
                 world.close()
-        missed += len(problems)
-        errors_m, errors_rad = np.percentile(np.array(world.errors), 95, axis=0)
-        print(
-            f"goals among obstacles, seed {seed}: {GOALS - len(problems)} of {GOALS}, 95 % of the estimates "
-            f"within {errors_m:.2f} m, {errors_rad:.3f} rad; {world.report}",
-            *problems,
-            sep="\n    ",
-            flush=True,
-        )
-    print(f"goals among obstacles: {len(seeds) * GOALS - missed} of {len(seeds) * GOALS}", flush=True)
-    return missed
+        reached += found
+        simulated_s += world.time_s
+        print(f"{run.__name__}, seed {seed}: {found} of {of}; {world.report}", flush=True)
+    print(
+        f"{run.__name__}: {reached} of {of * len(seeds)}, {simulated_s:.0f} s of simulated time", flush=True
+    )
+    return of * len(seeds) - reached
 
 
 def count_bad_maps(seeds: range) -> int:
@@ -123,15 +115,12 @@ def count_bad_maps(seeds: range) -> int:
     begin, angles = Pose(2.9, 1.0, 0.0), math.tau / 180 * np.arange(180)
     size: Any = {"xmin": -8.0, "ymin": -8.0, "xmax": 12.0, "ymax": 12.0}
     noise: Any = {"srr": 0.02, "srt": 0.04, "str": 0.02, "stt": 0.04}
-    settings = MappingSettings(
-        particles=30, linearUpdate=0.3, angularUpdate=0.2, **size, **noise
-    ).with_ranges(10.0)
+    settings = MappingSettings(particles=30, linearUpdate=0.3, angularUpdate=0.2, **size, **noise)
+    settings = settings.with_ranges(10.0)
     failures = 0
     for seed in seeds:
-        slam, survey = (
-            GridSlam(settings, angles, (0.0, 0.0, 0.0), np.random.default_rng(seed)),
-            Survey(settings, angles),
-        )
+        slam = GridSlam(settings, angles, (0.0, 0.0, 0.0), np.random.default_rng(seed))
+        survey = Survey(settings, angles)
         for moment in drives.drive(start=begin, noise=0.02, seed=seed):
             odometry = moment.odometry.x, moment.odometry.y, moment.odometry.yaw
             slam.scan(odometry, moment.ranges, moment.time_s)
@@ -139,27 +128,7 @@ def count_bad_maps(seeds: range) -> int:
         found = drives.agreement(survey.values(), survey.origin, begin)
         is_good = found.free_iou > 0.93 and found.walls_near > 0.93
         failures += not is_good
-        print(
-            f"map, seed {seed}: {'good' if is_good else 'bad'}; IoU of free cells {found.free_iou:.3f}, "
-            f"occupied cells within one cell of a wall {found.walls_near:.1%}, "
-            f"walls within one cell of an occupied cell {found.walls_seen:.1%}",
-            flush=True,
-        )
-    return failures
-
-
-def count_failures(name: str, run: Callable[[int], tuple[str, NavigationWorld]], seeds: range) -> int:
-    failures = 0
-    simulated = 0.0
-    for seed in seeds:
-        with Core(port=0, rosout=False, environment=Environment.from_os()) as core:
-            os.environ["ROS_MASTER_URI"] = core.uri
-            problem, world = run(seed)
-        os.environ.pop("ROS_MASTER_URI")
-        simulated += world.time_s
-        failures += bool(problem)
-        print(f"{name}, seed {seed}: {problem or 'reached'}; {world.report}", flush=True)
-    print(f"{name}: {len(seeds) - failures} of {len(seeds)}, {simulated:.0f} s of simulated time", flush=True)
+        print(f"map, seed {seed}: {'good' if is_good else 'bad'}; {found}", flush=True)
     return failures
 
 
@@ -170,17 +139,15 @@ def main() -> int:
     parser.add_argument("--only", choices=("drive", "kidnapped", "goals", "map"))
     given = parser.parse_args()
     logging.disable(logging.ERROR)
-    seeds = range(given.first, given.first + given.seeds)
-    touched = lost = missed = bad = 0
-    if given.only in (None, "drive"):
-        touched = count_failures("drive", drive, seeds)
-    if given.only in (None, "kidnapped"):
-        lost = count_failures("kidnapped among obstacles", kidnapped, seeds)
-    if given.only in (None, "goals"):
-        missed = count_missed_goals(range(given.first, given.first + min(10, given.seeds)))
-    if given.only in (None, "map"):
-        bad = count_bad_maps(range(given.first, given.first + min(5, given.seeds)))
-    return 0 if not touched and lost <= given.seeds // 10 and missed <= MISSED and not bad else 1
+    seeds, few, five = (range(given.first, given.first + min(given.seeds, most)) for most in (1000, 10, 5))
+    parts: dict[str, Callable[[], bool]] = {
+        "drive": lambda: not missed(drive, seeds),
+        "kidnapped": lambda: missed(kidnapped, seeds, walks=WALKS) <= len(seeds) // 10,
+        "goals": lambda: missed(goals, few, of=GOALS, walks=WALKS) <= 3 * len(few) // 10,
+        "map": lambda: not count_bad_maps(five),
+    }
+    wrong = [name for name, is_good in parts.items() if given.only in (None, name) and not is_good()]
+    return int(bool(wrong))
 
 
 if __name__ == "__main__":

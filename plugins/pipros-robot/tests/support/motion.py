@@ -182,6 +182,9 @@ class Rig:
     def note(self, message: Any) -> None:
         self.sent.append((self.now_s, tuple(speeds(message))))
 
+    def close(self) -> None:
+        self.node.shutdown()
+
     def run(self, duration_s: float) -> bool:
         """Let time pass. Return whether the node has ended, which it does at the end of the run."""
         until_s = self.now_s + duration_s

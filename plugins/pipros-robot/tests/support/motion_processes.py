@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import math
 import signal
 import sys
 import tempfile
@@ -69,9 +70,7 @@ class Base:
     def greatest(self, count: int = 1) -> float:
         """Return the greatest number of the last velocities; infinity if there are not as many."""
         last = self.sent[-count:]
-        return (
-            max((abs(each) for _, values in last for each in values), default=0.0) if last else float("inf")
-        )
+        return max((abs(each) for _, values in last for each in values), default=0.0 if last else math.inf)
 
     def close(self) -> None:
         self._node.shutdown()
@@ -174,16 +173,9 @@ class Running:
 
 
 ENDS: Final = (
-    "SIGINT",
-    "SIGTERM",
-    "SIGHUP",
-    "SIGQUIT",
-    "SIGUSR1",
-    "SIGTSTP",
-    "source ends",
-    "source is silent",
+    "SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR1", "SIGTSTP", "source ends", "source is silent",
     "master is gone",
-)
+)  # fmt: skip
 
 
 def happens(each: str, running: Running, master: Process) -> str:

@@ -152,9 +152,7 @@ SETS: Final = (
 
 def launch_file(each: RobotSet, folder: Path, seed: int) -> Path:
     """Write a launch file, and the world for stageros, to a folder."""
-    (folder / "apartment.world").write_text(
-        _WORLD.format(map=MAP.with_suffix(".pgm"), pose="2.9 1.0 0 68.755")
-    )
+    (folder / "apartment.world").write_text(_WORLD.format(map=MAP.with_suffix(".pgm")))
     nodes = "\n".join(_nodes(each, folder, seed))
     file = folder / "robot.launch"
     file.write_text(
@@ -169,7 +167,7 @@ define plan model ( boundary 0 )
 plan ( name "walls" bitmap "{map}" size [10 8 1] pose [5 4 0 0] )
 position
 (
-  name "robot" pose [{pose}] size [0.3 0.3 0.2] drive "diff" odom_error [0.01 0.01 0 0.02]
+  name "robot" pose [2.9 1.0 0 68.755] size [0.3 0.3 0.2] drive "diff" odom_error [0.01 0.01 0 0.02]
   ranger ( pose [0 0 0.1 0] sensor ( range [0.0 10.0] fov 359.0 samples 360 ) )
 )
 """
@@ -184,9 +182,8 @@ def _node(pkg: str, kind: str, name: str, given: Any = None, args: str = "", **r
 
 
 def _nodes(each: RobotSet, folder: Path, seed: int) -> Iterator[str]:
-    to_robot = {"twist_mux": "mux_out", "smoother": "smooth", "controllers": "base/cmd_vel"}.get(
-        each.commands
-    )
+    kinds = {"twist_mux": "mux_out", "smoother": "smooth", "controllers": "base/cmd_vel"}
+    to_robot = kinds.get(each.commands)
     scan = "base_scan" if each.simulator == "stageros" else "scan"
     has_filter = "kf" in each.localisation
     yield _robot(each, folder, seed, has_filter=has_filter, cmd_vel=to_robot)
@@ -246,9 +243,8 @@ def _commands(each: RobotSet) -> Iterator[str]:
         topics = [{"name": "joy", "topic": "joy_teleop/cmd_vel", "timeout": 0.5, "priority": 10},
                   {"name": "navigation", "topic": "cmd_vel", "timeout": 0.5, "priority": 1}]  # fmt: skip
         locks = [{"name": "stop", "topic": "e_stop", "timeout": 0.0, "priority": 255}]
-        yield _node(
-            "twist_mux", "twist_mux", "twist_mux", {"topics": topics, "locks": locks}, cmd_vel_out=out
-        )
+        given = {"topics": topics, "locks": locks}
+        yield _node("twist_mux", "twist_mux", "twist_mux", given, cmd_vel_out=out)
     if each.commands == "smoother":
         values = {"speed_lim_v": each.speed, "speed_lim_w": each.turn, "accel_lim_v": 1.0, "accel_lim_w": 3.0,
                   "frequency": 20.0, "decel_factor": 1.5}  # fmt: skip
@@ -280,34 +276,18 @@ def _move_base(each: RobotSet, scan: str) -> dict[str, Any]:
     inflation = {"inflation_radius": 0.4, "cost_scaling_factor": 5.0}
     is_global_static = each.costmaps != "rolling"
     kind = more.pop("type_of_layer", "VoxelLayer" if each.laser == "heights" else "ObstacleLayer")
-    layers = [
-        {"name": "obstacles", "type": f"costmap_2d::{kind}"},
-        {"name": "inflation", "type": "costmap_2d::InflationLayer"},
-    ]
+    kinds = {"obstacles": kind, "inflation": "InflationLayer"}
+    layers = [{"name": name, "type": f"costmap_2d::{each}"} for name, each in kinds.items()]
     if more.pop("with_foreign_layer", False):
         layers.insert(0, {"name": "depth", "type": "costmap_2d::DepthCameraLayer"})
     usual = {
-        "robot_base_frame": "base_link",
-        "update_frequency": 5.0,
-        "publish_frequency": 1.0,
-        "transform_tolerance": 0.5,
-    }
-    local = {
-        **usual,
-        "global_frame": "odom",
-        "rolling_window": True,
-        "width": 4.0,
-        "height": 4.0,
-        "resolution": 0.05,
-    }
+        "robot_base_frame": "base_link", "update_frequency": 5.0, "publish_frequency": 1.0,
+        "transform_tolerance": 0.5, "resolution": 0.05,
+    }  # fmt: skip
+    local = {**usual, "global_frame": "odom", "rolling_window": True, "width": 4.0, "height": 4.0}
     whole = {
-        **usual,
-        "global_frame": world,
-        "rolling_window": not is_global_static,
-        "width": 16.0,
-        "height": 16.0,
-        "resolution": 0.05,
-    }
+        **usual, "global_frame": world, "rolling_window": not is_global_static, "width": 16.0, "height": 16.0,
+    }  # fmt: skip
     if each.costmaps == "layers" or each.laser == "heights":
         for costmap in (local, whole):
             costmap |= {"plugins": layers, "obstacles": sources, "inflation": inflation}
