@@ -72,6 +72,13 @@ def import_all(names: list[str]) -> dict[str, Any]:
     return {"md5": found, "error": ""}
 
 
+def new_row(name: str, check: dict[str, Any]) -> dict[str, Any]:
+    types = sum(":" in item for item in check["imports"])
+    counts = {"types": types, "modules": len(check["imports"]) - types}
+    row = {"set": name, "name": check["name"], "python": platform.python_version(), **counts}
+    return {**row, "program": "", "errors": []}
+
+
 class Environment:
     """A new virtual environment with pipros, pip and uv."""
 
@@ -96,22 +103,15 @@ class Environment:
         carried = {key: value for key, value in os.environ.items() if key.startswith(CARRIED)}
         return self.run(command, **{**carried, "PIP_DISABLE_PIP_VERSION_CHECK": "1"})
 
+    def variables(self, **more: str) -> dict[str, str]:
+        return {"PATH": f"{self.programs}:/usr/bin:/bin", "HOME": str(self.home), "LANG": "C.UTF-8", **more}
+
     def run(self, command: list[str], **variables: str) -> str:
         """Run a program to its end, and return its output."""
         ended = subprocess.run(
-            command,
-            env={
-                "PATH": f"{self.programs}:/usr/bin:/bin",
-                "HOME": str(self.home),
-                "LANG": "C.UTF-8",
-                **variables,
-            },
-            cwd=self.home,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=600,
-        )
+            command, env=self.variables(**variables), cwd=self.home, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, timeout=600,
+        )  # fmt: skip
         if ended.returncode != 0:
             raise RuntimeError(f"{' '.join(command)[:300]}\n{ended.stdout}")
         return ended.stdout
@@ -128,7 +128,7 @@ class Environment:
         projects = sorted({item for file in files for item in requirements(file)})
         if projects:
             self.tool("pip", "install", "--quiet", *projects)
-        rows = {check["name"]: self.new_row(name, check) for check in checks}
+        rows = {check["name"]: new_row(name, check) for check in checks}
         before = self.files()
         for tool in ("pip", "uv"):
             self.tool(tool, "install", "--quiet", "--no-index", "--find-links", folder, *files)
@@ -141,31 +141,15 @@ class Environment:
             yes = ("--quiet", "--yes") if tool == "pip" else ("--quiet",)
             self.tool(tool, "uninstall", *yes, *(check["distribution"] for check in checks))
             for file in sorted(self.files() - before):
-                owner = next(
-                    (check["name"] for check in checks if f"/{check['name']}/" in file), checks[0]["name"]
-                )
-                rows[owner]["errors"].append(f"{tool} left {file}")
+                owners = (check["name"] for check in checks if f"/{check['name']}/" in file)
+                rows[next(owners, checks[0]["name"])]["errors"].append(f"{tool} left {file}")
             for file in sorted(before - self.files()):
                 rows[checks[0]["name"]]["errors"].append(f"{tool} removed {file}")
         return list(rows.values())
 
-    def new_row(self, name: str, check: dict[str, Any]) -> dict[str, Any]:
-        row = {key: check[key] for key in ("name", "version")}
-        types = [item for item in check["imports"] if ":" in item]
-        counts = {"types": len(types), "modules": len(check["imports"]) - len(types)}
-        return {
-            "set": name,
-            "python": platform.python_version(),
-            **row,
-            **counts,
-            "program": "",
-            "errors": [],
-        }
-
     def check_imports(self, name: str, checks: list[dict[str, Any]], rows: dict[str, dict[str, Any]]) -> None:
         """Check that all packages are found in the environment, and import all of their types and modules."""
-        lines = self.run(["rospack", "list"]).splitlines()
-        listed = dict(line.split(" ", 1) for line in lines)
+        listed = dict(line.split(" ", 1) for line in self.run(["rospack", "list"]).splitlines())
         script = [str(self.programs / "python"), "-I", __file__, str(self.wheels), "--import", name]
         results = json.loads(self.run(script).splitlines()[-1])
         for check in checks:
@@ -181,12 +165,14 @@ class Environment:
 
     def launch(self, check: dict[str, Any], row: dict[str, Any]) -> None:
         """Load a launch file."""
-        if check["launch"]:
-            try:
-                if not self.run(["roslaunch", "--nodes", check["name"], check["launch"]]).strip():
-                    row["errors"].append(f"{check['launch']} has no nodes")
-            except RuntimeError as error:
-                row["errors"].append(str(error)[-300:])
+        try:
+            if (
+                check["launch"]
+                and not self.run(["roslaunch", "--nodes", check["name"], check["launch"]]).strip()
+            ):
+                row["errors"].append(f"{check['launch']} has no nodes")
+        except RuntimeError as error:
+            row["errors"].append(str(error)[-300:])
 
 
 class Master:
@@ -213,23 +199,12 @@ class Master:
         end(self.process)
 
     def start(self, command: list[str], output: Path) -> subprocess.Popen[bytes]:
-        variables = {
-            "PATH": f"{self.environment.programs}:/usr/bin:/bin",
-            "HOME": str(self.environment.home),
-            "LANG": "C.UTF-8",
-            "ROS_MASTER_URI": self.uri,
-            "PYTHONUNBUFFERED": "1",
-        }
+        variables = self.environment.variables(ROS_MASTER_URI=self.uri, PYTHONUNBUFFERED="1")
         with output.open("wb") as file:
             return subprocess.Popen(
-                command,
-                env=variables,
-                cwd=self.environment.home,
-                stdin=subprocess.DEVNULL,
-                stdout=file,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
+                command, env=variables, cwd=self.environment.home, stdin=subprocess.DEVNULL, stdout=file,
+                stderr=subprocess.STDOUT, start_new_session=True,
+            )  # fmt: skip
 
     def nodes(self) -> set[str] | None:
         """Return the registered nodes, or None if the master does not answer."""

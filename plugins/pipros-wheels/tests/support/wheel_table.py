@@ -2,10 +2,10 @@
 
     python -m tests.support.wheel_table [--suite forky]
 
-The packages: all of pipros, those of the tests and examples, twelve of the forms that public repositories
-have, and Debian's installed packages of definitions (types must have the genuine MD5 sums).
-`installed_wheels.py` uses the wheels with the running Python, and with that of a bare Debian of the suite, if
-it is named (needs root and debootstrap). The settings of pip lead to PyPI.
+The packages: all of pipros, those of the tests and examples, those of the forms that public repositories
+have (`wheel_workspace_table`), and Debian's installed packages of definitions (types must have the genuine
+MD5 sums). `installed_wheels.py` uses the wheels with the running Python, and with that of a bare Debian of
+the suite, if it is named (needs root and debootstrap). The settings of pip lead to PyPI.
 """
 
 from __future__ import annotations
@@ -18,10 +18,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import venv
 import zipfile
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,21 +27,17 @@ from pipros.packages import SHARE
 from pipros_wheels.names import distribution_name
 from tests.support.environments import EXAMPLES, REPOSITORY, file_of_tests
 from tests.support.every_program import NODES
-from tests.support.wheel_forms import FORMS, write_forms
+from tests.support.wheel_workspace_table import WORKSPACES, write_workspace
 from tests.support.wheels import build_pipros
 
 SETS = ("pipros", "own", "Debian")
 TOOLS = ("twine", "check-wheel-contents")
-EXCEPTED = {
-    "W007": "has no Python modules",
-    "W002": "has a program under two names, or a file that its sources have twice",
-}
-"""Codes of check-wheel-contents that are true of a package, and no mistake."""
+EXCEPTED = ("W007", "W002")
+"""Codes of check-wheel-contents that are true of a package, and no mistake: it has no Python modules, or a
+program under two names, or a file that its sources have twice."""
 NEEDED_ARGUMENT = re.compile(r"<arg\s+name=[^>=]*(doc=[^>=]*)?/>")
 OTHER_FOLDERS = {"cfg", "cmake", "rosbuild", "setup.py", "test"}
 """Folders with executable files that users do not start."""
-NO_PACKAGES = {"ros": "a folder without package.xml, for rospkg"}
-"""Folders of pipros's packages that cannot become wheels."""
 GENUINE = """
 import glob, json, os, sys
 import genmsg
@@ -62,48 +56,50 @@ for folder in sys.argv[1:]:
 print(json.dumps(found))
 """
 ARGUMENTS = {line.split()[0]: line.split()[1:] for line in reversed(NODES)}
-
-
+LEFT_OUT = ("twelve packages of messages", "an overlay of a package of pipros", "C++ and Python mixed")
+"""Workspaces that add nothing here, or that have a package with the name of another."""
+FORMS = {
+    path: pack
+    for workspace, packs in WORKSPACES.items()
+    if workspace not in LEFT_OUT
+    for path, pack in packs.items()
+    if pack.expected is not None
+}
+RUNNING = {path.rpartition("/")[2] for path, pack in FORMS.items() if "scripts/run" in pack.files}
+"""Those with a program `run`."""
 ROW = "{:42} {:18} {:9} {:>5} {:>4}  {:30} {}"
 KINDS = {"compiled": "without C++", "as a whole": "whole folder", "not in the wheel": "lacks a folder"}
 """Words in the notes of `pipros wheel`, and what the table says."""
 
 
 def main() -> int:
-    """Print the table. Return 1 if a package has an error."""
+    """Build, check and use all wheels, and print the table. Return 1 if a package has an error."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
         "--suite", choices=("bookworm", "trixie", "forky"), help="a Debian with another Python"
     )
-    parser.add_argument("--folder", type=Path, help="where to keep the wheels; by default they are removed")
     parser.add_argument("--only", choices=SETS, action="append", help="only these packages")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="pipros-wheels-") as folder:
-        kept = (arguments.folder or Path(folder)).absolute()
-        return make_table(kept, arguments.only or SETS, arguments.suite)
-
-
-def make_table(folder: Path, sets: Sequence[str], suite: str | None) -> int:
-    """Build, check and use all wheels below a folder, and print the table."""
-    began = time.monotonic()
-    sources = {name: write_sources(name, folder / "sources" / name) for name in sets}
-    wheels = folder / "wheels"
-    wheels.mkdir(exist_ok=True)
-    build_pipros(wheels)
-    notes = build(sources, wheels)
-    found = {name: checks_of(wheels / name, path) for name, path in sources.items()}
-    add_genuine_sums(found.get("Debian", []))
-    (wheels / "checks.json").write_text(json.dumps(found))
-    complaints = static_complaints(wheels, folder / "tools")
-    script = Path(__file__).with_name("installed_wheels.py")
-    passes = [results([sys.executable, str(script), str(wheels)], {})]
-    if suite:
-        passes.append(
-            results([str(REPOSITORY / "script" / "fresh"), suite, "wheels"], {"WHEELS": str(wheels)})
-        )
-    return print_table(found, notes, complaints, passes, time.monotonic() - began)
+    with tempfile.TemporaryDirectory(prefix="pipros-wheels-") as name:
+        folder = Path(name)
+        sources = {name: write_sources(name, folder / "sources" / name) for name in arguments.only or SETS}
+        wheels = folder / "wheels"
+        wheels.mkdir()
+        build_pipros(wheels)
+        notes = build(sources, wheels)
+        found = {name: checks_of(wheels / name, path) for name, path in sources.items()}
+        add_genuine_sums(found.get("Debian", []))
+        (wheels / "checks.json").write_text(json.dumps(found))
+        complaints = static_complaints(wheels, folder / "tools")
+        passes = [
+            results([sys.executable, str(Path(__file__).with_name("installed_wheels.py")), str(wheels)])
+        ]
+        if arguments.suite:
+            fresh = [str(REPOSITORY / "script" / "fresh"), arguments.suite, "wheels"]
+            passes.append(results(fresh, WHEELS=str(wheels)))
+        return print_table(found, notes, complaints, passes)
 
 
 def write_sources(group: str, folder: Path) -> Path:
@@ -115,7 +111,7 @@ def write_sources(group: str, folder: Path) -> Path:
         for parent in (file_of_tests("packages"), EXAMPLES, REPOSITORY / "examples"):
             for manifest in parent.glob("*/package.xml"):
                 shutil.copytree(manifest.parent, folder / manifest.parent.name, ignore=ignored)
-        write_forms(folder)
+        write_workspace(FORMS, folder)
     elif group == "Debian":
         for manifest in Path("/usr/share").glob("*/package.xml"):
             if any((manifest.parent / kind).is_dir() for kind in ("msg", "srv", "action")):
@@ -140,9 +136,8 @@ def build(sources: dict[str, Path], wheels: Path) -> dict[str, list[str]]:
 
 def checks_of(wheels: Path, sources: Path) -> list[dict[str, Any]]:
     """Return what `installed_wheels.py` checks of each package."""
-    folders = {manifest.parent for manifest in sources.rglob("package.xml")}
     found: list[dict[str, Any]] = []
-    for folder in sorted(folders):
+    for folder in sorted({manifest.parent for manifest in sources.rglob("package.xml")}):
         text = (folder / "package.xml").read_text()
         name, version = (re.search(rf"<{tag}>([^<]+)", text)[1].strip() for tag in ("name", "version"))  # type: ignore[index]
         project = distribution_name(name)
@@ -150,18 +145,12 @@ def checks_of(wheels: Path, sources: Path) -> list[dict[str, Any]]:
         with zipfile.ZipFile(wheel) as archive:
             infos = {info.filename.partition(".data/data/")[2]: info for info in archive.infolist()}
         paths = sorted(filter(None, infos))
-        found.append(
-            {
-                "name": name,
-                "version": version,
-                "distribution": project,
-                "imports": imports(name, paths),
-                "launch": launch_file(folder),
-                "program": program(name, [path for path in paths if infos[path].external_attr >> 16 & 0o111]),
-                "says": f"{name} works" if name in FORMS else "",
-                "md5": {},
-            }
-        )
+        programs = [path for path in paths if infos[path].external_attr >> 16 & 0o111]
+        says = f"{name} works" if name in RUNNING else ""
+        found.append({
+            "name": name, "version": version, "distribution": project, "imports": imports(name, paths),
+            "launch": launch_file(folder), "program": program(name, programs), "says": says, "md5": {},
+        })  # fmt: skip
     return found
 
 
@@ -182,18 +171,13 @@ def imports(package: str, paths: list[str]) -> list[str]:
 def launch_file(folder: Path) -> str:
     """Return a launch file of a package that needs no arguments, or an empty string."""
     files = sorted(folder.rglob("*.launch"))
-    usable = [file for file in files if not NEEDED_ARGUMENT.search(file.read_text())]
-    return usable[0].name if usable else ""
+    return next((file.name for file in files if not NEEDED_ARGUMENT.search(file.read_text())), "")
 
 
 def program(package: str, paths: list[str]) -> list[str]:
-    """Return a program of a package, with arguments; an empty list if it has none.
-
-    Args:
-        paths: the package's executable files.
-    """
+    """Return one of a package's programs, whose paths are given, with arguments; empty if it has none."""
     found = [os.path.basename(path) for path in paths if not OTHER_FOLDERS & set(path.split("/"))]
-    known = ["hello"] if package in FORMS else ARGUMENTS.get(package, [""])
+    known = ["run"] if package in RUNNING else ARGUMENTS.get(package, [""])
     return known if known[0] in found else [found[0], "--help"] if found else []
 
 
@@ -210,7 +194,10 @@ def static_complaints(wheels: Path, tools: Path) -> dict[str, list[str]]:
     venv.create(tools, with_pip=True)
     pip = [str(tools / "bin" / "python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     subprocess.run([*pip, *TOOLS], check=True, stderr=subprocess.DEVNULL)
-    names = {str(file): wheel_key(file) for file in sorted(wheels.glob("*/*.whl"))}
+    names = {
+        str(file): f"{file.parent.name}/{file.name.split('-')[0].replace('_', '-')}"
+        for file in sorted(wheels.glob("*/*.whl"))
+    }
     complaints: dict[str, list[str]] = {name: [] for name in names.values()}
     twine = [str(tools / "bin" / "twine"), "--no-color", "check", "--strict", *names]
     checked = subprocess.run(twine, capture_output=True, text=True)
@@ -227,12 +214,7 @@ def static_complaints(wheels: Path, tools: Path) -> dict[str, list[str]]:
     return complaints
 
 
-def wheel_key(file: Path) -> str:
-    """Return the set and the distribution of a wheel."""
-    return f"{file.parent.name}/{file.name.split('-')[0].replace('_', '-')}"
-
-
-def results(command: list[str], variables: dict[str, str]) -> list[dict[str, Any]]:
+def results(command: list[str], **variables: str) -> list[dict[str, Any]]:
     """Run `installed_wheels.py`, and return its rows. A failure without rows ends the program."""
     ended = subprocess.run(command, env={**os.environ, **variables}, stdout=subprocess.PIPE, text=True)
     lines = [line.removeprefix("result ") for line in ended.stdout.splitlines() if line.startswith("result ")]
@@ -246,7 +228,6 @@ def print_table(
     notes: dict[str, list[str]],
     complaints: dict[str, list[str]],
     passes: list[list[dict[str, Any]]],
-    seconds: float,
 ) -> int:
     """Print a row for each package, and all errors. Return 1 if there is an error."""
     versions = [rows[0]["python"] for rows in passes]
@@ -258,27 +239,15 @@ def print_table(
         codes = complaints[f"{group}/{check['distribution']}"]
         errors += [f"{name}: {code}" for code in codes if code not in EXCEPTED]
         for version, rows in zip(versions, by_name, strict=True):
-            if name in rows:
-                errors += [f"{name}, Python {version}: {error}" for error in rows[name]["errors"]]
-            else:
-                errors.append(f"{name}: not checked with Python {version}")
+            wrong = rows[name]["errors"] if name in rows else ["not checked"]
+            errors += [f"{name}, Python {version}: {error}" for error in wrong]
         words = [word for word in KINDS if any(word in note for note in notes.get(name, ()))]
-        row = by_name[0][name]
-        print(
-            ROW.format(
-                f"{name} {check['version']}",
-                ", ".join(KINDS[word] for word in words) or "as installed",
-                " ".join(codes) or "ok",
-                row["types"],
-                row["modules"],
-                check["launch"] or "-",
-                row["program"] or "-",
-            )
-        )
-    print(f"\n{sum(map(len, found.values()))} packages in {seconds / 60:.0f} minutes, each installed, found,")
-    print(f"imported, started, and uninstalled by pip and by uv, with Python {' and '.join(versions)}.")
-    print("Contents: " + "; ".join(f"{code}: {reason}" for code, reason in EXCEPTED.items()) + ".")
-    print("No wheels: " + "; ".join(f"{name}: {reason}" for name, reason in NO_PACKAGES.items()) + ".")
+        kind = ", ".join(KINDS[word] for word in words) or "as installed"
+        row, title = by_name[0][name], f"{name} {check['version']}"
+        used = (row["types"], row["modules"], check["launch"] or "-", row["program"] or "-")
+        print(ROW.format(title, kind, " ".join(codes) or "ok", *used))
+    print(f"\n{sum(map(len, found.values()))} packages, each installed, found, imported, started, and")
+    print(f"uninstalled by pip and by uv, with Python {' and '.join(versions)}.")
     print(f"{len(errors)} errors", *errors, sep="\n")
     return int(bool(errors))
 

@@ -71,15 +71,10 @@ class Installed:
         venv.create(folder, with_pip=False, symlinks=True)
         self.programs = folder / "bin"
         self.variables = {
-            "PATH": f"{self.programs}{os.pathsep}/usr/bin{os.pathsep}/bin",
-            "HOME": str(home),
-            "PIP_NO_INDEX": "1",
-            "PIP_FIND_LINKS": str(wheels),
-            "PIP_DISABLE_PIP_VERSION_CHECK": "1",
-            "PIP_NO_COMPILE": "1",
-            "PIP_CACHE_DIR": str(home / "cache"),
-            "LANG": "C.UTF-8",
-        }
+            "PATH": f"{self.programs}{os.pathsep}/usr/bin{os.pathsep}/bin", "HOME": str(home),
+            "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(wheels), "PIP_DISABLE_PIP_VERSION_CHECK": "1",
+            "PIP_NO_COMPILE": "1", "PIP_CACHE_DIR": str(home / "cache"), "LANG": "C.UTF-8",
+        }  # fmt: skip
 
     def pip(self, *words: str | Path, code: int = 0, **variables: str) -> str:
         """Run pip, and return its output."""
@@ -110,13 +105,9 @@ class Installed:
         self, command: list[str], code: int, variables: dict[str, str], folder: Path | None = None
     ) -> str:
         ended = subprocess.run(
-            command,
-            env={name: value for name, value in {**self.variables, **variables}.items() if value},
-            cwd=folder or self.folder,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+            command, env={name: value for name, value in {**self.variables, **variables}.items() if value},
+            cwd=folder or self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
         assert ended.returncode == code, f"{' '.join(command)}\n{ended.stdout}"
         return ended.stdout
 

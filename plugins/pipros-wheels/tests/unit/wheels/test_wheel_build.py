@@ -21,7 +21,6 @@ from pipros_wheels.dependencies import dependencies_of
 from pipros_wheels.file_tree import WheelRefused
 from pipros_wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
 from tests.support.constants import Constants
-from tests.support.wheel_forms import FORMS, write_forms
 from tests.support.workspaces import Workspace, hide_setuptools
 
 MESSAGES = (
@@ -134,17 +133,14 @@ def test_a_wheel_for_which_there_is_no_room_leaves_the_old_one(workspace: Worksp
     assert list(wheel.parent.iterdir()) == [wheel]
 
 
-def test_twelve_forms_of_packages_have_their_program_and_launch_file(workspace: Workspace) -> None:
-    write_forms(workspace.base / "src")
-    built = wheels(workspace)
-    assert set(built) == set(FORMS)
-    for name, wheel in built.items():
-        found = names(wheel)
-        programs = [path for path, info in found.items() if info.external_attr >> 16 & 0o111]
-        assert f"share/{name}/launch/hello.launch" in found
-        assert f"lib/{name}/hello" in programs or f"share/{name}/scripts/hello" in programs
-    assert required(built["form_plugins"]) == ["pipros", "ros1-form-three"]
-    assert required(built["form_three"]) == ["pipros"]
+def test_conditions_of_a_manifest_choose_requirements(workspace: Workspace) -> None:
+    file = workspace.add("arm") / "package.xml"
+    keys = {2: "python-serial", 3: "python3-serial"}
+    start = '<exec_depend condition="$ROS_PYTHON_VERSION == '
+    chosen = (f'{start}{version}">{key}</exec_depend>' for version, key in keys.items())
+    text = file.read_text().replace('format="2"', 'format="3"')
+    file.write_text(text.replace("</package>", f"{''.join(chosen)}</package>"))
+    assert required(wheels(workspace)["arm"]) == ["pipros", "pyserial"]
 
 
 def test_two_builds_have_the_same_bytes(

@@ -9,31 +9,8 @@ from pathlib import Path
 import pytest
 
 from pipros_wheels.wheel_build import WheelOptions, build_wheels, source_packages
-from tests.support.wheel_workspace_table import WORKSPACES, Pack
-from tests.support.workspaces import MANIFEST, hide_setuptools
-
-_CONTENTS = {
-    ".msg": "int8 a\n",
-    ".srv": "---\nbool ok\n",
-    ".action": "---\n---\nint8 a\n",
-    ".launch": "<launch/>\n",
-}
-
-
-def write_workspace(packs: dict[str, Pack], folder: Path) -> None:
-    """Write the packages of a workspace below `folder/src`."""
-    for path, pack in packs.items():
-        root, name = folder / "src" / path, path.rpartition("/")[2]
-        needed = "".join(f"  <depend>{item}</depend>\n" for item in pack.depends.split())
-        texts = {"package.xml": MANIFEST.format(name=name, more=needed + pack.more)}
-        if pack.cmake is not None:
-            texts["CMakeLists.txt"] = f"cmake_minimum_required(VERSION 3.0.2)\nproject({name})\n{pack.cmake}"
-        texts |= {file: _CONTENTS.get(Path(file).suffix, "") for file in pack.files.split()} | pack.texts
-        for file, text in texts.items():
-            (root / file).parent.mkdir(parents=True, exist_ok=True)
-            (root / file).write_text(text)
-        for file, target in pack.links.items():
-            (root / file).symlink_to(target)
+from tests.support.wheel_workspace_table import WORKSPACES, write_workspace
+from tests.support.workspaces import hide_setuptools
 
 
 def build_workspace(folder: Path) -> tuple[dict[str, set[str]], list[str]]:
@@ -62,7 +39,7 @@ def test_the_wheels_of_a_workspace_have_exactly_these_files(
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     packs = WORKSPACES[name]
     hide_setuptools(tmp_path, monkeypatch)
-    write_workspace(packs, tmp_path / "ws")
+    write_workspace(packs, tmp_path / "ws" / "src")
     files, lines = build_workspace(tmp_path / "ws")
     expected = {path.rpartition("/")[2]: pack.expected for path, pack in packs.items()}
     assert files == {
