@@ -67,6 +67,7 @@ _PYTHON_SHA256 = {
     "3.11": "8a4dbddadc63ca9700370bc95e5a8e27a03c00c7ac6ab3877102bd9bb4c4f5fa",
     "3.13": "6e57af03c2cb64dd5191f76274b97fc630b3001bde59f82cf1e252e7e02d6754",
 }[VERSION]
+_MORE_OF_THE_WHEEL = ("packages/pipros/pipros.pth", "examples/demo.py", "pyproject.toml")
 _REQUIREMENTS = file_of_tests("support/windows.txt")
 _NOISE = re.compile(rb"(?:[0-9a-f]{4}:)?(?:fixme|err|warn):|wine: ")
 _TAKE_TERMINAL = """
@@ -85,15 +86,10 @@ def missing() -> list[str]:
 def environment(**variables: str) -> dict[str, str]:
     """Return the variables for a program: those of Wine, and a PATH of Windows."""
     return {
-        "PATH": os.environ["PATH"],
-        "WINEPREFIX": str(PREFIX),
-        "WINEDEBUG": "-all",
-        "WINEDLLOVERRIDES": "mscoree=;mshtml=",
-        "WINEPATH": rf"C:\{PYTHON.name}\Scripts;C:\{PYTHON.name}",
-        "TMP": r"C:\temp",
-        "TEMP": r"C:\temp",
-        **variables,
-    }
+        "PATH": os.environ["PATH"], "WINEPREFIX": str(PREFIX), "WINEDEBUG": "-all",
+        "WINEDLLOVERRIDES": "mscoree=;mshtml=", "WINEPATH": rf"C:\{PYTHON.name}\Scripts;C:\{PYTHON.name}",
+        **dict.fromkeys(("TMP", "TEMP"), r"C:\temp"), **variables,
+    }  # fmt: skip
 
 
 class WindowsProgram:
@@ -110,14 +106,10 @@ class WindowsProgram:
         self._keyboard, console = os.openpty()
         self.lines: list[str] = []
         self._process = subprocess.Popen(
-            [sys.executable, "-S", "-c", _TAKE_TERMINAL, str(WINE), *_found(command)],
-            stdin=console,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            env=environment(**(variables or {})),
-            cwd=folder,
-            start_new_session=True,
-        )
+            [sys.executable, "-S", "-c", _TAKE_TERMINAL, str(WINE), *_found(command)], stdin=console,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment(**(variables or {})),
+            cwd=folder, start_new_session=True,
+        )  # fmt: skip
         os.close(console)
         self._is_closing = False
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -312,8 +304,7 @@ def _make_python(downloads: Path) -> None:
 
 
 def _make_prefix() -> None:
-    command = ["env", f"WINEPREFIX={DRIVE.parent}", str(WINE), "wineboot", "-i"]
-    _check("wineboot", _run(command, 120))
+    _run("env", f"WINEPREFIX={DRIVE.parent}", str(WINE), "wineboot", "-i")
     (DRIVE.parent / "dosdevices" / "z:").unlink(missing_ok=True)
 
 
@@ -332,13 +323,7 @@ def _download_python(downloads: Path) -> None:
 
 def _install_pipros() -> None:
     """Install this tree's wheel, for CPython 3.13 with Windows's pip, unless the same files are installed."""
-    files = project_files(
-        "packages/*/src/*",
-        "packages/*/facades/*",
-        "packages/pipros/pipros.pth",
-        "examples/demo.py",
-        "pyproject.toml",
-    )
+    files = project_files("packages/*/src/*", "packages/*/facades/*", *_MORE_OF_THE_WHEEL)
     state = "".join(f"{file} {file.stat().st_mtime_ns}\n" for file in files if file.exists())
     if INSTALLED.exists() and INSTALLED.read_text() == state:
         return
@@ -353,13 +338,9 @@ def _install_pipros() -> None:
         return
     command = ["python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-index"]
     # What programs import is compiled when they import it.
-    program = WindowsProgram([*command, "--no-compile", "--no-warn-script-location", windows_path(wheel)])
-    try:
-        code = program.wait(400)
-    finally:
-        end_all()
-        program.close()
-    _check("pip in Windows's Python", (code, program.output))
+    options = ["--no-compile", "--no-warn-script-location", windows_path(wheel)]
+    if code := run([*command, *options], DRIVE, 400):
+        sys.exit(f"pip in Windows's Python failed with exit code {code}")
     INSTALLED.write_text(state)
 
 
@@ -395,27 +376,17 @@ def _remove_pipros() -> None:
 
 
 def _pip(command: str, *arguments: str) -> None:
-    pip = [sys.executable, "-m", "pip", command, "--quiet", "--disable-pip-version-check"]
-    _check(f"pip {command}", _run([*pip, *arguments], 300))
+    _run(sys.executable, "-m", "pip", command, "--quiet", "--disable-pip-version-check", *arguments)
 
 
-def _run(command: Sequence[str], seconds: float) -> tuple[int, str]:
+def _run(*command: str) -> None:
+    variables = {**os.environ, **environment()}
     done = subprocess.run(
-        command,
-        env={**os.environ, **environment()},
-        cwd=REPOSITORY,
-        check=False,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        timeout=seconds,
+        command, env=variables, cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=300
     )
-    return done.returncode, done.stdout.decode(errors="replace")
-
-
-def _check(what: str, done: tuple[int, str]) -> None:
-    code, said = done
-    if code:
-        sys.exit(f"{what} failed with exit code {code}:\n{said}")
+    if done.returncode:
+        said = done.stdout.decode(errors="replace")
+        sys.exit(f"{' '.join(command)} failed with exit code {done.returncode}:\n{said}")
 
 
 def copy_tree(folder: str) -> None:
@@ -428,31 +399,27 @@ def copy_tree(folder: str) -> None:
         shutil.copy2(file, copy)
 
 
-def run(command: Sequence[str], folder: Path, seconds: float, *, shows: bool = True) -> tuple[int, list[str]]:
-    """Run a program until it or the time ends. Return its exit code, 124 after that time, and its output."""
+def run(command: Sequence[str], folder: Path, seconds: float) -> int:
+    """Run a program until it or the time ends, and print its output. Return its exit code, or 124."""
     program = WindowsProgram(command, folder=folder)
     signal.signal(signal.SIGINT, lambda *_: program.type("\x03"))
-    end = time.monotonic() + seconds
-    shown = 0
+    end, shown = time.monotonic() + seconds, 0
     try:
-        while (code := program.poll()) is None and time.monotonic() < end:
+        while True:
+            if (code := program.poll()) is not None:
+                code = program.wait(5)
+            for line in program.lines[shown:]:
+                print(line, flush=True)
+                shown += 1
+            if code is not None:
+                return code
+            if time.monotonic() > end:
+                print("script/windows: the time limit has passed; everything is ended", file=sys.stderr)
+                return 124
             time.sleep(0.05)
-            shown += _show(program.lines[shown:] if shows else [])
-        if code is None:
-            print("script/windows: the time limit has passed; everything is ended", file=sys.stderr)
-            return 124, program.lines
-        code = program.wait(5)
-        _show(program.lines[shown:] if shows else [])
-        return code, program.lines
     finally:
         end_all()
         program.close()
-
-
-def _show(lines: Sequence[str]) -> int:
-    for line in lines:
-        print(line, flush=True)
-    return len(lines)
 
 
 PYTEST = ("python", "-m", "pytest", "-q", "-p", "no:cacheprovider", "--capture=sys", r"--basetemp=P:\temp")
@@ -468,20 +435,16 @@ def main(arguments: Sequence[str]) -> int:
         make()
         folder = DRIVE
         command = [*arguments]
-        if what in ("test", "folders", "demo.cmd", "test.cmd", "proof"):
+        if what in ("test", "demo.cmd", "test.cmd", "proof"):
             copy_tree(own_drive)
             folder = TREE
-        if what == "folders":
-            from tests.support import windows_folders
-
-            return windows_folders.main(rest)
         if what == "test":
             command = [*PYTEST, *rest]
         elif what == "proof":
             command = ["python", r"packages\pipros\tests\support\windows_here.py", *arguments]
         elif folder == TREE:
             command = ["cmd", "/c", rf"script\{what}", *rest]
-        return run(command, folder, float(os.environ.get("LIMIT") or 600))[0]
+        return run(command, folder, float(os.environ.get("LIMIT") or 600))
 
 
 if __name__ == "__main__":

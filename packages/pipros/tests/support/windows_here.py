@@ -30,12 +30,8 @@ from xmlrpc.client import ServerProxy
 
 REPOSITORY = Path(__file__).resolve().parents[4]
 EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
-TESTED = {
-    "pipros": ("master", "node", "safe", "wire"),
-    "pipros-libraries": ("pictures",),
-    "pipros-server": ("policy",),
-    "pipros-tools": ("graph",),
-}
+TESTED = {"pipros": ("master", "node", "safe", "wire"), "pipros-libraries": ("pictures",)}
+TESTED |= {"pipros-server": ("policy",), "pipros-tools": ("graph",)}
 """Folders of unit tests that need nothing of Linux."""
 TEST_TOOLS = ("h11", "hypothesis", "numpy>=1.24,<3", "pillow", "psutil", "pytest", "pytest-timeout")
 LAUNCH = ("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
@@ -68,14 +64,10 @@ class Program:
         self.lines: list[str] = []
         self._process = subprocess.Popen(
             [shutil.which(command[0], path=variables["PATH"]) or command[0], *command[1:]],
-            env=variables,
-            cwd=folder,
-            stdin=subprocess.DEVNULL if in_background else None,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=in_background,
+            env=variables, cwd=folder, stdin=subprocess.DEVNULL if in_background else None,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=in_background,
             creationflags=getattr(subprocess, "DETACHED_PROCESS", 0) if in_background else 0,
-        )
+        )  # fmt: skip
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -120,23 +112,18 @@ class Proof:
     """Runs programs in a workspace, and prints a line of a table for each."""
 
     def __init__(self, interpreter: Path, folder: Path, times: int) -> None:
-        scripts = (
-            interpreter.parent
-            if list(interpreter.parent.glob("roscore*"))
-            else interpreter.parent / "Scripts"
-        )
+        scripts = interpreter.parent
+        if not list(scripts.glob("roscore*")):
+            scripts /= "Scripts"
         self.failed = False
         self._times = times
         self._folder = folder
         self._variables = {
-            **os.environ,
-            "PATH": os.pathsep.join([str(scripts), str(interpreter.parent), os.environ["PATH"]]),
-            "PYTHONUNBUFFERED": "1",
+            **os.environ, "PYTHONUNBUFFERED": "1", "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(folder / "ros home"),
-            "ROS_IP": "127.0.0.1",
-            "ROS_PACKAGE_PATH": str(folder / "src"),
-            "CMAKE_PREFIX_PATH": str(folder / "devel"),
-        }
+            "PATH": os.pathsep.join([str(scripts), str(interpreter.parent), os.environ["PATH"]]),
+            "ROS_PACKAGE_PATH": str(folder / "src"), "CMAKE_PREFIX_PATH": str(folder / "devel"),
+        }  # fmt: skip
         self.take_port()
 
     def take_port(self) -> None:
@@ -182,7 +169,7 @@ class Proof:
                 continue
             processes = self._processes() if command[0] in ("roscore", "roslaunch") else []
             while (
-                file and not (file.exists() and file.stat().st_size > 4500) and time.monotonic() < began + 20
+                file and time.monotonic() < began + 20 and not (file.exists() and file.stat().st_size > 4500)
             ):
                 time.sleep(0.05)
             began = time.monotonic()
@@ -264,9 +251,7 @@ def prove(interpreter: Path, times: int) -> int:
 def main() -> int:
     parser = argparse.ArgumentParser(prog="windows_here.py", description="Runs pipros on this Windows.")
     parser.add_argument("what", choices=("demo", "test", "proof"))
-    parser.add_argument(
-        "--times", type=int, default=10, metavar="N", help="how often `proof` ends each program"
-    )
+    parser.add_argument("--times", type=int, default=10, metavar="N", help="how often `proof` ends each one")
     options, rest = parser.parse_known_args()
     os.chdir(REPOSITORY)
     if options.what == "proof":
@@ -275,9 +260,7 @@ def main() -> int:
         command = [python(), "examples/demo.py", *rest]
     else:
         tested = [
-            str(Path("packages", package, "tests", "unit", name))
-            for package, names in TESTED.items()
-            for name in names
+            str(Path("packages", each, "tests", "unit", name)) for each in TESTED for name in TESTED[each]
         ]
         command = [python(*TEST_TOOLS), "-m", "pytest", "-q", "-p", "no:cacheprovider", *(rest or tested)]
     process = subprocess.Popen([str(word) for word in command])
