@@ -1,9 +1,10 @@
 """Find unreliable tests by repeating them while all processors are busy.
 
-`script/hunt` repeats every test that starts a process, thread or socket more often than the others, and
-prints failure rates. `script/hunt --again FILE` repeats the tests that failed in one run, which decides
-whether CI passes: it does if each of them passes at least four of five repetitions on busy processors. The
-next commit must mend such a test, or list it in tests/quarantine.toml.
+`script/hunt` repeats every test that computes for longer than `QUICK_S` more often than the others, most of
+which start no process, thread or socket, and prints failure rates. `script/hunt --again FILE` repeats the
+tests that failed in one run, which decides whether CI passes: it does if each of them passes at least four of
+five repetitions on busy processors. The next commit must mend such a test, or list it in
+tests/quarantine.toml.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ QUARANTINE_LIMIT = 5
 QUARANTINE_AGE = timedelta(days=14)
 """How long a test may be listed: then its race must have been found."""
 
+QUICK_S = 0.02
+"""Processor time of a test, which hardly depends on the load."""
 _SPIN = "import os\nparent = os.getppid()\nwhile os.getppid() == parent:\n    sum(range(100_000))"
 _INTERRUPTED = 2
 
@@ -89,15 +92,8 @@ def run_tests(tests: Collection[str], outcomes: Path, words: Sequence[str] = ())
     with tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8") as listed:
         listed.writelines(f"{test}\n" for test in tests)
         listed.flush()
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "--tb=no",
-            "--no-header",
-            f"--outcomes-to={outcomes}",
-        ]
+        options = ("-q", "--tb=no", "--no-header", f"--outcomes-to={outcomes}")
+        command = [sys.executable, "-m", "pytest", *options]
         command += [*words, *([f"@{listed.name}"] if tests else [])]
         return subprocess.run(command, cwd=REPOSITORY, check=False).returncode
 
@@ -137,13 +133,10 @@ def judge(
 
 
 def hunt(results: Path, times: int, other_times: int, words: Sequence[str]) -> int:
-    """Run tests until each has `times` results, or `other_times` if it starts no process, thread or socket.
-
-    Return an exit code.
-    """
+    """Run tests until each has `times` results, or `other_times` if it is quick. Return an exit code."""
     with busy_processors():
         if not read_outcomes(results):
-            print("the first run tells which tests start processes, threads or sockets", flush=True)
+            print("the first run tells which tests are quick", flush=True)
             if run_tests((), results, words) == _INTERRUPTED:
                 return 130
         while todo := _remaining(read_outcomes(results), times, other_times):
@@ -154,25 +147,20 @@ def hunt(results: Path, times: int, other_times: int, words: Sequence[str]) -> i
 
 
 def _remaining(outcomes: Sequence[Outcome], times: int, other_times: int) -> list[str]:
-    runs: defaultdict[str, int] = defaultdict(int)
-    starting = set()
+    runs: defaultdict[str, list[float]] = defaultdict(list)
     for outcome in outcomes:
-        runs[outcome.test] += 1
-        if outcome.starts:
-            starting.add(outcome.test)
-    return [test for test, count in runs.items() if count < (times if test in starting else other_times)]
+        runs[outcome.test].append(outcome.processor_s)
+    wanted = {test: times if max(seconds) > QUICK_S else other_times for test, seconds in runs.items()}
+    return [test for test, seconds in runs.items() if len(seconds) < wanted[test]]
 
 
 def failure_table(outcomes: Sequence[Outcome]) -> str:
     """Return one line for each test that failed, the highest failure rate first, and a summary line."""
-    runs: defaultdict[str, list[Outcome]] = defaultdict(list)
-    for outcome in outcomes:
-        runs[outcome.test].append(outcome)
-    rates = [
-        (sum(run.result == "failed" for run in of_test), len(of_test), test) for test, of_test in runs.items()
-    ]
-    failed = sorted((rate for rate in rates if rate[0]), key=lambda rate: (-rate[0] / rate[1], rate[2]))
-    lines = [f"{failures:3} of {count:3}  {test}" for failures, count, test in failed]
+    runs = Counter(outcome.test for outcome in outcomes)
+    failures = Counter(outcome.test for outcome in outcomes if outcome.result == "failed")
+    rates = [(count, runs[test], test) for test, count in failures.items()]
+    failed = sorted(rates, key=lambda rate: (-rate[0] / rate[1], rate[2]))
+    lines = [f"{wrong:3} of {count:3}  {test}" for wrong, count, test in failed]
     return "\n".join(
         [*lines, f"{len(failed)} of {len(runs)} tests failed at least once in {len(outcomes)} runs"]
     )
@@ -180,14 +168,12 @@ def failure_table(outcomes: Sequence[Outcome]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="script/hunt", description=__doc__)
-    parser.add_argument("--times", type=int, default=20, help="runs of a test that starts something (20)")
+    parser.add_argument("--times", type=int, default=20, help="runs of a test that is not quick (20)")
     parser.add_argument("--other-times", type=int, default=3, help="runs of the other tests (3)")
     parser.add_argument(
         "--results", type=Path, default=REPOSITORY / ".hunt", help="file of the outcomes (.hunt)"
     )
-    parser.add_argument("--list", action="store_true", help="print the tests that start something, and what")
     parser.add_argument("--report", action="store_true", help="print the failure rates so far")
-    parser.add_argument("--output", metavar="TEST", help="print the output of the failures of one test")
     parser.add_argument("--again", type=Path, metavar="FILE", help="repeat the tests that failed in one run")
     parser.add_argument("--report-to", type=Path, metavar="FILE", help="where --again adds its report")
     options, words = parser.parse_known_args()
@@ -198,13 +184,6 @@ def main() -> int:
             with options.report_to.open("a", encoding="utf-8") as file:
                 file.write(f"{report}\n")
         return 0 if passes else 1
-    if options.output:
-        print("\n".join(run.output for run in read_outcomes(options.results) if run.test == options.output))
-        return 0
-    if options.list:
-        starting = {run.test: run.starts for run in read_outcomes(options.results) if run.starts}
-        print("\n".join(f"{', '.join(starts):24} {test}" for test, starts in sorted(starting.items())))
-        return 0
     words = words or ["-n", str(2 * (os.cpu_count() or 1)), "--dist", "worksteal"]
     code = 0 if options.report else hunt(options.results, options.times, options.other_times, words)
     print(failure_table(read_outcomes(options.results)))

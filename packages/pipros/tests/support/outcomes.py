@@ -10,48 +10,38 @@ from __future__ import annotations
 import json
 import os
 import sys
-import threading
 from collections import defaultdict
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-_STARTS, _PROCESSOR_S = "starts", "processor_s"
-_EVENTS = {
-    "os.fork": "process",
-    "os.forkpty": "process",
-    "os.posix_spawn": "process",
-    "socket.bind": "socket",
-    "socket.connect": "socket",
-    "subprocess.Popen": "process",
-}
-"""Audit events of the interpreter that make the result of a test depend on timing."""
+_PROCESSOR_S = "processor_s"
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The result of one run of a test."""
+    """The result of one run of a test.
+
+    Attributes:
+        test: the node id of the test.
+        result: `passed`, `failed` or `skipped`.
+        processor_s: processor time of the test, its fixtures, and the processes that they waited for.
+        output: what pytest prints about a failure.
+    """
 
     test: str
-    """The node id of the test."""
     result: str
-    """`passed`, `failed` or `skipped`."""
     seconds: float
     processor_s: float = 0.0
-    """Processor time of the test, its fixtures, and the processes that they started and waited for."""
-    starts: tuple[str, ...] = ()
-    """What the test or its fixtures started: any of `process`, `socket` and `thread`."""
     output: str = ""
-    """What pytest prints about a failure."""
 
 
 def read_outcomes(file: Path) -> list[Outcome]:
     """Return the outcomes in `file`, oldest first. An incomplete last line is ignored."""
     lines = file.read_text(encoding="utf-8").split("\n")[:-1] if file.exists() else []
-    return [Outcome(**{**fields, "starts": tuple(fields["starts"])}) for fields in map(json.loads, lines)]
+    return [Outcome(**fields) for fields in map(json.loads, lines)]
 
 
 def times(outcomes: Sequence[Outcome], count: int = 20) -> str:
@@ -92,7 +82,6 @@ class Recorder:
             next((phase.outcome for phase in reports if not phase.passed), "passed"),
             round(sum(phase.duration for phase in reports), 3),
             float(known.get(_PROCESSOR_S, 0.0)),  # type: ignore[arg-type]
-            tuple(str(known.get(_STARTS, "")).split()),
             "\n".join(_text(phase) for phase in reports if phase.failed),
         )
         with self._file.open("a", encoding="utf-8") as file:
@@ -104,45 +93,12 @@ def _text(report: pytest.TestReport) -> str:
     return "\n".join([f"{report.nodeid} ({report.when})", report.longreprtext, *sections])
 
 
-class StartsRecorder:
-    """Records the processor time of a test, and whether it started a process, socket or thread.
-
-    What a fixture of a module or session starts is attributed to all tests that use the fixture; its
-    processor time, to the tests that are the first and the last to use it.
-    """
-
-    def __init__(self) -> None:
-        self._seen: set[str] = set()
-        self._by_fixture: defaultdict[str, set[str]] = defaultdict(set)
-        self._began_s = 0.0
-        sys.addaudithook(self._audit)
-        threading.Thread.start = self._noting(threading.Thread.start)  # type: ignore[assignment,method-assign]
-
-    def _audit(self, event: str, _: object) -> None:
-        if event in _EVENTS:
-            self._seen.add(_EVENTS[event])
-
-    def _noting(self, start: Callable[[threading.Thread], None]) -> Callable[[threading.Thread], None]:
-        """Wrap `start` to record it, because Python 3.11 has no audit event for threads."""
-
-        def noted(thread: threading.Thread) -> None:
-            self._seen.add("thread")
-            start(thread)
-
-        return noted
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any]) -> Generator[None, object, object]:
-        before, self._seen = self._seen, set()
-        try:
-            return (yield)
-        finally:
-            self._by_fixture[fixturedef.argname] |= self._seen
-            self._seen = before | self._seen
+class TimeRecorder:
+    """Records the processor time of a test, also of the fixtures that it is the first or last to use."""
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self) -> Generator[None, object, object]:
-        self._seen, self._began_s = set(), _processor_s()
+        self._began_s = _processor_s()
         return (yield)
 
     @pytest.hookimpl(wrapper=True)
@@ -153,12 +109,6 @@ class StartsRecorder:
         if call.when == "teardown":
             report.user_properties.append((_PROCESSOR_S, round(_processor_s() - self._began_s, 2)))
         return report
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_teardown(self, item: pytest.Item) -> None:
-        for name in getattr(item, "fixturenames", ()):
-            self._seen |= self._by_fixture[name]
-        item.user_properties.append((_STARTS, " ".join(sorted(self._seen))))
 
 
 def _processor_s() -> float:
@@ -171,7 +121,7 @@ def configure(config: pytest.Config) -> None:
     file = config.getoption("--outcomes-to")
     if file is None:
         return
-    config.pluginmanager.register(StartsRecorder())
+    config.pluginmanager.register(TimeRecorder())
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Recorder(file))
 
