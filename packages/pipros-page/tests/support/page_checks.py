@@ -41,13 +41,9 @@ def findings() -> list[str]:
     found = []
     for program, *words in (lint, types):
         done = subprocess.run(
-            [MODULES / ".bin" / program, *words],
-            cwd=REPOSITORY,
-            env={**os.environ, "NODE_PATH": str(MODULES)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+            [MODULES / ".bin" / program, *words], cwd=REPOSITORY,
+            env={**os.environ, "NODE_PATH": str(MODULES)}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
         if done.stderr.strip() and done.returncode:
             found += done.stderr.splitlines()
         found += [

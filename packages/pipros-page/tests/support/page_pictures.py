@@ -22,7 +22,7 @@ from pathlib import Path
 from xml.sax.saxutils import escape
 
 from PIL import Image
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, expect, sync_playwright
 from playwright.sync_api import Page as Tab
 
 from pipros.basics.env import DEFAULT_MASTER_URI
@@ -245,6 +245,26 @@ def _take(page: Page, pictures: Sequence[tuple[str, str, str, str, str]], browse
         tab.screenshot(path=PICTURE_FOLDER / f"{name}.png")
 
 
+def take_tab(browser: Browser, file: Path) -> None:
+    """Take a picture of the tab of pipros-tab: three terminals beside a turtle that draws a square."""
+    own = importlib.import_module("tests.pyodide.test_tab_page")
+    with tempfile.TemporaryDirectory() as folder:
+        importlib.import_module("tests.support.pyodide_files").write_tab(Path(folder))
+        command = [str(Path(sys.executable).with_name("pipros")), "serve", "--tab", folder, "--port", "0"]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
+            assert server.stderr is not None
+            with own.opened(browser, server.stderr.readline().split()[-1]) as page:
+                page.set_viewport_size({"width": 1280, "height": 720})
+                own.begin(page, "roscore")
+                own.shows(page, "started core service")
+                own.begin(page, "rosrun turtlesim turtlesim_node", 1)
+                expect(own.picture(page, "turtlesim").get_by_text("The arrow keys steer")).to_be_visible()
+                own.begin(page, "rosrun turtlesim draw_square", 2)
+                expect(own.terminal(page, 2).get_by_text("Reached goal")).to_have_count(5)
+                page.screenshot(path=file)
+            server.terminate()
+
+
 def take_all(folder: Path, names: Sequence[str]) -> None:
     """Take pictures of the named views, or of all of them, in all sizes and colours, and join them."""
     with sync_playwright() as playwright, robot() as ros, addresses(ros) as views:
@@ -267,7 +287,7 @@ def main() -> None:
                 with system() as ros:
                     take(ros, wanted, browser)
         if "tab" in names:
-            importlib.import_module("tests.support.tab_picture").take_tab(browser, PICTURE_FOLDER / "tab.png")
+            take_tab(browser, PICTURE_FOLDER / "tab.png")
         browser.close()
     if "scene" in names:
         take_scene(PICTURE_FOLDER / "scene.png")

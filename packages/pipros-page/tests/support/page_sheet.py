@@ -106,19 +106,13 @@ def addresses(ros: RosSystem) -> Iterator[Mapping[str, str]]:
             yield {**views, "token": f"http://{page.host}/#token=wrong"}
 
 
-def take_sheet(
-    views: Mapping[str, str],
-    browser: Browser,
-    folder: Path,
-    sizes: Sequence[str] = tuple(SIZES),
-    schemes: Sequence[str] = SCHEMES,
-) -> None:
+def take_sheet(views: Mapping[str, str], browser: Browser, folder: Path) -> None:
     """Write a picture of each view, size and colour scheme into `folder`, and all of them on `sheet.png`.
 
     For each picture, the share of camera images, charts, graphs and scenes in its area is printed.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for size, scheme in product(sizes, schemes):
+    for size, scheme in product(SIZES, SCHEMES):
         context = browser.new_context(
             viewport={"width": SIZES[size][0], "height": SIZES[size][1]},
             color_scheme=scheme,  # type: ignore[arg-type]
@@ -130,12 +124,10 @@ def take_sheet(
             _go(tab, address)
             tab.screenshot(path=_file(folder, name, size, scheme))
             is_wide = tab.evaluate("document.documentElement.scrollWidth > innerWidth")
-            print(
-                f"{size} {scheme} {name}: {share_of_pictures(tab):.1%}{', too wide' if is_wide else ''}",
-                flush=True,
-            )
+            wide = ", too wide" if is_wide else ""
+            print(f"{size} {scheme} {name}: {share_of_pictures(tab):.1%}{wide}", flush=True)
         context.close()
-    _sheet(folder, list(views), list(product(schemes, sizes)))
+    _sheet(folder, list(views), list(product(SCHEMES, SIZES)))
 
 
 def _go(tab: Tab, address: str) -> None:

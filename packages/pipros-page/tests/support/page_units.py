@@ -21,26 +21,12 @@ PAGE = source("pipros_page/page")
 SHARED = source("pipros_server/page")
 UNITS = file_of_tests("page/unit")
 MODULES = {
-    "scene/frames.js": 97,
-    "scene/pose.js": 97,
-    "scene/transform_texts.js": 97,
-    "scene/layout.js": 97,
-    "scene/camera_model.js": 97,
-    "scene/views.js": 93,
-    "panels/layout.js": 97,
-    "plot/curve.js": 97,
-    "plot/curve_text.js": 97,
-    "bags/marks.js": 97,
-    "bags/visible_time.js": 97,
-    "place.js": 97,
-    "notice_texts.js": 97,
-    "plot/selection.js": 97,
-    "stale.js": 60,
-    "silence.js": 97,
-    "partial_message.js": 97,
-    "angles.js": 97,
-    "image_address.js": 97,
-}
+    "scene/frames.js": 97, "scene/pose.js": 97, "scene/transform_texts.js": 97, "scene/layout.js": 97,
+    "scene/camera_model.js": 97, "scene/views.js": 93, "panels/layout.js": 97, "plot/curve.js": 97,
+    "plot/curve_text.js": 97, "bags/marks.js": 97, "bags/visible_time.js": 97, "place.js": 97,
+    "notice_texts.js": 97, "plot/selection.js": 97, "stale.js": 60, "silence.js": 97,
+    "partial_message.js": 97, "angles.js": 97, "image_address.js": 97,
+}  # fmt: skip
 """The pure modules, with the least percentage of lines that the tests must run."""
 _COVERED = re.compile(r"^\S\s+(\S+\.js)\s*\|\s*([\d.]+)\s*\|", re.MULTILINE)
 

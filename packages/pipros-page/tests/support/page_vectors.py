@@ -236,15 +236,9 @@ def plots(chance: random.Random) -> Any:
 
 
 VECTORS: Mapping[str, Callable[[random.Random], Any]] = {
-    "frames": frames,
-    "messages": messages,
-    "cameras": cameras,
-    "views": views,
-    "layouts": layouts,
-    "plots": plots,
-    "angles": angles,
-    "stale": stale,
-}
+    "frames": frames, "messages": messages, "cameras": cameras, "views": views, "layouts": layouts,
+    "plots": plots, "angles": angles, "stale": stale,
+}  # fmt: skip
 
 
 def vectors() -> dict[str, Any]:

@@ -1,10 +1,6 @@
 """Records how genuine rviz draws the scenes of tests.support.rviz_scenes, in tests.golden.rviz.
 
-    script/generate rviz [SCENE...]
-    script/generate rviz controls
-    script/generate rviz panels
-    script/generate rviz statuses
-    script/generate rviz defaults
+    script/generate rviz [SCENE... | controls | panels | statuses | defaults]
 
 With `PICTURES=FOLDER` in the environment, the pictures of scenes are stored in this folder, too. `controls`
 drags interactive markers and records the feedback (tests.support.rviz_controls). `panels`
@@ -28,10 +24,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from pipros_page.scene.layout_file import read_rviz, write_rviz
 from tests.support.environments import VENV_BIN
@@ -95,9 +91,8 @@ def _screen(folder: Path) -> Iterator[Start]:
     try:
         start("Xvfb", SCREEN, "-screen", "0", "900x700x24", "-nocursor", "-fbdir", str(folder))
         start("/usr/bin/roscore", "-p", str(PORT))
-        while subprocess.run(
-            ["/usr/bin/rosparam", "get", "/run_id"], env=environment, check=False
-        ).returncode:
+        ready = ["/usr/bin/rosparam", "get", "/run_id"]
+        while subprocess.run(ready, env=environment).returncode:
             time.sleep(1)
         yield start
     finally:
@@ -148,9 +143,8 @@ def _record_controls(start: Start, folder: Path) -> None:
     lines = [json.loads(line) for line in output.read_text().splitlines() if line.startswith("{")]
     found = feedback_by_marker(lines)
     print({name: [each["event_type"] for each in events] for name, events in found.items()})
-    target = TESTS / "golden" / "rviz_controls.json"
-    texts = (f"{json.dumps(name)}: [\n    {_lines(events)}\n  ]" for name, events in found.items())
-    target.write_text("{\n  " + ",\n  ".join(texts) + "\n}\n")
+    rows = {name: ",\n    ".join(map(json.dumps, events)) for name, events in found.items()}
+    _write("rviz_controls", (f"{json.dumps(name)}: [\n    {row}\n  ]" for name, row in rows.items()))
 
 
 def _record_panels(start: Start, folder: Path) -> None:
@@ -168,8 +162,7 @@ def _record_panels(start: Start, folder: Path) -> None:
         viewer.wait()
         lines.append(f"{json.dumps(name)}: {json.dumps(probes, separators=(',', ':'))}")
         print(f"{name}: {size[0]} x {size[1]}, {len(probes)} probes", flush=True)
-    target = TESTS / "golden" / "rviz_panels.json"
-    target.write_text("{\n  " + ",\n  ".join(lines) + "\n}\n")
+    _write("rviz_panels", lines)
 
 
 def _panel(folder: Path) -> bytes:
@@ -198,15 +191,12 @@ def _record_statuses(start: Start, folder: Path) -> None:
     time.sleep(5)
     file, log = folder / "scene.rviz", folder / "statuses"
     file.write_text(statuses_file())
-    more = {"LD_PRELOAD": str(library), "RVIZ_STATUSES": str(log)}
-    start(
-        "/usr/bin/env", *(f"{key}={value}" for key, value in more.items()), "/usr/bin/rviz", "-d", str(file)
-    )
+    variables = (f"LD_PRELOAD={library}", f"RVIZ_STATUSES={log}")
+    start("/usr/bin/env", *variables, "/usr/bin/rviz", "-d", str(file))
     time.sleep(STATUSES_S)
     found = statuses_of(log.read_text().splitlines())
     lines = (f"{json.dumps(name)}: {json.dumps(own)}" for name, own in sorted(found.items()))
-    target = TESTS / "golden" / "rviz_statuses.json"
-    target.write_text("{\n  " + ",\n  ".join(lines) + "\n}\n")
+    _write("rviz_statuses", lines)
     print(f"{len(found)} displays")
 
 
@@ -231,8 +221,9 @@ def _record_defaults(start: Start, folder: Path) -> None:
         start(str(VENV_BIN / "rosservice"), "call", "/rviz/save_config", f"path: {{data: {target}}}").wait()
 
 
-def _lines(events: Sequence[Mapping[str, Any]]) -> str:
-    return ",\n    ".join(map(json.dumps, events))
+def _write(name: str, lines: Iterable[str]) -> None:
+    """Write an object of JSON, whose members are given."""
+    (TESTS / "golden" / f"{name}.json").write_text("{\n  " + ",\n  ".join(lines) + "\n}\n")
 
 
 class Mouse:

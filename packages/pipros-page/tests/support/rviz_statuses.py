@@ -18,15 +18,10 @@ Statuses = dict[str, dict[str, tuple[str, str]]]
 """The level and text of each status, by display and by name of the status."""
 
 BAD = {
-    "Path": "path",
-    "Pose": "pose",
-    "PoseArray": "poses",
-    "Odometry": "odom",
-    "PoseWithCovariance": "covariance",
-    "Polygon": "polygon",
-    "PointStamped": "point",
+    "Path": "path", "Pose": "pose", "PoseArray": "poses", "Odometry": "odom",
+    "PoseWithCovariance": "covariance", "Polygon": "polygon", "PointStamped": "point",
     "WrenchStamped": "wrench",
-}
+}  # fmt: skip
 DISPLAYS: Mapping[str, str] = {
     **{f"bad {kind}": display(kind, Topic=f"/bad/{topic}") for kind, topic in BAD.items()},
     "zero quaternion": display("Pose", Topic="/bad/zero"),

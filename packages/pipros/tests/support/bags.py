@@ -72,11 +72,7 @@ def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
     index: dict[str, list[bytes]] = {}
     told: set[str] = set()
     for topic, message, seconds, nanoseconds in rows:
-        names = {
-            "topic": topic.encode(),
-            "md5": message._md5sum.encode(),
-            "type": message._type.encode(),
-        }
+        names = {"topic": topic.encode(), "md5": message._md5sum.encode(), "type": message._type.encode()}
         at = position + sum(map(len, out[2:]))  # where the index points: to the definition, if there is one
         if topic not in told:
             told.add(topic)

@@ -16,26 +16,17 @@ WORKSPACE = "feature/buse_nur_emir_07042023/catkin_ws"
 SOURCE = f"source ~/{WORKSPACE}/devel/setup.bash"
 
 FIGURE_3 = {
-    10: "find_package(catkin REQUIRED COMPONENTS",
-    11: "  roscpp",
-    12: "  rospy",
-    13: "  message_generation",
-    14: ")",
-    50: "add_message_files(FILES BatteryLevel.msg)",
-    71: "generate_messages()",
+    10: "find_package(catkin REQUIRED COMPONENTS", 11: "  roscpp", 12: "  rospy", 13: "  message_generation",
+    14: ")", 50: "add_message_files(FILES BatteryLevel.msg)", 71: "generate_messages()",
     105: "catkin_package(CATKIN_DEPENDS message_runtime",
-}
+}  # fmt: skip
 FIGURE_4 = {
-    51: "  <buildtool_depend>catkin</buildtool_depend>",
-    52: "  <build_depend>roscpp</build_depend>",
-    53: "  <build_depend>rospy</build_depend>",
-    54: "  <build_depend>message_generation</build_depend>",
+    51: "  <buildtool_depend>catkin</buildtool_depend>", 52: "  <build_depend>roscpp</build_depend>",
+    53: "  <build_depend>rospy</build_depend>", 54: "  <build_depend>message_generation</build_depend>",
     55: "  <build_export_depend>roscpp</build_export_depend>",
-    56: "  <build_export_depend>rospy</build_export_depend>",
-    57: "  <exec_depend>roscpp</exec_depend>",
-    58: "  <exec_depend>rospy</exec_depend>",
-    59: "  <exec_depend>message_runtime</exec_depend>",
-}
+    56: "  <build_export_depend>rospy</build_export_depend>", 57: "  <exec_depend>roscpp</exec_depend>",
+    58: "  <exec_depend>rospy</exec_depend>", 59: "  <exec_depend>message_runtime</exec_depend>",
+}  # fmt: skip
 """Lines of the edited files, by line number in the figure."""
 
 

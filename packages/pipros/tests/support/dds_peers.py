@@ -112,26 +112,16 @@ class Peers:
             argv = [str(fast_peer()), DOMAIN, kind.partition("-")[2], mode, name, dds_type, *words]
         elif kind == "cyclone-wheel":
             argv = [
-                sys.executable,
-                file_of_tests("support/dds/cyclone_wheel_peer.py"),
-                DOMAIN,
-                mode,
-                name,
+                sys.executable, file_of_tests("support/dds/cyclone_wheel_peer.py"), DOMAIN, mode, name,
                 *words,
-            ]
+            ]  # fmt: skip
         elif kind.startswith("cyclone"):
             argv = [str(cyclone_peer()), DOMAIN, mode, name, *words]
         else:
             argv = [
-                sys.executable,
-                file_of_tests("support/dds/rtps_peer.py"),
-                DOMAIN,
-                kind,
-                mode,
-                name,
-                dds_type,
+                sys.executable, file_of_tests("support/dds/rtps_peer.py"), DOMAIN, kind, mode, name, dds_type,
                 *words,
-            ]
+            ]  # fmt: skip
         # Programs that were killed leave files in the shared memory, which all networks have in common.
         private = ["sh", "-c", 'mount -t tmpfs shm /dev/shm && exec "$@"', "sh"]
         command = self._network.command(*(private if kind.startswith("fast") else []), *map(str, argv))

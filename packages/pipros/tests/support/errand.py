@@ -6,20 +6,8 @@ from tests.support.patrol import PACKAGES
 
 SOURCES = PACKAGES / "state_machines" / "src"
 SAID = [
-    "/ERRAND: ASK",
-    "/ERRAND: DRIVE",
-    "/ERRAND/DRIVE: MOVE,WATCH",
-    "/ERRAND: ASK",
-    "/ERRAND: DRIVE",
-    "/ERRAND/DRIVE: MOVE,WATCH",
-    "/ERRAND: ASK",
-    "/ERRAND: DRIVE",
-    "/ERRAND/DRIVE: MOVE,WATCH",
-    "/ERRAND: COUNT",
-    "/ERRAND: ASK",
-    "/ERRAND: DRIVE",
-    "/ERRAND/DRIVE: MOVE,WATCH",
-    "/ERRAND: COUNT",
-    "/ERRAND: failed",
-    "failed after 2 tries, drive PREEMPTED",
-]
+    "/ERRAND: ASK", "/ERRAND: DRIVE", "/ERRAND/DRIVE: MOVE,WATCH", "/ERRAND: ASK", "/ERRAND: DRIVE",
+    "/ERRAND/DRIVE: MOVE,WATCH", "/ERRAND: ASK", "/ERRAND: DRIVE", "/ERRAND/DRIVE: MOVE,WATCH",
+    "/ERRAND: COUNT", "/ERRAND: ASK", "/ERRAND: DRIVE", "/ERRAND/DRIVE: MOVE,WATCH", "/ERRAND: COUNT",
+    "/ERRAND: failed", "failed after 2 tries, drive PREEMPTED",
+]  # fmt: skip

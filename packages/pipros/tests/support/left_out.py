@@ -83,9 +83,7 @@ NEEDS = (
     Need("Wine", lambda: windows.missing(), f"{windows.INSTALL} ({_AS_ROOT})", ["windows"]),
     # these two are looked for by the tests themselves
     Need(
-        "pyright",
-        lambda: [] if pyright.find_pyright() else ["pyright"],
-        f"{pyright.INSTALL} ({_WITH_NODE})",
+        "pyright", lambda: [] if pyright.find_pyright() else ["pyright"], f"{pyright.INSTALL} ({_WITH_NODE})"
     ),
     Need("systemd", _without("systemd-analyze"), f"apt-get install systemd ({_AS_ROOT})"),
 )

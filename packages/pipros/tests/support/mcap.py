@@ -72,13 +72,6 @@ def chunk_record(content: bytes, *, size: int | None = None, compression: str = 
 def index_of(position: int, *, start: int = 1, end: int = 2) -> ChunkIndex:
     """Return a chunk index for a summary."""
     return ChunkIndex(
-        chunk_length=1,
-        chunk_start_offset=position,
-        compression="",
-        compressed_size=1,
-        message_end_time=end,
-        message_index_length=0,
-        message_index_offsets={},
-        message_start_time=start,
-        uncompressed_size=1,
-    )
+        chunk_length=1, chunk_start_offset=position, compression="", compressed_size=1, message_end_time=end,
+        message_index_length=0, message_index_offsets={}, message_start_time=start, uncompressed_size=1,
+    )  # fmt: skip

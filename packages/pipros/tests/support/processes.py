@@ -52,17 +52,9 @@ class Process:
         self._printed_at: list[str] = []
         self._changed = threading.Condition()
         self._popen = subprocess.Popen(
-            self.argv,
-            env=dict(environment),
-            cwd=cwd,
-            stdin=stdin,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
-            text=True,
-            encoding="utf-8",
-            errors="replace",
-        )
+            self.argv, env=dict(environment), cwd=cwd, stdin=stdin, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, start_new_session=True, text=True, encoding="utf-8", errors="replace",
+        )  # fmt: skip
         self._readers = [
             threading.Thread(target=self._read, args=(stream, lines), daemon=True)
             for stream, lines in ((self._popen.stdout, self.stdout), (self._popen.stderr, self.stderr))
@@ -221,10 +213,7 @@ class Processes:
     ) -> Process:
         """Start a program. `environment` is merged into the common environment."""
         process = Process(
-            [str(part) for part in argv],
-            {**self.environment, **(environment or {})},
-            cwd or self.cwd,
-            stdin,
+            [str(part) for part in argv], {**self.environment, **(environment or {})}, cwd or self.cwd, stdin
         )
         self._started.append(process)
         return process

@@ -49,14 +49,8 @@ def leaves_out(config: pytest.Config, path: Path) -> bool:
 def changed() -> list[str]:
     """Return the files in which the working tree differs from its commit; none without git."""
     command = [
-        "git",
-        "-c",
-        "core.quotePath=off",
-        "status",
-        "--porcelain",
-        "--untracked-files=all",
-        "--no-renames",
-    ]
+        "git", "-c", "core.quotePath=off", "status", "--porcelain", "--untracked-files=all", "--no-renames",
+    ]  # fmt: skip
     try:
         ended = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):

@@ -47,22 +47,16 @@ class Grip:
 
 
 GRIPS: Sequence[Grip] = (
-    Grip("move_axis", (-4.6, 4.0), (0.8, 0.3)),
-    Grip("move_plane", (-0.86, 4.0), (0.5, -0.6)),
-    Grip("rotate_axis", (3.14, 4.0), (-0.8, 0.8)),
-    Grip("move_rotate", (7.14, 4.0), (0.3, 0.9)),
-    Grip("move_3d", (-5.8, 0.2), (0.6, 0.4)),
-    Grip("move_3d_deep", (-3.8, 0.2), (0.0, 0.6), key="Shift"),
+    Grip("move_axis", (-4.6, 4.0), (0.8, 0.3)), Grip("move_plane", (-0.86, 4.0), (0.5, -0.6)),
+    Grip("rotate_axis", (3.14, 4.0), (-0.8, 0.8)), Grip("move_rotate", (7.14, 4.0), (0.3, 0.9)),
+    Grip("move_3d", (-5.8, 0.2), (0.6, 0.4)), Grip("move_3d_deep", (-3.8, 0.2), (0.0, 0.6), key="Shift"),
     Grip("rotate_3d", (-1.8, 0.2), (0.4, 0.2)),
-    Grip("move_rotate_3d", (0.2, 0.2), (0.3, -0.4), key="Control"),
-    Grip("button", (2.2, 0.2)),
+    Grip("move_rotate_3d", (0.2, 0.2), (0.3, -0.4), key="Control"), Grip("button", (2.2, 0.2)),
     Grip("menu", (4.2, 0.2), button=3, menu_entry="First"),
-    Grip("menu_left", (6.2, 0.2), menu_entry="Second"),
-    Grip("facing", (-5.8, -3.8), (0.5, 0.3)),
-    Grip("stamped", (-3.8, -3.8), (0.4, 0.7)),
-    Grip("locked", (-1.8, -3.8), (0.4, 0.7)),
+    Grip("menu_left", (6.2, 0.2), menu_entry="Second"), Grip("facing", (-5.8, -3.8), (0.5, 0.3)),
+    Grip("stamped", (-3.8, -3.8), (0.4, 0.7)), Grip("locked", (-1.8, -3.8), (0.4, 0.7)),
     Grip("fixed", (1.14, -4.0), (-0.5, 0.9)),
-)
+)  # fmt: skip
 
 
 def controls_file() -> str:

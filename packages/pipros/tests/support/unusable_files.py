@@ -113,14 +113,10 @@ def outcomes(
 ) -> dict[str, tuple[int, str]]:
     """Run a command for each kind of file, with `FILE` replaced. Return exit codes and output by kind."""
     ended = subprocess.run(
-        [sys.executable, "-c", RUN],
-        input=json.dumps([words, cases, 15]),
-        env={**os.environ, "ROS_HOME": str(folder), "PIPROS_BROWSER": "off", **environment},
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+        [sys.executable, "-c", RUN], input=json.dumps([words, cases, 15]),
+        env={**os.environ, "ROS_HOME": str(folder), "PIPROS_BROWSER": "off", **environment}, cwd=folder,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
     assert ended.returncode == 0, ended.stderr
     found = {kind: (status, output) for kind, status, output in map(json.loads, ended.stdout.splitlines())}
     assert list(found) == [kind for kind, _ in cases]

@@ -93,11 +93,6 @@ def run_without_posix(code: str, *, in_browser: bool = False) -> str:
         AssertionError: the code failed. The message contains its standard error.
     """
     code = f"OURS = {set(PACKAGES)!r}\n{_BEGINNING}\n{_BROWSER if in_browser else ''}\n{code}"
-    ended = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
     assert ended.returncode == 0, ended.stderr
     return ended.stdout

@@ -18,6 +18,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
+from pipros_libraries.nodes.wiring import stamped
 from pipros_robot.navigation import plane
 from tests.support.both_navigation import BothNodes, end_node
 from tests.support.nodes import Inbox
@@ -50,33 +51,19 @@ PARAMETERS: Mapping[str, Any] = {
     "controller_patience": 0.6,
     "recovery_behavior_enabled": False,
     "global_costmap": {
-        **_LAYERS,
-        "global_frame": "map",
-        "update_frequency": 5.0,
+        **_LAYERS, "global_frame": "map", "update_frequency": 5.0,
         "plugins": [{"name": "static", "type": "costmap_2d::StaticLayer"}, *_PLUGINS],
         "static": {"map_topic": "/map"},
     },
     "local_costmap": {
-        **_LAYERS,
-        "global_frame": "odom",
-        "rolling_window": True,
-        "width": 3,
-        "height": 3,
-        "resolution": 0.05,
-        "update_frequency": 10.0,
-        "publish_frequency": 5.0,
-        "plugins": _PLUGINS,
+        **_LAYERS, "global_frame": "odom", "rolling_window": True, "width": 3, "height": 3,
+        "resolution": 0.05, "update_frequency": 10.0, "publish_frequency": 5.0, "plugins": _PLUGINS,
     },
     "DWAPlannerROS": {
-        "max_vel_y": 0.0,
-        "min_vel_y": 0.0,
-        "acc_lim_y": 0.0,
-        "vy_samples": 1,
-        "vx_samples": 8,
-        "publish_cost_grid_pc": True,
-        "publish_traj_pc": True,
+        "max_vel_y": 0.0, "min_vel_y": 0.0, "acc_lim_y": 0.0, "vy_samples": 1, "vx_samples": 8,
+        "publish_cost_grid_pc": True, "publish_traj_pc": True,
     },
-}
+}  # fmt: skip
 
 
 def _walls() -> Any:
@@ -89,8 +76,7 @@ def _walls() -> Any:
 
 
 def _map_message() -> Any:
-    message: Any = load_message_class("nav_msgs/OccupancyGrid")()
-    message.header.frame_id = "map"
+    message = stamped("nav_msgs/OccupancyGrid", "map", Time())
     message.info.resolution, message.info.width, message.info.height = RESOLUTION, SIZE, SIZE
     message.info.origin.position.x = message.info.origin.position.y = -SIZE * RESOLUTION / 2
     message.info.origin.orientation.w = 1.0
@@ -98,16 +84,14 @@ def _map_message() -> Any:
     return message
 
 
-def _seen(stamp: Any) -> Any:
+def _seen(stamp: Time) -> Any:
     """Return a scan that sees a post ahead, to the right, and nothing else."""
-    scan: Any = load_message_class("sensor_msgs/LaserScan")()
-    scan.header.frame_id, scan.header.stamp = "laser", stamp
-    scan.angle_min, scan.angle_increment = -math.pi, math.tau / 360
-    scan.angle_max = scan.angle_min + 359 * scan.angle_increment
-    scan.range_min, scan.range_max = 0.05, 5.0
-    scan.ranges = [5.0] * 360
-    scan.ranges[150:158] = [0.9] * 8
-    return scan
+    step = math.tau / 360
+    ranges = [5.0] * 150 + [0.9] * 8 + [5.0] * 202
+    return stamped(
+        "sensor_msgs/LaserScan", "laser", stamp, angle_min=-math.pi, angle_increment=step,
+        angle_max=-math.pi + 359 * step, range_min=0.05, range_max=5.0, ranges=ranges,
+    )  # fmt: skip
 
 
 class BothBases(BothNodes):
@@ -161,24 +145,14 @@ class BothBases(BothNodes):
     # -- the robot -----------------------------------------------------------------
 
     def _feed(self) -> None:
-        transform: Any = load_message_class("geometry_msgs/TransformStamped")
-        tf_class: Any = load_message_class("tf2_msgs/TFMessage")
-        odometry: Any = load_message_class("nav_msgs/Odometry")
         while not self._ended.wait(0.05):
             stamp = Time(*divmod(time.time_ns(), 1_000_000_000))
-            transforms = []
             frames = (("map", "odom", (0.0, 0.0, 0.0)), ("odom", "base_link", self.pose),
                       ("base_link", "laser", (0.0, 0.0, 0.0)))  # fmt: skip
-            for parent, child, (x, y, yaw) in frames:
-                made = transform(child_frame_id=child)
-                made.header.frame_id, made.header.stamp = parent, stamp
-                made.transform.translation.x, made.transform.translation.y = x, y
-                turn = made.transform.rotation
-                turn.z, turn.w = math.sin(yaw / 2), math.cos(yaw / 2)
-                transforms.append(made)
-            self._publishers["/tf"].publish(tf_class(transforms))
-            message = odometry()
-            message.header.frame_id, message.header.stamp, message.child_frame_id = "odom", stamp, "base_link"
+            for parent, child, pose in frames:
+                transform = plane.transforms(parent, child, plane.raised(pose), stamp)
+                self._publishers["/tf"].publish(transform)
+            message = stamped("nav_msgs/Odometry", "odom", stamp, child_frame_id="base_link")
             message.twist.twist.linear.x, message.twist.twist.angular.z = self.velocity
             self._publishers["/odom"].publish(message)
             self._publishers["/scan"].publish(_seen(stamp))

@@ -12,6 +12,8 @@ import numpy as np
 
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
+from pipros_libraries.nodes.wiring import stamped
+from pipros_robot.navigation import plane
 from tests.support.both_navigation import SIDES, BothNodes, both_nodes
 from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
@@ -87,15 +89,10 @@ class BothCostmaps:
 
     def place(self, *frames: tuple[str, str, float, float, float, float]) -> None:
         """Publish static transforms: parent, child, x, y, z and yaw of each."""
-        transform_class: Any = load_message_class("geometry_msgs/TransformStamped")
         transforms = []
         for parent, child, x, y, z, yaw in frames:
-            transform = transform_class(child_frame_id=child)
-            transform.header.frame_id = parent
-            place, turn = transform.transform.translation, transform.transform.rotation
-            place.x, place.y, place.z = x, y, z
-            turn.z, turn.w = math.sin(yaw / 2), math.cos(yaw / 2)
-            transforms.append(transform)
+            turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+            transforms += plane.transforms(parent, child, (x, y, z, *turn), Time()).transforms
         tf_class: Any = load_message_class("tf2_msgs/TFMessage")
         self.both.publish("tf_static", tf_class(transforms))
 
@@ -201,8 +198,7 @@ def both_costmaps(
 
 def grid_message(cells: Any, resolution: float, origin: tuple[float, float]) -> Any:
     """Return an occupancy grid in the frame `map`."""
-    message: Any = load_message_class("nav_msgs/OccupancyGrid")()
-    message.header.frame_id = "map"
+    message = stamped("nav_msgs/OccupancyGrid", "map", Time())
     message.info.height, message.info.width = cells.shape
     message.info.resolution = resolution
     message.info.origin.position.x, message.info.origin.position.y = origin
@@ -211,26 +207,23 @@ def grid_message(cells: Any, resolution: float, origin: tuple[float, float]) -> 
     return message
 
 
-def scan_message(ranges: Any, stamp_s: float, frame: str = "base_link") -> Any:
+def scan_message(ranges: Any, stamp_s: float) -> Any:
     """Return a scan all around."""
-    message: Any = load_message_class("sensor_msgs/LaserScan")()
-    message.header.frame_id = frame
-    message.header.stamp = Time(*divmod(round(stamp_s * 1e9), 1_000_000_000))
-    message.angle_min, message.angle_increment = -math.pi, 2 * math.pi / len(ranges)
-    message.angle_max = math.pi
-    message.range_min, message.range_max = 0.1, 10.0
-    message.ranges = [float(each) for each in ranges]
-    return message
+    return stamped(
+        "sensor_msgs/LaserScan", "base_link", Time.from_sec(stamp_s), angle_min=-math.pi, angle_max=math.pi,
+        angle_increment=2 * math.pi / len(ranges), range_min=0.1, range_max=10.0,
+        ranges=list(map(float, ranges)),
+    )  # fmt: skip
 
 
 def cloud_message(points: Any, stamp_s: float, frame: str) -> Any:
     """Return points as a PointCloud2 whose fields are z, a padding, x and y."""
     rows = np.zeros(len(points), np.dtype([("z", "<f4"), ("other", "<u2"), ("x", "<f4"), ("y", "<f4")]))
     rows["x"], rows["y"], rows["z"] = np.asarray(points, np.float32).T
-    message: Any = load_message_class("sensor_msgs/PointCloud2")(height=1, width=len(points))
-    message.header.frame_id = frame
-    message.header.stamp = Time(*divmod(round(stamp_s * 1e9), 1_000_000_000))
     field: Any = load_message_class("sensor_msgs/PointField")
-    message.fields = [field("z", 0, 7, 1), field("other", 4, 4, 1), field("x", 6, 7, 1), field("y", 10, 7, 1)]
-    message.point_step, message.row_step, message.data = 14, 14 * len(points), rows.tobytes()
-    return message
+    return stamped(
+        "sensor_msgs/PointCloud2", frame, Time.from_sec(stamp_s), height=1, width=len(points), point_step=14,
+        row_step=14 * len(points), data=rows.tobytes(), fields=[
+            field("z", 0, 7, 1), field("other", 4, 4, 1), field("x", 6, 7, 1), field("y", 10, 7, 1),
+        ],
+    )  # fmt: skip

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.msg import load_message_class
 from pipros.msg.time import Time
+from pipros_libraries.nodes.wiring import stamped
+from pipros_robot.navigation import plane
 from pipros_simulation.robots.drive import Pose
 from pipros_simulation.robots.settings import Laser, RobotSettings
 from pipros_simulation.robots.simulation import Simulation
@@ -89,8 +90,7 @@ def _grown(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def map_message(cells: NDArray[np.bool_] | None = None) -> Any:
     """Return the map of the apartment as nav_msgs/OccupancyGrid."""
     occupied = apartment() if cells is None else cells
-    message: Any = load_message_class("nav_msgs/OccupancyGrid")()
-    message.header.frame_id = "map"
+    message = stamped("nav_msgs/OccupancyGrid", "map", Time())
     message.info.resolution = RESOLUTION
     message.info.height, message.info.width = occupied.shape
     message.info.origin.orientation.w = 1.0
@@ -164,22 +164,14 @@ def stamp(time_s: float) -> Time:
 
 def scan_message(moment: Moment) -> Any:
     """Return the scan of a moment as sensor_msgs/LaserScan, in the frame `laser`."""
-    scan: Any = load_message_class("sensor_msgs/LaserScan")()
-    scan.header.frame_id, scan.header.stamp = "laser", stamp(moment.time_s)
     laser = replace(Laser(), rays=len(moment.ranges))
-    scan.angle_increment = laser.increment
-    scan.angle_max = laser.increment * (laser.rays - 1)
-    scan.range_min, scan.range_max = laser.range_min, laser.range_max
-    scan.ranges = moment.ranges.tolist()
-    return scan
+    return stamped(
+        "sensor_msgs/LaserScan", "laser", stamp(moment.time_s), angle_increment=laser.increment,
+        angle_max=laser.increment * (laser.rays - 1), range_min=laser.range_min, range_max=laser.range_max,
+        ranges=moment.ranges.tolist(),
+    )  # fmt: skip
 
 
 def transform_message(parent: str, child: str, pose: Pose, time_s: float) -> Any:
     """Return a tf2_msgs/TFMessage with one transform."""
-    transform: Any = load_message_class("geometry_msgs/TransformStamped")(child_frame_id=child)
-    transform.header.frame_id, transform.header.stamp = parent, stamp(time_s)
-    transform.transform.translation.x, transform.transform.translation.y = pose.x, pose.y
-    transform.transform.rotation.z = math.sin(pose.yaw / 2)
-    transform.transform.rotation.w = math.cos(pose.yaw / 2)
-    message: Any = load_message_class("tf2_msgs/TFMessage")
-    return message([transform])
+    return plane.transforms(parent, child, plane.raised((pose.x, pose.y, pose.yaw)), stamp(time_s))

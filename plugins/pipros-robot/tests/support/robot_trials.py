@@ -114,16 +114,12 @@ class Trial:
         away, turned = map(max, zip(*self.errors or [(math.nan, math.nan)], strict=True))
         shape = (each.simulator, each.global_planner.rpartition("/")[2], each.localisation)
         cells = (
-            each.name,
-            re.split("[/:]", each.planner)[-1],
+            each.name, re.split("[/:]", each.planner)[-1],
             ", ".join((*shape, each.costmaps, each.laser, each.commands)),
-            f"{len(self.errors)} of {len(GOALS)}",
-            f"{away:.2f} m, {turned:.2f} rad",
-            f"{self.speed:.3f} of {each.speed:g} m/s",
-            f"{self.turn:.3f} of {each.turn:g} rad/s",
-            str(self.bumps),
-            f"{self.time_s:.0f} s",
-        )
+            f"{len(self.errors)} of {len(GOALS)}", f"{away:.2f} m, {turned:.2f} rad",
+            f"{self.speed:.3f} of {each.speed:g} m/s", f"{self.turn:.3f} of {each.turn:g} rad/s",
+            str(self.bumps), f"{self.time_s:.0f} s",
+        )  # fmt: skip
         return f"| {' | '.join(cells)} |"
 
 

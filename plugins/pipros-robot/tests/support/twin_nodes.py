@@ -16,6 +16,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
+from pipros_robot.navigation import plane
 from tests.support.nodes import Inbox
 from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
@@ -138,12 +139,9 @@ class Twins:
         """Publish static transforms: parent, child, position and quaternion of each."""
         made = []
         for parent, child, position, quaternion in frames:
-            transform: Any = load_message_class("geometry_msgs/TransformStamped")(child_frame_id=child)
-            transform.header.frame_id = parent
-            at, turn = transform.transform.translation, transform.transform.rotation
-            at.x, at.y, at.z = map(float, position)
-            turn.x, turn.y, turn.z, turn.w = map(float, np.array(quaternion) / np.linalg.norm(quaternion))
-            made.append(transform)
+            turn = np.array(quaternion) / np.linalg.norm(quaternion)
+            pose: Any = tuple(map(float, (*position, *turn)))
+            made += plane.transforms(parent, child, pose, Time()).transforms
         tf_class: Any = load_message_class("tf2_msgs/TFMessage")
         self.publish("/tf_static", tf_class(made), latch=True)
 
@@ -197,10 +195,11 @@ class Twins:
                 for config in (message.min, message.max, message.dflt)
             ]
             (group,) = message.groups
+            rows = group.parameters
             found.append(
                 {
                     each.name: (each.type, each.level, *(part.get(each.name) for part in values))
-                    for each in group.parameters
+                    for each in rows
                 }
             )
         if self._recording is not None:

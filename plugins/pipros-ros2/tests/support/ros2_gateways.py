@@ -9,13 +9,7 @@ from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.node import Node
 from pipros_ros2.gateway import Gateway, new_identity
-from pipros_ros2.interface import (
-    GATEWAY_NODE,
-    EndpointKind,
-    Ros2Engine,
-    Ros2Publisher,
-    TopicQos,
-)
+from pipros_ros2.interface import GATEWAY_NODE, EndpointKind, Ros2Engine, Ros2Publisher, TopicQos
 from pipros_ros2.rtps.domain import Discovery
 from pipros_ros2.rtps.engine import RtpsEngine
 from pipros_ros2.rules import parse_gateway_rules
@@ -72,14 +66,9 @@ class System:
         node = self.node(name, master_uri)
         identity = new_identity(node)
         gateway = Gateway(
-            node,
-            self.engine(identity),
-            identity,
-            parse_gateway_rules(rules, "rules"),
-            pairs,
-            is_local=is_local,
-            poll_s=0.05,
-        )
+            node, self.engine(identity), identity, parse_gateway_rules(rules, "rules"), pairs,
+            is_local=is_local, poll_s=0.05,
+        )  # fmt: skip
         self._stack.callback(gateway.close)
         gateway.start()
         return gateway

@@ -22,24 +22,12 @@ PACKAGE = "pyodide@314.0.7"
 """A fixed version, because the next one may contain a different version of Python."""
 
 EDITOR = (
-    "@codemirror/autocomplete@6.20.4",
-    "@codemirror/commands@6.11.1",
-    "@codemirror/lang-python@6.2.1",
-    "@codemirror/lang-xml@6.1.0",
-    "@codemirror/language@6.13.1",
-    "@codemirror/state@6.7.6",
-    "@codemirror/streamparser@6.0.0",
-    "@codemirror/view@6.43.15",
-    "@lezer/common@1.5.5",
-    "@lezer/highlight@1.2.5",
-    "@lezer/lr@1.4.12",
-    "@lezer/python@1.1.19",
-    "@lezer/xml@1.0.6",
-    "@marijn/find-cluster-break@1.0.4",
-    "crelt@1.0.7",
-    "style-mod@4.1.5",
-    "w3c-keyname@2.2.8",
-)
+    "@codemirror/autocomplete@6.20.4", "@codemirror/commands@6.11.1", "@codemirror/lang-python@6.2.1",
+    "@codemirror/lang-xml@6.1.0", "@codemirror/language@6.13.1", "@codemirror/state@6.7.6",
+    "@codemirror/streamparser@6.0.0", "@codemirror/view@6.43.15", "@lezer/common@1.5.5",
+    "@lezer/highlight@1.2.5", "@lezer/lr@1.4.12", "@lezer/python@1.1.19", "@lezer/xml@1.0.6",
+    "@marijn/find-cluster-break@1.0.4", "crelt@1.0.7", "style-mod@4.1.5", "w3c-keyname@2.2.8",
+)  # fmt: skip
 """CodeMirror, the editor of the tab, and what it imports. The page maps names of modules to the copies."""
 
 SEARCH = "iframe-worker@1.0.4"
@@ -54,12 +42,8 @@ TAB_FILES = (*_TAB_PAGE.iterdir(), ROOT / "docs" / "in-browser" / "start.mjs", _
 """The page of the tab, and modules of other pages that it uses."""
 
 PYODIDE_FILES = (
-    "pyodide.mjs",
-    "pyodide.asm.mjs",
-    "pyodide.asm.wasm",
-    "python_stdlib.zip",
-    "pyodide-lock.json",
-)
+    "pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json",
+)  # fmt: skip
 LIBRARIES = ("catkin_pkg", "mcap", "rospkg", "yaml", "pyparsing", "dateutil", "websockets")
 """What messages, bags, parameters, `catkin_make` and pages need. Compiled parts are optional."""
 

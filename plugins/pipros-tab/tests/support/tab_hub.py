@@ -184,14 +184,9 @@ class TabProcess(Cable):
         module = "tests.support.tab_process"
         command = [sys.executable, "-u", "-m", module, str(there.fileno()), json.dumps(program)]
         self._process = subprocess.Popen(
-            command,
-            cwd=REPOSITORY,
-            pass_fds=[there.fileno()],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
+            command, cwd=REPOSITORY, pass_fds=[there.fileno()], stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, start_new_session=True,
+        )  # fmt: skip
         self.pid = self._process.pid
         there.close()
         self.output = ""

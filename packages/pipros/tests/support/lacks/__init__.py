@@ -17,25 +17,13 @@ VARIABLE = "PIPROS_TEST_LACKS"
 SYSTEMS = ("macos", "windows")
 
 FEATURES = {
-    "/proc": SYSTEMS,
-    "DISPLAY": SYSTEMS,
-    "blocked signals": ("windows",),
-    "executable files": ("windows",),
-    "file owners": ("windows",),
-    "first lines": ("windows",),
-    "handled signals": ("windows",),
-    "named pipes": ("windows",),
-    "MSG_DONTWAIT": ("windows",),
-    "O_NOFOLLOW": ("windows",),
-    "process groups": ("windows",),
-    "pseudo-terminals": ("windows",),
-    "programs that replace a process": ("windows",),
-    "resource limits": ("windows",),
-    "shared memory": SYSTEMS,
-    "SIGKILL": ("windows",),
-    "timer signals": ("windows",),
-    "Unix sockets": SYSTEMS,
-}
+    "/proc": SYSTEMS, "DISPLAY": SYSTEMS, "blocked signals": ("windows",), "executable files": ("windows",),
+    "file owners": ("windows",), "first lines": ("windows",), "handled signals": ("windows",),
+    "named pipes": ("windows",), "MSG_DONTWAIT": ("windows",), "O_NOFOLLOW": ("windows",),
+    "process groups": ("windows",), "pseudo-terminals": ("windows",),
+    "programs that replace a process": ("windows",), "resource limits": ("windows",),
+    "shared memory": SYSTEMS, "SIGKILL": ("windows",), "timer signals": ("windows",), "Unix sockets": SYSTEMS,
+}  # fmt: skip
 """What tests need, and the systems that lack it."""
 
 

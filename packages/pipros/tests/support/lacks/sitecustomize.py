@@ -199,14 +199,9 @@ def _os_of_windows(real: Any) -> dict[str, Any]:
 
     names = ("chmod", "mkdir", "readlink", "rename", "replace", "rmdir", "stat", "unlink", "utime")
     return {
-        "O_BINARY": 0,
-        "kill": kill,
-        "name": "nt",
-        "open": open_file,
-        "supports_bytes_environ": False,
-        "supports_dir_fd": set(),
-        "supports_fd": {real.stat, real.truncate},
-    } | {name: without_folders(getattr(real, name)) for name in names}
+        "O_BINARY": 0, "kill": kill, "name": "nt", "open": open_file, "supports_bytes_environ": False,
+        "supports_dir_fd": set(), "supports_fd": {real.stat, real.truncate},
+    } | {name: without_folders(getattr(real, name)) for name in names}  # fmt: skip
 
 
 def _select_of_windows(real: Any) -> dict[str, Any]:
