@@ -101,4 +101,4 @@ def test_the_workflow_trusts_only_commits_and_gives_pull_requests_no_privileges(
 def test_an_unknown_part_of_continuous_integration_is_refused() -> None:
     ended = subprocess.run([REPOSITORY / ".ci" / "run", "spelling"], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert "one of: install check docs fuzz user wheel pyodide lacks windows coverage test" in ended.stderr
+    assert "one of: install check docs fuzz user units wheel pyodide lacks windows test" in ended.stderr
