@@ -76,13 +76,11 @@ class Scene:
         self._write_package()
         self._environment = {"ROS_MASTER_URI": port.uri, "ROS_PACKAGE_PATH": str(folder)}
         self._starters: dict[str, Callable[[], Process]] = {
-            "master": self._start_master,
-            "talker": lambda: self._python("-c", TALKER, "_topic:=chat"),
-            "relay": lambda: self._python("-c", RELAY),
-            "listener": self._start_listener,
+            "master": self._start_master, "talker": lambda: self._python("-c", TALKER, "_topic:=chat"),
+            "relay": lambda: self._python("-c", RELAY), "listener": self._start_listener,
             "launcher": lambda: self._python("-m", "pipros_tools.cli.roslaunch", "chaos_pkg", "chaos.launch"),
             "recorder": self._start_recorder,
-        }
+        }  # fmt: skip
         self._running: dict[str, Process] = {}
         self._start("master")
         self.node = Node("witness", environment=Environment(master_uri=port.uri))
@@ -192,8 +190,7 @@ def test_every_process_recovers_and_messages_arrive_whole_once_and_in_order(scen
         scene.kill(kill)
 
     # a killed relay explains one gap, because no other node is between a talker and its listener
-    assert scene.histories["chat"].problems() == []
-    assert scene.histories["launched"].problems() == []
+    assert (scene.histories["chat"].problems(), scene.histories["launched"].problems()) == ([], [])
     assert scene.histories["relayed"].problems(breaks=2) == []
     assert [heard.problems() for heard in scene.heard_by_listeners()] == [[], []]
     assert [recorded.problems() for recorded in scene.recorded("/chat")] == [[], []]

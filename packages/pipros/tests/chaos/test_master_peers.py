@@ -108,11 +108,9 @@ def send_until_refused(peer: socket.socket, piece: bytes, count: int) -> int:
 
 def test_connections_that_stay_half_open(master: RunningMaster) -> None:
     pieces = [
-        b"",
-        b"POST",
-        b"POST / HTTP/1.1\r\nContent-Length: 100\r\n",
+        b"", b"POST", b"POST / HTTP/1.1\r\nContent-Length: 100\r\n",
         b"POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\n<",
-    ]
+    ]  # fmt: skip
     with master.answering_meanwhile():
         peers = [master.connect() for _ in range(200)]
         for number, peer in enumerate(peers):
@@ -293,13 +291,9 @@ def told_after(master: RunningMaster, disturb: Callable[[], None]) -> None:
 def test_nodes_whose_api_hangs_or_is_not_an_api(master: RunningMaster) -> None:
     hanging = [SilentSlave() for _ in range(20)]
     odd = [
-        "http://127.0.0.1:1/",
-        "http://no.such.host.invalid:1/",
-        "http://",
-        "http://a..b:1/",
-        "http://127.0.0.1:1/ HTTP/1.1\r\nX: y",
-        f"http://127.0.0.1:{master.port}/",
-    ]
+        "http://127.0.0.1:1/", "http://no.such.host.invalid:1/", "http://", "http://a..b:1/",
+        "http://127.0.0.1:1/ HTTP/1.1\r\nX: y", f"http://127.0.0.1:{master.port}/",
+    ]  # fmt: skip
 
     def register_them() -> None:
         for number, api in enumerate([*(found.api for found in hanging), *odd]):

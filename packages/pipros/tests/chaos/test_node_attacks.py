@@ -170,14 +170,11 @@ def silent_publishers(victim: Victim) -> None:
 ATTACKS = (
     *(connections_without_a_header, half_headers, headers_byte_by_byte, garbage, idle_service_clients),
     *(
-        idle_persistent_clients,
-        half_requests,
-        responses_not_read,
-        topic_links,
+        idle_persistent_clients, half_requests, responses_not_read, topic_links,
         idle_connections_to_the_slave_api,
     ),
     *(half_requests_to_the_slave_api, large_bodies, dead_publishers, silent_publishers),
-)
+)  # fmt: skip
 
 
 @pytest.fixture

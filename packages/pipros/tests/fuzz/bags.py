@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import io
 import sys
-import tracemalloc
 
 from pipros.basics.limits import Limits
 from pipros_tools.bag.errors import BagError
@@ -19,6 +18,7 @@ from pipros_tools.bag.reader import BagReader
 from pipros_tools.bag.repair import reindex
 from tests.fuzz import mutation
 from tests.support.constants import changed
+from tests.support.memory import memory_of
 
 WORDS = [
     *(b"op=\x02", b"op=\x04", b"op=\x05", b"op=\x06", b"op=\x07", b"\x0d\0\0\0", b"conn=\x01\0\0\0"),
@@ -34,16 +34,11 @@ MEMORY_PER_BYTE = 200
 
 @changed(BAG_CHUNK_BYTES=1 << 20, BAG_HEADER_BYTES=10_000, BAG_RECORDS=1 << 16)
 def target(data: bytes) -> None:
-    tracemalloc.start()
-    try:
+    with memory_of(MEMORY_BYTES + MEMORY_PER_BYTE * len(data)):
         for is_rebuilt in (False, True):
             with contextlib.suppress(BagError):
                 _read(data, is_rebuilt)
         _repair(data)
-    finally:
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-    assert peak < MEMORY_BYTES + MEMORY_PER_BYTE * len(data), f"{peak} bytes for {len(data)}"
 
 
 def _read(data: bytes, is_rebuilt: bool) -> None:

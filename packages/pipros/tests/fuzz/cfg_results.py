@@ -12,23 +12,12 @@ from tests.fuzz import mutation
 
 WORDS = [
     *(
-        b"[",
-        b"]",
-        b"{",
-        b"}",
-        b", ",
-        b": ",
-        b'"',
-        b"null",
-        b"true",
-        b"1e999",
-        b"NaN",
-        b"-Infinity",
+        b"[", b"]", b"{", b"}", b", ", b": ", b'"', b"null", b"true", b"1e999", b"NaN", b"-Infinity",
         b"9" * 5000,
     ),
     *(b'"name"', b'"parameters"', b'"groups"', b'"constants"', b'"description"', b'"level"', b'"default"'),
     *(b'"groups": {"x": ', b'{"parameters": [], "groups": [', b"\\ud800", b"\\u0000", b"\xef\xbb\xbf"),
-]
+]  # fmt: skip
 LONGER = (5000,)
 
 

@@ -19,32 +19,15 @@ from tests.support.constants import changed
 
 WORDS = [
     *(
-        b"int32 ",
-        b"uint8[] ",
-        b"float64[9] ",
-        b"string ",
-        b"Header header\n",
-        b"[",
-        b"]",
-        b"=",
-        b"#",
-        b"\n",
+        b"int32 ", b"uint8[] ", b"float64[9] ", b"string ", b"Header header\n", b"[", b"]", b"=", b"#", b"\n",
         b" ",
     ),
     *(
-        b"=" * 80 + b"\nMSG: a/B\n",
-        b"MSG: ",
-        b"a/B b\n",
-        b"B[] bs\n",
-        b"---\n",
-        b"time ",
-        b"from",
-        b"_",
-        b"'",
-        b'"',
+        b"=" * 80 + b"\nMSG: a/B\n", b"MSG: ", b"a/B b\n", b"B[] bs\n", b"---\n", b"time ", b"from", b"_",
+        b"'", b'"',
     ),
     *(b"[99999999]", b"X=1", b"S= a # b", b"nan", b"True", b"\r\n", b"\t", "ü".encode()),
-]
+]  # fmt: skip
 
 LIMITS = Limits(definition_fields=400)
 """Far below the usual ones: what is beyond them is refused at once, so that more inputs are tried."""

@@ -25,23 +25,11 @@ from tests.support.bags import bag_bytes
 
 WORDS = [
     *(
-        b"\xff",
-        b"/",
-        b"//",
-        b"/../",
-        b"..",
-        b".",
-        b"__",
-        b"_2",
-        b"/a",
-        b"/A",
-        b"~",
-        b"\0",
-        b"\n",
+        b"\xff", b"/", b"//", b"/../", b"..", b".", b"__", b"_2", b"/a", b"/A", b"~", b"\0", b"\n",
         b"\x1b[31m",
     ),
     *(b"\\", b"C:", b".csv", b" ", b"/a/b\xff/a_b", "\u202e".encode(), "\xe9".encode(), b"a" * 300),
-]
+]  # fmt: skip
 
 
 def target(data: bytes) -> None:

@@ -17,45 +17,15 @@ from tests.fuzz import mutation
 
 WORDS = [
     *(
-        b"(",
-        b")",
-        b"[",
-        b"]",
-        b"{",
-        b"}",
-        b", ",
-        b": ",
-        b" + ",
-        b" * ",
-        b" ** ",
-        b" % ",
-        b" << ",
-        b" // ",
+        b"(", b")", b"[", b"]", b"{", b"}", b", ", b": ", b" + ", b" * ", b" ** ", b" % ", b" << ", b" // ",
         b" - ",
     ),
     *(
-        b" in ",
-        b" == ",
-        b" < ",
-        b" and ",
-        b" or ",
-        b"not ",
-        b" if ",
-        b" else ",
-        b"[:]",
-        b"f'{",
-        b"}'",
-        b"'",
+        b" in ", b" == ", b" < ", b" and ", b" or ", b"not ", b" if ", b" else ", b"[:]", b"f'{", b"}'", b"'",
         b"%s",
     ),
     *(
-        b"9**9",
-        b"1000",
-        b"2305843009213693951",
-        b"range(1000)",
-        b"[0] * 1000",
-        b"'a' * 1000",
-        b"1e308",
+        b"9**9", b"1000", b"2305843009213693951", b"range(1000)", b"[0] * 1000", b"'a' * 1000", b"1e308",
         b"True",
     ),
     *(
@@ -66,7 +36,7 @@ WORDS = [
     *(b"lambda: ", b"for x in ", b"x := ", b"a", b"xs", b"s", b"d", b".__class__", b"*a", b"**a"),
     *(b"[x for x in xs]", b"{x for x in ", b"{k: v for k, v in d.items()}", b"(x, y) ", b"for y in range(x)"),
     *(b"map(len, ", b"filter(None, ", b"key=len", b"'{0[k]:>{1}}'", b"{0.x}", b"'\\t'"),
-]
+]  # fmt: skip
 NAMES = {"a": 3, "s": "text", "xs": [1, 2.5, "x"], "d": {"k": [1]}}
 
 

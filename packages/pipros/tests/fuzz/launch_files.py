@@ -20,24 +20,16 @@ from tests.support.constants import changed
 WORDS = [
     *(b"$(arg a)", b"$(arg b)", b"$(env HOME)", b"$(find p)", b"$(anon a)", b"$(dirname)", b"$(eval a + a)"),
     *(
-        b"$(optenv A b)",
-        b"$(",
-        b")",
-        b"$(arg ",
-        b'<arg name="b" value="$(arg a)$(arg a)"/>',
-        b"<group>",
+        b"$(optenv A b)", b"$(", b")", b"$(arg ", b'<arg name="b" value="$(arg a)$(arg a)"/>', b"<group>",
         b"</group>",
     ),
     *(b'<include file="/self.launch"/>', b'<include file="/self.launch" pass_all_args="true"/>', b' ns="x"'),
     *(b' if="$(arg a)"', b' unless="false"', b' subst_value="true"', b' type="yaml"', b' command="echo"'),
     *(
-        b'<rosparam file="/self.launch"/>',
-        b'<param name="p" textfile="/self.launch"/>',
-        b"<!--",
-        b"-->",
+        b'<rosparam file="/self.launch"/>', b'<param name="p" textfile="/self.launch"/>', b"<!--", b"-->",
         b"&#0;",
     ),
-]
+]  # fmt: skip
 LONGER = (5000,)
 LAUNCH_BYTES = 2_000_000
 LAUNCH_INCLUDES = 50

@@ -25,39 +25,18 @@ from tests.fuzz import mutation
 
 WORDS = [
     *(
-        b"\0",
-        b"/",
-        b"/a",
-        b"\n",
-        b"\r",
-        b"\t",
-        b"\x1b[31m",
-        b"\x7f",
-        b"\x08",
-        b" ",
-        b"  ",
-        b"$(true)",
-        b"`",
-        b"'",
-        b";",
+        b"\0", b"/", b"/a", b"\n", b"\r", b"\t", b"\x1b[31m", b"\x7f", b"\x08", b" ", b"  ", b"$(true)", b"`",
+        b"'", b";",
     ),
     *(
         text.encode()
         for text in ("\u009b", "\u2028", "\u202e", "\u200b", "\ufeff", "ü", "\U0001f600", "\u0301")
     ),
     *(
-        b"http://a:1/",
-        b"http://[::1]:1/",
-        b"http://",
-        b"rosrpc://a:1",
-        b"std_msgs/String",
-        b"[",
-        b"]",
-        b"%s",
-        b"~",
-        b"//",
+        b"http://a:1/", b"http://[::1]:1/", b"http://", b"rosrpc://a:1", b"std_msgs/String", b"[", b"]",
+        b"%s", b"~", b"//",
     ),
-]
+]  # fmt: skip
 NUL_SEPARATED = 5
 LEGAL_NAME = re.compile(r"[A-Za-z0-9_/~]*")
 UNCARRIED = re.compile("[^\\t\\n\\r\\x20-\\ud7ff\\ue000-\\ufffd\\U00010000-\\U0010ffff]")

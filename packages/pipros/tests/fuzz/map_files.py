@@ -20,41 +20,19 @@ from tests.fuzz import mutation
 BETWEEN = b"\n---IMAGE---\n"
 WORDS = [
     *(
-        b"image: map.pgm",
-        b"image: /etc/passwd",
-        b"image: [1]",
-        b"resolution: ",
-        b"origin: [",
-        b"negate: ",
+        b"image: map.pgm", b"image: /etc/passwd", b"image: [1]", b"resolution: ", b"origin: [", b"negate: ",
         b"mode: ",
     ),
     *(
-        b"raw",
-        b"scale",
-        b"trinary",
-        b".nan",
-        b".inf",
-        b"-1e400",
-        b"occupied_thresh: ",
-        b"free_thresh: ",
-        b"&a",
-        b"*a",
+        b"raw", b"scale", b"trinary", b".nan", b".inf", b"-1e400", b"occupied_thresh: ", b"free_thresh: ",
+        b"&a", b"*a",
     ),
     *(
-        b"P5 ",
-        b"P2 ",
-        b"P4 ",
-        b"#\n",
-        b"99999999999",
-        b"65535",
-        b"255\n",
-        b"\xff",
-        b"II*\0",
-        b"\x89PNG\r\n",
+        b"P5 ", b"P2 ", b"P4 ", b"#\n", b"99999999999", b"65535", b"255\n", b"\xff", b"II*\0", b"\x89PNG\r\n",
         b"0",
     ),
     BETWEEN,
-]
+]  # fmt: skip
 
 
 def target(data: bytes) -> None:

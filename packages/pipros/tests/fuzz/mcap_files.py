@@ -9,7 +9,6 @@ import contextlib
 import io
 import sys
 import tempfile
-import tracemalloc
 
 from pipros.basics.limits import Limits
 from pipros_tools.bag.errors import BagError
@@ -19,6 +18,7 @@ from pipros_tools.bag.mcap_files import McapReader
 from pipros_tools.bag.mcap_repair import recover
 from tests.fuzz import mutation
 from tests.support.constants import changed
+from tests.support.memory import memory_of
 
 WORDS = [
     *(b"ros1", b"ros1msg", b"zstd", b"lz4", b"\x89MCAP0\r\n", b"cdr", b"md5sum", b"std_msgs/String"),
@@ -33,18 +33,13 @@ MEMORY_PER_BYTE = 200
 
 @changed(BAG_CHUNK_BYTES=1 << 20, BAG_HEADER_BYTES=10_000, BAG_RECORDS=1 << 16)
 def target(data: bytes) -> None:
-    tracemalloc.start()
-    try:
+    with memory_of(MEMORY_BYTES + MEMORY_PER_BYTE * len(data)):
         with contextlib.suppress(BagError):
             bag = McapReader(io.BytesIO(data), limits=LIMITS)
             assert info_text(bag_info(bag, "x.mcap", with_frequencies=True))
             for _ in bag.raw_messages():
                 pass
         _repair(data)
-    finally:
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-    assert peak < MEMORY_BYTES + MEMORY_PER_BYTE * len(data), f"{peak} bytes for {len(data)}"
 
 
 def _repair(data: bytes) -> None:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import io
 import sys
-import tracemalloc
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
 from pipros.msg.errors import DeserializationError, SerializationError
 from tests.fuzz import mutation
+from tests.support.memory import memory_of
 
 MEMORY_PER_BYTE = 400
 """A bool takes one byte in a message and up to 8 in a list; a message in an array takes more."""
@@ -36,15 +36,11 @@ def target(data: bytes) -> None:
 
 
 def read(cls: type[Message], body: bytes | memoryview) -> None:
-    tracemalloc.start()
-    try:
-        message = cls._from_bytes(body)
-    except DeserializationError:
-        return
-    finally:
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        assert peak < MEMORY_OF_A_COMPILER + MEMORY_PER_BYTE * len(body), f"{peak} bytes for {len(body)}"
+    with memory_of(MEMORY_OF_A_COMPILER + MEMORY_PER_BYTE * len(body)):
+        try:
+            message = cls._from_bytes(body)
+        except DeserializationError:
+            return
     try:
         first = written(message)
     except SerializationError:

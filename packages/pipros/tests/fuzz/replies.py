@@ -10,7 +10,6 @@ from __future__ import annotations
 import socket
 import sys
 import threading
-import tracemalloc
 from contextlib import suppress
 
 from std_msgs.msg import Empty
@@ -20,27 +19,18 @@ from pipros.node.service_link import CallTimeout, ServiceFailed, ServiceLink
 from pipros.wire.handshake import WireType
 from tests.fuzz import mutation
 from tests.support.constants import changed
+from tests.support.memory import memory_of
 
 WORDS = [
     *(
-        b"\x01",
-        b"\0",
-        b"\x05\0\0\0hello",
-        b"\xff\xff\xff\xff",
-        b"\xff\xff\xff\x3f",
-        b"callerid=/x",
+        b"\x01", b"\0", b"\x05\0\0\0hello", b"\xff\xff\xff\xff", b"\xff\xff\xff\x3f", b"callerid=/x",
         b"error=no",
     ),
     *(
-        b"md5sum=*",
-        b"type=std_srvs/Empty",
-        b"\x0a\0\0\0",
-        b"request_type=",
-        b"persistent=1",
-        b"=",
+        b"md5sum=*", b"type=std_srvs/Empty", b"\x0a\0\0\0", b"request_type=", b"persistent=1", b"=",
         b"\x1b[31m",
     ),
-]
+]  # fmt: skip
 LIMITS = Limits(frame_bytes=1_000_000_000)
 MEMORY_BYTES = 6 << 20
 """A client asks the system for 4 MiB at most of what was announced."""
@@ -83,13 +73,8 @@ class Replies:
     @changed(HEADER_BYTES=10_000, HANDSHAKE_S=5.0)
     def __call__(self, data: bytes) -> None:
         self._server.reply = data
-        tracemalloc.start()
-        try:
+        with memory_of(MEMORY_BYTES + MEMORY_PER_BYTE * len(data)):
             self._call_twice()
-        finally:
-            peak = tracemalloc.get_traced_memory()[1]
-            tracemalloc.stop()
-        assert peak < MEMORY_BYTES + MEMORY_PER_BYTE * len(data), f"{peak} bytes for {len(data)}"
 
     def _call_twice(self) -> None:
         link = None

@@ -28,56 +28,27 @@ from tests.fuzz import mutation
 
 WORDS = [
     *(
-        b"\r\n",
-        b"\n",
-        b"\r\n\r\n",
-        b"POST / HTTP/1.1\r\n",
-        b"HTTP/1.1 200 OK\r\n",
-        b"Content-Length: ",
+        b"\r\n", b"\n", b"\r\n\r\n", b"POST / HTTP/1.1\r\n", b"HTTP/1.1 200 OK\r\n", b"Content-Length: ",
         b"0\r\n",
     ),
     *(b"Transfer-Encoding: chunked\r\n", b"Expect: 100-continue\r\n", b"Connection: close\r\n", b": ", b";"),
     *(
-        b"<value>",
-        b"</value>",
-        b"<int>",
-        b"</int>",
-        b"<i4>5</i4>",
-        b"<string>",
-        b"</string>",
+        b"<value>", b"</value>", b"<int>", b"</int>", b"<i4>5</i4>", b"<string>", b"</string>",
         b"<double>1e9</double>",
     ),
     *(
-        b"<boolean>1</boolean>",
-        b"<array><data>",
-        b"</data></array>",
-        b"<struct>",
-        b"</struct>",
+        b"<boolean>1</boolean>", b"<array><data>", b"</data></array>", b"<struct>", b"</struct>",
         b"<base64>aGk=</base64>",
     ),
     *(
-        b"<member><name>a</name>",
-        b"</member>",
-        b"<params>",
-        b"<param>",
-        b"<nil/>",
-        b"<!DOCTYPE a>",
-        b"<![CDATA[",
-        b"]]>",
+        b"<member><name>a</name>", b"</member>", b"<params>", b"<param>", b"<nil/>", b"<!DOCTYPE a>",
+        b"<![CDATA[", b"]]>",
     ),
     *(
-        b"&amp;",
-        b"&#65;",
-        b"&a;",
-        b"<!--",
-        b"-->",
-        b"<?xml version='1.0'?>",
-        b"<dateTime.iso8601>",
-        b"<fault>",
-        b"-",
-        b"9",
+        b"&amp;", b"&#65;", b"&a;", b"<!--", b"-->", b"<?xml version='1.0'?>", b"<dateTime.iso8601>",
+        b"<fault>", b"-", b"9",
     ),
-]
+]  # fmt: skip
 
 
 def target(stream: bytes) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import sys
-import tracemalloc
 
 from pipros.msg.compile.arrays import EMPTY_ELEMENTS
 from pipros.msg.dynamic import message_classes_from_text
@@ -18,6 +17,7 @@ from pipros.msg.language.spec import DefinitionError
 from tests.fuzz import mutation
 from tests.fuzz.definitions import LIMITS
 from tests.fuzz.definitions import WORDS as DEFINITION_WORDS
+from tests.support.memory import memory_of
 
 WORDS = [
     *DEFINITION_WORDS,
@@ -37,15 +37,11 @@ def target(data: bytes) -> None:
         cls = message_classes_from_text("a/T", text.decode("utf-8", "replace"), LIMITS)["a/T"]
     except DefinitionError:
         return
-    tracemalloc.start()
-    try:
-        cls._from_bytes(body)
-    except DeserializationError:
-        return
-    finally:
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        assert peak < LIMIT_BYTES + MEMORY_PER_BYTE * len(body), f"{peak} bytes for {len(body)}"
+    with memory_of(LIMIT_BYTES + MEMORY_PER_BYTE * len(body)):
+        try:
+            cls._from_bytes(body)
+        except DeserializationError:
+            return
 
 
 if __name__ == "__main__":

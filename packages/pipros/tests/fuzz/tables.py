@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import sys
-import tracemalloc
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from pipros.msg.bulk.decode import MalformedMessage, decode
 from pipros.msg.bulk.plans import MessagePlan, plan_of
 from pipros.msg.errors import DeserializationError
 from tests.fuzz import mutation
+from tests.support.memory import memory_of
 
 MEMORY_PER_BYTE = 200
 """An empty string in an array takes four bytes in a message, and several numbers of 8 bytes in a table."""
@@ -52,15 +52,11 @@ def plan_of_type(name: str, definition: str) -> MessagePlan:
 
 def decodes(plan: MessagePlan, rows: list[bytes]) -> bool:
     joined, ends = b"".join(rows), np.cumsum([len(row) for row in rows])
-    tracemalloc.start()
-    try:
-        columns = decode(plan, joined, ends)
-    except MalformedMessage:
-        return False
-    finally:
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        assert peak < MEMORY_OF_PLANS + MEMORY_PER_BYTE * len(joined), f"{peak} bytes for {len(joined)}"
+    with memory_of(MEMORY_OF_PLANS + MEMORY_PER_BYTE * len(joined)):
+        try:
+            columns = decode(plan, joined, ends)
+        except MalformedMessage:
+            return False
     assert all(len(column) == len(rows) for column in columns.values())
     return True
 

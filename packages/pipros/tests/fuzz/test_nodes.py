@@ -13,11 +13,9 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
-from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.msg.language.spec import INTEGERS, OCTETS
 from pipros.msg.time import Time
-from pipros.node import Node
 from pipros.packages.nodelets import shipped_nodelets
 from tests.support.launch_recipes import MANAGER, RECIPES, TWIST, launch_file, moment, write_files
 from tests.support.nodes import Inbox
@@ -118,7 +116,7 @@ def test_nodes_for_sensors_survive_strange_messages(ros: RosSystem, tmp_path: Pa
     )
     launch.wait_for(r"started core service \[/rosout\]")
     numbers = random.Random(1)  # noqa: S311
-    with Node("sensors", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("sensors") as node:
         inboxes = {each.topic: Inbox() for each in outputs[1:]}
         for each in outputs[1:]:
             ros.wait_for_publisher(each.topic, 120)
@@ -146,8 +144,7 @@ def test_nodes_for_sensors_survive_strange_messages(ros: RosSystem, tmp_path: Pa
             good.wait_for_answers(seconds, lambda: launch.output)
         growth = memory_bytes(manager, "VmHWM") - before
     assert growth < GROWTH_BYTES, f"{growth} bytes"
-    launch.press_ctrl_c()
-    assert launch.wait() == 0
+    launch.press_ctrl_c(code=0)
     assert "process has died" not in launch.output
     assert "Traceback" not in launch.output
 

@@ -17,18 +17,11 @@ WORDS = [
     *(b"!!int ", b"!!float ", b"!!bool ", b"!!binary ", b"!!timestamp ", b"!!set ", b"!!omap ", b"!!pairs "),
     *(b"!!python/name:os.system ", b"!!merge ", b"!!null ", b"!degrees ", b"!radians ", b"rad(", b"deg(pi)"),
     *(
-        b"1:30:00",
-        b":59",
-        b"0x1f",
-        b"0b1",
-        b"0o7",
-        b".inf",
-        b".nan",
-        b"1e400",
+        b"1:30:00", b":59", b"0x1f", b"0b1", b"0o7", b".inf", b".nan", b"1e400",
         b"2001-12-14t21:59:43.10-05:00",
     ),
     *(b"|\n", b">-\n", b"%TAG !a! x:\n", b"%YAML 1.1\n", b"\xff\xfe", b"\xef\xbb\xbf", b"\t", "ü".encode()),
-]
+]  # fmt: skip
 LONGER = (5000,)
 YAML_VALUES = 5000
 

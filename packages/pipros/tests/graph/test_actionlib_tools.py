@@ -22,8 +22,7 @@ SERVER = file_of_tests("interop/programs/serve_goals.py")
 def test_messages_are_made_of_yaml() -> None:
     from actionlib.msg import TestGoal
 
-    assert yaml_msg_str(TestGoal, "goal: 3").goal == 3
-    assert yaml_msg_str(TestGoal, " ").goal == 0
+    assert (yaml_msg_str(TestGoal, "goal: 3").goal, yaml_msg_str(TestGoal, " ").goal) == (3, 0)
     assert [goal.goal for goal in yaml_msgs_str(TestGoal, "[{goal: 1}, {}]")] == [1, 0]
     with pytest.raises(ValueError, match="yaml string does not contain a dictionary"):
         yaml_msg_str(TestGoal, "[1]")
@@ -32,7 +31,7 @@ def test_messages_are_made_of_yaml() -> None:
 
 
 def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     (ros.home / "run.sh").write_text(
         "echo 'sequence: [1, 1, 2]' | rosrun actionlib axserver.py /fib actionlib_tutorials/Fibonacci &\n"
         "until rostopic type /fib/goal; do :; done\n"
@@ -57,7 +56,7 @@ def test_a_script_sends_a_goal_that_a_script_answers(ros: RosSystem) -> None:
 
 @pytest.mark.parametrize("program", ["axclient.py", "axserver.py"])
 def test_ctrl_c_ends_the_wait_for_a_pipe(ros: RosSystem, program: str) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     reader, writer = os.pipe()
     waiting = ros.pipros.processes.start(
         *("rosrun", "actionlib_tools", program, "/test", "actionlib/TestAction"), stdin=reader
@@ -65,13 +64,11 @@ def test_ctrl_c_ends_the_wait_for_a_pipe(ros: RosSystem, program: str) -> None:
     with os.fdopen(reader), os.fdopen(writer, "w") as pipe:
         print("a line", file=pipe, flush=True)
         wait_until(lambda: not select.select([reader], [], [], 0)[0], what="the program to read")
-        waiting.press_ctrl_c()
-
-        assert waiting.wait() == 130
+        waiting.press_ctrl_c(code=130)
 
 
 def test_goals_are_set_edited_sent_and_cancelled_on_a_terminal(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start("python3", SERVER)
     (ros.home / "editor").write_text("#!/bin/sh\necho 'goal: 7' >$1\n")
     (ros.home / "editor").chmod(0o755)
@@ -100,7 +97,7 @@ def test_goals_are_set_edited_sent_and_cancelled_on_a_terminal(ros: RosSystem) -
 
 
 def test_goals_are_answered_on_a_terminal_until_ctrl_c_or_the_end_of_the_node(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     terminal = ros.pipros.open_terminal()
     command = "rosrun actionlib_tools axserver.py /test actionlib/Test"
 
@@ -156,7 +153,6 @@ def test_feedback_that_another_thread_delivers_after_the_result_is_not_shown(
 
 
 def test_a_missing_action_is_named(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ended = ros.pipros.run("rosrun", "actionlib_tools", "axclient.py", "/nothing")
-    assert ended.returncode == 2
-    assert "Is the action server for '/nothing' running?" in ended.output
+    ended.check(2, "Is the action server for '/nothing' running?")

@@ -31,19 +31,12 @@ from tests.support.nodes import Inbox, MakeNode
 from tests.support.ros import RosSystem
 
 COMMANDS = {
-    "info": "info IN",
-    "check": "check IN",
-    "play": "",
-    "filter": "filter IN OUT True",
-    "convert": "convert -q IN OUT",
-    "reindex": "reindex -q --output-dir OUT IN",
-    "compress": "compress -q --output-dir OUT IN",
-    "export": "export IN OUT",
-    "table": "table -q IN /a -o out.csv",
-    "query": "query -q IN 'SELECT data FROM a'",
-    "merge": "merge -q IN -o OUT",
-    "split": "split -q --every 1000s --output-dir OUT IN",
-}
+    "info": "info IN", "check": "check IN", "play": "", "filter": "filter IN OUT True",
+    "convert": "convert -q IN OUT", "reindex": "reindex -q --output-dir OUT IN",
+    "compress": "compress -q --output-dir OUT IN", "export": "export IN OUT",
+    "table": "table -q IN /a -o out.csv", "query": "query -q IN 'SELECT data FROM a'",
+    "merge": "merge -q IN -o OUT", "split": "split -q --every 1000s --output-dir OUT IN",
+}  # fmt: skip
 _READING = ("info", "check", "play", "export", "table", "query")
 _IN_ONE_FOLDER = ("reindex", "compress", "split")
 

@@ -1,10 +1,11 @@
-"""`pipros doctor` on running systems: it finds each planted fault, and nothing in a healthy system."""
+"""pipros doctor on running systems: planted faults, the steps of a message, and nothing in a healthy one."""
 
 from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
@@ -19,11 +20,17 @@ from pipros.net.rpc_server import RpcServer
 from pipros_tools.cli import doctor
 from pipros_tools.health.examine import Examination, examine
 from pipros_tools.health.gather_machine import gather_machine
+from pipros_tools.health.gather_topic import gather_topic
 from pipros_tools.health.machine_checks import check_machine
 from pipros_tools.health.reach_back import reach_back
-from tests.support.nodes import MakeNode
+from pipros_tools.health.topic_check import STEPS, check_topic
+from pipros_tools.health.topic_facts import TopicCheck
+from tests.support.nodes import MakeNode, wait_until_connected
 from tests.support.slaves import SilentSlave
 from tests.support.waiting import wait_until
+
+# `pipros doctor` on running systems: it finds each planted fault, and nothing in a healthy system.
+
 
 String: Any = load_message_class("std_msgs/String")
 Int32: Any = load_message_class("std_msgs/Int32")
@@ -46,6 +53,12 @@ def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("pipros_tools.health.gather_machine.COMMANDS", ())
+
+
+@pytest.fixture
+def master(master: Master, monkeypatch: pytest.MonkeyPatch) -> Master:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    return master
 
 
 class FakeNode:
@@ -125,9 +138,7 @@ def examined(master: Master, *, timeout_s: float = 30.0, **options: Any) -> Exam
     return examine(Environment(master_uri=master.uri), timeout_s=timeout_s, **options)
 
 
-def test_the_given_environment_decides_which_master_is_examined(
-    master: Master, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_given_environment_decides_on_the_master(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", NOBODY)
     monkeypatch.setenv("ROS_IP", "192.0.2.1")
     found = examined(master)
@@ -136,10 +147,7 @@ def test_the_given_environment_decides_which_master_is_examined(
     assert examine(timeout_s=30.0).system is None
 
 
-def test_nothing_is_found_in_a_healthy_system(
-    master: Master, talker_and_listener: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+def test_nothing_is_found_in_a_healthy_system(master: Master, talker_and_listener: None) -> None:
     examination = examined(master)
     assert examination.findings == ()
     assert examination.is_healthy
@@ -147,10 +155,7 @@ def test_nothing_is_found_in_a_healthy_system(
     assert len(examination.system.pairs()) == 1
 
 
-def test_old_latched_messages_and_types_of_ended_topics_are_not_reported(
-    master: Master, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+def test_old_latched_messages_and_types_of_ended_topics_are_fine(master: Master, make_node: MakeNode) -> None:
     node = make_node("camera")
     pose = PoseStamped()
     pose.header.stamp = Time(1_000_000_000)
@@ -162,41 +167,27 @@ def test_old_latched_messages_and_types_of_ended_topics_are_not_reported(
     assert examined(master).findings == ()
 
 
-def test_nothing_is_found_both_ways(
-    master: Master, talker_and_listener: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+def test_nothing_is_found_both_ways(master: Master, talker_and_listener: None) -> None:
     examination = examined(master, both_ways=True)
     assert examination.findings == ()
     assert examination.system is not None
     assert examination.system.reached_back == {("/chatter", "/listener")}
 
 
-def test_each_planted_fault_is_found(
-    master: Master, sick_system: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+def test_each_planted_fault_is_found(master: Master, sick_system: None) -> None:
     found = {(finding.rule, *finding.subjects) for finding in examined(master).findings}
     assert found >= {
-        ("ghost-node", "/ghost"),
-        ("unknown-host", "/stranger"),
-        ("no-publisher", "/d", "/left_over"),
-        ("unknown-type", "no_such_package/Thing", "/e"),
-        ("type-mismatch", "/chatter", "/talker", "/sick"),
-        ("md5-mismatch", "/chatter", "/talker", "/outdated"),
-        ("no-publishers", "/chater", "/sick"),
-        ("service-failed", "/broken", "/sick"),
-        ("two-clocks", "/clock", "/clock1", "/clock2"),
-        ("clock-unused", "/clock"),
-        ("stamps-differ", "/pose", "/sick"),
-        ("other-master", "/elsewhere"),
+        ("ghost-node", "/ghost"), ("unknown-host", "/stranger"), ("no-publisher", "/d", "/left_over"),
+        ("unknown-type", "no_such_package/Thing", "/e"), ("type-mismatch", "/chatter", "/talker", "/sick"),
+        ("md5-mismatch", "/chatter", "/talker", "/outdated"), ("no-publishers", "/chater", "/sick"),
+        ("service-failed", "/broken", "/sick"), ("two-clocks", "/clock", "/clock1", "/clock2"),
+        ("clock-unused", "/clock"), ("stamps-differ", "/pose", "/sick"), ("other-master", "/elsewhere"),
         ("one-sided-connection", "/pose", "/sick", "/deaf"),
-    }
+    }  # fmt: skip
     assert not any("/listener" in finding for finding in found), "which is well"
 
 
-def test_a_silent_node_is_found(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+def test_a_silent_node_is_found(master: Master) -> None:
     silent = SilentSlave()
     register_as(master, "/silent", "registerPublisher", "/c", "std_msgs/String", silent.api)
     found = {(finding.rule, *finding.subjects) for finding in examined(master, timeout_s=1.0).findings}
@@ -211,26 +202,21 @@ def test_a_subscriber_that_cannot_reach_this_machine_does_not_connect(master: Ma
 
 
 def test_json_has_the_findings_and_the_exit_code_says_that_there_are_errors(
-    master: Master, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    master: Master, capsys: pytest.CaptureFixture[str]
 ) -> None:
     register_as(master, "/ghost", "registerPublisher", "/a", "std_msgs/String", NOBODY)
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
     assert doctor.main(["--json"]) == 1
     report = json.loads(capsys.readouterr().out)
     assert report["ok"] is False
     assert report["examined"]["nodes"] == ["/ghost"]
     (finding,) = report["findings"]
-    assert finding["rule"] == "ghost-node"
-    assert finding["severity"] == "error"
+    assert (finding["rule"], finding["severity"]) == ("ghost-node", "error")
     assert finding["subjects"] == ["/ghost"]
     assert "rosnode cleanup" in finding["cure"]
 
 
-def test_findings_are_printed_with_advice(
-    master: Master, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_findings_are_printed_with_advice(master: Master, capsys: pytest.CaptureFixture[str]) -> None:
     register_as(master, "/ghost", "registerPublisher", "/a", "std_msgs/String", NOBODY)
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
     assert doctor.main([]) == 1
     output = capsys.readouterr().out
     assert output.startswith("ERROR Node [/ghost] is registered, but does not answer")
@@ -287,23 +273,15 @@ def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.Monke
     (tmp_path / "ws" / "devel" / ".catkin").write_text("")
     monkeypatch.chdir(tmp_path / "ws" / "src")
     variables = {
-        "ROS_MASTER_URI": "http://no.such.host.invalid:11311",
-        "ROS_IP": "192.0.2.77",
-        "ROS_PACKAGE_PATH": str(tmp_path / "gone"),
-        "PYTHONPATH": str(genuine),
-        "ROS_HOME": str(home),
+        "ROS_MASTER_URI": "http://no.such.host.invalid:11311", "ROS_IP": "192.0.2.77",
+        "ROS_PACKAGE_PATH": str(tmp_path / "gone"), "PYTHONPATH": str(genuine), "ROS_HOME": str(home),
         "ROS_VERSION": "2",
-    }
+    }  # fmt: skip
     findings = check_machine(gather_machine(variables, timeout_s=30.0))
     assert {finding.rule for finding in findings} >= {
-        "master-host-unknown",
-        "ip-of-another",
-        "missing-path",
-        "mixed-python",
-        "cannot-write",
-        "ros-2-environment",
-        "workspace-not-set-up",
-    }
+        "master-host-unknown", "ip-of-another", "missing-path", "mixed-python", "cannot-write",
+        "ros-2-environment", "workspace-not-set-up",
+    }  # fmt: skip
 
 
 def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(
@@ -318,3 +296,205 @@ def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(
         (tmp_path / name).chmod(0o755)
     machine = gather_machine({"PATH": str(tmp_path), "ROS_MASTER_URI": "http://127.0.0.1:1"}, timeout_s=1.0)
     assert machine.foreign_programs == {"roscore": tmp_path / "roscore"}
+
+
+# Why no data arrives on a topic: for each step of a message, a running system in which it fails.
+
+
+Joy: Any = load_message_class("sensor_msgs/Joy")
+TFMessage: Any = load_message_class("tf2_msgs/TFMessage")
+TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
+
+
+def checked(master: Master, topic: str, wait_s: float = 2.0) -> TopicCheck:
+    environment = Environment(master_uri=master.uri)
+    return check_topic(gather_topic(topic, environment, wait_s=wait_s, timeout_s=30.0))
+
+
+def failed_step(check: TopicCheck) -> tuple[str, str]:
+    """Return the name of the step that failed, and the rule. All others before it have passed."""
+    assert check.finding is not None, check
+    assert [each.name for each in check.steps] == [name for name, _ in STEPS][: len(check.steps)]
+    return check.steps[-1].name, check.finding.rule
+
+
+@contextmanager
+def repeating(publish: Callable[[], object], period_s: float = 0.02) -> Iterator[None]:
+    has_ended = threading.Event()
+
+    def repeat() -> None:
+        while not has_ended.wait(period_s):
+            publish()
+
+    thread = threading.Thread(target=repeat, daemon=True)
+    thread.start()
+    yield
+    has_ended.set()
+    thread.join()
+
+
+def register(master: Master, node: str, method: str, *params: str) -> None:
+    client = MasterClient(master.uri, node)
+    client.call(method, *params)
+    client.close()
+
+
+def pose(stamp: Time, frame: str = "map") -> Any:
+    message = PoseStamped()
+    message.header.stamp, message.header.frame_id = stamp, frame
+    return message
+
+
+def test_all_steps_of_a_healthy_topic_pass(master: Master, make_node: MakeNode) -> None:
+    talker = make_node("talker")
+    publisher = talker.advertise("/chatter", String)
+    wait_until_connected(make_node("listener").subscribe("/chatter", String, lambda _: None))
+    with repeating(lambda: publisher.publish(String("hello"))):
+        check = checked(master, "/chatter")
+    assert check.finding is None, check
+    assert (check.type, len(check.steps)) == ("std_msgs/String", len(STEPS))
+    assert "1 of 1 exists" in [each.text for each in check.steps]
+
+
+def test_a_topic_without_a_publisher(master: Master, make_node: MakeNode) -> None:
+    make_node("listener").subscribe("/scan", String, lambda _: None)
+    assert failed_step(checked(master, "/scan")) == ("publisher", "no-publishers")
+    check = checked(master, "/nothing_like_it")
+    assert failed_step(check) == ("publisher", "no-publishers")
+    assert "does not exist" in check.steps[-1].text
+
+
+def test_a_name_that_resembles_a_published_one(master: Master, make_node: MakeNode) -> None:
+    make_node("camera").advertise("/left/image_raw", String)
+    make_node("listener").subscribe("/left/image_rect", String, lambda _: None)
+    check = checked(master, "/left/image_rect")
+    assert failed_step(check) == ("publisher", "similar-topic")
+    assert "/left/image_raw" in check.steps[-1].text
+
+
+def test_a_subscriber_with_another_type(master: Master, make_node: MakeNode) -> None:
+    make_node("talker").advertise("/battery", String)
+    make_node("logger").subscribe("/battery", Int32, lambda _: None)
+    check = checked(master, "/battery")
+    assert failed_step(check) == ("types", "type-mismatch")
+    assert "std_msgs/String" in check.steps[-1].text
+    assert "std_msgs/Int32" in check.steps[-1].text
+
+
+def test_a_subscriber_with_another_definition(master: Master, make_node: MakeNode) -> None:
+    make_node("talker").advertise("/battery", String)
+    other: Any = type("String", (String,), {"_md5sum": "0" * 32})
+    make_node("outdated").subscribe("/battery", other, lambda _: None)
+    assert failed_step(checked(master, "/battery")) == ("types", "md5-mismatch")
+
+
+def test_a_subscriber_that_has_not_connected(master: Master, make_node: MakeNode) -> None:
+    make_node("talker").advertise("/chatter", String)
+    deaf = make_node("deaf")  # registered by hand, so it is not told of publishers
+    register(master, "/other", "registerSubscriber", "/chatter", "std_msgs/String", deaf.uri)
+    environment = Environment(master_uri=master.uri)
+    facts = gather_topic("/chatter", environment, wait_s=0.1, timeout_s=2.0)
+    assert failed_step(check_topic(facts)) == ("connections", "subscriber-cannot-reach")
+
+
+def test_a_publisher_that_has_ended(master: Master, make_node: MakeNode) -> None:
+    register(master, "/ghost", "registerPublisher", "/scan", "sensor_msgs/LaserScan", NOBODY)
+    assert failed_step(checked(master, "/scan", 0.1)) == ("addresses", "ghost-node")
+
+
+def test_a_publisher_that_waits_for_its_own_input(master: Master, make_node: MakeNode) -> None:
+    detector = make_node("detector")
+    detector.advertise("/detections", String)
+    detector.subscribe("/image", String, lambda _: None)
+    check = checked(master, "/detections", 0.2)
+    assert failed_step(check) == ("messages", "no-message")
+    assert check.finding is not None
+    assert "no node publishes [/image]" in check.finding.cure
+
+
+def test_a_publisher_that_has_stopped(master: Master, make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("/chatter", String)
+    sent: list[int] = []
+
+    def publish() -> None:
+        if publisher.connection_count and len(sent) < 20:
+            sent.append(0)
+            publisher.publish(String("hello"))
+
+    with repeating(publish, 0.01):
+        check = checked(master, "/chatter", 6.0)
+    assert failed_step(check) == ("rate", "stopped")
+
+
+def test_stamps_of_another_clock(master: Master, make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("/pose", PoseStamped)
+    with repeating(lambda: publisher.publish(pose(Time(1_000_000_000)))):
+        check = checked(master, "/pose")
+    assert failed_step(check) == ("stamp", "stamps-differ")
+
+
+def test_a_frame_without_a_transform(master: Master, make_node: MakeNode) -> None:
+    node = make_node("talker")
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id = "map", "base_link"
+    node.advertise("/tf_static", TFMessage, latch=True).publish(TFMessage([transform]))
+    assert "1 message in 2.0 s" in [each.text for each in checked(master, "/tf_static").steps]
+    publisher = node.advertise("/pose", PoseStamped, latch=True)
+    publisher.publish(pose(Time(1), "base_lnk"))
+    check = checked(master, "/pose")
+    assert failed_step(check) == ("frame", "unknown-frame")
+    assert check.finding is not None
+    assert "[base_link]" in check.finding.cure
+    publisher.publish(pose(Time(1), "/base_link"))
+    assert checked(master, "/pose").finding is None
+
+
+def test_a_subscriber_that_drops_messages(master: Master, make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("/chatter", String)
+    has_ended = threading.Event()
+    slow = make_node("slow")
+    slow.subscribe("/chatter", String, lambda _: has_ended.wait(0.05), queue_size=1)
+
+    def has_dropped() -> bool:
+        found = slow.endpoints.subscription("/chatter")
+        return found is not None and any(link.link.statistics.dropped for link in found.links)
+
+    with repeating(lambda: publisher.publish(String("hello")), 0.005):
+        wait_until(has_dropped)
+        check = checked(master, "/chatter")
+        has_ended.set()
+    assert failed_step(check) == ("queues", "dropped")
+    assert "[/slow]" in check.steps[-1].text
+
+
+def test_the_command_prints_the_steps_and_the_remedy(
+    master: Master, make_node: MakeNode, capsys: pytest.CaptureFixture[str]
+) -> None:
+    make_node("detector").advertise("/detections", String)
+    assert doctor.main(["/detections", "--wait", "0.1"]) == 1
+    printed = capsys.readouterr().out
+    assert printed.startswith("/detections (std_msgs/String)\n  publisher    [/detector] publishes it\n")
+    assert "What to do:" in printed
+    assert printed.endswith("[no-message]\n\n")
+
+    assert doctor.main(["/detections", "--wait", "0.1", "--json"]) == 1
+    (found,) = json.loads(capsys.readouterr().out)
+    assert (found["topic"], found["finding"]["rule"]) == ("/detections", "no-message")
+
+    node = make_node("latching")
+    node.advertise("/hello", String, latch=True).publish(String("hello"))
+    assert doctor.main(["/hello", "--wait", "0.5"]) == 0
+    assert capsys.readouterr().out.endswith("\n\nNothing is wrong.\n")
+
+
+@pytest.mark.parametrize("words", [["/chatter", "--wait", "0"], ["/chatter", "--wait", "nan"]])
+def test_a_wait_must_be_a_positive_time(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        doctor.main(words)
+    assert ended.value.code == 2
+    assert "--wait" in capsys.readouterr().err
+
+
+def test_topics_and_programs_are_not_mixed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert doctor.main(["/chatter", "no such/file.py"]) == 1
+    assert "/chatter is a topic" in capsys.readouterr().err

@@ -34,10 +34,8 @@ INPUT = {
     "node.py": "import rospy\nrospy.init_node('x')\n",
 }
 COMMANDS = {
-    "catkin_create_pkg new rospy": ["new"],
-    "urdf_to_graphviz robot.urdf robot": ["robot.gv", "robot.pdf"],
-    "rosparam dump out.yaml": ["out.yaml"],
-    "roslaunch dump.launch": ["out.yaml"],
+    "catkin_create_pkg new rospy": ["new"], "urdf_to_graphviz robot.urdf robot": ["robot.gv", "robot.pdf"],
+    "rosparam dump out.yaml": ["out.yaml"], "roslaunch dump.launch": ["out.yaml"],
     "roslaunch-check -o result.xml pk/a.launch": ["result.xml"],
     "rosrun tf view_frames": ["frames.gv", "frames.svg", "frames.pdf"],
     "rosrun camera_calibration_parsers convert cal.yaml cal.ini": ["cal.ini"],
@@ -45,30 +43,21 @@ COMMANDS = {
     "rosrun diagnostic_analysis sparse_csv.py rows.csv": ["rows_sparse.csv"],
     "rosrun diagnostic_analysis export_csv.py some.bag -d .": ["some_csv/n.csv"],
     "rosrun rosunit check_test_ran.py result.xml": ["result.xml"],
-    "pipros port --write out node.py": ["out/node.py"],
-    "pipros stubs -o stubs std_msgs": ["stubs/std_msgs"],
-    "pipros wheel --init pk": ["pk/pyproject.toml"],
-    "pipros wheel -o . pk": ["pk-0.0.1-py3-none-any.whl"],
-    "rqt_graph --svg=graph.svg": ["graph.svg"],
-    "rosbag filter some.bag new.bag True": ["new.bag"],
+    "pipros port --write out node.py": ["out/node.py"], "pipros stubs -o stubs std_msgs": ["stubs/std_msgs"],
+    "pipros wheel --init pk": ["pk/pyproject.toml"], "pipros wheel -o . pk": ["pk-0.0.1-py3-none-any.whl"],
+    "rqt_graph --svg=graph.svg": ["graph.svg"], "rosbag filter some.bag new.bag True": ["new.bag"],
     "rosbag convert -f some.bag new.mcap": ["new.mcap"],
     "rosbag merge -f some.bag some.bag -o new.bag": ["new.bag"],
-    "rosbag split some.bag --every 1s": ["some_"],
-    "rosbag export some.bag . /t": ["t.csv"],
+    "rosbag split some.bag --every 1s": ["some_"], "rosbag export some.bag . /t": ["t.csv"],
     "rosbag table some.bag /t -o new.csv": ["new.csv"],
     "rosbag record -O new.bag --duration 1 /rosout": ["new.bag"],
-}
+}  # fmt: skip
 """Commands, and the files of which one is named. Those that were there before stay."""
 
 NEW = (
-    "catkin_create_pkg",
-    "pipros port",
-    "roslaunch-check",
-    "rosrun rosunit",
-    "rosbag split",
-    "pipros stubs",
+    "catkin_create_pkg", "pipros port", "roslaunch-check", "rosrun rosunit", "rosbag split", "pipros stubs",
     "rosrun diagnostic_analysis export",
-)
+)  # fmt: skip
 """Commands that write no file that exists, or remove it first."""
 
 
@@ -82,7 +71,7 @@ def folder(ros: RosSystem) -> Path:
         bag.write("/t", String("x"))
         bag.write("/diagnostics", DiagnosticArray(status=[DiagnosticStatus(name="n")]))
     ros.pipros.environment["ROS_PACKAGE_PATH"] += f":{folder}"
-    ros.pipros.start_master()
+    ros.serve_master()
     return folder
 
 

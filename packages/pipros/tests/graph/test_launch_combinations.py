@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
@@ -55,7 +54,7 @@ def test_every_node_of_a_launch_file_publishes(ros: RosSystem, tmp_path: Path, f
             files[-1].write_text(text)
         launch = ros.pipros.start("roslaunch", "-p", str(ros.port), *files)
         launch.wait_for(r"started core service \[/rosout\]")
-        node = stack.enter_context(Node("test", environment=Environment(master_uri=ros.master_uri)))
+        node = stack.enter_context(ros.node("test"))
         services = [each for each in expected if each.type in SERVICES]
         inboxes = {each.topic: subscribed(node, each) for each in expected if each not in services}
         bag = ros.pipros.start("rosbag", "play", "--clock", "--quiet", tmp_path / "drive.bag")
@@ -67,8 +66,7 @@ def test_every_node_of_a_launch_file_publishes(ros: RosSystem, tmp_path: Path, f
         wait_until(lambda: not silent(), 120, lambda: f"{silent()} {launch.output}")
         wait_until(lambda: all(answers(node, each) for each in services), 60, lambda: launch.output)
         bag.press_ctrl_c()
-    launch.press_ctrl_c()
-    assert launch.wait() == 0
+    launch.press_ctrl_c(code=0)
 
 
 def subscribed(node: Node, output: Output) -> Inbox:

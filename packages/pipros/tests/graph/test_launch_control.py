@@ -43,7 +43,7 @@ def launch(ros: RosSystem, monkeypatch: pytest.MonkeyPatch) -> Process:
     folder = make_programs(ros.home / "src" / "programs", PROGRAMS)
     (folder / "robot.launch").write_text(FILE)
     monkeypatch.setenv("ROS_HOME", ros.pipros.environment["ROS_HOME"])
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     running = ros.pipros.start("roslaunch", folder / "robot.launch", ROS_PACKAGE_PATH=str(folder.parent))
     running.wait_for("exit code 3")
     wait_until(running_launches)
@@ -77,8 +77,7 @@ def test_nodes_are_listed_stopped_and_restarted(ros: RosSystem, launch: Process)
             restarted = next(found[name] for found in nodes(browser) if found and found[name]["starts"] == 3)
             assert restarted["pid"] != running["pid"]
     assert launch.returncode is None
-    launch.press_ctrl_c()
-    assert launch.wait() == 0
+    launch.press_ctrl_c(code=0)
     assert running_launches() == []
 
 

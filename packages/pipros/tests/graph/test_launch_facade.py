@@ -1,43 +1,40 @@
-"""The Python API of roslaunch in scripts written for Noetic, each in its own process."""
+"""The Python API of roslaunch in scripts written for Noetic, run one after another in one process."""
 
 from __future__ import annotations
 
+import re
 import sys
-from pathlib import Path
 
 import pytest
 
 from tests.support import documents
+from tests.support.processes import Process
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
 HEAD = """\
-import roslaunch, rospy, sys
+import roslaunch, rospy, sys, traceback
 uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
 roslaunch.configure_logging(uuid)
+def attempt(name, script):
+    print("#", name)
+    try: exec(script, globals())
+    except BaseException: traceback.print_exc(file=sys.stdout)
 """
 
 
-@pytest.fixture
-def package(ros: RosSystem) -> Path:
+def start(ros: RosSystem, *words: str) -> Process:
+    """Start a script in a system with a package `programs`."""
     programs = {"sleeper": "#!/bin/sh\nexec sleep 1000\n", "fails": "#!/bin/sh\nexit 3\n"}
     folder = make_programs(ros.home / "src" / "programs", programs)
     (folder / "x.launch").write_text(
         '<launch><arg name="n" default="a"/><node pkg="programs" type="sleeper" name="$(arg n)"/></launch>'
     )
-    return folder
+    return ros.pipros.start(sys.executable, "-c", *words, ROS_PACKAGE_PATH=str(folder.parent))
 
 
-def run(ros: RosSystem, package: Path, script: str) -> list[str]:
-    ended = ros.pipros.run(sys.executable, "-c", HEAD + script, ROS_PACKAGE_PATH=str(package.parent))
-    assert ended.returncode == 0, ended.output
-    return [line for line in ended.stdout if line.startswith("> ")]
-
-
-def test_a_script_launches_a_node_and_ends_it(ros: RosSystem, package: Path) -> None:
-    assert run(
-        ros,
-        package,
+SCRIPTS = {
+    "a script launches a node and ends it": (
         """
 launch = roslaunch.scriptapi.ROSLaunch()
 launch.start()
@@ -47,13 +44,9 @@ process.stop()
 print(">", process.is_alive())
 launch.stop()
 """,
-    ) == ["> True g/n-2", "> False"]
-
-
-def test_a_script_launches_files_with_arguments(ros: RosSystem, package: Path) -> None:
-    assert run(
-        ros,
-        package,
+        ["> True g/n-N", "> False"],
+    ),
+    "a script launches files with arguments": (
         """
 file = roslaunch.rlutil.resolve_launch_arguments(["programs", "x.launch"])[0]
 parent = roslaunch.parent.ROSLaunchParent(uuid, [(file, ["n:=b"])])
@@ -61,13 +54,9 @@ parent.start()
 print(">", sorted(parent.session.run.running()), parent.spin_once())
 parent.shutdown()
 """,
-    ) == ["> ['b-2'] True"]
-
-
-def test_listeners_are_notified_of_the_end_of_a_process(ros: RosSystem, package: Path) -> None:
-    assert run(
-        ros,
-        package,
+        ["> ['b-N'] True"],
+    ),
+    "listeners are notified of the end of a process": (
         """
 class Listener(roslaunch.pmon.ProcessListener):
     def process_died(self, name, exit_code):
@@ -78,21 +67,15 @@ parent = roslaunch.parent.ROSLaunchParent(uuid, [], process_listeners=[Listener(
 parent.start()
 parent.spin()
 """,
-    ) == ["> n-2 3"]
-
-
-def test_nodes_are_monitored_and_restarted_while_a_script_does_other_work(
-    ros: RosSystem, package: Path
-) -> None:
-    assert run(
-        ros,
-        package,
+        ["> n-N 3"],
+    ),
+    "nodes are monitored and restarted while a script does other work": (
         """
 import threading
 class Listener(roslaunch.pmon.ProcessListener):
     def process_died(self, name, exit_code):
         print(">", name, exit_code)
-        if name == "f-3": died.set()
+        if name.startswith("f-"): died.set()
 died = threading.Event()
 parent = roslaunch.parent.ROSLaunchParent(uuid, [], process_listeners=[Listener()])
 parent.start(auto_terminate=False)
@@ -105,13 +88,9 @@ while not (process.spawn_count == 2 and process.is_alive()): again.wait(0.01)
 parent.shutdown()
 print(">", process.is_alive(), parent.pm.done)
 """,
-    ) == ["> f-3 3", "> True ['n-2']", "> n-2 -2", "> False True"]
-
-
-def test_a_loaded_configuration_can_be_changed_before_it_is_launched(ros: RosSystem, package: Path) -> None:
-    assert run(
-        ros,
-        package,
+        ["> f-N 3", "> True ['n-N']", "> n-N -2", "> False True"],
+    ),
+    "a loaded configuration can be changed before it is launched": (
         """
 file = roslaunch.rlutil.resolve_launch_arguments(["programs", "x.launch"])[0]
 parent = roslaunch.parent.ROSLaunchParent(uuid, [file])
@@ -119,17 +98,13 @@ parent._load_config()
 parent.config.nodes[0].args = "7"
 parent.config.add_param(roslaunch.Param("/added", 5))
 parent.start()
-process = parent.pm.get_process("a-2")
+process = parent.pm.get_process(parent.config.nodes[0].process_name)
 print(">", process.args[1], rospy.get_param("/added"), parent.config.nodes[0].process_name)
 parent.shutdown()
 """,
-    ) == ["> 7 5 a-2"]
-
-
-def test_a_program_that_does_not_exist_is_an_exception(ros: RosSystem, package: Path) -> None:
-    assert run(
-        ros,
-        package,
+        ["> 7 5 a-N"],
+    ),
+    "a program that does not exist is an exception": (
         """
 launch = roslaunch.scriptapi.ROSLaunch()
 launch.start()
@@ -139,13 +114,9 @@ except roslaunch.RLException as error:
     print(">", str(error).partition(':')[0])
 launch.stop()
 """,
-    ) == ["> failed to launch programs/nope"]
-
-
-def test_launch_files_can_be_read_and_texts_resolved(ros: RosSystem, package: Path) -> None:
-    assert run(
-        ros,
-        package,
+        ["> failed to launch programs/nope"],
+    ),
+    "launch files can be read and texts resolved": (
         """
 config = roslaunch.ROSLaunchConfig()
 text = '<launch><param name="p" value="7"/><node pkg="a" type="b" name="c"/></launch>'
@@ -158,7 +129,25 @@ except roslaunch.RLException:
 context = {"arg": {"x": "1"}}
 print(">", roslaunch.substitution_args.resolve_args("$(arg x)-$(anon a)", context)[:3], list(context["anon"]))
 """,
-    ) == ["> 7 ['/c'] a", "> refused", "> 1-a ['a']"]
+        ["> 7 ['/c'] a", "> refused", "> 1-a ['a']"],
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def printed(module_ros: RosSystem) -> dict[str, list[str]]:
+    """What each script prints. The numbers of processes, which increase from script to script, are N."""
+    calls = [f"attempt({name!r}, {script!r})\n" for name, (script, _) in SCRIPTS.items()]
+    ended = start(module_ros, HEAD + "".join(calls))
+    ended.wait()
+    parts = [part.splitlines() for part in re.sub(r"(?<=\w)-\d+", "-N", "\n".join(ended.stdout)).split("# ")]
+    return {part[0]: part[1:] for part in parts if part}
+
+
+@pytest.mark.parametrize("rule", SCRIPTS)
+def test_a_script_for_noetic_prints_the_same(printed: dict[str, list[str]], rule: str) -> None:
+    found = printed[rule]
+    assert [line for line in found if line.startswith("> ")] == SCRIPTS[rule][1], found
 
 
 SPIN = """
@@ -181,17 +170,16 @@ if "spin" in sys.argv:
 """
 
 
-def test_ctrl_c_ends_a_launch_that_spins_and_the_script_continues(ros: RosSystem, package: Path) -> None:
-    running = ros.pipros.start(sys.executable, "-c", SPIN, "spin", ROS_PACKAGE_PATH=str(package.parent))
+def test_ctrl_c_ends_a_launch_that_spins_and_the_script_continues(ros: RosSystem) -> None:
+    running = start(ros, SPIN, "spin")
     running.wait_for(r"started \d+")
-    running.press_ctrl_c()
-    assert running.wait() == 0, running.output
+    running.press_ctrl_c(code=0)
     assert running.stdout[-1] == "went on True"
 
 
-def test_the_end_of_a_script_ends_its_nodes(ros: RosSystem, package: Path) -> None:
-    ended = ros.pipros.run(sys.executable, "-c", SPIN, ROS_PACKAGE_PATH=str(package.parent))
-    assert ended.returncode == 0, ended.output
+def test_the_end_of_a_script_ends_its_nodes(ros: RosSystem) -> None:
+    ended = start(ros, SPIN)
+    ended.check(0)
     assert ended.stdout[-1] == "[n-2] killing on exit"
 
 

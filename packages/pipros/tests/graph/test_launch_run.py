@@ -1,4 +1,4 @@
-"""roslaunch and roscore on the command line: processes, Ctrl-C, SIGKILL, respawn, required."""
+"""roslaunch and roscore: processes, Ctrl-C, SIGKILL, respawn, required, terminals, other machines."""
 
 from __future__ import annotations
 
@@ -14,11 +14,19 @@ from xmlrpc.client import ServerProxy
 import pytest
 
 import pipros
+from pipros.basics.env import Environment
+from pipros.master.master import Master
+from pipros.master.options import MasterOptions
 from pipros.net.master_client import MasterClient
+from pipros_tools.launch.console import Console
+from pipros_tools.launch.session_master import SessionMaster
 from tests.support.processes import Process
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
+
+# roslaunch and roscore on the command line: processes, Ctrl-C, SIGKILL, respawn, required.
+
 
 PROGRAMS = {
     "sleeper": "#!/bin/sh\necho ready $$\nexec sleep 1000\n",
@@ -72,27 +80,21 @@ def test_ctrl_c_ends_every_node_and_roslaunch_with_status_0(ros: RosSystem, pack
     running.wait_for(r"process\[b-3\]: started")
     wait_until(lambda: running.output.count("ready ") == 2)
     pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
-    running.press_ctrl_c()
-    assert running.wait() == 0
+    running.press_ctrl_c(code=0)
     wait_until(lambda: not any(is_running(pid) for pid in pids))
     end = running.stdout[running.stdout.index("[b-3] killing on exit") :]
     assert end == [
-        "[b-3] killing on exit",
-        "[a-2] killing on exit",
-        "[rosout-1] killing on exit",
-        "[master] killing on exit",
-        "shutting down processing monitor...",
-        "... shutting down processing monitor complete",
-        "\033[1mdone\033[0m",
-    ]
+        "[b-3] killing on exit", "[a-2] killing on exit", "[rosout-1] killing on exit",
+        "[master] killing on exit", "shutting down processing monitor...",
+        "... shutting down processing monitor complete", "\033[1mdone\033[0m",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_other_signals_end_it_in_order_too(ros: RosSystem, package: Path, number: int) -> None:
     running = launch(ros, package, node("sleeper"))
     pid = int(running.wait_for(r"ready (\d+)")[1])
-    running.send_signal(number)
-    assert running.wait() == 0
+    running.send_signal(number, code=0)
     assert not is_running(pid)
 
 
@@ -114,8 +116,7 @@ def test_a_process_outside_its_group_does_not_outlive_it(ros: RosSystem, package
 def test_a_node_that_ignores_signals_is_killed_after_the_timeouts(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("stubborn"), "--sigint-timeout=0.2", "--sigterm-timeout=0.2")
     running.wait_for("ready")
-    running.press_ctrl_c()
-    assert running.wait() == 0
+    running.press_ctrl_c(code=0)
     assert "\033[31m[n-2] escalating to SIGTERM\033[0m" in running.stderr
     assert "\033[31m[n-2] escalating to SIGKILL\033[0m" in running.stderr
     assert any("required SIGKILL" in line for line in running.stderr)
@@ -130,9 +131,7 @@ def test_a_second_ctrl_c_ends_the_wait(ros: RosSystem, package: Path) -> None:
     assert running.wait() == 0
 
 
-def test_a_dead_node_is_reported_with_its_last_lines_and_the_others_stay(
-    ros: RosSystem, package: Path
-) -> None:
+def test_a_dead_node_is_reported_with_its_last_lines_and_others_stay(ros: RosSystem, package: Path) -> None:
     failing = node("fails", "bad").replace('output="screen"', "")
     running = launch(ros, package, failing + node("sleeper", "good"))
     running.wait_for(r"\[bad-2\] process has died \[pid \d+, exit code 3, cmd .*/fails __name:=bad __log:=")
@@ -143,8 +142,7 @@ def test_a_dead_node_is_reported_with_its_last_lines_and_the_others_stay(
 
 def test_the_end_of_a_required_node_ends_all_with_status_0(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("sleeper", "a") + node("ends", "b", required="true"))
-    assert running.wait() == 0
-    assert "REQUIRED process [b-3] has died!" in running.output
+    running.check(0, "REQUIRED process [b-3] has died!")
     assert "[a-2] killing on exit" in running.stdout
 
 
@@ -156,7 +154,7 @@ def test_a_respawning_node_is_restarted(ros: RosSystem, package: Path) -> None:
 
 
 def test_roslaunch_ends_with_its_nodes_when_the_master_is_not_its_own(ros: RosSystem, package: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     running = launch(ros, package, node("ends"))
     assert running.wait() == 0
     assert "all processes on machine have died, roslaunch will exit" in running.stdout
@@ -168,8 +166,7 @@ def test_background_processes_of_a_script_are_ended(ros: RosSystem, package: Pat
     pid = int(running.wait_for(r"ready (\d+)")[1])
     running.wait_for("process has finished cleanly")
     assert is_running(pid)
-    running.press_ctrl_c()
-    assert running.wait() == 0
+    running.press_ctrl_c(code=0)
     wait_until(lambda: not is_running(pid))
 
 
@@ -195,8 +192,7 @@ def test_parameters_are_set_before_the_first_node_starts(ros: RosSystem, package
     content = '<param name="p" value="7"/><group ns="g"><rosparam>{a: {b: [1, x]}}</rosparam></group>'
     running = launch(ros, package, content + node("sleeper"))
     running.wait_for("ready")
-    assert param(ros, "/p") == 7
-    assert param(ros, "/g") == {"a": {"b": [1, "x"]}}
+    assert (param(ros, "/p"), param(ros, "/g")) == (7, {"a": {"b": [1, "x"]}})
     assert param(ros, "/rosdistro") == "noetic\n"
     assert any("host_127_0_0_1__" in key for key in param(ros, "/roslaunch/uris"))
 
@@ -222,13 +218,9 @@ def test_a_missing_program_does_not_stop_other_nodes(ros: RosSystem, package: Pa
         (node("without_interpreter", "b"), "needs the interpreter /nope, which does not exist"),
     ],
 )
-def test_a_program_that_cannot_be_started_ends_all(
-    ros: RosSystem, package: Path, program: str, reason: str
-) -> None:
+def test_programs_that_cannot_start_end_all(ros: RosSystem, package: Path, program: str, reason: str) -> None:
     running = launch(ros, package, node("sleeper", "a") + program)
-    assert running.wait() == 1
-    assert "RLException: Unable to launch [" in running.output
-    assert reason in running.output
+    running.check(1, "RLException: Unable to launch [", reason)
     assert "[a-2] killing on exit" in running.stdout
 
 
@@ -239,14 +231,14 @@ def test_a_script_with_windows_line_ends_does_not_stop_other_nodes(ros: RosSyste
 
 
 def test_a_launch_without_nodes_ends_at_once_on_the_master_of_others(ros: RosSystem, package: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     running = launch(ros, package, "")
     assert running.wait() == 0
     assert "\033[1mNo processes to monitor\033[0m" in running.stdout
 
 
 def test_verbose_prints_the_files_parameters_and_nodes(ros: RosSystem, package: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     running = launch(ros, package, '<param name="p" value="1"/>' + node("ends"), "-v", "--wait", "--local")
     assert running.wait() == 0
     for line in (
@@ -269,13 +261,13 @@ def test_fifty_nodes_are_started_and_ended(ros: RosSystem, package: Path, count:
     assert not any(is_running(pid) for pid in pids)
 
 
-def test_an_invalid_file_prevents_the_launch_and_is_named_with_its_line(
-    ros: RosSystem, package: Path
-) -> None:
+def test_an_invalid_file_prevents_the_launch_and_is_named_with_a_line(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, '\n  <node pkg="" type="t" name="n"/>\n')
-    assert running.wait() == 1
-    assert "RLException: Invalid <node> tag: package must be non-empty." in running.output
-    assert f"in {package}/x.launch:2:3: <node pkg=" in running.output
+    running.check(
+        1,
+        "RLException: Invalid <node> tag: package must be non-empty.",
+        f"in {package}/x.launch:2:3: <node pkg=",
+    )
     assert "auto-starting" not in running.output
 
 
@@ -284,9 +276,7 @@ def test_an_invalid_file_prevents_the_launch_and_is_named_with_its_line(
 )
 def test_an_invalid_master_uri_is_refused(ros: RosSystem, package: Path, uri: str) -> None:
     running = launch(ros, package, node("sleeper"), ROS_MASTER_URI=uri)
-    assert running.wait() == 1
-    assert f"ROS_MASTER_URI [{uri}]" in running.output
-    assert "Traceback" not in running.output
+    running.check(1, f"ROS_MASTER_URI [{uri}]")
 
 
 def test_a_port_with_another_program_on_it_is_explained(ros: RosSystem, package: Path) -> None:
@@ -324,9 +314,7 @@ def test_a_second_roscore_on_the_port_is_refused(ros: RosSystem) -> None:
         (["--allow", "nonsense"], "an allowed network must be like 10.0.0.0/8 or 10.0.0.7, got [nonsense]"),
     ],
 )
-def test_roscore_names_an_invalid_address_in_one_line(
-    words: list[str], complaint: str, ros: RosSystem
-) -> None:
+def test_roscore_names_a_bad_address_in_one_line(words: list[str], complaint: str, ros: RosSystem) -> None:
     ended = ros.pipros.run("roscore", "-p", str(ros.port), *words)
     assert ended.returncode == 1
     assert len(ended.stderr) == 2, ended.output
@@ -338,47 +326,26 @@ def test_roscore_names_an_invalid_address_in_one_line(
 def test_roscore_prints_noetics_lines_and_the_allowed_networks(ros: RosSystem) -> None:
     core = ros.pipros.start_master()
     pid = core.pid
-    core.press_ctrl_c()
-    assert core.wait() == 0
+    core.press_ctrl_c(code=0)
     run_id = re.search(r"setting /run_id to (\S+)\033", core.output)
     server = re.search(r"started roslaunch server (\S+)\033", core.output)
     assert run_id
     assert server
     log = f"{ros.pipros.environment['ROS_HOME']}/log/{run_id[1]}/roslaunch-{os.uname().nodename}-{pid}.log"
     assert core.stdout == [
-        f"... logging to {log}",
-        "Checking log directory for disk usage. This may take a while.",
-        "Press Ctrl-C to interrupt",
-        "Done checking log file disk usage. Usage is <1GB.",
-        "\033]2;roscore\007",
-        f"\033[1mstarted roslaunch server {server[1]}\033[0m",
-        "ros_comm version 1.15.15",
-        f"pipros version {pipros.__version__}",
-        "",
-        "",
-        "SUMMARY",
-        "========",
-        "",
-        "PARAMETERS",
-        " * /rosdistro: noetic",
-        " * /rosversion: 1.15.15",
-        "",
-        "NODES",
-        "",
-        "auto-starting new master",
-        f"\033[1mprocess[master]: started with pid [{pid}]\033[0m",
-        f"\033[1mROS_MASTER_URI={ros.master_uri}/\033[0m",
-        f"\033]2;roscore {ros.master_uri}/\007",
+        f"... logging to {log}", "Checking log directory for disk usage. This may take a while.",
+        "Press Ctrl-C to interrupt", "Done checking log file disk usage. Usage is <1GB.",
+        "\033]2;roscore\007", f"\033[1mstarted roslaunch server {server[1]}\033[0m",
+        "ros_comm version 1.15.15", f"pipros version {pipros.__version__}", "", "", "SUMMARY", "========", "",
+        "PARAMETERS", " * /rosdistro: noetic", " * /rosversion: 1.15.15", "", "NODES", "",
+        "auto-starting new master", f"\033[1mprocess[master]: started with pid [{pid}]\033[0m",
+        f"\033[1mROS_MASTER_URI={ros.master_uri}/\033[0m", f"\033]2;roscore {ros.master_uri}/\007",
         "master listens on 127.0.0.1, for this computer only",
         f"\033[1msetting /run_id to {run_id[1]}\033[0m",
-        f"\033[1mprocess[rosout-1]: started with pid [{pid}]\033[0m",
-        "started core service [/rosout]",
-        "[rosout-1] killing on exit",
-        "[master] killing on exit",
-        "shutting down processing monitor...",
-        "... shutting down processing monitor complete",
-        "\033[1mdone\033[0m",
-    ]
+        f"\033[1mprocess[rosout-1]: started with pid [{pid}]\033[0m", "started core service [/rosout]",
+        "[rosout-1] killing on exit", "[master] killing on exit", "shutting down processing monitor...",
+        "... shutting down processing monitor complete", "\033[1mdone\033[0m",
+    ]  # fmt: skip
     assert Path(log).is_file()
 
 
@@ -432,14 +399,13 @@ def test_a_host_name_of_another_computer_is_refused_at_once(ros: RosSystem, vari
 @pytest.mark.parametrize("port", ["-1", "65536"])
 def test_an_invalid_port_is_refused(ros: RosSystem, port: str) -> None:
     core = ros.pipros.run("roscore", "-p", port)
-    assert core.returncode == 1
-    assert f"port must be between 0 and 65535, got {port}" in core.output
+    core.check(1, f"port must be between 0 and 65535, got {port}")
 
 
 def test_wait_delays_the_launch_until_a_master_runs(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("sleeper"), "--wait")
     running.wait_for("roscore/master is not yet running, will wait for it to start")
-    ros.pipros.start_master()
+    ros.serve_master()
     running.wait_for("ready")
     assert "auto-starting new master" not in running.stdout
 
@@ -453,3 +419,141 @@ def test_the_masters_shutdown_call_ends_roscore_in_order(ros: RosSystem) -> None
     client.close()
     assert core.wait() == 0
     assert core.stdout[-1].endswith("done\x1b[0m")
+
+
+# roslaunch on a terminal: each line shows its node.
+
+
+PROGRAM = """\
+#!/bin/sh
+[ -t 1 ] && echo "$1 has a terminal"
+echo "$1 complains" >&2
+printf '%s' "$1 asks: "
+exec sleep 1000
+"""
+
+
+@pytest.fixture
+def file(ros: RosSystem) -> Path:
+    folder = make_programs(ros.home / "programs", {"talk": PROGRAM})
+    nodes = "".join(
+        f'<node pkg="programs" type="talk" name="{name}" args="{name}" output="screen"/>' for name in "ab"
+    )
+    (folder / "x.launch").write_text(f"<launch>{nodes}</launch>")
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(folder)
+    return folder / "x.launch"
+
+
+def test_each_line_starts_with_the_name_of_its_node_in_its_own_colour(ros: RosSystem, file: Path) -> None:
+    terminal = ros.pipros.open_terminal()
+    terminal.type(f"roslaunch {file}")
+    terminal.wait_for(r"\033\[35m\[a-2\]\033\[0m a has a terminal")
+    terminal.wait_for(r"\033\[33m\[b-3\]\033\[0m b complains")
+    terminal.wait_for(r"\033\[35m\[a-2\]\033\[0m a asks: ")
+    terminal.press_ctrl_c()
+    assert terminal.wait_for_prompt() == 0
+
+
+def test_nodes_can_write_to_the_terminal_themselves(ros: RosSystem, file: Path) -> None:
+    terminal = ros.pipros.open_terminal()
+    terminal.type(f"roslaunch --raw-output {file}")
+    terminal.wait_for("b complains")
+    assert "[b-3]\033[0m" not in terminal.output
+    terminal.press_ctrl_c()
+    assert terminal.wait_for_prompt() == 0
+
+
+def test_without_a_terminal_the_output_has_no_prefix(ros: RosSystem, file: Path) -> None:
+    running = ros.pipros.start("roslaunch", file)
+    running.wait_for("^b complains$")
+    assert "b complains" in running.stderr
+
+
+# Nodes on other machines. The ssh client of these tests runs the command on this machine.
+
+
+SSH = """\
+#!/bin/sh
+for word; do last=$word; done
+echo "ssh was called: $*"
+exec sh -c "$last"
+"""
+
+LOADER = """\
+#!/bin/sh
+FROM_LOADER=yes
+export FROM_LOADER
+exec "$@"
+"""
+
+FILE = """\
+<launch>
+  <machine name="far" address="far.example" user="ada" env-loader="{loader}" timeout="3"/>
+  <group ns="g">
+    <node machine="far" pkg="programs" type="show" name="there" args="one 'two words'" output="screen"/>
+  </group>
+  <node pkg="programs" type="show" name="here" args="local" output="screen"/>
+</launch>
+"""
+
+MACHINE_PROGRAM = """\
+#!/bin/sh
+echo "$1 of $# loader=$FROM_LOADER ns=$ROS_NAMESPACE master=$ROS_MASTER_URI"
+exec sleep 1000
+"""
+
+
+@pytest.fixture
+def machine_file(ros: RosSystem) -> Path:
+    folder = ros.home / "programs"
+    tools = ros.home / "tools_of_the_test"
+    for path, content in (
+        (tools / "ssh", SSH),
+        (folder / "loader", LOADER),
+        (folder / "show", MACHINE_PROGRAM),
+        (folder / "package.xml", "<package><name>programs</name></package>"),
+        (folder / "x.launch", FILE.format(loader=folder / "loader")),
+    ):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(content)
+        path.chmod(0o755)
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(folder)
+    ros.pipros.environment["PATH"] = f"{tools}:{ros.pipros.environment['PATH']}"
+    return folder / "x.launch"
+
+
+def test_a_node_of_another_machine_runs_there_in_its_environment(ros: RosSystem, machine_file: Path) -> None:
+    running = ros.pipros.start("roslaunch", machine_file)
+    running.wait_for(r"ssh was called: -tt .*ConnectTimeout=3 -p 22 -- ada@far.example ")
+    running.wait_for(rf"^one of 3 loader=yes ns=/g master={ros.master_uri}$")
+    running.wait_for(r"^local of 3 loader= ns= ")
+    running.wait_for("WARNING: nodes on other machines cannot reach the master")
+    running.press_ctrl_c(code=0)
+
+
+def test_local_ignores_other_machines(ros: RosSystem, machine_file: Path) -> None:
+    running = ros.pipros.start("roslaunch", "--local", machine_file)
+    running.wait_for(r"^local of 3")
+    assert "ssh was called" not in running.output
+    assert "process[g/there" not in running.output
+
+
+# A launch that uses a master started by another program.
+
+
+def test_a_running_master_without_a_run_id_gets_one_and_keeps_it(master: Master, tmp_path: Path) -> None:
+    environment = Environment(master_uri=master.uri)
+
+    def found() -> SessionMaster:
+        return SessionMaster(
+            environment, MasterOptions(), Console(), is_core=False, port=None, on_shutdown=lambda: None
+        )
+
+    first, second = found(), found()
+    assert first.find() == ""
+    first.start("run-1", tmp_path)
+    assert (first.sets_run_id, first.is_own) == (True, False)
+    assert second.find() == "run-1"
+    second.start("run-2", tmp_path)
+    assert not second.sets_run_id
+    assert found().find() == "run-1"

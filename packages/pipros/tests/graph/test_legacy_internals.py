@@ -40,11 +40,8 @@ def test_services_are_read_as_by_roslib() -> None:
     file = roslib.srvs.srv_file("std_srvs", "SetBool")
     name, spec = roslib.srvs.load_from_file(file, "std_srvs")
     assert (name, spec.full_name, spec.short_name, spec.package) == (
-        "std_srvs/SetBool",
-        "std_srvs/SetBool",
-        "SetBool",
-        "std_srvs",
-    )
+        "std_srvs/SetBool", "std_srvs/SetBool", "SetBool", "std_srvs",
+    )  # fmt: skip
     assert (spec.request.names, spec.response.types) == (["data"], ["bool", "string"])
     assert roslib.srvs.load_from_file(file)[0] == "SetBool"
     without_response = roslib.srvs.load_from_string("Point[3] p\n", "geometry_msgs")
@@ -65,11 +62,8 @@ def test_dependencies_and_sums_are_those_of_roslib() -> None:
     file = roslib.msgs.resource_file("geometry_msgs", "msg", "PoseStamped.msg")
     found = roslib.gentools.get_file_dependencies(file)
     assert found["deps"] == [
-        "std_msgs/Header",
-        "geometry_msgs/Pose",
-        "geometry_msgs/Point",
-        "geometry_msgs/Quaternion",
-    ]
+        "std_msgs/Header", "geometry_msgs/Pose", "geometry_msgs/Point", "geometry_msgs/Quaternion",
+    ]  # fmt: skip
     assert sorted(found["files"]) == sorted(found["uniquedeps"])
     assert roslib.gentools.compute_md5(found) == "d3812c3cbc69362b77dc0b19b345f8f5"
     assert roslib.gentools.compute_md5_text(found, found["spec"]) == (

@@ -49,7 +49,7 @@ def _with_unix_streams(monkeypatch: pytest.MonkeyPatch) -> None:
 # -- topics ---------------------------------------------------------------------------
 
 
-def test_a_publisher_serves_both_transports_at_the_same_time(
+def test_a_publisher_serves_both_transports_at_once(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     talker, near, far = make_node("talker"), make_node("near"), make_node("far")
@@ -80,7 +80,7 @@ def test_tcpros_is_offered_first_and_unknown_protocols_are_skipped(make_node: Ma
     assert local_stream.offer()[0] == ["TCPROS"]
 
 
-def test_a_subscriber_that_cannot_use_the_stream_uses_tcp(
+def test_a_subscriber_without_the_stream_uses_tcp(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     talker, listener = make_node("talker"), make_node("listener")
@@ -94,9 +94,7 @@ def test_a_subscriber_that_cannot_use_the_stream_uses_tcp(
     assert transports(listener) == ["TCPROS"]
 
 
-def test_a_stream_to_a_process_of_another_user_is_closed(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_stream_to_another_user_is_closed(make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("chat", String)
     monkeypatch.setattr(local_stream, "is_from_same_user", lambda _: False)
@@ -133,9 +131,7 @@ def test_a_short_burst_to_a_subscriber_that_does_not_read_loses_nothing(make_nod
 # -- services -------------------------------------------------------------------------
 
 
-def test_plain_calls_share_a_connection_and_handlers_see_the_same_header(
-    make_node: MakeNode, transport: str
-) -> None:
+def test_plain_calls_share_a_connection_and_their_header(make_node: MakeNode, transport: str) -> None:
     server, client = make_node("server"), make_node("client")
     headers: list[dict[str, str]] = []
 
@@ -163,9 +159,7 @@ def test_a_call_after_the_server_closed_the_idle_connection_succeeds(make_node: 
     assert service.calls == 20
 
 
-def test_a_request_that_was_sent_before_the_server_ends_the_connection_is_answered(
-    make_node: MakeNode,
-) -> None:
+def test_a_request_sent_before_the_server_ends_the_connection_is_answered(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     is_ending: list[bool] = []
 

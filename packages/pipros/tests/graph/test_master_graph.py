@@ -57,8 +57,7 @@ def figures(master: Master) -> Any:
 def test_the_master_answers_from_start_to_stop() -> None:
     with Master(port=0, parameters={"/run_id": "abc", "/a/b": 1}) as master:
         me = client(master, "/me")
-        assert me.get_uri() == master.uri
-        assert me.get_pid() == os.getpid()
+        assert (me.get_uri(), me.get_pid()) == (master.uri, os.getpid())
         assert me.get_param("/") == {"run_id": "abc", "a": {"b": 1}}
     with pytest.raises(Unreachable, match="Is roscore running"):
         me.get_uri()
@@ -110,9 +109,7 @@ def test_a_large_parameter_reaches_all_its_subscribers(master: Master) -> None:
         slave.stop()
 
 
-def test_thousands_of_notifications_of_one_call_arrive_before_later_ones(
-    master: Master, slave: FakeSlave
-) -> None:
+def test_thousands_of_notices_of_one_call_arrive_before_later_ones(master: Master, slave: FakeSlave) -> None:
     keys = [f"/w/{number}" for number in range(900)]
     for key in keys:
         client(master, "/s").subscribe_param(slave.api, key)
@@ -173,9 +170,7 @@ def test_a_duplicate_name_shuts_down_the_former_node(master: Master) -> None:
     successor.stop()
 
 
-def test_a_node_that_registers_while_it_is_shut_down_does_not_end_its_successor(
-    master: Master,
-) -> None:
+def test_a_node_that_registers_while_it_is_shut_down_does_not_end_its_successor(master: Master) -> None:
     """Like a roscpp node, which subscribes to a parameter when it logs the shutdown request."""
 
     def subscribe() -> list[object]:
@@ -192,7 +187,7 @@ def test_a_node_that_registers_while_it_is_shut_down_does_not_end_its_successor(
     successor.stop()
 
 
-def test_a_node_that_vanished_is_removed_and_its_subscribers_are_notified(
+def test_a_vanished_node_is_removed_and_its_subscribers_are_notified(
     quick_master: Master, slave: FakeSlave
 ) -> None:
     gone = FakeSlave()
@@ -232,8 +227,7 @@ def test_statistics_count_the_work_of_the_master(master: Master, slave: FakeSlav
         assert stranger.recv(100)
     found = figures(master)
     assert (found["nodes"], found["topics_subscribed"], found["parameters"]) == (1, 1, 2)
-    assert found["calls_by_method"]["setParam"] == 1
-    assert found["refused_by_peer"] == {"127.0.0.1": 1}
+    assert (found["calls_by_method"]["setParam"], found["refused_by_peer"]) == (1, {"127.0.0.1": 1})
     text = describe(master.uri, found)
     assert "Nodes: 1, topics published: 0, subscribed: 1, services: 0, parameters: 2" in text
     assert " * 127.0.0.1 1" in text
@@ -255,9 +249,7 @@ def test_statistics_count_the_work_of_the_master(master: Master, slave: FakeSlav
         ),
     ],
 )
-def test_only_loopback_is_bound_unless_the_environment_opens_it(
-    variables: dict[str, str], host: str, who: str
-) -> None:
+def test_only_loopback_is_bound_unless_it_is_opened(variables: dict[str, str], host: str, who: str) -> None:
     master = Master(port=0, environment=Environment.from_os(variables))
     assert (master.host, master.binding) == (host, f"listens on {host}, {who}")
 

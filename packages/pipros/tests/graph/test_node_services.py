@@ -276,9 +276,7 @@ def test_a_slow_handler_does_not_delay_other_calls(make_node: MakeNode) -> None:
     slow.join(10)
 
 
-def test_a_call_without_a_free_thread_fails_at_once(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_call_without_a_thread_fails_at_once(make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise RuntimeError("can't start new thread")
 
@@ -294,7 +292,7 @@ def test_a_call_without_a_free_thread_fails_at_once(
     assert lines == ["service [/set]: cannot serve a call: can't start new thread"]
 
 
-def test_a_call_during_interpreter_shutdown_fails_silently(
+def test_calls_at_interpreter_shutdown_fail_silently(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.hosted_node import HostedNode
@@ -82,7 +81,7 @@ def test_a_launch_file_loads_nodelets_that_share_a_process(demo: RosSystem) -> N
     launch.wait_for(r"words \('a', 'b'\)")
     inbox = Inbox()
     listing, words = load_service_class("nodelet/NodeletList"), load_service_class("std_srvs/Trigger")
-    with Node("robot", environment=Environment(master_uri=demo.master_uri)) as node:
+    with demo.node("robot") as node:
         listed = node.client("/mgr/list", listing)
         demo.wait_for_publisher("/robot/two/out")
         assert listed.call(listing._request_class()).nodelets == ["/robot/one", "/robot/two"]
@@ -117,15 +116,14 @@ def test_a_launch_file_loads_nodelets_that_share_a_process(demo: RosSystem) -> N
 
 
 def test_the_end_of_a_loader_unloads_its_nodelet(demo: RosSystem) -> None:
-    demo.pipros.start_master()
+    demo.serve_master()
     manager = demo.pipros.start("rosrun", "nodelet", "nodelet", "manager", "__name:=mgr")
     load = ("rosrun", "nodelet", "nodelet", "load", "demo/Relay", "mgr", "_suffix:=1")
     polite = demo.pipros.start(*load, "__name:=polite")
     killed = demo.pipros.start(*load, "__name:=killed")
     manager.wait_for("nodelet /polite")
     manager.wait_for("nodelet /killed")
-    polite.press_ctrl_c()
-    assert polite.wait() == 0
+    polite.press_ctrl_c(code=0)
     manager.wait_for("closed /polite")
     demo.wait_for_subscriber("/mgr/bond")
     killed.send_signal(signal.SIGKILL)
@@ -134,7 +132,7 @@ def test_the_end_of_a_loader_unloads_its_nodelet(demo: RosSystem) -> None:
 
 
 def test_loaders_end_with_their_manager(demo: RosSystem) -> None:
-    demo.pipros.start_master()
+    demo.serve_master()
     manager = demo.pipros.start("rosrun", "nodelet", "nodelet", "manager", "__name:=mgr")
     load = ("rosrun", "nodelet", "nodelet", "load", "demo/Relay", "mgr", "_suffix:=1")
     loader = demo.pipros.start(*load)
@@ -142,18 +140,17 @@ def test_loaders_end_with_their_manager(demo: RosSystem) -> None:
     demo.wait_for_subscriber("/mgr/bond")
     wait_until(lambda: len(demo.subscribers("/mgr/bond")) == 2)
     loader.wait_for("Loading nodelet /demo_Relay")
-    with Node("witness", environment=Environment(master_uri=demo.master_uri)) as node:
+    with demo.node("witness") as node:
         inbox = Inbox()
         node.subscribe("/mgr/bond", load_message_class("bond/Status"), inbox)
         wait_until(lambda: len({each.instance_id for each in inbox.messages}) == 2)  # the bond is formed
-    manager.press_ctrl_c()
-    assert manager.wait() == 0
+    manager.press_ctrl_c(code=0)
     loader.wait_for("Bond broken, exiting")
     assert loader.wait() == 0
 
 
 def test_nodelets_that_cannot_be_loaded_are_reported(demo: RosSystem) -> None:
-    demo.pipros.start_master()
+    demo.serve_master()
     manager = demo.pipros.start("rosrun", "nodelet", "nodelet", "manager", "__name:=mgr")
     for plugin, reason in (
         ("demo/Broken", "demo/Broken failed to start: no luck"),
@@ -163,14 +160,12 @@ def test_nodelets_that_cannot_be_loaded_are_reported(demo: RosSystem) -> None:
         assert ended.returncode == 255
         manager.wait_for(reason)
         alone = demo.pipros.run("rosrun", "nodelet", "nodelet", "standalone", plugin, PIPROS_NODELETS="ours")
-        assert alone.returncode == 255
-        assert reason in alone.output
+        alone.check(255, reason)
     assert demo.publishers("/never") == []
     unknown = demo.pipros.run("rosrun", "nodelet", "nodelet", "unload", "/nothing", "mgr")
     assert unknown.returncode == 255
     usage = demo.pipros.run("rosrun", "nodelet", "nodelet", "load", "demo/Relay")
-    assert usage.returncode == 255
-    assert "nodelet usage:" in usage.output
+    usage.check(255, "nodelet usage:")
     wrong = demo.pipros.run("rosrun", "nodelet", "nodelet", "manager", PIPROS_NODELETS="both")
     assert "PIPROS_NODELETS must be ours or genuine, got [both]" in wrong.output
 
@@ -178,7 +173,7 @@ def test_nodelets_that_cannot_be_loaded_are_reported(demo: RosSystem) -> None:
 @pytest.fixture
 def host(ros: RosSystem) -> Any:
     ros.serve_master()
-    with Node("host", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("host") as node:
         yield node
 
 
@@ -186,9 +181,7 @@ def host(ros: RosSystem) -> Any:
     ("name", "remappings"),
     [("a b", {}), ("1x", {}), ("/r/ä", {}), ("/d", {"/a b": "/c"}), ("/d", {"/a": "/b c"})],
 )
-def test_nodelets_with_illegal_names_are_refused_as_by_genuine(
-    host: Node, name: str, remappings: dict[str, str]
-) -> None:
+def test_nodelets_with_illegal_names_are_refused(host: Node, name: str, remappings: dict[str, str]) -> None:
     hosting = Hosting(host)
     with pytest.raises(CannotLoad, match="is not a legal name"):
         hosting.load(name, "image_proc/debayer", remappings=remappings)
@@ -279,7 +272,7 @@ def test_hosted_nodes_and_other_nodes_share_topics(host: Node, ros: RosSystem) -
     one, inside, outside = HostedNode(host, "/one"), Inbox(), Inbox()
     one.subscribe("/words", String, inside)
     output = one.advertise("/words", String)
-    with Node("other", environment=Environment(master_uri=ros.master_uri)) as other:
+    with ros.node("other") as other:
         other.subscribe("/words", String, outside)
         own = other.advertise("/words", String)
         wait_until_connected(output, 2)

@@ -81,11 +81,6 @@ def test_each_test_of_a_launch_file_is_an_item_and_leaves_no_results_behind(
     assert not (pytester.path / ".ros/test_results").exists()
 
 
-def test_one_test_of_a_file_can_be_chosen(run: Run) -> None:
-    run("level.test::second").assert_outcomes(passed=1)
-    run("-k", "first").assert_outcomes(passed=1, deselected=1)
-
-
 def test_a_launch_file_is_collected_when_it_has_tests_and_other_files_are_not(
     run: Run, pytester: pytest.Pytester
 ) -> None:
@@ -96,11 +91,8 @@ def test_a_launch_file_is_collected_when_it_has_tests_and_other_files_are_not(
     result = run("--collect-only", "-q")
 
     assert result.outlines[:4] == [
-        "level.test::first",
-        "level.test::second",
-        "tests.launch::first",
-        "tests.launch::second",
-    ]
+        "level.test::first", "level.test::second", "tests.launch::first", "tests.launch::second",
+    ]  # fmt: skip
     assert "4 tests collected" in result.outlines[-1]
 
 
@@ -110,15 +102,11 @@ def test_a_failure_shows_the_text_of_the_test_program_and_none_of_our_frames(run
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
         [
-            "*_ <test> first _*",
-            "FAILURE: test_level (__main__.T)",
-            "26 != 25 : the level is wrong",
-            '  File "*/t.py", line 8, in test_level',
-            "*- Captured stdout of first call -*",
-            "this was printed",
-            "FAILED level.test::first - *",
+            "*_ <test> first _*", "FAILURE: test_level (__main__.T)", "26 != 25 : the level is wrong",
+            '  File "*/t.py", line 8, in test_level', "*- Captured stdout of first call -*",
+            "this was printed", "FAILED level.test::first - *",
         ]
-    )
+    )  # fmt: skip
     output = result.stdout.str()
     assert "Traceback" not in output
     assert "pipros_tools/testing" not in output
@@ -156,9 +144,7 @@ def test_a_test_that_cannot_run_says_why(run: Run, pytester: pytest.Pytester) ->
         assert "Traceback" not in said
 
 
-def test_a_launch_file_with_a_mistake_is_an_error_of_collection_in_words(
-    run: Run, pytester: pytest.Pytester
-) -> None:
+def test_a_mistake_in_a_launch_file_is_an_error_of_collection(run: Run, pytester: pytest.Pytester) -> None:
     write(pytester, "level.test", '<launch>\n<test test-name="$(arg gone)" pkg="pkg" type="t.py"/></launch>')
 
     result = run()
@@ -181,15 +167,12 @@ def test_the_examples_of_the_documentation_work(run: Run, pytester: pytest.Pytes
     result = run("-v")
 
     assert [name for name, _ in examples] == [
-        "level.test",
-        "test_battery.py",
-        "listener.launch",
-        "test_bad_network.py",
-    ]
+        "level.test", "test_battery.py", "listener.launch", "test_bad_network.py",
+    ]  # fmt: skip
     result.assert_outcomes(passed=7)
 
 
-def test_a_respawning_node_is_restarted_and_one_without_a_program_is_named(
+def test_respawning_nodes_are_restarted_and_lacking_programs_named(
     run: Run, pytester: pytest.Pytester
 ) -> None:
     write(pytester, "ends.py", "#!/bin/sh\necho ended >>ends\nexit 3\n")
@@ -296,14 +279,11 @@ def test_the_junit_file_has_each_case_of_a_launch_file(
 @pytest.mark.parametrize(
     ("words", "outcomes"),
     [
-        ((".",), {"passed": 1}),
-        (("test",), {"failed": 1}),
-        (("test/test_a.py",), {"failed": 1}),
-        (("test/test_a.py", "zz/a.launch"), {"passed": 1}),
-        ((".", "-k", "runs or a_test"), {"passed": 1}),
+        ((".",), {"passed": 1}), (("test",), {"failed": 1}), (("test/test_a.py",), {"failed": 1}),
+        (("test/test_a.py", "zz/a.launch"), {"passed": 1}), ((".", "-k", "runs or a_test"), {"passed": 1}),
     ],
     ids=["folder", "folder without the launch file", "named", "pattern of the shell", "-k"],
-)
+)  # fmt: skip
 def test_a_program_of_a_launch_file_is_left_out_and_fails_without_a_master(
     run: Run, pytester: pytest.Pytester, words: tuple[str, ...], outcomes: dict[str, int]
 ) -> None:
@@ -331,9 +311,7 @@ def test_a_program_of_a_launch_file_is_left_out_and_fails_without_a_master(
         result.stdout.fnmatch_lines(["not collected: test/test_a.py, run by zz/a.launch"])
 
 
-def test_programs_that_catkin_make_installs_in_devel_are_left_out(
-    run: Run, pytester: pytest.Pytester
-) -> None:
+def test_programs_that_catkin_make_puts_in_devel_are_left_out(run: Run, pytester: pytest.Pytester) -> None:
     """In the folder of a workspace, `devel` and `install` have programs that run those in `src`."""
     (pytester.path / "level.test").unlink()
     for space in ("devel", "install"):

@@ -17,26 +17,19 @@ from std_msgs.msg import Empty, Int32, String, UInt8MultiArray
 from std_srvs.srv import Trigger
 
 import rospy
-from pipros.master.master import Master
-from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros_tools.bag import BagReader, BagWriter
 from pipros_tools.bag.options import PlayOptions
 from pipros_tools.bag.player import Player
 from tests.support.bags import bag_bytes, header_of, rows_of
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
-from tests.support.processes import Process
-from tests.support.ros import RosSystem
+from tests.support.ros import Commands
 from tests.support.waiting import wait_until
 
 
 @pytest.fixture
 def talker(make_node: MakeNode) -> Node:
     return make_node("talker")
-
-
-def start(ros: RosSystem, master: Master, *words: str) -> Process:
-    return ros.pipros.start("rosbag", *words, ROS_MASTER_URI=master.uri)
 
 
 def publish(node: Node, topic: str, messages: list[Any], **options: Any) -> None:
@@ -64,36 +57,32 @@ def bag_of(path: Path, count: int = 20) -> Path:
     return path
 
 
-def test_published_messages_are_recorded_until_ctrl_c(ros: RosSystem, master: Master, talker: Node) -> None:
-    record = start(ros, master, "record", "--chunksize", "0", "-O", "run", "/number", "/text")
-    active = ros.home / "run.bag.active"
+def test_published_messages_are_recorded_until_ctrl_c(commands: Commands, talker: Node) -> None:
+    record = commands.start("rosbag", "record", "--chunksize", "0", "-O", "run", "/number", "/text")
+    active = commands.home / "run.bag.active"
     publish(talker, "/number", [Int32(n) for n in range(50)])
     wait_until(lambda: message_count(active) == 50, what="the numbers in the file")
     publish(talker, "/text", [String("a"), String("b")], latch=True)
     wait_until(lambda: message_count(active) == 52, what="all messages in the file")
-    record.press_ctrl_c()
-
-    assert record.wait() == 0
+    record.press_ctrl_c(code=0)
     assert not active.exists()
-    found = recorded(ros.home / "run.bag")
+    found = recorded(commands.home / "run.bag")
     assert found == [*(("/number", n) for n in range(50)), ("/text", "a"), ("/text", "b")]
-    with BagReader(ros.home / "run.bag") as bag:
+    with BagReader(commands.home / "run.bag") as bag:
         by_topic = {connection.topic: connection for connection in bag.connections}
     assert by_topic["/text"].is_latching
     assert by_topic["/number"].callerid == "/talker"
     assert by_topic["/number"].definition == Int32._full_text
 
 
-def test_the_clock_that_the_recorder_follows_is_recorded(
-    ros: RosSystem, master: Master, talker: Node
-) -> None:
-    client = MasterClient(master.uri, "/test")
-    client.set_param("/use_sim_time", True)
-    client.close()
+def test_the_clock_that_the_recorder_follows_is_recorded(commands: Commands, talker: Node) -> None:
+    talker.master.set_param("/use_sim_time", True)
     clock = talker.advertise("/clock", Clock, queue_size=None)
-    record = start(ros, master, "record", "--chunksize", "0", "--duration", "100", "-O", "run", "/clock")
+    record = commands.start(
+        "rosbag", "record", "--chunksize", "0", "--duration", "100", "-O", "run", "/clock"
+    )
     wait_until(lambda: clock.connection_count, what="a subscriber of /clock")
-    active = ros.home / "run.bag.active"
+    active = commands.home / "run.bag.active"
     ticks = itertools.count(1000)
 
     def is_written() -> bool:
@@ -101,41 +90,35 @@ def test_the_clock_that_the_recorder_follows_is_recorded(
         return active.exists() and message_count(active) > 2
 
     wait_until(is_written, what="messages of /clock in the file")
-    record.press_ctrl_c()
-
-    assert record.wait() == 0
-    with BagReader(ros.home / "run.bag") as bag:
+    record.press_ctrl_c(code=0)
+    with BagReader(commands.home / "run.bag") as bag:
         assert bag.connections[0].type == "rosgraph_msgs/Clock"
         assert all(message.clock.nsecs == 7 for _, message, *_ in bag.messages())
 
 
-def test_queued_messages_are_compressed_and_written_after_ctrl_c(
-    ros: RosSystem, master: Master, talker: Node
-) -> None:
-    record = start(ros, master, "record", "-j", "-O", "slow", "/noise")
+def test_queued_messages_are_compressed_and_written_after_ctrl_c(commands: Commands, talker: Node) -> None:
+    record = commands.start("rosbag", "record", "-j", "-O", "slow", "/noise")
     noise = os.urandom(1_000_000)
     publish(talker, "/noise", [UInt8MultiArray(data=noise)] * 20)
-    active = ros.home / "slow.bag.active"
+    active = commands.home / "slow.bag.active"
     wait_until(lambda: active.stat().st_size > len(noise), what="a chunk in the file")
-    record.press_ctrl_c()
-
-    assert record.wait() == 0
+    record.press_ctrl_c(code=0)
     assert not active.exists()
-    assert recorded(ros.home / "slow.bag")
+    assert recorded(commands.home / "slow.bag")
 
 
-def test_a_limit_ends_the_recording(ros: RosSystem, master: Master, talker: Node) -> None:
-    record = start(ros, master, "record", "-q", "-l", "3", "-O", "few.bag", "-j", "/number")
+def test_a_limit_ends_the_recording(commands: Commands, talker: Node) -> None:
+    record = commands.start("rosbag", "record", "-q", "-l", "3", "-O", "few.bag", "-j", "/number")
     publish(talker, "/number", [Int32(n) for n in range(10)])
 
     assert record.wait() == 0
-    assert recorded(ros.home / "few.bag") == [("/number", 0), ("/number", 1), ("/number", 2)]
+    assert recorded(commands.home / "few.bag") == [("/number", 0), ("/number", 1), ("/number", 2)]
     assert record.stdout == []
 
 
-def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker: Node) -> None:
+def test_snapshots_are_written_on_request(commands: Commands, talker: Node) -> None:
     words = ("--snapshot", "--repeat-latched", "-O", "snap", "/number", "/text", "__name:=recorder")
-    record = start(ros, master, "record", *words)
+    record = commands.start("rosbag", "record", *words)
     number = talker.advertise("/number", Int32, queue_size=None)
     texts = talker.advertise("/text", String, latch=True)
     texts.publish(String("latched"))
@@ -151,7 +134,7 @@ def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker
         while not any(row in rows for rows in found):
             answer = take.call(Trigger._request_class(), timeout_s=30)
             if answer.success:
-                found.append(recorded(ros.home / answer.message))
+                found.append(recorded(commands.home / answer.message))
 
     ask_until(("/text", "latched"))
     for value in (1, 2):
@@ -159,55 +142,48 @@ def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker
         ask_until(("/number", value))
     trigger.publish(Empty())
     record.wait_for(rf"Wrote a snapshot of 1 messages to 'snap_{len(found)}.bag'")
-    record.press_ctrl_c()
-
-    assert record.wait() == 0
-    assert not list(ros.home.glob("*.active"))
+    record.press_ctrl_c(code=0)
+    assert not list(commands.home.glob("*.active"))
     assert [value for rows in found for topic, value in rows if topic == "/number"] == [1, 2]
     assert ("/text", "latched") in found[-1]
 
 
-def test_a_snapshot_starts_at_the_first_simulated_time(ros: RosSystem, master: Master, talker: Node) -> None:
+def test_a_snapshot_starts_at_the_first_simulated_time(commands: Commands, talker: Node) -> None:
     talker.master.set_param("/use_sim_time", True)
     texts = talker.advertise("/text", String, latch=True)
     texts.publish(String("early"))
-    record = start(ros, master, "record", "--snapshot", "-O", "snap", "/text", "__name:=recorder")
-    early = start(ros, master, "record", "-O", "early", "/text")
+    record = commands.start("rosbag", "record", "--snapshot", "-O", "snap", "/text", "__name:=recorder")
+    early = commands.start("rosbag", "record", "-O", "early", "/text")
     for each in (record, early):
         each.wait_for("waiting for simulated time")
     early.press_ctrl_c()
     early.wait_for("no bag was written")
-    assert early.wait() == 0
+    early.check(0)
     clock = talker.advertise("/clock", Clock, latch=True)
     clock.publish(Clock(rospy.Time(1000)))
     record.wait_for("Waiting for a message on snapshot_trigger")
     take = talker.client("/recorder/trigger_snapshot", Trigger)
     wait_until(lambda: take.call(Trigger._request_class(), timeout_s=30).success, what="a snapshot")
-    record.press_ctrl_c()
-
-    assert record.wait() == 0
-    with BagReader(ros.home / "snap.bag") as bag:
+    record.press_ctrl_c(code=0)
+    with BagReader(commands.home / "snap.bag") as bag:
         assert [time.secs for _, _, time, *_ in bag.messages()] == [1000]
 
 
-def test_expressions_choose_topics_that_appear_later(ros: RosSystem, master: Master, talker: Node) -> None:
-    record = start(ros, master, "record", "-e", "/n.*", "-x", ".*secret", "-O", "chosen")
+def test_expressions_choose_topics_that_appear_later(commands: Commands, talker: Node) -> None:
+    record = commands.start("rosbag", "record", "-e", "/n.*", "-x", ".*secret", "-O", "chosen")
     record.wait_for("Recording to 'chosen.bag'")
     talker.advertise("/text", String)
     talker.advertise("/number_secret", Int32)
     publish(talker, "/number", [Int32(5)])
     record.press_ctrl_c()
 
-    assert record.wait() == 0
-    assert "Subscribing to /number" in record.output
+    record.check(0, "Subscribing to /number")
     assert not any(name in record.output for name in ("/text", "secret"))
 
 
-def test_a_killed_recording_loses_only_the_current_chunk(
-    ros: RosSystem, master: Master, talker: Node
-) -> None:
-    record = start(ros, master, "record", "--chunksize", "1", "-O", "killed", "/text")
-    active = ros.home / "killed.bag.active"
+def test_a_killed_recording_loses_only_the_current_chunk(commands: Commands, talker: Node) -> None:
+    record = commands.start("rosbag", "record", "--chunksize", "1", "-O", "killed", "/text")
+    active = commands.home / "killed.bag.active"
     publish(talker, "/text", [String("x" * 200 + str(n)) for n in range(200)])
     wait_until(lambda: active.stat().st_size > 40_000, what="some chunks")
     record.send_signal(signal.SIGKILL)
@@ -217,40 +193,32 @@ def test_a_killed_recording_loses_only_the_current_chunk(
         texts = [message.data[200:] for _, message, _, _ in bag]
     assert texts == [str(n) for n in range(len(texts))]
     assert len(texts) > 100
-    reindexed = ros.pipros.run("rosbag", "reindex", "killed.bag.active")
+    reindexed = commands.run("rosbag", "reindex", "killed.bag.active")
     assert reindexed.returncode == 0, reindexed.output
     assert len(recorded(active)) == len(texts)
 
 
-def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
-    ros: RosSystem, master: Master, talker: Node
-) -> None:
+def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(commands: Commands, talker: Node) -> None:
     """Limit the files of this shell to 2 MB, which has the same effect as a full disk."""
     limited = "ulimit -f 2000 && exec rosbag record -L 1 --chunksize 100 -O full /text"
-    record = ros.pipros.start("bash", "-c", limited, ROS_MASTER_URI=master.uri)
+    record = commands.start("bash", "-c", limited)
     text = "x" * 10_000
     publish(talker, "/text", [String(text + str(n)) for n in range(250)])
     record.wait_for("cannot write to 'full.bag': File too large. Recording resumes when writing succeeds")
     publish(talker, "/text", [String("not recorded")])
-    record.press_ctrl_c()
-
-    assert record.wait() == 1
+    record.press_ctrl_c(code=1)
     assert re.search(r"the disk with 'full.bag' is full: the last \d+ messages were discarded", record.output)
     assert re.search(r"\d+ messages were dropped, \d+ in all: the disk is full", record.output)
-    assert not (ros.home / "full.bag.active").exists()
+    assert not (commands.home / "full.bag.active").exists()
     # The recorder looks at the disk every five seconds, so the last, short message may have its chance.
-    messages = [message for _, message in recorded(ros.home / "full.bag")]
+    messages = [message for _, message in recorded(commands.home / "full.bag")]
     found = [message[len(text) :] for message in messages if message.startswith(text)]
     assert found == [str(n) for n in range(len(found))]
     assert len(found) > 150
 
 
-def test_a_recording_without_its_minimum_space_names_the_option(
-    ros: RosSystem, master: Master, talker: Node
-) -> None:
-    record = ros.pipros.start(
-        "rosbag", "record", "--min-space=1000000G", "-O", "none", "/text", ROS_MASTER_URI=master.uri
-    )
+def test_a_recording_without_its_minimum_space_names_the_option(commands: Commands, talker: Node) -> None:
+    record = commands.start("rosbag", "record", "--min-space=1000000G", "-O", "none", "/text")
     publish(talker, "/text", [String("not recorded")])
     record.wait_for(r"1 in all: less than \d+ bytes are free \(see --min-space\)")
     record.press_ctrl_c()
@@ -259,77 +227,58 @@ def test_a_recording_without_its_minimum_space_names_the_option(
     assert "full" not in record.output
 
 
-def test_a_recording_is_split_and_keeps_the_newest_files(
-    ros: RosSystem, master: Master, talker: Node
-) -> None:
+def test_a_recording_is_split_and_keeps_the_newest_files(commands: Commands, talker: Node) -> None:
     words = (
-        "record",
-        "--split",
-        "--size",
-        "1",
-        "--chunksize",
-        "64",
-        "--max-splits",
-        "2",
-        "-O",
-        "part",
-        "/text",
-    )
-    record = start(ros, master, *words, "--repeat-latched")
+        "record", "--split", "--size", "1", "--chunksize", "64", "--max-splits", "2", "-O", "part", "/text",
+    )  # fmt: skip
+    record = commands.start("rosbag", *words, "--repeat-latched")
     publish(talker, "/text", [String("x" * 100_000) for _ in range(45)], latch=True)
     record.wait_for("Recording to 'part_4.bag'")
-    record.press_ctrl_c()
-
-    assert record.wait() == 0
-    names = sorted(path.name for path in ros.home.glob("part*"))
-    assert len(names) == 2
-    assert names[0] == "part_3.bag"
-    assert all(recorded(ros.home / name) for name in names)
+    record.press_ctrl_c(code=0)
+    names = sorted(path.name for path in commands.home.glob("part*"))
+    assert (len(names), names[0]) == (2, "part_3.bag")
+    assert all(recorded(commands.home / name) for name in names)
 
 
-def test_a_bag_is_played_in_order_with_its_types_and_latching(
-    ros: RosSystem, master: Master, make_node: MakeNode
-) -> None:
-    bag_of(ros.home / "in.bag")
+def test_a_bag_is_played_in_order_with_types_and_latching(commands: Commands, make_node: MakeNode) -> None:
+    bag_of(commands.home / "in.bag")
     inbox, texts = Inbox(), Inbox()
     listener = make_node("listener")
     listener.subscribe("/p/number", Int32, inbox)
     listener.subscribe("/p/text", String, texts)
-    play = start(ros, master, "play", "-r", "50", "-p", "/p", "--wait-for-subscribers", "in.bag")
+    play = commands.start("rosbag", "play", "-r", "50", "-p", "/p", "--wait-for-subscribers", "in.bag")
 
     assert [message.data for message in inbox.wait(20)] == list(range(20))
     assert texts.wait()[0].data == "latched"
-    assert play.wait() == 0
-    assert play.stdout[-1] == "Done."
+    assert (play.wait(), play.stdout[-1]) == (0, "Done.")
 
 
 @pytest.mark.timeout(300)
-def test_a_thousand_topics_are_played_and_recorded(ros: RosSystem, master: Master) -> None:
+def test_a_thousand_topics_are_played_and_recorded(commands: Commands) -> None:
     rows = [(f"/t{n % 1000}", Int32(n), 100 + n // 1000, n % 1000) for n in range(3000)]
-    (ros.home / "in.bag").write_bytes(bag_bytes(rows))
-    record = start(ros, master, "record", "--chunksize", "0", "-a", "-x", "/rosout.*", "-O", "run")
-    active = ros.home / "run.bag.active"
+    (commands.home / "in.bag").write_bytes(bag_bytes(rows))
+    record = commands.start("rosbag", "record", "--chunksize", "0", "-a", "-x", "/rosout.*", "-O", "run")
+    active = commands.home / "run.bag.active"
 
-    play = start(ros, master, "play", "-r", "2", "--wait-for-subscribers", "in.bag")
+    play = commands.start("rosbag", "play", "-r", "2", "--wait-for-subscribers", "in.bag")
 
     assert play.wait(120) == 0, play.output
     wait_until(
         lambda: message_count(active) == 3000, 60, lambda: f"{message_count(active)} messages recorded"
     )
-    record.press_ctrl_c()
-    assert record.wait() == 0
-    assert sorted(recorded(ros.home / "run.bag")) == sorted((topic, m.data) for topic, m, *_ in rows)
+    record.press_ctrl_c(code=0)
+    assert sorted(recorded(commands.home / "run.bag")) == sorted((topic, m.data) for topic, m, *_ in rows)
 
 
-def test_parts_and_the_clock_are_played(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
-    bag_of(ros.home / "in.bag")
+def test_parts_and_the_clock_are_played(commands: Commands, make_node: MakeNode) -> None:
+    bag_of(commands.home / "in.bag")
     inbox, clock = Inbox(), Inbox()
     listener = make_node("listener")
     listener.subscribe("/number", Int32, inbox)
     listener.subscribe("/clock", Clock, clock)
     words = ("--clock", "-s", "1.5", "-u", "0.8", "--topics", "/number", "--bags", "in.bag")
     # Slowly, so that a listener that is late gets a part of the clock.
-    play = start(ros, master, "play", "-d", "2", "-r", "0.2", "--wait-for-subscribers", *words)
+    play = commands.start("rosbag", "play", "-d", "2", "-r", "0.2", "--wait-for-subscribers", *words)
 
     assert [message.data for message in inbox.wait(10)] == list(range(10, 20))
     assert play.wait() == 0
@@ -338,17 +287,15 @@ def test_parts_and_the_clock_are_played(ros: RosSystem, master: Master, make_nod
     assert 100.4 < times[0] < 101.4
 
 
-def test_a_loop_continues_until_ctrl_c(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
-    bag_of(ros.home / "in.bag")
+def test_a_loop_continues_until_ctrl_c(commands: Commands, make_node: MakeNode) -> None:
+    bag_of(commands.home / "in.bag")
     inbox = Inbox()
     make_node("listener").subscribe("/number", Int32, inbox)
-    play = start(
-        ros, master, "play", "-l", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=in.bag"
+    play = commands.start(
+        "rosbag", "play", "-l", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=in.bag"
     )
     numbers = [message.data for message in inbox.wait(50)]
-    play.press_ctrl_c()
-
-    assert play.wait() == 0
+    play.press_ctrl_c(code=0)
     assert numbers[:20] == numbers[20:40] == list(range(20))
 
 
@@ -367,36 +314,32 @@ def test_a_loop_continues_until_ctrl_c(ros: RosSystem, master: Master, make_node
     ],
 )
 def test_invalid_arguments_are_explained(
-    words: tuple[str, ...], code: int, complaint: str, ros: RosSystem, master: Master
+    words: tuple[str, ...], code: int, complaint: str, commands: Commands
 ) -> None:
-    bag_of(ros.home / "in.bag")
-    done = start(ros, master, *words)
+    bag_of(commands.home / "in.bag")
+    done = commands.start("rosbag", *words)
 
-    assert done.wait() == code
-    assert complaint in done.output
+    done.check(code, complaint)
 
 
-def test_launch_files_and_rosrun_know_record_and_play(
-    ros: RosSystem, master: Master, make_node: MakeNode
-) -> None:
-    bag_of(ros.home / "in.bag")
-    (ros.home / "both.launch").write_text(
+def test_launch_files_and_rosrun_know_record_and_play(commands: Commands, make_node: MakeNode) -> None:
+    bag_of(commands.home / "in.bag")
+    (commands.home / "both.launch").write_text(
         f"""<launch>
-          <node pkg="rosbag" type="play" name="player" args="-d 0 --wait-for-subscribers {ros.home}/in.bag"/>
-          <node pkg="rosbag" type="record" name="recorder" args="-q -l 20 -O {ros.home}/out.bag /number"/>
+        <node pkg="rosbag" type="play" name="player"
+          args="-d 0 --wait-for-subscribers {commands.home}/in.bag"/>
+        <node pkg="rosbag" type="record" name="recorder" args="-q -l 20 -O {commands.home}/out.bag /number"/>
         </launch>"""
     )
     inbox = Inbox()
     make_node("listener").subscribe("/text", String, inbox)
-    launch = ros.pipros.start("roslaunch", "both.launch", ROS_MASTER_URI=master.uri)
+    launch = commands.start("roslaunch", "both.launch")
 
     assert inbox.wait()[0].data == "latched"
-    wait_until((ros.home / "out.bag").exists, what="the recording")
+    wait_until((commands.home / "out.bag").exists, what="the recording")
     assert launch.wait() == 0
-    assert len(recorded(ros.home / "out.bag")) == 20
-    played = ros.pipros.run(
-        "rosrun", "rosbag", "play", "-i", "-q", str(ros.home / "in.bag"), ROS_MASTER_URI=master.uri
-    )
+    assert len(recorded(commands.home / "out.bag")) == 20
+    played = commands.run("rosrun", "rosbag", "play", "-i", "-q", str(commands.home / "in.bag"))
     assert (played.returncode, played.output) == (0, "")
 
 
@@ -504,9 +447,7 @@ def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> Non
         assert not playing.is_alive()
 
 
-def test_latched_topics_exist_long_enough_for_a_search_every_second(
-    make_node: MakeNode, tmp_path: Path
-) -> None:
+def test_latched_topics_exist_long_enough_for_a_search(make_node: MakeNode, tmp_path: Path) -> None:
     """Genuine `record -a` searches every second, and might miss a bag that plays for less."""
     with (tmp_path / "in.bag").open("w+b") as file:
         writer = BagWriter(file)
@@ -523,49 +464,46 @@ def test_latched_topics_exist_long_enough_for_a_search_every_second(
             assert any(wait is not None and wait > 0.1 for wait in waits) is is_long
 
 
-def test_a_bag_of_ros2_is_played_as_ros1(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
-    bag_of(ros.home / "in.bag")
-    done = ros.pipros.run("rosbag", "convert", "--ros2", "humble", "in.bag", "ros2")
+def test_a_bag_of_ros2_is_played_as_ros1(commands: Commands, make_node: MakeNode) -> None:
+    bag_of(commands.home / "in.bag")
+    done = commands.run("rosbag", "convert", "--ros2", "humble", "in.bag", "ros2")
     assert done.returncode == 0, done.output
     inbox = Inbox()
     make_node("listener").subscribe("/number", Int32, inbox, queue_size=None)
 
-    player = start(ros, master, "play", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=ros2")
+    player = commands.start(
+        "rosbag", "play", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=ros2"
+    )
 
     assert [message.data for message in inbox.wait(20)] == list(range(20))
     assert player.wait() == 0
 
 
-def test_only_topics_that_would_be_played_need_legal_names(
-    ros: RosSystem, master: Master, make_node: MakeNode
-) -> None:
+def test_only_topics_that_would_be_played_need_legal_names(commands: Commands, make_node: MakeNode) -> None:
     rows: list[Any] = [
         ("/number", Int32(1), 10, 0),
         ("/number", Int32(2), 11, 0),
         ("/no topic!", Int32(3), 20, 0),
     ]
-    (ros.home / "run.bag").write_bytes(bag_bytes(rows))
+    (commands.home / "run.bag").write_bytes(bag_bytes(rows))
     inbox = Inbox()
     make_node("listener").subscribe("/number", Int32, inbox)
 
-    part = start(ros, master, "play", "-i", "-d", "1", "-u", "5", "run.bag")
+    part = commands.start("rosbag", "play", "-i", "-d", "1", "-u", "5", "run.bag")
 
     assert part.wait() == 0
     wait_until(lambda: [message.data for message in inbox.messages] == [1, 2])
-    whole = start(ros, master, "play", "-i", "run.bag")
-    assert whole.wait() == 1
-    assert "[/no topic!] is not a legal topic name" in whole.output
+    whole = commands.start("rosbag", "play", "-i", "run.bag")
+    whole.check(1, "[/no topic!] is not a legal topic name")
 
 
-def test_a_topic_is_played_without_doubled_slashes(
-    ros: RosSystem, master: Master, make_node: MakeNode
-) -> None:
+def test_a_topic_is_played_without_doubled_slashes(commands: Commands, make_node: MakeNode) -> None:
     """Nodes that join namespaces by hand leave such names in bags."""
-    (ros.home / "run.bag").write_bytes(bag_bytes([("//robot//number/", Int32(1), 10, 0)]))
+    (commands.home / "run.bag").write_bytes(bag_bytes([("//robot//number/", Int32(1), 10, 0)]))
     inbox = Inbox()
     make_node("listener").subscribe("/robot/number", Int32, inbox)
 
-    player = start(ros, master, "play", "-i", "--wait-for-subscribers", "run.bag")
+    player = commands.start("rosbag", "play", "-i", "--wait-for-subscribers", "run.bag")
 
     assert [message.data for message in inbox.wait(1)] == [1]
     assert player.wait() == 0
@@ -594,21 +532,19 @@ def test_nodes_that_connect_later_get_the_last_message_of_each_recorded_publishe
 
 
 @pytest.mark.parametrize("name", ["run.bag", "run.mcap"])
-def test_a_killed_recording_has_lost_at_most_the_last_second(
-    ros: RosSystem, master: Master, talker: Node, name: str
-) -> None:
+def test_a_killed_recording_lost_at_most_a_second(commands: Commands, talker: Node, name: str) -> None:
     """After one message has just reached the file, the next one does so within seconds, not within ten."""
-    recorder = start(ros, master, "record", "-O", name, "/text")
+    recorder = commands.start("rosbag", "record", "-O", name, "/text")
     publisher = talker.advertise("/text", String, queue_size=None)
     wait_until(lambda: publisher.connection_count, what="the recorder")
-    active = ros.home / f"{name}.active"
+    active = commands.home / f"{name}.active"
     for text in ("the first message", "the second message"):
         publisher.publish(String(text))
         assert wait_until(lambda text=text: text.encode() in active.read_bytes(), timeout_s=6)
     recorder.kill()
     recorder.wait()
 
-    ran = ros.pipros.run("rosbag", "reindex", active)
+    ran = commands.run("rosbag", "reindex", active)
 
     assert ran.returncode == 0, ran.output
-    assert ros.pipros.run("rosbag", "info", "-y", "-k", "messages", active).output.strip() == "2"
+    assert commands.run("rosbag", "info", "-y", "-k", "messages", active).output.strip() == "2"

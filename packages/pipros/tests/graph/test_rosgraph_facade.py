@@ -41,13 +41,11 @@ def test_the_master_is_used_through_its_api(master: Any) -> None:
     assert me.registerService("/s", "rosrpc://h:2", "http://h:1/") == 1
     assert me.getSystemState() == [[["/t", ["/tool"]]], [], [["/s", ["/tool"]]]]
     assert me.getTopicTypes() == me.getPublishedTopics("/") == [["/t", "x/Y"]]
-    assert me.lookupNode("/tool") == "http://h:1/"
-    assert me.lookupService("/s") == "rosrpc://h:2"
+    assert (me.lookupNode("/tool"), me.lookupService("/s")) == ("http://h:1/", "rosrpc://h:2")
     me.setParam("/a/b", [1, 2])
     assert me.getParam("/a") == {"b": [1, 2]}
     assert me.hasParam("/a/b")
-    assert me.searchParam("a") == "/a"
-    assert me.getParamNames() == ["/a/b"]
+    assert (me.searchParam("a"), me.getParamNames()) == ("/a", ["/a/b"])
     me.deleteParam("/a")
     assert me.unregisterService("/s", "rosrpc://h:2") == me.unregisterPublisher("/t", "http://h:1/") == 1
     with me.handle as proxy:
@@ -134,12 +132,10 @@ def test_a_master_argument_without_value_is_refused() -> None:
 @pytest.mark.parametrize(
     ("url", "parts"),
     [
-        ("http://h:1/", ("h", 1)),
-        ("rosrpc://h:1", ("h", 1)),
-        ("http://h/x", ("h", 80)),
+        ("http://h:1/", ("h", 1)), ("rosrpc://h:1", ("h", 1)), ("http://h/x", ("h", 80)),
         ("http://[::1]:5", ("::1", 5)),
     ],
-)
+)  # fmt: skip
 def test_urls_are_split(url: str, parts: tuple[str, int]) -> None:
     assert rosgraph.network.parse_http_host_and_port(url) == parts
 

@@ -1,8 +1,10 @@
-"""`rosmaster`, started by users and by roslaunch."""
+"""rosmaster, started by users and by roslaunch; rosgraph."""
 
 from __future__ import annotations
 
+import os
 import signal
+import socket
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,10 +13,16 @@ import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.net.master_client import MasterClient
+from pipros_tools.cli.rosgraph import describe
 from pipros_tools.cli.rosmaster import main
+from pipros_tools.graph.system_state import SystemState
+from pipros_tools.launch.roscore import Core
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes
+from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
+
+# `rosmaster`, started by users and by roslaunch.
 
 
 def start(processes: Processes, port: ClaimedPort, *options: str) -> Process:
@@ -35,8 +43,7 @@ def test_it_serves_until_a_signal_and_ends_with_0(
 ) -> None:
     process = start(processes, claimed_port, "--core", "-w", "3", "-t", "5")
     wait_until(lambda: is_up(claimed_port))
-    process.send_signal(number)
-    assert process.wait() == 0
+    process.send_signal(number, code=0)
     assert process.output == ""
 
 
@@ -46,8 +53,7 @@ def test_without_core_it_recommends_roscore_and_prints_its_address(
     process = start(processes, claimed_port)
     process.wait_for("Standalone zenmaster has been deprecated, please use 'roscore' instead")
     process.wait_for(rf"http://127.0.0.1:{claimed_port.number}/ listens on 127.0.0.1, for this computer only")
-    process.press_ctrl_c()
-    assert process.wait() == 0
+    process.press_ctrl_c(code=0)
 
 
 def test_a_port_in_use_is_reported_in_one_line(processes: Processes, claimed_port: ClaimedPort) -> None:
@@ -64,19 +70,15 @@ def test_it_ends_on_request_of_a_local_peer(processes: Processes, claimed_port: 
     process = start(processes, claimed_port, "--core")
     wait_until(lambda: is_up(claimed_port))
     MasterClient(claimed_port.uri, "/test", timeout_s=30).call("shutdown", "end of the test")
-    assert process.wait() == 0
-    assert process.stdout == ["shutdown request: end of the test"]
+    assert (process.wait(), process.stdout) == (0, ["shutdown request: end of the test"])
 
 
-def test_it_logs_to_the_file_that_roslaunch_names(
-    processes: Processes, claimed_port: ClaimedPort, tmp_path: Path
-) -> None:
+def test_it_logs_to_roslaunchs_file(processes: Processes, claimed_port: ClaimedPort, tmp_path: Path) -> None:
     log = tmp_path / "logs" / "master.log"
     process = start(processes, claimed_port, "--core", "--master-logger-level=debug", f"__log:={log}")
     wait_until(lambda: is_up(claimed_port))
     MasterClient(claimed_port.uri, "/test", timeout_s=30).set_param("/w", 1)
-    process.press_ctrl_c()
-    assert process.wait() == 0
+    process.press_ctrl_c(code=0)
     assert "[rosmaster.master][INFO]" in log.read_text()
     assert "+PARAM [/w] by /test" in log.read_text()
 
@@ -128,3 +130,59 @@ def test_help_names_the_options_of_genuine_rosmaster(capsys: pytest.CaptureFixtu
         "--master-logger-level=",
     ):
         assert option in text
+
+
+# A master and `/rosout` in the test's own process.
+
+
+def open_files(folder: Path) -> list[str]:
+    links = [f"/proc/self/fd/{number}" for number in os.listdir("/proc/self/fd")]
+    return [os.readlink(link) for link in links if os.path.realpath(link).startswith(str(folder))]
+
+
+def test_a_core_whose_port_is_in_use_closes_its_log(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        core = Core(port=taken.getsockname()[1], log_folder=tmp_path)
+        with pytest.raises(OSError, match="in use"):
+            core.start()
+    assert open_files(tmp_path) == []
+
+
+# `rosgraph`: nodes and connections, until the master ends.
+
+
+def test_it_shows_the_graph_and_its_changes(ros: RosSystem) -> None:
+    core = ros.pipros.start_master()
+    rosgraph = ros.pipros.start("rosgraph")
+    rosgraph.wait_for(r"  /rosout :")
+    since = rosgraph.mark()
+    talker = ros.pipros.start(
+        "rostopic", "pub", "-r", "1", "/chatter", "std_msgs/String", "x", "__name:=talker"
+    )
+    listener = ros.pipros.start("rostopic", "echo", "/chatter")
+    rosgraph.wait_for(r"      /talker", since=since)
+    rosgraph.wait_for(r"      /rostopic_", since=since)
+    for process in (talker, listener):
+        process.press_ctrl_c()
+        process.wait()
+    core.press_ctrl_c()
+    core.wait()
+    assert (rosgraph.wait(), rosgraph.stderr) == (0, ["ERROR: Unable to communicate with master!"])
+
+
+def test_ctrl_c_ends_it(ros: RosSystem) -> None:
+    ros.serve_master()
+    rosgraph = ros.pipros.start("rosgraph")
+    rosgraph.wait_for("Services:")
+    rosgraph.press_ctrl_c(code=0)
+
+
+def test_inbound_and_outbound_nodes_follow_from_the_topics() -> None:
+    state = SystemState.from_state(
+        [[["/t", ["/a"]], ["/u", ["/b"]]], [["/t", ["/b", "/c"]], ["/none", ["/c"]]], [["/s", ["/a"]]]]
+    )
+    assert describe(state).splitlines() == [
+        "Nodes:", "  /a :", "    Inbound:", "    Outbound:", "      /b", "      /c", "  /b :", "    Inbound:",
+        "      /a", "    Outbound:", "  /c :", "    Inbound:", "      /a", "    Outbound:", "Services:",
+        "  /s",
+    ]  # fmt: skip

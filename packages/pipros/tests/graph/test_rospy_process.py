@@ -1,4 +1,4 @@
-"""A rospy process from start to end: signals at any moment, exit codes, and no remaining registrations."""
+"""A rospy process from start to end: signals, exit codes, registrations, and a second node."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from pipros.net.rpc_client import RpcClient
 from tests.support.ports import ClaimedPort
 from tests.support.processes import INTERRUPTED, Process, Processes
 from tests.support.waiting import wait_until
+
+# A rospy process from start to end: signals at any moment, exit codes, and no remaining registrations.
+
 
 SPIN = "rospy.spin()"
 RATE = "r = rospy.Rate(0.01)\nwhile not rospy.is_shutdown(): r.sleep()"
@@ -58,18 +61,15 @@ print('ready', flush=True)
 """
 
 
-def start(processes: Processes, tmp_path: Path, uri: str, code: str) -> Process:
-    script = tmp_path / "node.py"
-    script.write_text(code)
-    return processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})
+def start(processes: Processes, uri: str, code: str) -> Process:
+    return processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": uri})
 
 
-def test_a_node_starts_without_openssl(processes: Processes, tmp_path: Path, master: Master) -> None:
+def test_a_node_starts_without_openssl(processes: Processes, master: Master) -> None:
     code = HEAD + "import sys\nprint('_hashlib' in sys.modules)"
-    assert start(processes, tmp_path, master.uri, code).wait() == 0  # stores the compiled messages
-    node = start(processes, tmp_path, master.uri, code)
-    assert node.wait() == 0
-    assert node.lines[-2:] == ["False", "hook False"]
+    assert start(processes, master.uri, code).wait() == 0  # stores the compiled messages
+    node = start(processes, master.uri, code)
+    assert (node.wait(), node.lines[-2:]) == (0, ["False", "hook False"])
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -77,18 +77,11 @@ def test_a_node_starts_without_openssl(processes: Processes, tmp_path: Path, mas
     ("body", "ready"), [(SPIN, "ready"), (RATE, "ready"), (SLEEP, "ready"), (CALLBACK_SLEEPS, "in callback")]
 )
 def test_a_signal_ends_a_node_cleanly(
-    processes: Processes,
-    tmp_path: Path,
-    master: Master,
-    client: MasterClient,
-    body: str,
-    ready: str,
-    number: signal.Signals,
+    processes: Processes, master: Master, client: MasterClient, body: str, ready: str, number: signal.Signals
 ) -> None:
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for(ready)
-    node.send_signal(number)
-    assert node.wait() == 0
+    node.send_signal(number, code=0)
     assert "hook False" in node.output
     assert "Traceback" not in node.output
     assert client.get_system_state() == [[], [], []]
@@ -96,21 +89,19 @@ def test_a_signal_ends_a_node_cleanly(
 
 @pytest.mark.parametrize("body", [SPIN, SLEEP])
 def test_a_closed_terminal_ends_a_node_as_without_a_handler_but_after_its_hooks(
-    processes: Processes, tmp_path: Path, master: Master, client: MasterClient, body: str
+    processes: Processes, master: Master, client: MasterClient, body: str
 ) -> None:
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("ready")
-    node.send_signal(signal.SIGHUP)
-    assert node.wait() == -signal.SIGHUP
+    node.send_signal(signal.SIGHUP, code=-signal.SIGHUP)
     assert client.get_system_state() == [[], [], []]
 
 
-def test_a_running_call_may_end_after_a_signal(processes: Processes, tmp_path: Path, master: Master) -> None:
+def test_a_running_call_may_end_after_a_signal(processes: Processes, master: Master) -> None:
     head = HEAD.replace("unregister_s=30", "unregister_s=30, call_grace_s=30")
-    node = start(processes, tmp_path, master.uri, head + CALL_IS_ANSWERED)
+    node = start(processes, master.uri, head + CALL_IS_ANSWERED)
     node.wait_for("in call")
-    node.send_signal(signal.SIGINT)
-    assert node.wait() == 0
+    node.send_signal(signal.SIGINT, code=0)
     assert "hook False" in node.output
     assert "Traceback" not in node.output
 
@@ -124,31 +115,24 @@ def test_a_running_call_may_end_after_a_signal(processes: Processes, tmp_path: P
     ],
 )
 def test_a_wait_interrupted_by_a_signal_raises_noetics_exception(
-    processes: Processes, tmp_path: Path, master: Master, body: str, ready: str, error: str
+    processes: Processes, master: Master, body: str, ready: str, error: str
 ) -> None:
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for(ready)
     node.send_signal(signal.SIGINT)
-    assert node.wait() == INTERRUPTED
-    assert error in node.output
+    assert (node.wait(), error in node.output) == (INTERRUPTED, True), node.output
 
 
-def test_shutdown_does_not_join_a_thread_that_was_not_started(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_shutdown_does_not_join_a_thread_that_was_not_started(processes: Processes, master: Master) -> None:
     end = (
         "rospy.core._add_shutdown_thread(threading.Thread(target=print))\n"
         "rospy.signal_shutdown('bye')\nprint('over')\n"
     )
-    node = start(processes, tmp_path, master.uri, HEAD + end)
-    assert node.wait() == 0
-    assert "over" in node.output
-    assert "Traceback" not in node.output
+    node = start(processes, master.uri, HEAD + end)
+    node.check(0, "over")
 
 
-def test_shutdown_joins_running_threads_and_forgets_ended_ones(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_shutdown_joins_running_threads_and_forgets_ended_ones(processes: Processes, master: Master) -> None:
     end = (
         "over = threading.Event()\n"
         "rospy.core.add_shutdown_hook(lambda _: over.set())\n"
@@ -160,29 +144,26 @@ def test_shutdown_joins_running_threads_and_forgets_ended_ones(
         "print('kept', len(rospy.core._shutdown_threads))\n"
         "rospy.signal_shutdown('bye')\nprint('over')\n"
     )
-    node = start(processes, tmp_path, master.uri, HEAD + end)
+    node = start(processes, master.uri, HEAD + end)
     assert node.wait() == 0
     assert [line for line in node.output.split("\n") if line in ("kept 1", "joined", "over")] == [
         *("kept 1", "joined", "over")
     ]
 
 
-def test_hooks_are_called_without_a_node(processes: Processes, tmp_path: Path, master: Master) -> None:
+def test_hooks_are_called_without_a_node(processes: Processes, master: Master) -> None:
     program = (
         "import rospy\nrospy.on_shutdown(lambda: print('client'))\n"
         "rospy.core.add_preshutdown_hook(print)\nrospy.core.add_shutdown_hook(lambda _: print('last'))\n"
         "rospy.signal_shutdown('reason')\nrospy.signal_shutdown('again')\n"
     )
-    node = start(processes, tmp_path, master.uri, program)
-    assert node.wait() == 0
-    assert node.output.split() == ["client", "reason", "last"]
+    node = start(processes, master.uri, program)
+    assert (node.wait(), node.output.split()) == (0, ["client", "reason", "last"])
 
 
-def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(processes: Processes, master: Master) -> None:
     hang = "rospy.on_shutdown(lambda: (print('hanging', flush=True), time.sleep(1000)))\n"
-    node = start(processes, tmp_path, master.uri, HEAD + hang + "print('hook is set', flush=True)\n" + SPIN)
+    node = start(processes, master.uri, HEAD + hang + "print('hook is set', flush=True)\n" + SPIN)
     node.wait_for("hook is set")
     node.send_signal(signal.SIGINT)
     node.wait_for("hanging")
@@ -197,16 +178,14 @@ def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
     assert node.wait() == 128 + signal.SIGINT
 
 
-def test_another_ctrl_c_ends_a_program_that_continues_after_its_node(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_another_ctrl_c_ends_a_program_that_survives_its_node(processes: Processes, master: Master) -> None:
     body = """
 import threading
 threading.Timer(0, lambda: (rospy.spin(), print('over', flush=True))).start()
 while True:
     time.sleep(0.1)
 """
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("ready")
     node.send_signal(signal.SIGINT)
     node.wait_for("over")
@@ -222,37 +201,34 @@ while True:
 
 
 def test_a_node_waits_for_its_master_and_continues_when_it_starts(
-    processes: Processes, tmp_path: Path, claimed_port: ClaimedPort
+    processes: Processes, claimed_port: ClaimedPort
 ) -> None:
-    node = start(processes, tmp_path, claimed_port.uri, HEAD + SPIN)
+    node = start(processes, claimed_port.uri, HEAD + SPIN)
     node.wait_for("Will keep trying")
     with Master(port=claimed_port.number):
         node.wait_for("ready")
-        node.send_signal(signal.SIGINT)
-        assert node.wait() == 0
+        node.send_signal(signal.SIGINT, code=0)
 
 
 def test_a_script_that_returns_leaves_no_registrations(
-    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+    processes: Processes, master: Master, client: MasterClient
 ) -> None:
-    node = start(processes, tmp_path, master.uri, HEAD + "rospy.Publisher('a', String, queue_size=1)")
-    assert node.wait() == 0
-    assert "hook False" in node.output
+    node = start(processes, master.uri, HEAD + "rospy.Publisher('a', String, queue_size=1)")
+    node.check(0, "hook False")
     assert client.get_system_state() == [[], [], []]
 
 
-def test_disable_signals_leaves_them_alone(processes: Processes, tmp_path: Path, master: Master) -> None:
+def test_disable_signals_leaves_them_alone(processes: Processes, master: Master) -> None:
     # If text is executed after Ctrl-C, as by a thread that imports dataclasses, Python's exit code is 1.
     code = "import pipros.net.outgoing, pipros.node.shared_publication, pipros.node.subscriber\n"
     code += HEAD.replace("init_node('node')", "init_node('node', disable_signals=True)")
-    node = start(processes, tmp_path, master.uri, code + "time.sleep(1000)")
+    node = start(processes, master.uri, code + "time.sleep(1000)")
     node.wait_for("ready")
     node.send_signal(signal.SIGINT)
-    assert node.wait() == -signal.SIGINT
-    assert "KeyboardInterrupt" in node.output
+    assert (node.wait(), "KeyboardInterrupt" in node.output) == (-signal.SIGINT, True), node.output
 
 
-def test_a_custom_signal_handler_is_respected(processes: Processes, tmp_path: Path, master: Master) -> None:
+def test_a_custom_signal_handler_is_respected(processes: Processes, master: Master) -> None:
     body = """
 import os, signal
 def land(number, frame):  # may come while print() prints, which cannot be entered twice
@@ -264,19 +240,18 @@ previous = signal.signal(signal.SIGINT, land)
 print('flies', flush=True)
 rospy.spin()
 """
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("flies")
     node.send_signal(signal.SIGINT)
     node.wait_for("landing False")
     again = node.mark()
     node.send_signal(signal.SIGINT)
     node.wait_for("landing False", since=again)
-    assert node.wait() == 0
-    assert "hook False" in node.output
+    node.check(0, "hook False")
 
 
 def test_a_signal_is_handled_while_another_library_owns_the_wakeup_descriptor(
-    processes: Processes, tmp_path: Path, master: Master
+    processes: Processes, master: Master
 ) -> None:
     body = """
 import asyncio, signal
@@ -287,16 +262,15 @@ async def main():
         await asyncio.sleep(0.01)
 asyncio.run(main())
 """
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("in asyncio")
-    node.send_signal(signal.SIGINT)
-    assert node.wait() == 0
+    node.send_signal(signal.SIGINT, code=0)
     assert "hook False" in node.output
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="children are not forked here")
 def test_a_forked_child_ends_by_signals_and_takes_nothing_with_it(
-    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+    processes: Processes, master: Master, client: MasterClient
 ) -> None:
     body = """
 import multiprocessing, os, sys
@@ -310,17 +284,14 @@ rospy.Publisher('a', String, queue_size=1)
 print('still', rospy.is_shutdown(), flush=True)
 rospy.spin()
 """
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("still False")
     assert "hook" not in node.output
     assert ["/a", ["/node"]] in client.get_system_state()[0]
-    node.send_signal(signal.SIGINT)
-    assert node.wait() == 0
+    node.send_signal(signal.SIGINT, code=0)
 
 
-def test_a_signal_to_a_child_at_its_start_does_not_end_the_node(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_signal_to_a_child_at_its_start_does_not_end_the_node(processes: Processes, master: Master) -> None:
     body = """
 import os, signal
 if os.fork() == 0:
@@ -337,16 +308,16 @@ except rospy.ROSException as error:
 import os, signal
 os.register_at_fork(after_in_child=lambda: os.kill(os.getpid(), signal.SIGTERM))
 """
-    node = start(processes, tmp_path, master.uri, early + HEAD + body)
+    node = start(processes, master.uri, early + HEAD + body)
     node.wait_for(f"child {-signal.SIGTERM}")
     node.wait_for("ROSException False")
     assert node.wait() == 0
 
 
 def test_a_node_logs_the_reason_of_a_requested_shutdown(
-    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
+    processes: Processes, master: Master, client: MasterClient
 ) -> None:
-    node = start(processes, tmp_path, master.uri, HEAD + SPIN)
+    node = start(processes, master.uri, HEAD + SPIN)
     node.wait_for("ready")
     api = client.lookup_node("/node")
     with RpcClient(api) as peer:
@@ -355,9 +326,7 @@ def test_a_node_logs_the_reason_of_a_requested_shutdown(
     assert "shutdown request: user request" in node.stdout
 
 
-def test_simulated_time_follows_clock(
-    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
-) -> None:
+def test_simulated_time_follows_clock(processes: Processes, master: Master, client: MasterClient) -> None:
     client.set_param("/use_sim_time", True)
     body = """
 from rosgraph_msgs.msg import Clock
@@ -371,7 +340,7 @@ rospy.sleep(20)
 print('slept', rospy.get_time() >= 30, flush=True)
 rospy.signal_shutdown('done')
 """
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     assert node.wait() == 0
     assert "zero 0" in node.stdout
     assert "slept True" in node.stdout
@@ -386,13 +355,9 @@ def test_remappings_and_namespaces_from_the_command_line(
         "rospy.spin()"
     )
     arguments = [
-        "chat:=/talk",
-        "_rate:=[1, 2]",
-        "__name:=other",
-        "__ns:=robot",
-        f"__master:={master.uri}",
+        "chat:=/talk", "_rate:=[1, 2]", "__name:=other", "__ns:=robot", f"__master:={master.uri}",
         "__log:=my.log",
-    ]
+    ]  # fmt: skip
     node = processes.start(sys.executable, script, *arguments, cwd=tmp_path)
     node.wait_for(r"\[1, 2\]")
     wait_until(lambda: ["/talk", ["/robot/other"]] in client.get_system_state()[0])
@@ -400,11 +365,184 @@ def test_remappings_and_namespaces_from_the_command_line(
 
 
 @pytest.mark.parametrize("call", ["get_param", "get_param_cached", "delete_param"])
-def test_a_missing_parameter_is_one_traceback(
-    master: Master, processes: Processes, tmp_path: Path, call: str
-) -> None:
-    node = start(processes, tmp_path, master.uri, HEAD + f"rospy.{call}('~turtle')")
+def test_a_missing_parameter_is_one_traceback(master: Master, processes: Processes, call: str) -> None:
+    node = start(processes, master.uri, HEAD + f"rospy.{call}('~turtle')")
     assert node.wait() == 1
     text = "\n".join(node.lines)
     assert text.count("Traceback (most recent call last)") == 1
     assert "KeyError: '~turtle'" in text
+
+
+# A process that starts a second node after the first has shut down, as notebooks and tests do.
+
+
+AGAIN_HEAD = """
+import functools, os, signal, sys
+import rospy, rospy.client, rospy.core
+from pipros.node.timings import NodeTimings
+from rospy import node_start
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+patient = NodeTimings(unregister_s=30)  # the master, in the process of the test, may be busy
+node_start.Node = functools.partial(node_start.Node, timings=patient)
+
+def begin_anew(name, **more):
+    rospy.client._init_node_args = None
+    rospy.core._shutdown_flag = rospy.core._in_shutdown = False
+    rospy.init_node(name, **more)
+
+def talk_to_oneself():
+    publisher = rospy.Publisher('said', String, queue_size=1, latch=True)
+    publisher.publish('by ' + rospy.get_name())
+    print('heard', rospy.wait_for_message('said', String, 20).data)
+    rospy.Service('~ask', Trigger, lambda _: (True, rospy.get_name()))
+    print('answered', rospy.ServiceProxy('~ask', Trigger)().message)
+
+def registered():
+    state = rospy.get_master().getSystemState()[2]
+    return sorted({node for part in state for _, nodes in part for node in nodes})
+"""
+
+FIRST = """
+rospy.init_node('first')
+rospy.on_shutdown(lambda: print('hook of the first'))
+talk_to_oneself()
+"""
+
+SECOND = """
+talk_to_oneself()
+rospy.loginfo('said once')
+print('registered', registered())
+rospy.spin()
+print('ended', registered())
+"""
+
+
+def again_start(processes: Processes, uri: str, code: str) -> Process:
+    environment = {"ROS_MASTER_URI": uri, "PYTHONUNBUFFERED": "1"}
+    return processes.start(sys.executable, "-c", AGAIN_HEAD + code, environment=environment)
+
+
+@pytest.mark.parametrize(
+    "between",
+    [
+        "rospy.signal_shutdown('enough')\nbegin_anew('second')",
+        "rospy.signal_shutdown('enough')\nbegin_anew('second', disable_signals=True)",
+        "os.kill(os.getpid(), signal.SIGINT)\nrospy.spin()\nbegin_anew('second')",
+        "rospy.client._init_node_args = None\nrospy.init_node('second')",
+    ],
+)
+def test_a_second_node_is_fully_functional(processes: Processes, master: Master, between: str) -> None:
+    node = again_start(processes, master.uri, FIRST + between + SECOND)
+    node.wait_for("^registered")
+    node.press_ctrl_c(code=0)
+    assert [line for line in node.stdout if not line.startswith("[")] == [
+        "heard by /first", "answered /first", "hook of the first", "heard by /second", "answered /second",
+        "registered ['/second']", "ended []",
+    ]  # fmt: skip
+    assert len([line for line in node.stdout if "said once" in line]) == 1
+
+
+def test_objects_of_the_first_node_are_refused_with_a_reason(processes: Processes, master: Master) -> None:
+    code = """
+rospy.init_node('first')
+publisher = rospy.Publisher('said', String, queue_size=1)
+subscriber = rospy.Subscriber('said', String)
+rospy.signal_shutdown('enough')
+publisher.publish('not received')
+begin_anew('second')
+try:
+    publisher.publish('x')
+except rospy.ROSException as error:
+    print(error)
+publisher.unregister()
+subscriber.unregister()
+"""
+    node = again_start(processes, master.uri, code)
+    assert node.wait() == 0, node.output
+    assert node.stdout == ["publish() to a closed topic"]
+
+
+def test_a_forked_child_may_start_its_own_node(processes: Processes, master: Master) -> None:
+    code = """
+rospy.init_node('parent')
+child = os.fork()
+if not child:
+    rospy.client._init_node_args = None
+    rospy.init_node('child')
+    talk_to_oneself()
+    print('registered', registered())
+    sys.exit()
+assert os.waitpid(child, 0)[1] == 0
+print('is shut down', rospy.is_shutdown())
+print('registered', registered())
+talk_to_oneself()
+"""
+    node = again_start(processes, master.uri, code)
+    assert node.wait() == 0, node.output
+    assert node.stdout == [
+        "heard by /child", "answered /child", "registered ['/child', '/parent']", "is shut down False",
+        "registered ['/parent']", "heard by /parent", "answered /parent",
+    ]  # fmt: skip
+
+
+def test_a_child_forked_while_a_thread_imports_may_use_topics(processes: Processes, master: Master) -> None:
+    code = """
+import importlib.util, threading, time
+from pipros.node import node
+
+class SlowImport:
+    def find_spec(self, name, path, target=None):
+        if name == 'pipros.node.publisher_connector':
+            sys.meta_path.remove(self)
+            spec = importlib.util.find_spec(name)
+            run = spec.loader.exec_module
+            spec.loader.exec_module = lambda module: (begun.set(), time.sleep(0.5), run(module))
+            return spec
+
+begun = threading.Event()
+sys.meta_path.insert(0, SlowImport())
+node._LOAD_LINKS_S = 1.0  # so that `init_node` has returned
+rospy.init_node('parent')
+assert begun.wait(10)
+child = os.fork()
+if not child:
+    from pipros.node.subscriber import Subscriber
+    os._exit(0)
+assert os.waitpid(child, 0)[1] == 0
+"""
+    node = again_start(processes, master.uri, code)
+    assert node.wait() == 0, node.output
+
+
+def test_a_flag_that_a_program_sets_ends_its_loops(processes: Processes, master: Master) -> None:
+    code = """
+rospy.init_node('first')
+rospy.core._shutdown_flag = True
+while not rospy.is_shutdown():
+    pass
+rospy.core._shutdown_flag = False
+print(rospy.is_shutdown(), rospy.get_name())
+talk_to_oneself()
+"""
+    node = again_start(processes, master.uri, code)
+    assert node.wait() == 0, node.output
+    assert node.stdout == ["False /first", "heard by /first", "answered /first"]
+
+
+def test_ctrl_c_ends_a_second_node_made_in_another_thread(processes: Processes, master: Master) -> None:
+    code = """
+import threading
+rospy.init_node('first')
+rospy.signal_shutdown('enough')
+thread = threading.Thread(target=begin_anew, args=('second',), kwargs={'disable_signals': True})
+thread.start()
+thread.join()
+print('up')
+rospy.spin()
+print('ended', registered())
+"""
+    node = again_start(processes, master.uri, code)
+    node.wait_for("^up$")
+    node.send_signal(signal.SIGINT, code=0)
+    assert node.stdout[-1] == "ended []"

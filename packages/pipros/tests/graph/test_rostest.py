@@ -1,18 +1,25 @@
-"""rostest with real nodes and masters: start, supervision, interruption and clean-up."""
+"""rostest with real nodes and masters, as a command, as a library, and run by catkin_make."""
 
 from __future__ import annotations
 
 import signal
+import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 import rostest
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
+from pipros_tools.testing.script_runner import main as run_unittests
 from tests.support.environments import REPOSITORY
+from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
+
+# rostest with real nodes and masters: start, supervision, interruption and clean-up.
+
 
 TEST = """#!/usr/bin/env python3
 import os, unittest
@@ -65,8 +72,7 @@ def test_arguments_of_the_command_line_reach_the_launch_file(ros: RosSystem, pac
 
     assert ros.pipros.run("rostest", "pkg", "t.test", "level:=25").returncode == 0
     unset = ros.pipros.run("rostest", "pkg", "t.test")
-    assert unset.returncode == 1
-    assert "requires the 'level' arg to be set" in unset.output
+    unset.check(1, "requires the 'level' arg to be set")
 
 
 @pytest.mark.parametrize(
@@ -145,7 +151,6 @@ def test_an_interrupted_run_ends_everything_and_does_not_look_like_a_passed_one(
     wait_until((ros.home / ".ros/started").exists, 60, "the test to run")
 
     run.send_signal(how)
-
     assert run.wait() == 130
     assert "SUCCESS" not in run.output
     assert run.stderr[-1] == "rostest was interrupted: no results"
@@ -168,9 +173,7 @@ def test_a_retry_passes_on_a_fresh_master(ros: RosSystem, package: Path) -> None
     assert " * TESTS: 1" in run.stdout
 
 
-def test_a_master_can_be_reused_with_and_without_the_parameters_of_others(
-    ros: RosSystem, package: Path
-) -> None:
+def test_a_master_is_reused_with_and_without_parameters_of_others(ros: RosSystem, package: Path) -> None:
     write_test(package, "self.assertEqual(rospy.get_param('/of_others', 'none'), os.environ['EXPECTED'])")
     with Master(host="127.0.0.1", port=ros.port) as master:
         client = MasterClient(master.uri, "/a_test")
@@ -197,9 +200,7 @@ def test_a_folder_for_results_that_cannot_be_written_is_named(ros: RosSystem, pa
     assert "Traceback" not in run.output
 
 
-def test_a_file_outside_of_all_packages_needs_a_package_for_its_results(
-    ros: RosSystem, package: Path
-) -> None:
+def test_a_file_outside_of_packages_needs_a_package_for_its_results(ros: RosSystem, package: Path) -> None:
     write_test(package, "pass")
     outside = ros.home / "outside.test"
     outside.write_text((package / "t.test").read_text())
@@ -233,3 +234,176 @@ def test_publishers_and_subscribers_can_be_queried(monkeypatch: pytest.MonkeyPat
 def test_without_a_master_queries_fail() -> None:
     with pytest.raises(ConnectionError, match="roscore"):
         rostest.is_publisher("/level", "/talker")
+
+
+# rostest as a library: the unittest class of a launch file, and a launch for tests.
+
+
+FILE = """<launch>
+  <node pkg="programs" type="sleeper" name="s"/>
+  <test pkg="programs" type="cases.py" test-name="aa"/>
+  <test pkg="programs" type="nope" test-name="bb"/>
+</launch>"""
+
+CASES = f"""#!{sys.executable}
+import unittest, rosunit
+class Cases(unittest.TestCase):
+    def test_one(self): pass
+    def test_two(self): self.fail("no")
+rosunit.unitrun("programs", "cases", Cases)
+"""
+
+CREATE = """
+import rostest.runner, sys, unittest
+kind = rostest.runner.createUnitTest("programs", sys.argv[1])
+result = unittest.TestResult()
+unittest.TestLoader().loadTestsFromTestCase(kind)(result)
+results = rostest.runner.getResults()
+print(">", result.testsRun, [test.id().rpartition(".")[2] for test, _ in result.failures])
+print(">", results.num_tests, results.num_failures, [case.name for case in results.test_case_results])
+print(">", [test.test_name for test in rostest.runner.getConfig().tests])
+"""
+
+PARENT = """
+import roslaunch.config, roslaunch.core, rostest.rostest_parent, sys
+config = roslaunch.config.load_config_default([sys.argv[1]], None)
+parent = rostest.rostest_parent.ROSTestLaunchParent(config, [sys.argv[1]])
+parent.setUp()
+started, failed = parent.launch()
+print(">", started, failed, parent.master.is_running())
+slow = roslaunch.core.Test("t", "programs", "sleeper", "t", time_limit=0.2)
+for test in (config.tests[1], slow):
+    try:
+        parent.run_test(test)
+    except roslaunch.core.RLException as error:
+        print(">", error)
+master = parent.master
+parent.tearDown()
+print(">", master.is_running())
+"""
+
+
+@pytest.fixture
+def library_package(ros: RosSystem) -> Path:
+    programs = {"sleeper": "#!/bin/sh\nexec sleep 1000\n", "cases.py": CASES}
+    folder = make_programs(ros.home / "src" / "programs", programs)
+    (folder / "t.test").write_text(FILE)
+    return folder
+
+
+def run(ros: RosSystem, package: Path, script: str) -> list[str]:
+    ended = ros.pipros.run(
+        sys.executable, "-c", script, package / "t.test", ROS_PACKAGE_PATH=str(package.parent)
+    )
+    assert ended.returncode == 0, ended.output
+    return [line[2:] for line in ended.stdout if line.startswith("> ")]
+
+
+def test_a_launch_file_becomes_a_class_of_cases(ros: RosSystem, library_package: Path) -> None:
+    assert run(ros, library_package, CREATE) == [
+        "2 ['testbb']",
+        "2 1 ['programs.rosunit-aa/test_one', 'programs.rosunit-aa/test_two']",
+        "['aa', 'bb']",
+    ]
+
+
+def test_a_launch_for_tests_has_a_master_and_time_limits(ros: RosSystem, library_package: Path) -> None:
+    assert run(ros, library_package, PARENT) == [
+        "['s-1'] [] True", "test [bb] failed to launch",
+        "max time [0.2s] allotted for test [t] of type [programs/sleeper]", "False",
+    ]  # fmt: skip
+
+
+# `catkin_make run_tests` and `catkin_test_results`: the tests declared by a package.
+
+
+MANIFEST = """<package format="2"><name>pkg</name><version>0.0.1</version><description>d</description>
+<maintainer email="a@example.org">A</maintainer><license>none</license>
+<buildtool_depend>catkin</buildtool_depend><test_depend>rostest</test_depend>
+<test_depend>roslaunch</test_depend></package>"""
+CMAKE = """cmake_minimum_required(VERSION 3.0.2)
+project(pkg)
+find_package(catkin REQUIRED)
+catkin_package()
+if(CATKIN_ENABLE_TESTING)
+  find_package(rostest REQUIRED)
+  find_package(roslaunch REQUIRED)
+  add_rostest(test/ready.test ARGS value:=25)
+  catkin_add_nosetests(test/test_unit.py)
+  roslaunch_add_file_check(launch IGNORE_UNSET_ARGS)
+endif()
+"""
+READY = """<launch>
+<arg name="value"/><param name="/ready" value="$(arg value)"/>
+<test test-name="is_ready" pkg="rostest" type="paramtest">
+<rosparam>{param_name_target: /ready, param_value_expected: 25, test_duration: 0.2}</rosparam></test>
+</launch>"""
+UNIT = """import unittest
+
+class Sums(unittest.TestCase):
+    def test_sum(self):
+        self.assertEqual(1 + 1, 2)
+
+    def test_wrong_sum(self):
+        self.assertEqual(1 + 1, SUM)
+"""
+# as in Noetic, nodes after an argument without a value are not looked up
+LAUNCH = '<launch><node name="n" pkg="pkg" type="{}"/><arg name="x"/></launch>'
+
+
+@pytest.fixture
+def made_workspace(ros: RosSystem) -> Path:
+    base = ros.home / "ws"
+    made_write(base, "package.xml", MANIFEST)
+    made_write(base, "CMakeLists.txt", CMAKE)
+    made_write(base, "test/ready.test", READY)
+    made_write(base, "test/test_unit.py", UNIT.replace("SUM", "2"))
+    made_write(base, "launch/nodes.launch", LAUNCH.format("node.py"))
+    made_write(base, "node.py", "#!/usr/bin/env python3\n")
+    (base / "src/pkg/node.py").chmod(0o755)
+    del ros.pipros.environment["ROS_PACKAGE_PATH"]
+    return base
+
+
+def made_write(workspace: Path, name: str, content: str) -> None:
+    file = workspace / "src/pkg" / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(content)
+
+
+def test_launch_tests_unit_tests_and_checks_all_leave_results(ros: RosSystem, made_workspace: Path) -> None:
+    made = ros.pipros.run("catkin_make", "-C", made_workspace, "run_tests", timeout_s=120)
+
+    assert made.returncode == 0, made.output
+    results = made_workspace / "build/test_results"
+    assert sorted(file.name for file in (results / "pkg").iterdir()) == [
+        "nosetests-test.test_unit.py.xml", "roslaunch-check_launch.xml", "rostest-ready__value_25.xml",
+        "rosunit-is_ready.xml",
+    ]  # fmt: skip
+    summed = ros.pipros.run("catkin_test_results", results)
+    assert summed.returncode == 0, summed.output
+    assert summed.stdout[-1].startswith("Summary: 5 tests, 0 errors, 0 failures")
+
+
+def test_failures_are_named_by_catkin_test_results(ros: RosSystem, made_workspace: Path) -> None:
+    made_write(made_workspace, "test/ready.test", READY.replace("expected: 25", "expected: 26"))
+    made_write(made_workspace, "test/test_unit.py", UNIT.replace("SUM", "3"))
+    made_write(made_workspace, "launch/nodes.launch", LAUNCH.format("gone.py"))
+
+    made = ros.pipros.run("catkin_make", "-C", made_workspace, "run_tests_pkg", timeout_s=120)
+
+    assert made.returncode == 0, made.output
+    summed = ros.pipros.run("catkin_test_results", made_workspace / "build/test_results")
+    assert summed.returncode == 1
+    assert summed.stdout[-1].startswith("Summary: 5 tests, 0 errors, 3 failures")
+    assert "cannot find node [gone.py] in package [pkg]" in made.output
+
+
+def test_unit_tests_run_without_pytest_too(tmp_path: Path) -> None:
+    (tmp_path / "test_sums_of_a_folder.py").write_text(UNIT.replace("SUM", "3"))
+    results = tmp_path / "results.xml"
+
+    assert run_unittests([str(tmp_path), str(results)]) == 1
+
+    suite = ElementTree.parse(results).getroot()  # noqa: S314
+    assert (suite.attrib["tests"], suite.attrib["failures"]) == ("2", "1")

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import pipros
-from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 from tests.support.rostest_nodes import ONLY_OURS, SCENES, LevelSystem, Scene, cases_in
 
@@ -16,14 +15,11 @@ ALL = SCENES + ONLY_OURS
 
 
 @pytest.fixture(scope="module")
-def system(tmp_path_factory: pytest.TempPathFactory, bare_tools: Path) -> Iterator[LevelSystem]:
-    port = ClaimedPort()
-    ros = RosSystem(port.number, tmp_path_factory.mktemp("level"), bare_tools)
-    system = LevelSystem(ros, ros.pipros, "python", Path(pipros.__file__).parent / "share/rostest/nodes")
+def system(module_ros: RosSystem) -> Iterator[LevelSystem]:
+    nodes = Path(pipros.__file__).parent / "share/rostest/nodes"
+    system = LevelSystem(module_ros, module_ros.pipros, "python", nodes)
     yield system
     system.close()
-    ros.close()
-    port.release()
 
 
 @pytest.mark.parametrize("scene", ALL, ids=[f"{scene.node} {scene.params}" for scene in ALL])
@@ -55,7 +51,7 @@ def test_rospack_and_rosrun_find_the_test_nodes(ros: RosSystem) -> None:
     assert found.returncode == 0
     assert found.stdout[0].endswith("/share/rostest")
 
-    ros.pipros.start_master()
+    ros.serve_master()
     ran = ros.pipros.run("rosrun", "rostest", "paramtest", "_param_name_target:=/run_id", "--text")
 
     assert ran.returncode == 0, ran.output

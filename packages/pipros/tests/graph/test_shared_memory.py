@@ -41,7 +41,7 @@ from pipros.wire.slot_frames import (
     encode_acknowledgement,
 )
 from tests.support.constants import Constants
-from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
+from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(not local_stream.shares_memory(), reason="needs shared memory of Linux")
@@ -548,8 +548,7 @@ def test_a_callback_that_forks_or_ends_its_process_returns_no_slot_of_its_parent
     for number in range(10):
         publisher.publish(image(number))
     wait_until(lambda: len(seen) == 10)
-    assert publisher.connection_count == 1
-    assert publisher.statistics()["dropped"] == 0
+    assert (publisher.connection_count, publisher.statistics()["dropped"]) == (1, 0)
 
 
 # -- limits and failures ------------------------------------------------------------------
@@ -576,13 +575,10 @@ def publish_to_two(
 @pytest.mark.parametrize(
     ("call", "code"),
     [
-        ("posix_fallocate", errno.ENOSPC),
-        ("posix_fallocate", errno.ENOMEM),
-        ("memfd_create", errno.EMFILE),
-        ("pipe2", errno.EMFILE),
-        ("ftruncate", errno.EFBIG),
+        ("posix_fallocate", errno.ENOSPC), ("posix_fallocate", errno.ENOMEM), ("memfd_create", errno.EMFILE),
+        ("pipe2", errno.EMFILE), ("ftruncate", errno.EFBIG),
     ],
-)
+)  # fmt: skip
 def test_messages_use_the_stream_with_one_log_line_if_the_system_refuses(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, call: str, code: int
 ) -> None:
@@ -597,7 +593,7 @@ def test_messages_use_the_stream_with_one_log_line_if_the_system_refuses(
     assert memory_of(publisher).held_slots == 0
 
 
-def test_messages_beyond_the_limits_use_the_stream_with_one_log_line(
+def test_messages_beyond_limits_use_the_stream_with_a_log_line(
     make_node: MakeNode, constants: Constants
 ) -> None:
     constants(SHARED_TOPIC_BYTES=SIZE)
@@ -671,9 +667,9 @@ def test_log_topics_need_no_shared_memory(make_node: MakeNode) -> None:
 
 
 def test_memory_that_was_just_used_is_kept_even_if_the_event_loop_is_late(make_node: MakeNode) -> None:
-    publisher = make_node("talker").advertise("images", Image, queue_size=None)
-    make_node("listener").subscribe("images", Image, Inbox())
-    wait_until_connected(publisher)
+    publisher = connected(
+        make_node("talker"), make_node("listener"), "images", Image, Inbox(), queue_size=None
+    )
     warm_up(publisher)
     publisher.publish(image(0))
     memory = memory_of(publisher)

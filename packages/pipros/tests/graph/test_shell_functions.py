@@ -103,12 +103,9 @@ def test_files_are_shown_edited_copied_and_moved(ros: RosSystem, source: Path, p
         ("rosed", "usage: rosed [package] [file]"),
     ],
 )
-def test_errors_are_reported_with_exit_code_1(
-    ros: RosSystem, source: Path, program: str, line: str, expected: str
-) -> None:
+def test_errors_exit_with_1(ros: RosSystem, source: Path, program: str, line: str, expected: str) -> None:
     ended = shell(ros, program, line)
-    assert ended.returncode == 1
-    assert expected in ended.output
+    ended.check(1, expected)
 
 
 @pytest.mark.parametrize("program", SHELLS)
@@ -123,11 +120,9 @@ def test_rospd_and_rosd_keep_a_stack_of_folders(ros: RosSystem, source: Path, pr
     ended = shell(ros, program, "rospd robots; rospd robots/a; rospd 1; pwd")
     home = str(ros.home)
     assert ended.stdout == [
-        *(f"0 {source}", f"1 {home}"),
-        *(f"0 {source}/a", f"1 {source}", f"2 {home}"),
-        *(f"0 {source}", f"1 {home}", f"2 {source}/a"),
-        str(source),
-    ]
+        *(f"0 {source}", f"1 {home}"), *(f"0 {source}/a", f"1 {source}", f"2 {home}"),
+        *(f"0 {source}", f"1 {home}", f"2 {source}/a"), str(source),
+    ]  # fmt: skip
 
 
 def test_bash_completes_words_folders_and_messages(ros: RosSystem, source: Path) -> None:
@@ -135,7 +130,7 @@ def test_bash_completes_words_folders_and_messages(ros: RosSystem, source: Path)
     (source / "msg/Wheel.msg").write_text("string side\nint32 turns\n")
     ended = shell(ros, "bash", COMPLETIONS)
     assert ended.stdout == [
-        *("<robots/>", "<robots/a/><robots/b/><robots/msg/>", "<README>", "<\"side: ''", 'turns: 0">'),
+        *("<robots/>", "<robots/a/><robots/b/><robots/msg/>", "<README>", "<\"side: ''", 'turns: 0">')
     ]
 
 

@@ -31,8 +31,7 @@ def environment(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_rosnode_lists_and_pings_nodes(make_node: MakeNode) -> None:
     node = make_node("talker")
     node.advertise("/chatter", String)
-    assert rosnode.get_node_names() == ["/talker"]
-    assert rosnode.get_node_names("/elsewhere") == []
+    assert (rosnode.get_node_names(), rosnode.get_node_names("/elsewhere")) == (["/talker"], [])
     assert rosnode.get_api_uri(None, "/talker") == node.uri
     assert rosnode.get_machines_by_nodes() == ["127.0.0.1"]
     assert rosnode.get_nodes_by_machine("localhost") == ["/talker"]
@@ -167,9 +166,7 @@ def test_rosmsg_shows_and_lists_types() -> None:
         rosmsg.list_msgs("nowhere_msgs")
 
 
-def test_a_text_file_that_is_not_utf8_is_a_plain_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_is_not_utf8_is_a_plain_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "image.png"
     file.write_bytes(b"\x89PNG\xff\xfe")
     with pytest.raises(SystemExit) as end:

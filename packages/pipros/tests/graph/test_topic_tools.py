@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -42,13 +41,13 @@ class Other(Strange):
 
 
 def test_launched_programs_relay_messages_of_unknown_types(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     numbers: Any = load_message_class("std_msgs/Float64")
     launch = ros.home / "tools.launch"
     launch.write_text(LAUNCH)
     got: list[tuple[str, bytes]] = []
     headers: dict[str, Any] = {}
-    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("probe") as node:
         publisher = node.advertise("/strange", Strange, latch=True)
         publisher.publish(Strange(b"\x07"))
         node.advertise("/numbers", numbers, latch=True).publish(numbers(1.0))
@@ -78,16 +77,15 @@ def test_launched_programs_relay_messages_of_unknown_types(ros: RosSystem) -> No
 
         launched.wait_for(r"ERROR.*an expression cannot import os; it can import numpy, math")
         launched.wait_for(r"ERROR.*m\.nothing.*Float64 has no field \[nothing\]")
-        launched.press_ctrl_c()
-        assert launched.wait() == 0
+        launched.press_ctrl_c(code=0)
 
 
 def test_a_stealthy_relay_sends_nothing_without_a_monitor(ros: RosSystem) -> None:
     """Not even the messages that determine the type, before it checks the monitored topic again."""
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     text: Any = load_message_class("std_msgs/String")
     got: list[str] = []
-    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("probe") as node:
         publisher = node.advertise("/in", text, latch=True)
         publisher.publish(text("secret"))
         node.subscribe("/out", text, lambda message: got.append(message.data))
@@ -100,22 +98,21 @@ def test_a_stealthy_relay_sends_nothing_without_a_monitor(ros: RosSystem) -> Non
         assert subscription is not None
         wait_until(lambda: subscription.links)
         publisher.publish(text("secret too"))
-        relay.press_ctrl_c()
-        assert relay.wait() == 0
+        relay.press_ctrl_c(code=0)
         wait_until(lambda: not subscription.links)
     assert got == []
 
 
 def test_a_stealthy_relay_waits_for_the_type_of_its_input(ros: RosSystem) -> None:
     """However often it checks the monitored topic before the first message."""
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     text: Any = load_message_class("std_msgs/String")
     ros.pipros.start_node(
         *("topic_tools", "relay", "/in", "/out"),
         *("_stealth:=true", "_monitor_topic:=/watched", "_monitor_rate:=1000"),
     )
     ros.wait_for_subscriber("/in")
-    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("probe") as node:
         publisher = node.advertise("/in", text, latch=True)
         publisher.publish(text("secret"))
         ros.wait_for_publisher("/out")
@@ -123,10 +120,10 @@ def test_a_stealthy_relay_waits_for_the_type_of_its_input(ros: RosSystem) -> Non
 
 
 def test_a_throttle_by_wall_clock_needs_no_simulated_time(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     text: Any = load_message_class("std_msgs/String")
     got: list[str] = []
-    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("probe") as node:
         node.master.set_param("/use_sim_time", True)
         node.advertise("/in", text, latch=True).publish(text("now"))
         node.subscribe("/in_throttle", text, lambda message: got.append(message.data))
@@ -139,31 +136,22 @@ def test_a_throttle_by_wall_clock_needs_no_simulated_time(ros: RosSystem) -> Non
 
 WRONG_ARGUMENTS = {
     "switch_mux // input": 'Base name extracted from "//" is an empty string',
-    "switch_mux a! b": "invalid topic name: [a!]",
-    "switch_mux a b!": "invalid topic name: [b!]",
-    "relay //": 'Base name extracted from "//" is an empty string',
-    "relay a!": "invalid topic name: [a!]",
-    "relay a b!": "invalid topic name: [b!]",
-    "relay /1": "[/1] must end in a valid node name",
-    "mux a! b": "invalid topic name: [a!]",
-    "mux a b c!": "invalid topic name: [c!]",
-    "mux a //": "invalid topic name: [//]",
-    "demux a b!": "invalid topic name: [b!]",
-    "drop a! 1 2": "invalid topic name: [a!]",
-    "drop a 1 2 b!": "invalid topic name: [b!]",
+    "switch_mux a! b": "invalid topic name: [a!]", "switch_mux a b!": "invalid topic name: [b!]",
+    "relay //": 'Base name extracted from "//" is an empty string', "relay a!": "invalid topic name: [a!]",
+    "relay a b!": "invalid topic name: [b!]", "relay /1": "[/1] must end in a valid node name",
+    "mux a! b": "invalid topic name: [a!]", "mux a b c!": "invalid topic name: [c!]",
+    "mux a //": "invalid topic name: [//]", "demux a b!": "invalid topic name: [b!]",
+    "drop a! 1 2": "invalid topic name: [a!]", "drop a 1 2 b!": "invalid topic name: [b!]",
     "throttle messages a! 1": "invalid topic name: [a!]",
     "throttle messages a 1 b!": "invalid topic name: [b!]",
-    "throttle bytes a 1 1 b!": "invalid topic name: [b!]",
-    "mux_add m! t": "invalid service name: [m!]",
-    "mux_delete m t!": "invalid topic name: [t!]",
-    "mux_select // t": "invalid service name: [//]",
+    "throttle bytes a 1 1 b!": "invalid topic name: [b!]", "mux_add m! t": "invalid service name: [m!]",
+    "mux_delete m t!": "invalid topic name: [t!]", "mux_select // t": "invalid service name: [//]",
     "mux_list m!": "invalid service name: [m!]",
     "transform a! /b std_msgs/String m": "invalid topic name: [a!]",
     "transform a /b! std_msgs/String m": "invalid topic name: [/b!]",
-    "transform a /b std_msgs/Nope m": "ERROR: ",
-    "transform a /b std_msgs/String m(": "ERROR: ",
+    "transform a /b std_msgs/Nope m": "ERROR: ", "transform a /b std_msgs/String m(": "ERROR: ",
     "relay_field a[0] /b! std_msgs/String {}": "invalid topic name: [/b!]",
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("command", WRONG_ARGUMENTS)
@@ -171,8 +159,7 @@ def test_wrong_arguments_are_refused_without_a_master(ros: RosSystem, command: s
     program, *arguments = command.split()
     ran = ros.pipros.processes.run(*ros.pipros.node("topic_tools", program), *arguments)
 
-    assert ran.returncode == 1, ran.output
-    assert WRONG_ARGUMENTS[command] in ran.output
+    ran.check(1, WRONG_ARGUMENTS[command])
     assert len(ran.lines) == 1
 
 
@@ -181,7 +168,7 @@ def test_a_mux_may_wait_for_its_subscribers_before_the_first_message(ros: RosSys
     numbers: Any = load_message_class("std_msgs/Float64")
     got: list[float] = []
     waits = ("_wait_publisher_initialization:=true", "_wait_publisher_second:=2")
-    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("probe") as node:
         node.subscribe("/out", numbers, lambda message: got.append(message.data))
         mux = ros.pipros.start_node("topic_tools", "mux", "/out", "/in", *waits)
         ros.wait_for_subscriber("/in")

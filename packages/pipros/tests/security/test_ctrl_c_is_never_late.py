@@ -103,10 +103,8 @@ def port_of(server: socket.socket) -> int:
     return int(server.getsockname()[1])
 
 
-def start(processes: Processes, tmp_path: Path, uri: str, code: str) -> Process:
-    script = tmp_path / "node.py"
-    script.write_text(code)
-    return processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})
+def start(processes: Processes, uri: str, code: str) -> Process:
+    return processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": uri})
 
 
 def assert_ends_at_once(process: Process) -> None:
@@ -124,10 +122,10 @@ def offer(master: Master, service: str, uri: str) -> None:
 
 @pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, HOOK, ASYNC_CALL])
 def test_with_a_service_that_accepts_and_never_answers(
-    processes: Processes, tmp_path: Path, master: Master, mute: socket.socket, body: str
+    processes: Processes, master: Master, mute: socket.socket, body: str
 ) -> None:
     offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(mute)}")
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("ready")
     with mute.accept()[0] as connection:
         connection.recv(1024)
@@ -136,75 +134,69 @@ def test_with_a_service_that_accepts_and_never_answers(
 
 @pytest.mark.parametrize("body", [CALL, WAIT, ASYNC_CALL])
 def test_with_a_service_that_does_not_even_accept(
-    processes: Processes, tmp_path: Path, master: Master, full: socket.socket, body: str
+    processes: Processes, master: Master, full: socket.socket, body: str
 ) -> None:
     offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(full)}")
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("ready")
     wait_until(lambda: "SYN_SENT" in states_of_connections_to(port_of(full), node.pid))
     assert_ends_at_once(node)
 
 
 @pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, ASYNC_CALL])
-def test_with_a_service_at_an_unknown_host(
-    processes: Processes, tmp_path: Path, master: Master, body: str
-) -> None:
+def test_with_a_service_at_an_unknown_host(processes: Processes, master: Master, body: str) -> None:
     offer(master, "/mute", "rosrpc://host.silent:1234")
-    node = start(processes, tmp_path, master.uri, HEAD + body)
+    node = start(processes, master.uri, HEAD + body)
     node.wait_for("looking up host.silent")
     assert_ends_at_once(node)
 
 
-def test_with_a_publisher_at_an_unknown_host(processes: Processes, tmp_path: Path, master: Master) -> None:
+def test_with_a_publisher_at_an_unknown_host(processes: Processes, master: Master) -> None:
     with closing(MasterClient(master.uri, "/mute_node")) as client:
         client.register_publisher("/mute", "std_msgs/String", "http://host.silent:1234/")
-    node = start(processes, tmp_path, master.uri, HEAD + SUBSCRIBE)
+    node = start(processes, master.uri, HEAD + SUBSCRIBE)
     node.wait_for("looking up host.silent")
     assert_ends_at_once(node)
 
 
 def test_with_a_publisher_that_accepts_and_never_answers(
-    processes: Processes, tmp_path: Path, master: Master, mute: socket.socket
+    processes: Processes, master: Master, mute: socket.socket
 ) -> None:
     with closing(MasterClient(master.uri, "/mute_node")) as client:
         client.register_publisher("/mute", "std_msgs/String", f"http://127.0.0.1:{port_of(mute)}/")
-    node = start(processes, tmp_path, master.uri, HEAD + SUBSCRIBE)
+    node = start(processes, master.uri, HEAD + SUBSCRIBE)
     node.wait_for("ready")  # others may connect, too: nodes of tests before, whose peer had this port
     with mute.accept()[0]:
         assert_ends_at_once(node)
 
 
-def test_with_a_master_at_an_unknown_host(processes: Processes, tmp_path: Path) -> None:
-    node = start(processes, tmp_path, "http://host.silent:11311", HEAD + "init()")
+def test_with_a_master_at_an_unknown_host(processes: Processes) -> None:
+    node = start(processes, "http://host.silent:11311", HEAD + "init()")
     node.wait_for("looking up host.silent")
     assert_ends_at_once(node)
 
 
-def test_a_tool_with_a_master_at_an_unknown_host(processes: Processes, tmp_path: Path) -> None:
+def test_a_tool_with_a_master_at_an_unknown_host(processes: Processes) -> None:
     code = f"{SILENT_NAMES}\nfrom pipros_tools.cli.rostopic import main\nmain(['list'])"
-    tool = start(processes, tmp_path, "http://host.silent:11311", code)
+    tool = start(processes, "http://host.silent:11311", code)
     tool.wait_for("looking up host.silent")
     assert_ends_at_once(tool)
 
 
 @pytest.mark.parametrize("server", ["mute", "full"])
-def test_with_a_silent_master(
-    processes: Processes, tmp_path: Path, server: str, request: pytest.FixtureRequest
-) -> None:
+def test_with_a_silent_master(processes: Processes, server: str, request: pytest.FixtureRequest) -> None:
     port = port_of(request.getfixturevalue(server))
-    node = start(processes, tmp_path, f"http://127.0.0.1:{port}", HEAD + "print('start', flush=True)\ninit()")
+    node = start(processes, f"http://127.0.0.1:{port}", HEAD + "print('start', flush=True)\ninit()")
     node.wait_for("start")
     wait_until(lambda: states_of_connections_to(port, node.pid))
     assert_ends_at_once(node)
 
 
-def test_with_a_master_that_has_stopped(
-    processes: Processes, tmp_path: Path, claimed_port: ClaimedPort
-) -> None:
+def test_with_a_master_that_has_stopped(processes: Processes, claimed_port: ClaimedPort) -> None:
     uri = f"http://127.0.0.1:{claimed_port.number}/"
     code = "import sys\nfrom pipros_tools.cli.rosmaster import main\nmain(['--core', '-p', sys.argv[1]])"
     master = processes.start(sys.executable, "-c", code, str(claimed_port.number))
-    node = start(processes, tmp_path, uri, HEAD + "init()\nrospy.spin()")
+    node = start(processes, uri, HEAD + "init()\nrospy.spin()")
     node.wait_for("ready")
     master.send_signal(signal.SIGSTOP)
     try:
@@ -213,10 +205,8 @@ def test_with_a_master_that_has_stopped(
         master.send_signal(signal.SIGCONT)
 
 
-def test_with_a_subscribe_listener_that_never_returns(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
-    node = start(processes, tmp_path, master.uri, HEAD + LISTENER)
+def test_with_a_subscribe_listener_that_never_returns(processes: Processes, master: Master) -> None:
+    node = start(processes, master.uri, HEAD + LISTENER)
     node.wait_for("blocked")
     assert_ends_at_once(node)
 

@@ -59,8 +59,7 @@ def test_a_build_names_each_file_and_goes_on(build: str, file: str, ros: RosSyst
 
     built = ros.pipros.run("sh", "-c", limits, "sh", *build.split(), PYTHONDONTWRITEBYTECODE="1")
 
-    assert built.returncode == 1, built.output
-    assert "Traceback" not in built.output
+    built.check(1)
     lines = built.output.splitlines()
     about = {
         kind: ["".join(lines[i : i + 3]) for i, line in enumerate(lines) if kind in line] for kind in KINDS
@@ -77,6 +76,5 @@ def test_a_definition_is_named(command: str, file: str, ros: RosSystem) -> None:
     make_packages(ros.home / "src", file)
     for kind in KINDS:
         shown = ros.pipros.run(command, "show", f"{kind}/A", ROS_PACKAGE_PATH=str(ros.home / "src"))
-        assert shown.returncode == 1
-        assert f"{kind}/A" in shown.output
+        shown.check(1, f"{kind}/A")
         assert len(shown.output.splitlines()) == 1

@@ -18,50 +18,28 @@ MAP = "image: FILE\nresolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.6\nfr
 XACRO = "roslaunch --nodes FOLDER/xacro.launch file:=FILE"
 SPARSE = "SHARE/diagnostic_analysis/scripts/sparse_csv.py FILE"
 COMMANDS = {
-    "rosparam load FILE": "yaml",
-    "rosparam set -t FILE /p": "txt",
-    "rostopic pub -1 -f FILE /t std_msgs/String": "yaml",
-    "rostopic echo -b FILE /t": "bag",
-    "roslaunch --nodes FILE": "launch",
-    "roslaunch --nodes FOLDER/params.launch file:=FILE": "yaml",
-    "roslaunch-deps FILE": "launch",
-    "check_urdf FILE": "urdf",
-    "urdf_to_graphviz FILE": "urdf",
-    "rosbag info FILE": "bag",
-    "rosbag check FILE": "bag",
-    "rosbag play FILE": "bag",
-    "rosbag reindex FILE": "bag",
-    "rosbag filter FILE OUT.bag True": "bag",
-    "rosbag convert FILE OUT.mcap": "bag",
-    "rosbag convert -f FILE OUT.bag": "mcap",
-    "rosbag info FILE ": "db3",
-    "rosbag compress FILE": "bag",
-    "rosbag merge FILE FILE -o OUT.bag": "bag",
-    "rosbag export FILE OUT /t": "bag",
-    "rosmsg show -b FILE std_msgs/String": "bag",
-    "pipros policy check FILE": "yaml",
-    "pipros serve --port 0 --policy FILE": "yaml",
-    "pipros serve --port 0 --token-file FILE": "txt",
-    "pipros serve --port 0 --cert FILE": "pem",
-    "rqt --perspective-file FILE": "perspective",
-    "rviz -d FILE": "rviz",
-    "catkin_test_results FILE": "xml",
+    "rosparam load FILE": "yaml", "rosparam set -t FILE /p": "txt",
+    "rostopic pub -1 -f FILE /t std_msgs/String": "yaml", "rostopic echo -b FILE /t": "bag",
+    "roslaunch --nodes FILE": "launch", "roslaunch --nodes FOLDER/params.launch file:=FILE": "yaml",
+    "roslaunch-deps FILE": "launch", "check_urdf FILE": "urdf", "urdf_to_graphviz FILE": "urdf",
+    "rosbag info FILE": "bag", "rosbag check FILE": "bag", "rosbag play FILE": "bag",
+    "rosbag reindex FILE": "bag", "rosbag filter FILE OUT.bag True": "bag",
+    "rosbag convert FILE OUT.mcap": "bag", "rosbag convert -f FILE OUT.bag": "mcap",
+    "rosbag info FILE ": "db3", "rosbag compress FILE": "bag", "rosbag merge FILE FILE -o OUT.bag": "bag",
+    "rosbag export FILE OUT /t": "bag", "rosmsg show -b FILE std_msgs/String": "bag",
+    "pipros policy check FILE": "yaml", "pipros serve --port 0 --policy FILE": "yaml",
+    "pipros serve --port 0 --token-file FILE": "txt", "pipros serve --port 0 --cert FILE": "pem",
+    "rqt --perspective-file FILE": "perspective", "rviz -d FILE": "rviz", "catkin_test_results FILE": "xml",
     "SHARE/map_server/scripts/map_server FILE": "yaml",
     "SHARE/map_server/scripts/map_server FILE.yaml": "pgm",
     "SHARE/camera_calibration_parsers/scripts/convert FILE OUT.ini": "yaml",
     "SHARE/diagnostic_aggregator/scripts/add_analyzers FILE": "yaml",
-    "SHARE/dynamic_reconfigure/scripts/dynparam load /n FILE": "yaml",
-    "pipros dataset --suggest FILE": "bag",
-    "pipros dataset BAG --config FILE -o OUT": "yaml",
-    "rosbag table FILE /t -o OUT.csv": "bag",
-    "SHARE/stage_ros/scripts/stageros FILE": "world",
-    "pipros port FILE": "py",
-    "pipros sim-for FILE": "launch",
-    "rostest FILE": "test",
-    "rosunit FILE": "py",
-    XACRO: "xacro",
+    "SHARE/dynamic_reconfigure/scripts/dynparam load /n FILE": "yaml", "pipros dataset --suggest FILE": "bag",
+    "pipros dataset BAG --config FILE -o OUT": "yaml", "rosbag table FILE /t -o OUT.csv": "bag",
+    "SHARE/stage_ros/scripts/stageros FILE": "world", "pipros port FILE": "py",
+    "pipros sim-for FILE": "launch", "rostest FILE": "test", "rosunit FILE": "py", XACRO: "xacro",
     SPARSE: "csv",
-}
+}  # fmt: skip
 """Commands, and the ending of the file that they open."""
 
 ACCEPTED = {
@@ -107,9 +85,7 @@ def master() -> Iterator[Master]:
 
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_file_that_cannot_be_used_is_named_in_one_line(
-    command: str, tmp_path: Path, master: Master
-) -> None:
+def test_a_file_that_is_of_no_use_is_named_in_one_line(command: str, tmp_path: Path, master: Master) -> None:
     ending = COMMANDS[command]
     bag = make_bag(tmp_path / "good.bag")
     good = GOOD.get(ending, bag if ending == "bag" else b"a: [1, 2")

@@ -24,7 +24,7 @@ from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.constants import Constants
-from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
+from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
@@ -124,13 +124,9 @@ def test_a_node_recovers_after_an_attack(make_node: MakeNode, attacker: Attacker
     wait_until_connected(subscriber)
 
 
-def test_a_flood_of_topic_links_keeps_older_ones_and_admits_new_ones(
-    make_node: MakeNode, attacker: Attacker
-) -> None:
+def test_a_flood_of_links_keeps_old_ones_and_admits_new_ones(make_node: MakeNode, attacker: Attacker) -> None:
     node, inbox, late_inbox = make_node("node", limits=FEW), Inbox(), Inbox()
-    publisher = node.advertise("chat", String)
-    make_node("friend").subscribe("chat", String, inbox)
-    wait_until_connected(publisher)
+    publisher = connected(node, make_node("friend"), "chat", String, inbox)
 
     attacker.hang(node, TOPIC, 100)
 
@@ -141,9 +137,7 @@ def test_a_flood_of_topic_links_keeps_older_ones_and_admits_new_ones(
     assert publisher.connection_count <= 40
 
 
-def test_one_address_cannot_exceed_its_share(
-    make_node: MakeNode, attacker: Attacker, constants: Constants
-) -> None:
+def test_no_address_exceeds_its_share(make_node: MakeNode, attacker: Attacker, constants: Constants) -> None:
     constants(HANDSHAKES=8, TCPROS_CONNECTIONS_PER_PEER=5)
     node = make_node("node", limits=Limits(tcpros_connections=40))
     node.serve("set", SetBool, answer)
@@ -262,9 +256,7 @@ def test_incomplete_requests_have_a_total_limit(make_node: MakeNode, attacker: A
 def test_incomplete_messages_have_a_total_limit(make_node: MakeNode, attacker: Attacker) -> None:
     listener, talker = make_node("listener", limits=Limits(frame_bytes=5_000_000)), make_node("talker")
     inbox = Inbox()
-    listener.subscribe("chat", String, inbox)
-    publisher = talker.advertise("chat", String)
-    wait_until_connected(publisher)
+    publisher = connected(talker, listener, "chat", String, inbox)
     server = attacker.peers.enter_context(socket.create_server(("127.0.0.1", 0)))
     slave = RpcServer({"requestTopic": lambda *_: [1, "", ["TCPROS", "127.0.0.1", server.getsockname()[1]]]})
     loop = BackgroundLoop("publishers that never finish")
@@ -371,9 +363,7 @@ def test_a_failing_error_handler_does_not_hide_the_error(make_node: MakeNode) ->
     assert lines == ["the error handler of service [/set] failed"]
 
 
-def test_a_subscriber_with_a_name_invalid_in_xml_does_not_hide_others(
-    make_node: MakeNode, attacker: Attacker
-) -> None:
+def test_a_name_that_is_invalid_in_xml_does_not_hide_others(make_node: MakeNode, attacker: Attacker) -> None:
     node = make_node("node")
     publisher = node.advertise("chat", String)
     attacker.connect(node, {**TOPIC, "callerid": "/evil\x01\ufffe"})

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros_libraries.nodes.velocities import VELOCITIES, RelayedVelocity, speeds
@@ -67,7 +66,7 @@ def test_other_types_and_damaged_velocities_are_left_alone() -> None:
 def test_a_client_that_withdraws_its_publisher_stops_the_robot(ros: RosSystem) -> None:
     ros.serve_master()
     twist: Any = load_message_class(VELOCITIES[0])
-    with Node("server", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("server") as node:
         inbox = Inbox()
         node.subscribe("/cmd_vel", twist, inbox)
         client: Any = ActGate(node).advertise("/cmd_vel", twist)
@@ -78,16 +77,14 @@ def test_a_client_that_withdraws_its_publisher_stops_the_robot(ros: RosSystem) -
 
 
 @pytest.mark.parametrize("kind", VELOCITIES)
-def test_a_server_that_ends_or_is_suspended_stops_the_robot_that_its_client_drives(
-    ros: RosSystem, kind: str
-) -> None:
+def test_a_server_that_ends_or_is_suspended_stops_the_robot_of_its_client(ros: RosSystem, kind: str) -> None:
     ros.serve_master()
     found: Any = load_message_class(kind)
-    with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+    with ros.node("robot") as robot:
         inbox = Inbox()
         robot.subscribe("/cmd_vel", found, inbox)
         are_moving = lambda: [any(speeds(each)) for each in inbox.messages]  # noqa: E731
-        with Node("server", environment=Environment(master_uri=ros.master_uri)) as node:
+        with ros.node("server") as node:
             publisher = node.advertise("/cmd_vel", found, queue_size=1)
             relayed = RelayedVelocity(node, publisher)
             wait_until(lambda: publisher.connection_count)

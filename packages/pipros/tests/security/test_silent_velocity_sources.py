@@ -7,9 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.msg import load_message_class
-from pipros.node import Node
 from pipros_libraries.nodes.velocities import VelocityOutput
 from pipros_libraries.teleoperation.twist_mux_node import TwistMux
 from pipros_libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource
@@ -30,9 +28,9 @@ def driving() -> Any:
 
 def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> None:
     ros.serve_master()
-    with Node("mux", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("mux") as node:
         TwistMux(node, [VelocitySource("a", "/a", 0.2, 10)], [])
-        with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+        with ros.node("robot") as robot:
             inbox = Inbox()
             robot.subscribe("/cmd_vel_out", TWIST, inbox)
             source = robot.advertise("/a", TWIST, queue_size=1)
@@ -49,12 +47,12 @@ def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> No
 
 def test_twist_mux_stops_a_robot_whose_source_has_ended_also_without_a_timeout(ros: RosSystem) -> None:
     ros.serve_master()
-    with Node("mux", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("mux") as node:
         TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [])
-        with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+        with ros.node("robot") as robot:
             inbox = Inbox()
             robot.subscribe("/cmd_vel_out", TWIST, inbox)
-            with Node("source", environment=Environment(master_uri=ros.master_uri)) as other:
+            with ros.node("source") as other:
                 source = other.advertise("/a", TWIST, queue_size=1)
                 wait_until(lambda: source.connection_count)
                 wait_until(lambda: source.publish(driving()) or inbox.messages)
@@ -64,9 +62,9 @@ def test_twist_mux_stops_a_robot_whose_source_has_ended_also_without_a_timeout(r
 def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
     ros.serve_master()
     flag: Any = load_message_class("std_msgs/Bool")
-    with Node("mux", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("mux") as node:
         TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [VelocitySource("estop", "/estop", 0.0, 255)])
-        with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+        with ros.node("robot") as robot:
             inbox = Inbox()
             robot.subscribe("/cmd_vel_out", TWIST, inbox)
             source, lock = (
@@ -85,12 +83,12 @@ def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
 
 def test_a_node_that_ends_stops_the_robot(ros: RosSystem) -> None:
     ros.serve_master()
-    with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+    with ros.node("robot") as robot:
         inbox = Inbox()
         robot.subscribe("/cmd_vel", TWIST, inbox)
 
         def drive_and_fail() -> None:
-            with Node("driver", environment=Environment(master_uri=ros.master_uri)) as node:
+            with ros.node("driver") as node:
                 output = VelocityOutput(node, "/cmd_vel")
                 wait_until(lambda: output.connection_count)
                 output.publish(driving())
@@ -124,7 +122,7 @@ def test_a_measured_velocity_that_is_not_finite_does_not_become_a_command() -> N
         assert found[1] == 0
 
 
-def test_a_smoother_whose_step_fails_stops_the_robot_and_goes_on(
+def test_a_failing_smoother_stops_the_robot_and_goes_on(
     ros: RosSystem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ros.serve_master()
@@ -132,7 +130,7 @@ def test_a_smoother_whose_step_fails_stops_the_robot_and_goes_on(
     def fails(*_: Any) -> Any:
         raise ZeroDivisionError("a defect")
 
-    with Node("smoother", environment=Environment(master_uri=ros.master_uri)) as node:
+    with ros.node("smoother") as node:
         inbox = Inbox()
         node.subscribe("~smooth_cmd_vel", TWIST, inbox)
         commands = node.advertise("~raw_cmd_vel", TWIST, queue_size=1)

@@ -1,11 +1,15 @@
-"""Texts and names of peers on terminals and in logs: one line each, without escape sequences."""
+"""Texts and names of peers on terminals, in logs, command lines and completion."""
 
 from __future__ import annotations
 
+import logging
+import os
 import re
+import shutil
 import signal
 import socket
 import sys
+import uuid
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
@@ -15,10 +19,19 @@ from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
+from pipros.msg import load_service_class
 from pipros.net.master_client import MasterClient
+from pipros.node.logger_services import serve_loggers
 from pipros.wire.header import encode_header
+from pipros_workspace.setup_files import SHELL_FOLDER
+from tests.support.constants import Constants
+from tests.support.nodes import MakeNode, listening_log
 from tests.support.ros import RosSystem
+from tests.support.terminal import EDITING_SHELLS, Terminal
 from tests.support.waiting import wait_until
+
+# Texts and names of peers on terminals and in logs: one line each, without escape sequences.
+
 
 # Master and XML do not allow ESC, but the one-character CSI, line breaks and a bidi override.
 HOSTILE = "\x9b31m\nforged line\u202e"
@@ -121,7 +134,7 @@ def test_listings_escape_names(ros: RosSystem, lying_node: LyingNode) -> None:
 
 
 def test_long_names_are_listed_whole(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     client = MasterClient(ros.master_uri, "/n")
     client.register_publisher("/" + "t" * 500, "std_msgs/String", API)
     client.close()
@@ -129,7 +142,7 @@ def test_long_names_are_listed_whole(ros: RosSystem) -> None:
 
 
 def test_rows_of_echo_cannot_be_forged(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     text = 'a,b "c"\n0,forged\x1b[31m'
     script = (
         "import rospy; from std_msgs.msg import String; rospy.init_node('p'); "
@@ -164,21 +177,16 @@ def test_a_line_of_rosout_log_cannot_be_forged(ros: RosSystem) -> None:
     core.press_ctrl_c()
 
 
-def test_the_log_of_a_node_shows_texts_of_peers_on_one_line(
-    ros: RosSystem, lying_node: LyingNode, tmp_path: Path
-) -> None:
-    ros.pipros.start_master()
+def test_texts_of_peers_are_one_line_of_a_log(ros: RosSystem, lying_node: LyingNode, tmp_path: Path) -> None:
+    ros.serve_master()
     node = ros.pipros.start(sys.executable, "-c", NODE)
     ros.wait_for_subscriber("/heard")
     api = MasterClient(ros.master_uri, "/me").lookup_node("/victim")
     proxy: Any = ServerProxy(api)
     _, _, (_, host, port) = proxy.requestTopic("/me", "/said", [["TCPROS"]])
     header = {
-        "topic": "/said",
-        "callerid": "/evil\x1b]0;OWNED\x07\nforged",
-        "md5sum": "0" * 32,
-        "type": "x\ny",
-    }
+        "topic": "/said", "callerid": "/evil\x1b]0;OWNED\x07\nforged", "md5sum": "0" * 32, "type": "x\ny",
+    }  # fmt: skip
     with socket.create_connection((host, port)) as link:
         link.sendall(encode_header(header))
         assert link.recv(1000)
@@ -197,7 +205,7 @@ def test_the_log_of_a_node_shows_texts_of_peers_on_one_line(
 
 
 def test_messages_logged_by_users_keep_their_lines(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     script = r"import rospy; rospy.init_node('n'); rospy.loginfo('one\ntwo\x1b[1m')"
     ended = ros.pipros.run(sys.executable, "-c", script)
     assert ended.stdout[0].endswith(": one")
@@ -227,7 +235,7 @@ rospy.spin()
 
 
 def test_frames_results_and_servers_are_escaped(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     peer = MasterClient(ros.master_uri, "/reconfigured")
     peer.register_service(f"/server{NAME}/set_parameters", "rosrpc://127.0.0.1:9/", API)
     peer.close()
@@ -251,3 +259,154 @@ def test_frames_results_and_servers_are_escaped(ros: RosSystem) -> None:
         program.wait()
         assert "forged" in program.output
         assert_plain(program.output)
+
+
+# `~set_logger_level` does not let peers fill the memory of a node with loggers.
+
+
+SetLoggerLevel: Any = load_service_class("roscpp/SetLoggerLevel")
+
+
+def level_of(name: str) -> int | None:
+    """Return the level of a logger, None if it does not exist."""
+    found = logging.Logger.manager.loggerDict.get(name)
+    return found.level if isinstance(found, logging.Logger) else None
+
+
+def test_peers_create_a_limited_number_of_loggers(make_node: MakeNode, constants: Constants) -> None:
+    log, lines = listening_log()
+    constants(LOGGERS=5)
+    node = make_node("talker", log=log)
+    serve_loggers(node)
+    client = make_node("peer").client("/talker/set_logger_level", SetLoggerLevel, persistent=True)
+    unique = f"x{uuid.uuid4().hex}"
+    own = logging.getLogger(f"{unique}_own")
+    names = [f"{unique}_{number}" for number in range(20)]
+    for name in (*names, f"{unique}{'x' * 200}", own.name):
+        client.call(SetLoggerLevel._request_class(logger=name, level="error"))
+    client.close()
+
+    assert [level_of(name) for name in names] == [logging.ERROR] * 5 + [None] * 15
+    assert level_of(f"{unique}{'x' * 200}") is None
+    assert own.level == logging.ERROR
+    assert [line for line in lines if "the limit is 5" in line] == lines
+
+
+def test_parts_of_names_count(make_node: MakeNode, constants: Constants) -> None:
+    constants(LOGGERS=5)
+    node = make_node("talker")
+    serve_loggers(node)
+    client = make_node("peer").client("/talker/set_logger_level", SetLoggerLevel, persistent=True)
+    unique = f"x{uuid.uuid4().hex}"
+    for name in (f"{unique}.a.b.c.d.e", f"{unique}_late"):
+        client.call(SetLoggerLevel._request_class(logger=name, level="error"))
+    client.close()
+
+    assert level_of(f"{unique}.a.b.c.d.e") == logging.ERROR
+    assert level_of(f"{unique}_late") is None
+
+
+# TAB and Enter in real shells, with names of peers and files that contain shell syntax.
+
+
+SHELLS = ["bash", "zsh", "fish"]
+COMPLETION_HOSTILE = "$(touch${IFS}pwned)"
+
+
+def open_shell(ros: RosSystem, program: str) -> Terminal:
+    """A shell with the functions and completion of pipros."""
+    if shutil.which(program) is None:
+        pytest.skip(f"{program} is not installed")
+    terminal = ros.pipros.open_terminal(EDITING_SHELLS[program])
+    if program == "zsh":
+        terminal.press("autoload -U compinit; compinit -D; cd\n")
+    terminal.press(f"source {SHELL_FOLDER}/ros.{program}\n")
+    return terminal
+
+
+@pytest.mark.parametrize("program", SHELLS)
+def test_a_name_with_shell_syntax_is_not_completed(ros: RosSystem, program: str) -> None:
+    ros.serve_master()
+    peer = MasterClient(ros.master_uri, "/zz_evil_node" + COMPLETION_HOSTILE)
+    peer.register_publisher("/zz_evil" + COMPLETION_HOSTILE, "std_msgs/String", API)
+    peer.register_service("/zz_evil_service" + COMPLETION_HOSTILE, "rosrpc://127.0.0.1:9", API)
+    peer.set_param("/zz_evil_param" + COMPLETION_HOSTILE, 1)
+    MasterClient(ros.master_uri, "/n").register_publisher("/good_topic", "std_msgs/String", API)
+    terminal = open_shell(ros, program)
+    for line in ("rostopic type /zz", "rosnode info /zz", "rosservice uri /zz", "rosparam get /zz"):
+        terminal.press(line + "\t\n")
+        terminal.wait_for("(?i)unknown|cannot|not set")
+
+    def completes() -> bool:
+        """Completion offers nothing if the master does not answer at once, as on a busy machine."""
+        terminal.press("rostopic type /goo\t\n")
+        return "std_msgs" in terminal.wait_for(r"std_msgs/String|unknown topic type \[/goo")[0]
+
+    wait_until(completes, 60)
+    terminal.wait_for_prompt()
+    assert not (ros.home / "pwned").exists()
+
+
+@pytest.mark.parametrize("program", SHELLS)
+def test_names_of_files_are_quoted(ros: RosSystem, program: str) -> None:
+    package = ros.home / "src" / "robots"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>robots</name></package>")
+    (package / f"evil{COMPLETION_HOSTILE};touch pwned").write_text("innocent content\n")
+    (package / "two words").write_text("of two words\n")
+    ros.pipros.environment["ROS_PACKAGE_PATH"] = str(package.parent)
+    terminal = open_shell(ros, program)
+    for started, content in (("ev", "innocent content"), ("tw", "of two words")):
+        terminal.press(f"roscat robots {started}\t\n")
+        terminal.wait_for(content)
+    terminal.wait_for_prompt()
+    assert not (ros.home / "pwned").exists()
+
+
+def test_names_with_line_breaks_are_not_offered(ros: RosSystem) -> None:
+    package = ros.home / "src" / "robots"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>robots</name></package>")
+    (package / "one\ntwo").write_text("")
+    (package / "one").write_text("")
+    environment = {"ROS_PACKAGE_PATH": str(package.parent)}
+    assert ros.pipros.run("pipros-complete", "2", "roscat", "robots", "o", **environment).stdout == ["one"]
+
+
+# No token and no code is in a command line, which every user of the machine can read.
+
+
+def command_lines() -> str:
+    found = []
+    for process in Path("/proc").iterdir():
+        if process.name.isdigit():
+            try:
+                found.append((process / "cmdline").read_bytes().replace(b"\0", b" "))
+            except OSError:  # it has ended
+                continue
+    return os.fsdecode(b"\n".join(found))
+
+
+@pytest.mark.parametrize("command", ["rqt_graph", "rviz", "rosrun turtlesim turtlesim_node"])
+def test_the_browser_of_a_command_gets_no_secret_in_its_command_line(
+    ros: RosSystem, tmp_path: Path, command: str
+) -> None:
+    opened, browser = tmp_path / "opened", tmp_path / "browser"
+    copies = f'cp "${{1#file://}}" {opened}.part\nmv {opened}.part {opened}'
+    browser.write_text(f"#!/bin/sh\n{copies}\nread line <{tmp_path}/fifo\n")
+    browser.chmod(0o700)
+    os.mkfifo(tmp_path / "fifo")  # the browser runs until it is killed
+    ros.serve_master()
+    ros.pipros.environment.update(BROWSER=f"{browser} %s", DISPLAY=":0", HOME=str(ros.home))
+    program = ros.pipros.start(*command.split())
+    token = program.wait_for(r"#token=([\w-]+)")[1]
+    wait_until(opened.exists, 60, lambda: program.output)
+
+    seen = command_lines()
+
+    code = re.search(r"#code=([\w-]+)", opened.read_text())
+    assert code is not None
+    assert "/pipros-page-" in seen, "the browser has ended"
+    assert code[1] not in seen
+    assert token not in seen
+    program.wait_for(f"paste this address into one: http://localhost:\\d+/#token={token}")

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from pipros.node import Node
+from pipros.node import Node, Publisher
 from tests.support.waiting import wait_until
 
 MakeNode = Callable[..., Node]
@@ -30,6 +30,21 @@ class Inbox:
 def wait_until_connected(handle: Any, count: int = 1) -> None:
     """Wait until a publisher or subscriber has at least `count` links."""
     wait_until(lambda: handle.connection_count >= count)
+
+
+def connected(
+    talker: Node,
+    listener: Node,
+    topic: str,
+    message_class: Any,
+    callback: Callable[[Any], object],
+    **options: Any,
+) -> Publisher[Any]:
+    """Subscribe one node to a topic of another. Return the publisher once they are connected."""
+    listener.subscribe(topic, message_class, callback)
+    publisher = talker.advertise(topic, message_class, **options)
+    wait_until_connected(publisher)
+    return publisher
 
 
 def listening_log() -> tuple[logging.Logger, list[str]]:

@@ -135,13 +135,15 @@ class Process:
         assert self._popen.stdin is not None
         self._popen.stdin.close()
 
-    def press_ctrl_c(self) -> None:
-        """Send SIGINT to the program's process group, as a terminal does."""
+    def press_ctrl_c(self, *, code: int | None = None) -> None:
+        """Send SIGINT to the program's process group, as a terminal does. Wait for an exit code, if given."""
         self._signal_group(signal.SIGINT)
+        assert code is None or self.wait() == code, self.output
 
-    def send_signal(self, number: int) -> None:
-        """Send a signal to this process only."""
+    def send_signal(self, number: int, *, code: int | None = None) -> None:
+        """Send a signal to this process only. Wait for an exit code, if given."""
         self._popen.send_signal(number)
+        assert code is None or self.wait() == code, self.output
 
     def kill(self) -> None:
         self._popen.kill()
@@ -163,6 +165,13 @@ class Process:
             while reader.is_alive() and _has_more(stream) and time.monotonic() < deadline:
                 reader.join(0.1)  # the machine is busy
         return code
+
+    def check(self, code: int, *texts: str) -> None:
+        """Wait for the end: the program exits with `code`, and has printed each text, and no traceback."""
+        assert self.wait() == code, self.output
+        missing = [text for text in texts if text not in self.output]
+        assert not missing, f"{self} lacks {missing}:\n{self.output}"
+        assert "Traceback" not in self.output, self.output
 
     def end(self) -> None:
         """If the program is still running, press Ctrl-C, and after a while, kill its process group."""

@@ -169,3 +169,13 @@ def ros(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator
     system = RosSystem(claimed_port.number, tmp_path, bare_tools)
     yield system
     system.close()
+
+
+@pytest.fixture(scope="module")
+def module_ros(tmp_path_factory: pytest.TempPathFactory, bare_tools: Path) -> Iterator[RosSystem]:
+    """The same for all tests of a module, which must leave it as it was."""
+    port = ClaimedPort()
+    system = RosSystem(port.number, tmp_path_factory.mktemp("home"), bare_tools)
+    yield system
+    system.close()
+    port.release()

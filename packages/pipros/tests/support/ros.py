@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xmlrpc.client import ServerProxy
 
 from pipros.basics.env import Environment
@@ -14,6 +14,9 @@ from tests.support.environments import genuine_environment, pipros_environment
 from tests.support.processes import Process, Processes
 from tests.support.terminal import BASH, Terminal
 from tests.support.waiting import wait_until
+
+if TYPE_CHECKING:
+    from pipros.node import Node
 
 _ASK_EVERY_S = 0.05
 """How often a master is asked what is registered: each time, it and this process compute for 0.5 ms."""
@@ -129,6 +132,12 @@ class RosSystem:
         self._core = Core(run_id="a-test", environment=environment, port=self.port)
         self._core.start_master()
 
+    def node(self, name: str) -> Node:
+        """Return a node in this process, which a `with` block starts."""
+        from pipros.node import Node
+
+        return Node(name, environment=Environment(master_uri=self.master_uri))
+
     def publishers(self, topic: str) -> list[str]:
         """Return the registered publishers of a topic; an empty list if no master answers."""
         return self._registered(0).get(topic, [])
@@ -181,3 +190,22 @@ class RosSystem:
             finally:
                 if self._core is not None:
                     self._core.stop()
+
+
+class Commands:
+    """Starts commands of pipros in a system, on a master in the test's process.
+
+    Attributes:
+        home: the working directory of the commands.
+    """
+
+    def __init__(self, ros: RosSystem, master_uri: str) -> None:
+        self.home = ros.home
+        self._ros = ros
+        self._variables = {"ROS_MASTER_URI": master_uri}
+
+    def start(self, *argv: str | Path) -> Process:
+        return self._ros.pipros.start(*argv, **self._variables)
+
+    def run(self, *argv: str | Path) -> Process:
+        return self._ros.pipros.run(*argv, **self._variables)

@@ -93,11 +93,9 @@ def test_the_rule_for_moments_finds_what_it_should(code: str, is_wrong: bool) ->
 @pytest.mark.parametrize(
     ("code", "is_wrong"),
     [
-        ("rospy.Rate(10)", True),
-        ("rospy.sleep(1.0)", True),
-        ("rospy.Rate(10, reset=True)", False),
+        ("rospy.Rate(10)", True), ("rospy.sleep(1.0)", True), ("rospy.Rate(10, reset=True)", False),
         ("rospy.sleep(0)", False),
     ],
-)
+)  # fmt: skip
 def test_the_rule_for_loops_finds_what_it_should(code: str, is_wrong: bool) -> None:
     assert bool(list(ending_loops(ast.parse(code)))) == is_wrong

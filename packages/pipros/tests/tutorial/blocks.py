@@ -20,27 +20,23 @@ _TAB = "plugins/pipros-tab/tests/pyodide/test_terminal.py"
 _TURTLEBOT3 = f"{ROBOT}/graph/test_turtlebot3_launch.py"
 
 RUN_HERE = (
-    "start/laptop.md",
-    "guides/package.md",
-    "start/robot.md",
-    "guides/course.md",
-    "guides/simulation.md",
-)
+    "start/laptop.md", "guides/package.md", "start/robot.md", "guides/course.md", "guides/simulation.md",
+)  # fmt: skip
 """The pages whose commands `test_docs` types into terminals; it also writes the files that have titles."""
 
 READ_BY = {
     ("README.md", "console"): f"{CORE}/tutorial/test_readme.py",
     ("README.md", "python"): f"{CORE}/tutorial/test_readme.py",
     ("README.md", "sh"): f"{CORE}/tutorial/test_readme.py",
-    ("reference/python.md", "python"): f"{CORE}/tutorial/test_client_docs.py",
+    ("reference/python.md", "python"): f"{CORE}/tutorial/test_doc_examples.py",
     ("guides/assistants.md", "console"): f"{ASSISTANTS}/graph/test_assistant_example.py",
     ("guides/assistants.md", "json"): f"{ASSISTANTS}/unit/assistants/test_docs.py",
     ("guides/assistants.md", "yaml"): f"{ASSISTANTS}/graph/test_assistant_example.py",
     ("guides/bags.md", "python"): f"{TOOLS}/unit/bag/test_docs.py",
     ("guides/tab.md", "python"): f"{CORE}/tree/test_other_systems.py",
-    ("guides/testing.md", "ini"): f"{CORE}/tutorial/test_ci_docs.py",
-    ("guides/testing.md", "yaml"): f"{CORE}/tutorial/test_ci_docs.py",
-    ("internals/client.md", "python"): f"{CORE}/tutorial/test_client_docs.py",
+    ("guides/testing.md", "ini"): f"{CORE}/tutorial/test_doc_examples.py",
+    ("guides/testing.md", "yaml"): f"{CORE}/tutorial/test_doc_examples.py",
+    ("internals/client.md", "python"): f"{CORE}/tutorial/test_doc_examples.py",
     ("guides/data.md", "console"): f"{DATA}/unit/data/test_docs.py",
     ("guides/data.md", "python"): f"{DATA}/unit/data/test_docs.py",
     ("guides/data.md", "yaml"): f"{DATA}/unit/data/test_docs.py",
@@ -90,13 +86,13 @@ SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
     ("guides/fleets.md", ("operator", "/robot1/chatter")): f"{FLEET}/interop/test_fleet_with_genuine.py",
     ("guides/fleets.md", ("--history", "--history-topic")): f"{FLEET}/graph/test_fleet_history.py",
     ("guides/fleets.md", ("keys", "create", "--router")): f"{FLEET}/graph/test_fleet_command.py",
-    ("guides/launch.md", ("env-loader=", "user=")): f"{CORE}/graph/test_launch_machine.py",
-    ("guides/launch.md", ('exec "$@"',)): f"{CORE}/graph/test_launch_machine.py",
-    ("guides/libraries.md", ("rospy", "zero_copy")): f"{CORE}/graph/test_zero_copy.py",
-    ("guides/libraries.md", ("compressed_imgmsg_to_cv2(message",)): f"{CORE}/graph/test_own_node.py",
-    ("guides/libraries.md", ("class Brightness",)): f"{CORE}/graph/test_own_node.py",
-    ("guides/libraries.md", ("import sys", "class Nearest")): f"{CORE}/graph/test_own_node.py",
-    ("guides/libraries.md", ("from nearest import",)): f"{CORE}/graph/test_own_node.py",
+    ("guides/launch.md", ("env-loader=", "user=")): f"{CORE}/graph/test_launch_run.py",
+    ("guides/launch.md", ('exec "$@"',)): f"{CORE}/graph/test_launch_run.py",
+    ("guides/libraries.md", ("rospy", "zero_copy")): f"{CORE}/graph/test_documented_nodes.py",
+    ("guides/libraries.md", ("compressed_imgmsg_to_cv2(message",)): f"{CORE}/graph/test_documented_nodes.py",
+    ("guides/libraries.md", ("class Brightness",)): f"{CORE}/graph/test_documented_nodes.py",
+    ("guides/libraries.md", ("import sys", "class Nearest")): f"{CORE}/graph/test_documented_nodes.py",
+    ("guides/libraries.md", ("from nearest import",)): f"{CORE}/graph/test_documented_nodes.py",
     ("guides/libraries.md", ("twist_mux", "locks:")): f"{CORE}/graph/test_teleoperation.py",
     (
         "reference/libraries.md",
@@ -169,10 +165,7 @@ NOT_RUN = {
     ("guides/plugins.md", ("pip install . ./plugins/pipros-robot",)): "installs a plugin",
     ("guides/plugins.md", ("PLUGIN = Plugin(",)): "a declaration like those of test_plugins.py",
     ("start/robot.md", ("ROS_IP=192.168.1.20",)): "settings on a robot, whose address the test machine lacks",
-    (
-        "guides/ros2.md",
-        ("--ros2-python", "/usr/bin/python3"),
-    ): "needs ROS 2; test_rclpy_engine.py has wheels",
+    ("guides/ros2.md", ("--ros2-python", "/usr/bin/python3")): "needs ROS 2; test_rclpy_engine.py has wheels",
     (
         "guides/ros2.md",
         ("ros-jazzy-rclpy",),

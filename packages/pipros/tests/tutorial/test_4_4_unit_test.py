@@ -14,10 +14,7 @@ def test_it_passes_while_the_talker_runs(ros: RosSystem, core: Terminal) -> None
     talker.type(TALKER)
     talker.wait_for(SAID)
 
-    assert test.run(TEST) == (
-        0,
-        f"[ROSUNIT] Outputting test results to {_result_file(ros)}\n{PASSED_TEST}",
-    )
+    assert test.run(TEST) == (0, f"[ROSUNIT] Outputting test results to {_result_file(ros)}\n{PASSED_TEST}")
     assert re.fullmatch(
         r'<\?xml version="1\.0" encoding="utf-8"\?>\n'
         r'<testsuite errors="0" failures="0" name="unittest\.suite\.TestSuite" tests="1" time="[\d.]+">'

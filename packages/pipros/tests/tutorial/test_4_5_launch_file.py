@@ -30,33 +30,22 @@ def test_roslaunch_starts_a_master_and_the_two_nodes_without_the_test(ros: RosSy
         launch.output,
         [
             rf"^\.\.\. logging to {ros.home}/\.ros/log/[0-9a-f-]{{36}}/roslaunch-.+-\d+\.log$",
-            r"^Press Ctrl-C to interrupt$",
-            r"^\x1b\]2;.+/launch/composiv_tryout\.launch\x07$",
-            r"^\x1b\[1mstarted roslaunch server http://.+/\x1b\[0m$",
-            r"^SUMMARY$",
-            r"^PARAMETERS$",
-            r"^ \* /rosdistro: noetic$",
-            r"^ \* /rosversion: 1\.1[56]\.\d+$",
-            r"^NODES$",
-            r"^  /$",
+            r"^Press Ctrl-C to interrupt$", r"^\x1b\]2;.+/launch/composiv_tryout\.launch\x07$",
+            r"^\x1b\[1mstarted roslaunch server http://.+/\x1b\[0m$", r"^SUMMARY$", r"^PARAMETERS$",
+            r"^ \* /rosdistro: noetic$", r"^ \* /rosversion: 1\.1[56]\.\d+$", r"^NODES$", r"^  /$",
             r"^    listener \(composiv_tryouts/composiv_listener\.py\)$",
-            r"^    talker \(composiv_tryouts/composiv_talker\.py\)$",
-            r"^auto-starting new master$",
+            r"^    talker \(composiv_tryouts/composiv_talker\.py\)$", r"^auto-starting new master$",
             rf"^\x1b\[1mROS_MASTER_URI=http://[^ ]+:{ros.port}/?\x1b\[0m$",
-            r"^\x1b\[1msetting /run_id to [0-9a-f-]{36}\x1b\[0m$",
-            r"^started core service \[/rosout\]$",
+            r"^\x1b\[1msetting /run_id to [0-9a-f-]{36}\x1b\[0m$", r"^started core service \[/rosout\]$",
             r"^\x1b\[1mprocess\[talker-2\]: started with pid \[\d+\]\x1b\[0m$",
             r"^\x1b\[1mprocess\[listener-3\]: started with pid \[\d+\]\x1b\[0m$",
             r"composiv_talker\.py:8: SyntaxWarning: The publisher should be created with an explicit keyword",
-            r"^(\^C)?\[listener-3\] killing on exit$",
-            r"^(\x1b\[0m)?\[talker-2\] killing on exit$",
-            r"^(\^C|\x1b\[0m)*\[rosout-1\] killing on exit$",
-            r"^(\x1b\[0m)?\[master\] killing on exit$",
+            r"^(\^C)?\[listener-3\] killing on exit$", r"^(\x1b\[0m)?\[talker-2\] killing on exit$",
+            r"^(\^C|\x1b\[0m)*\[rosout-1\] killing on exit$", r"^(\x1b\[0m)?\[master\] killing on exit$",
             r"^shutting down processing monitor\.\.\.$",
-            r"^\.\.\. shutting down processing monitor complete$",
-            r"^\x1b\[1mdone\x1b\[0m$",
+            r"^\.\.\. shutting down processing monitor complete$", r"^\x1b\[1mdone\x1b\[0m$",
         ],
-    )
+    )  # fmt: skip
     assert "test_talker" not in launch.output
 
 
@@ -132,9 +121,7 @@ def test_rostest_fails_with_a_clear_report_without_the_talker(ros: RosSystem, ow
 
 
 @pytest.mark.parametrize("command", [LAUNCH, ROSTEST])
-def test_a_launch_file_that_is_not_xml_is_reported_with_its_line(
-    ros: RosSystem, own_copy: Path, command: str
-) -> None:
+def test_a_launch_file_that_is_no_xml_is_named_by_line(ros: RosSystem, own_copy: Path, command: str) -> None:
     launch_file = own_copy / "launch/composiv_tryout.launch"
     launch_file.write_text(launch_file.read_text().replace("</launch>", "<launch>"))
     end = len(launch_file.read_text().splitlines())

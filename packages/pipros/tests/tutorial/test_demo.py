@@ -76,9 +76,7 @@ def test_a_running_master_is_used_and_left_running(ros: RosSystem) -> None:
 
     demo = ros.pipros.start(DEMO)
     demo.wait_for(HEARD)
-    demo.press_ctrl_c()
-
-    assert demo.wait() == 0
+    demo.press_ctrl_c(code=0)
     assert (
         f"A ROS master already runs at {ros.master_uri}: the demo joins it, and leaves it running."
         in demo.stdout
@@ -104,5 +102,4 @@ def test_a_port_that_another_program_uses_is_named_with_a_way_out(ros: RosSystem
 def test_an_invalid_master_uri_is_refused(ros: RosSystem) -> None:
     demo = ros.pipros.run(DEMO, ROS_MASTER_URI="localhost:11311")
 
-    assert demo.returncode == 1
-    assert "ROS_MASTER_URI [localhost:11311] must have the form http://HOST:PORT" in demo.output
+    demo.check(1, "ROS_MASTER_URI [localhost:11311] must have the form http://HOST:PORT")

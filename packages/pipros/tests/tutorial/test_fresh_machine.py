@@ -50,41 +50,30 @@ def machine(tmp_path: Path, processes: Processes) -> Machine:
     return made
 
 
-def test_without_python_the_required_version_is_named(machine: Machine) -> None:
+@pytest.mark.parametrize(
+    ("programs", "words"),
+    [
+        ({}, ["python3 is not installed. pipros needs Python 3.10 or newer."]),
+        (
+            {"python3": OLD},
+            ["Python 3.8.10 is too old: pipros needs Python 3.10 or newer.", "PYTHON=python3.12"],
+        ),
+        ({"python3": WITHOUT_VENV}, ["On Debian and Ubuntu run: sudo apt-get install python3-venv"]),
+        (
+            {"python3": WITHOUT_VENV, "id": "echo 0", "apt-get": 'echo "$*" >>calls'},
+            [". On Debian and Ubuntu run: apt-get install python3-venv"],
+        ),
+    ],
+    ids=["no Python", "an old Python", "Debian's Python without venv", "the same for root"],
+)
+def test_what_is_missing_is_named_with_a_way_out_and_nothing_is_installed_unasked(
+    machine: Machine, programs: dict[str, str], words: list[str]
+) -> None:
+    for name, body in programs.items():
+        machine.add(name, body)
     ended = machine.run()
-
-    assert ended.returncode == 1
-    assert ended.stderr == ["python3 is not installed. pipros needs Python 3.10 or newer."]
-
-
-def test_an_old_python_is_named_with_a_way_out(machine: Machine) -> None:
-    machine.add("python3", OLD)
-
-    ended = machine.run()
-
-    assert ended.returncode == 1
-    assert ended.stderr[-1].startswith("Python 3.8.10 is too old: pipros needs Python 3.10 or newer.")
-    assert "PYTHON=python3.12" in ended.stderr[-1]
-
-
-def test_debians_python_without_venv_leads_to_the_package_to_install(machine: Machine) -> None:
-    machine.add("python3", WITHOUT_VENV)
-
-    ended = machine.run()
-
-    assert ended.returncode == 1
-    assert "On Debian and Ubuntu run: sudo apt-get install python3-venv" in ended.stderr[-1]
-
-
-def test_root_gets_the_command_and_nothing_is_installed_unasked(machine: Machine) -> None:
-    machine.add("python3", WITHOUT_VENV)
-    machine.add("id", "echo 0")
-    machine.add("apt-get", 'echo "$*" >>calls')
-
-    ended = machine.run()
-
-    assert ended.returncode == 1
-    assert ended.stderr[-1].endswith(". On Debian and Ubuntu run: apt-get install python3-venv")
+    ended.check(1)
+    assert all(word in ended.stderr[-1] for word in words), ended.output
     assert machine.calls() == []
 
 

@@ -29,20 +29,13 @@ TASKS = [name for name in documents.pages() if name.startswith("how/") and name 
 MY_ROBOT = Path(__file__).parent / "my_robot"
 
 GOES_ON: dict[str, str | None] = {
-    "python count.py": None,
-    "python watcher.py": r"torch.Size\(\[48, 64, 3\]\)",
-    "roslaunch my_robot .*": "started with pid",
-    "roslaunch pipros_sim .*": "started with pid",
-    "pipros dataset --marker .*": None,
-    "rosbag record .*": "Recording|Subscribing|Snapshot",
-    "rosbag play .*": "RUNNING",
-    "rosrun tf tf_echo .*": "At time",
-    "rosrun tf tf_monitor": "Broadcasters",
-    "rosrun tf2_ros static_transform_publisher .*": None,
-    "rosrun topic_tools throttle .*": None,
-    "rosrun teleop_twist_keyboard .*": "CTRL-C to quit",
-    "rqt.*|rviz.*": r"http://\S+#token=",
-}
+    "python count.py": None, "python watcher.py": r"torch.Size\(\[48, 64, 3\]\)",
+    "roslaunch my_robot .*": "started with pid", "roslaunch pipros_sim .*": "started with pid",
+    "pipros dataset --marker .*": None, "rosbag record .*": "Recording|Subscribing|Snapshot",
+    "rosbag play .*": "RUNNING", "rosrun tf tf_echo .*": "At time", "rosrun tf tf_monitor": "Broadcasters",
+    "rosrun tf2_ros static_transform_publisher .*": None, "rosrun topic_tools throttle .*": None,
+    "rosrun teleop_twist_keyboard .*": "CTRL-C to quit", "rqt.*|rviz.*": r"http://\S+#token=",
+}  # fmt: skip
 """Commands that go on, and what they print when they work: regular expressions. None: nothing, but a node."""
 
 NOT_HERE = {
@@ -50,7 +43,7 @@ NOT_HERE = {
     r"deactivate|rm -r .*|pip uninstall .*": "removes; tutorial/test_installed_wheel.py",
     r"export ROS_(MASTER_URI|IP)=.*": "addresses of a robot",
     r"docker .*|  my_robot roslaunch .*": "needs Docker; interop/test_nat.py has such settings",
-    r"ssh-copy-id .*|ssh .*|roslaunch my_robot two.launch": "two machines; graph/test_launch_machine.py",
+    r"ssh-copy-id .*|ssh .*|roslaunch my_robot two.launch": "two machines; graph/test_launch_run.py",
     r"py -m .*|\.venv\\Scripts.*|rosrun turtlesim .*|roscore": "on Windows; tests/windows",
     r"roslaunch rplidar_ros .*|rosrun (urg_node|usb_cam) .*": "devices; pipros-robot/tests simulate them",
     r"roslaunch turtlebot3.*|rosrun map_server .*|export ROS_PACKAGE_PATH=\$PWD/examples/turtlebot3:.*": (

@@ -177,8 +177,7 @@ def test_tools_are_programs_of_their_packages(shell: Processes, tmp_path: Path) 
     )
     launch.wait_for("process.*started")
     assert shell.run("rostopic", "echo", "-n", "1", "/chatter").stdout[0] == 'data: "hello"'
-    launch.press_ctrl_c()
-    assert launch.wait() == 0
+    launch.press_ctrl_c(code=0)
 
 
 def test_turtles_and_the_tools_of_tf_need_no_numpy(shell: Processes) -> None:
@@ -221,9 +220,7 @@ def imported_messages(command: list[str], path: str, folder: Path, **variables: 
     return ended.stdout.strip() or ended.stderr.strip().splitlines()[-1]
 
 
-def test_messages_are_imported_wherever_pipros_can_be(
-    without_hook: tuple[list[str], str], tmp_path: Path
-) -> None:
+def test_messages_are_imported_where_pipros_is(without_hook: tuple[list[str], str], tmp_path: Path) -> None:
     command, path = without_hook
     found = imported_messages(command, path, tmp_path)
     assert found == "ModuleNotFoundError: No module named 'std_msgs.tools'"

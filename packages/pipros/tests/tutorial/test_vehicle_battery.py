@@ -47,8 +47,7 @@ def test_catkin_make_builds_and_installs_it_without_cmake(ros: RosSystem, tmp_pa
 def test_the_rostest_passes(ros: RosSystem) -> None:
     ended = ros.pipros.run("rostest", "vehicle_battery", "battery.test", timeout_s=280)
 
-    assert ended.returncode == 0, ended.output
-    assert " * TESTS: 3" in ended.output
+    ended.check(0, " * TESTS: 3")
 
 
 def test_a_simulated_battery_warns_and_is_acknowledged(ros: RosSystem) -> None:
@@ -75,12 +74,11 @@ def test_a_simulated_battery_warns_and_is_acknowledged(ros: RosSystem) -> None:
 
 
 def test_the_driver_lists_the_batteries(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
 
     ended = ros.pipros.run("rosrun", "vehicle_battery", "battery_driver", "_source:=BAT77")
 
-    assert ended.returncode == 1
-    assert "BAT77 is not a battery of this computer" in ended.output
+    ended.check(1, "BAT77 is not a battery of this computer")
 
 
 @pytest.mark.parametrize("words", [(), ("a.bag", "b.bag")])

@@ -36,11 +36,7 @@ PASSED_ROSTEST = (
 FAILED_ROSTEST = (
     r"^\[Testcase: testtest_talker\] \.\.\. ok$",
     r"^\[composiv_tryouts\.rosunit-test_talker/test_talker_publishing\]\[FAILURE\]-+$",
-    r"^False is not true$",
-    r"test_talker\.py\", line 22, in test_talker_publishing$",
-    r"^SUMMARY$",
-    r"^\x1b\[1;31m \* RESULT: FAIL\x1b\[0m$",
-    r"^ \* TESTS: 1$",
-    r"^ \* ERRORS: 0$",
+    r"^False is not true$", r"test_talker\.py\", line 22, in test_talker_publishing$", r"^SUMMARY$",
+    r"^\x1b\[1;31m \* RESULT: FAIL\x1b\[0m$", r"^ \* TESTS: 1$", r"^ \* ERRORS: 0$",
     r"^\x1b\[1;31m \* FAILURES: 1\x1b\[0m$",
-)
+)  # fmt: skip

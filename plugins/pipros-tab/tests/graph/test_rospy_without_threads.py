@@ -19,38 +19,19 @@ import pytest
 
 from pipros.net.local_stream import PROTOCOL
 from tests.graph import (
-    test_camera_info_manager,
-    test_library_facades,
-    test_logger_levels,
+    test_node_interfaces,
     test_node_services,
     test_node_topics,
-    test_reconfiguring,
-    test_rospy_again,
     test_rospy_facade,
-    test_rospy_managers,
     test_rospy_process,
-    test_slave_api_replies,
 )
 from tests.support.environments import REPOSITORY
 from tests.support.processes import Process, Processes
 from tests.support.tab_hub import TabHub
 from tests.support.waiting import wait_until
 
-PROGRAMS: Final = (
-    test_camera_info_manager,
-    test_library_facades,
-    test_rospy_again,
-    test_rospy_facade,
-    test_rospy_managers,
-    test_rospy_process,
-)
-IN_PROCESS: Final = (
-    test_logger_levels,
-    test_node_services,
-    test_node_topics,
-    test_reconfiguring,
-    test_slave_api_replies,
-)
+PROGRAMS: Final = (test_rospy_facade, test_rospy_process)
+IN_PROCESS: Final = (test_node_interfaces, test_node_services, test_node_topics)
 
 THREADS: Final = "starts a thread"
 CHILDREN: Final = "forks"
@@ -60,7 +41,7 @@ STREAMS: Final = "a tab has no Unix streams"
 OUTSIDE: Final = "the test, which is outside, calls the node"
 LEFT_OUT: Final = {
     "test_a_buffer_may_be_used_again_once_publish_has_returned": HELD,
-    "test_a_child_that_is_forked_while_a_thread_imports_may_use_topics": THREADS,
+    "test_a_child_forked_while_a_thread_imports_may_use_topics": THREADS,
     "test_a_forked_child_ends_by_signals_and_takes_nothing_with_it": CHILDREN,
     "test_a_forked_child_may_start_its_own_node": CHILDREN,
     "test_a_malformed_request_ends_only_its_connection": "reads from a socket while the server must answer",
@@ -78,15 +59,12 @@ LEFT_OUT: Final = {
     "test_a_slow_handler_does_not_delay_other_calls": THREADS,
     "test_a_slow_subscriber_does_not_delay_the_others": HELD,
     "test_an_interrupted_early_connection_ends_the_call": THREADS,
-    "test_another_ctrl_c_ends_a_program_that_continues_after_its_node": THREADS,
-    "test_ctrl_c_ends_a_second_node_that_was_made_in_another_thread": THREADS,
-    "test_latched_topics": HELD,
+    "test_another_ctrl_c_ends_a_program_that_survives_its_node": THREADS,
+    "test_ctrl_c_ends_a_second_node_made_in_another_thread": THREADS,
+    "test_links": THREADS,
     "test_links_of_a_topic_unregistered_during_shutdown_are_closed": THREADS,
     "test_local_transport": STREAMS,
-    "test_node_async": ASYNCIO,
-    "test_one_bad_link": THREADS,
     "test_only_hooks_may_publish_while_the_node_ends": THREADS,
-    "test_registration": ASYNCIO,
     "test_shared_memory": STREAMS,
     "test_shutdown_joins_running_threads_and_forgets_ended_ones": THREADS,
     "test_shutdown_waits_for_a_running_callback_that_ends_in_time": HELD,
