@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 import pytest
@@ -327,6 +328,26 @@ def test_a_failed_registration_is_repeated_while_the_master_knows_the_node(
     assert published(client) == ["/late", "/registered"]
     registrations.close()
     assert published(MasterClient(master.uri, "/test")) == []
+
+
+def test_a_node_without_other_registrations_reports_a_refusal_once(
+    master: Master, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    client = MasterClient(master.uri, "/talker")
+    registrations = Registrations(client, "/talker", API, logging.getLogger(__name__))
+    registrations.add(PublicationEntry("/bad name", "std_msgs/String"))
+    turns = iter(range(3))
+
+    async def sleep(_: float) -> None:
+        if next(turns, None) is None:
+            raise asyncio.CancelledError
+
+    own = SimpleNamespace(sleep=sleep, get_running_loop=asyncio.get_running_loop)
+    monkeypatch.setattr("pipros.node.registration.asyncio", own)
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(registrations.watch())
+    assert caplog.text.count("unable to register publication [/bad name] with master") == 1
+    registrations.close()
 
 
 def published(client: MasterClient) -> list[str]:

@@ -139,6 +139,7 @@ class Registrations:
         self._unregister_s = unregister_s
         self._entries: list[Entry] = []
         self._failed: set[Entry] = set()
+        self._refused: set[Entry] = set()
         self._observers: list[Callable[[Entry, bool], object]] = []
         self._lock = threading.RLock()  # prevents entries from changing during a re-registration
         self._is_closed = False
@@ -177,6 +178,7 @@ class Registrations:
                     # An entry whose call was interrupted by `close` is kept: `close` unregisters it.
                     self._entries.remove(entry)
                     self._failed.discard(entry)
+                    self._refused.discard(entry)
                 self._notify_observers(entry, is_added=False)
 
     def observe(self, observer: Callable[[Entry, bool], object]) -> None:
@@ -228,7 +230,7 @@ class Registrations:
         is_away = False
         while True:
             await asyncio.sleep(WATCH_INTERVAL_S)
-            if not self._entries:
+            if len(self._refused) == len(self._entries):  # the master need not know this node
                 continue
             try:
                 answer = await client.post(question, timeout_s=WATCH_DEADLINE_S)
@@ -258,11 +260,14 @@ class Registrations:
 
     def _register(self, entry: Entry) -> None:
         self._failed.discard(entry)
+        self._refused.discard(entry)
         try:
             entry.register(self._master, self._api)
         except Refused as error:
+            self._refused.add(entry)
             self._log.fatal("unable to register %s with master: %s", entry, error.text)
         except ValueError as error:  # XML cannot represent a name
+            self._refused.add(entry)
             self._log.fatal("unable to register %s with master: %s", listed(entry), error)
         except Interrupted:
             pass  # the node is shutting down
