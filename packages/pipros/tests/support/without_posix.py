@@ -1,66 +1,24 @@
-"""Run code in a Python without the modules and names that Windows, macOS or a browser lacks.
+"""Run code in a Python without the modules and names that Windows or a browser lacks.
 
-Each module and name in the lists is missing on at least one of these systems. Pyodide, which is Python in a
-browser, also lacks the modules. `_BROWSER` replaces functions that exist in Pyodide, but do not work.
+`tests.support.lacks` takes away what Windows lacks, or for a browser, what macOS lacks. `_BROWSER` replaces
+functions that exist in Pyodide, which is Python in a browser, but do not work; `tests.pyodide` runs the same
+programs there.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
+from tests.support import lacks
 from tests.support.environments import ROOTS
 
 PACKAGES = sorted(file.parent.name for root in ROOTS for file in root.glob("*/__init__.py"))
-"""The packages of pipros. Only their imports fail, because Python's library needs the modules on Linux."""
-
-_BEGINNING = """
-import asyncio, builtins, bz2, concurrent.futures, logging.handlers, multiprocessing, optparse, os, pathlib
-import platform, random, secrets, select, selectors, shutil, signal, socket, socketserver, sqlite3
-import ssl, subprocess, sys, tarfile, tempfile, threading, uuid, webbrowser
-import xml.dom.minidom, xml.sax, yaml, zipfile
-
-try:
-    import numpy
-except ImportError:
-    pass
-
-MODULES = {
-    "_multiprocessing", "_posixsubprocess", "curses", "fcntl", "grp", "posix", "pty", "pwd", "readline",
-    "resource", "syslog", "termios", "tty",
-}
-NAMES = {
-    os: "chown fork forkpty geteuid getgid getloadavg getpgid getuid initgroups killpg mkfifo openpty "
-    "posix_spawn register_at_fork sched_getaffinity setgid setpgid setpgrp setsid setuid sysconf uname "
-    "wait4 waitid WNOHANG WIFEXITED WIFSIGNALED O_CLOEXEC O_DIRECTORY O_NOFOLLOW O_NONBLOCK",
-    signal: "SIGKILL SIGHUP SIGUSR1 SIGUSR2 SIGCHLD SIGALRM SIGPIPE SIGQUIT SIGSTOP SIGCONT SIGTSTP alarm "
-    "pthread_kill pthread_sigmask setitimer siginterrupt sigwait",
-    socket: "AF_NETLINK AF_PACKET SCM_RIGHTS SO_REUSEPORT SO_BINDTODEVICE TCP_QUICKACK "
-    "TCP_USER_TIMEOUT TCP_DEFER_ACCEPT MSG_DONTWAIT MSG_NOSIGNAL send_fds recv_fds sethostname",
-    select: "epoll poll kqueue",
-}
-for module, names in NAMES.items():
-    for name in names.split():
-        vars(module).pop(name, None)
-python_import = builtins.__import__
-
-def import_without_posix(name, globals=None, locals=None, fromlist=(), level=0):
-    importer = str((globals or {}).get("__name__", ""))
-    if importer.partition(".")[0] in OURS and not level and name.partition(".")[0] in MODULES:
-        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-    return python_import(name, globals, locals, fromlist, level)
-
-builtins.__import__ = import_without_posix
-for line in ("import fcntl", "from termios import tcgetattr", "from os import fork", "signal.SIGKILL"):
-    try:
-        exec(line, {"__name__": "pipros.probe", "signal": signal})
-    except (ImportError, AttributeError):
-        continue
-    raise SystemExit(f"[{line}] works, and nothing below would prove anything")
-"""
+"""The packages of pipros."""
 
 _BROWSER = """
-import _thread
+import _thread, concurrent.futures, multiprocessing, os, socket, subprocess, sys, threading
 
 def refused(*_, **__):
     raise RuntimeError("a browser starts no threads or processes, and connects no sockets")
@@ -92,7 +50,12 @@ def run_without_posix(code: str, *, in_browser: bool = False) -> str:
     Raises:
         AssertionError: the code failed. The message contains its standard error.
     """
-    code = f"OURS = {set(PACKAGES)!r}\n{_BEGINNING}\n{_BROWSER if in_browser else ''}\n{code}"
-    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    ended = subprocess.run(
+        [sys.executable, "-c", f"{_BROWSER if in_browser else ''}\n{code}"],
+        env={**os.environ, **lacks.environment("macos" if in_browser else "windows")},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert ended.returncode == 0, ended.stderr
     return ended.stdout
