@@ -127,7 +127,7 @@ class Environment:
         files = sorted(folder.glob("*.whl"))
         projects = sorted({item for file in files for item in requirements(file)})
         if projects:
-            self.tool("pip", "install", "--quiet", *projects)
+            self.tool("pip", "install", "--quiet", "--find-links", self.wheels, *projects)
         rows = {check["name"]: new_row(name, check) for check in checks}
         before = self.files()
         for tool in ("pip", "uv"):

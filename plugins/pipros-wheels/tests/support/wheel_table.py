@@ -87,7 +87,7 @@ def main() -> int:
         sources = {name: write_sources(name, folder / "sources" / name) for name in arguments.only or SETS}
         wheels = folder / "wheels"
         wheels.mkdir()
-        build_pipros(wheels)
+        build_pipros(wheels, "pipros-robot")  # which an example needs
         notes = build(sources, wheels)
         found = {name: checks_of(wheels / name, path) for name, path in sources.items()}
         add_genuine_sums(found.get("Debian", []))

@@ -16,11 +16,11 @@ from pipros_wheels.names import escaped
 from tests.support.environments import REPOSITORY
 
 
-def build_pipros(folder: Path) -> Path:
-    """Build the wheels of pipros and of pipros-wheels. Return the path of the first."""
+def build_pipros(folder: Path, *plugins: str) -> Path:
+    """Build the wheels of pipros, of pipros-wheels and of other plugins. Return the path of the first."""
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    for project in (REPOSITORY, REPOSITORY / "plugins" / "pipros-wheels"):
-        subprocess.run(build, cwd=project, check=True, capture_output=True)
+    for project in (".", *(f"plugins/{plugin}" for plugin in ("pipros-wheels", *plugins))):
+        subprocess.run(build, cwd=REPOSITORY / project, check=True, capture_output=True)
     (made,) = folder.glob("pipros-*.whl")
     return made
 
