@@ -16,13 +16,13 @@ from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros_bridges.rosapi import RosApi
-from tests.support.hung_service import HungService
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
 from tests.support.nodes import MakeNode, wait_until_connected
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
+from tests.support.slaves import HungService
 from tests.support.waiting import wait_until
 
 IMAGES = 30

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 import pytest
 from roscpp.srv import GetLoggers
 
-from tests.support.hung_service import HungService
 from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
-from tests.support.slaves import SilentSlave
+from tests.support.slaves import HungService, SilentSlave
 from tests.support.waiting import wait_until
 
 

@@ -1,4 +1,4 @@
-"""Fake nodes that only have a slave API, for tests of the master."""
+"""Fake nodes that only have a slave API, and servers that hang or send garbage."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import socket
 import threading
 from collections.abc import Callable
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_server import RpcServer
+from pipros.wire.header import HeaderReader, encode_header
 
 
 class FakeSlave:
@@ -70,13 +72,12 @@ class FakeSlave:
         self._loop.stop()
 
 
-class SilentSlave:
-    """A server that accepts connections and never responds, like a hung node."""
+class _Listener:
+    """A server that calls `serve` with each connection, in a thread."""
 
     def __init__(self) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=100)
-        self.api = f"http://127.0.0.1:{self._listener.getsockname()[1]}/"
-        self.connections: list[socket.socket] = []
+        self.port: int = self._listener.getsockname()[1]
         self._accepting = threading.Thread(target=self._accept, daemon=True)
         self._accepting.start()
 
@@ -86,37 +87,91 @@ class SilentSlave:
                 connection, _ = self._listener.accept()
             except OSError:
                 return
-            self.connections.append(connection)
+            self.serve(connection)
+
+    def serve(self, connection: socket.socket) -> None:
+        raise NotImplementedError
 
     def stop(self) -> None:
         self._listener.shutdown(socket.SHUT_RDWR)
-        self._accepting.join(30)  # the thread may still be about to store a connection
+        self._accepting.join(30)  # the thread may still be about to serve a connection
         self._listener.close()
+
+
+class SilentSlave(_Listener):
+    """A server that accepts connections and never responds, like a hung node."""
+
+    def __init__(self) -> None:
+        self.connections: list[socket.socket] = []
+        super().__init__()
+        self.api = f"http://127.0.0.1:{self.port}/"
+
+    def serve(self, connection: socket.socket) -> None:
+        self.connections.append(connection)
+
+    def stop(self) -> None:
+        super().stop()
         for connection in self.connections:
             connection.close()
 
 
-class GarbageServer:
+class GarbageServer(_Listener):
     """A server that sends the same bytes to every client, and closes the connection."""
 
     def __init__(self, reply: bytes) -> None:
-        self._listener = socket.create_server(("127.0.0.1", 0), backlog=100)
-        self.port = self._listener.getsockname()[1]
         self._reply = reply
-        self._serving = threading.Thread(target=self._serve, daemon=True)
-        self._serving.start()
+        super().__init__()
 
-    def _serve(self) -> None:
-        while True:
-            try:
-                connection, _ = self._listener.accept()
-            except OSError:
-                return
-            with connection, contextlib.suppress(OSError):
-                connection.recv(65536)
+    def serve(self, connection: socket.socket) -> None:
+        with connection, contextlib.suppress(OSError):
+            connection.recv(65536)
+            connection.sendall(self._reply)
+
+
+class HungService(_Listener):
+    """A service that is registered at a master, completes the handshake and never replies to a call.
+
+    Attributes:
+        name: the name of the service.
+        open_calls: number of open connections with an unanswered call.
+    """
+
+    def __init__(self, master_uri: str, name: str, type_name: str, md5sum: str) -> None:
+        self.name = name
+        self._reply = encode_header({"callerid": "/hung", "type": type_name, "md5sum": md5sum})
+        self._connections: set[socket.socket] = set()
+        self._called: set[socket.socket] = set()
+        super().__init__()
+        master: Any = ServerProxy(master_uri)
+        uri = f"rosrpc://127.0.0.1:{self.port}"
+        assert master.registerService("/hung", name, uri, "http://127.0.0.1:9/")[0] == 1
+        master("close")()
+
+    @property
+    def open_calls(self) -> int:
+        return len(self._called)
+
+    def serve(self, connection: socket.socket) -> None:
+        self._connections.add(connection)
+        threading.Thread(target=self._hang, args=(connection,), daemon=True).start()
+
+    def _hang(self, connection: socket.socket) -> None:
+        reader, fields = HeaderReader(100_000), None
+        with connection, contextlib.suppress(OSError):
+            while fields is None and (data := connection.recv(4096)):
+                fields = reader.feed(data)
+            if fields is not None:
                 connection.sendall(self._reply)
+            if fields is not None and "probe" not in fields:
+                self._called.add(connection)
+                while connection.recv(4096):
+                    pass
+        self._connections.discard(connection)
+        self._called.discard(connection)
 
-    def stop(self) -> None:
-        self._listener.shutdown(socket.SHUT_RDWR)
-        self._serving.join(30)
-        self._listener.close()
+    def close(self) -> None:
+        """Close the connections; the service stays registered."""
+        self.stop()
+        for connection in list(self._connections):
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
