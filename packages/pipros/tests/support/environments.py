@@ -33,11 +33,9 @@ SOURCE_PATH, TEST_PATH = (os.pathsep.join(map(str, folders)) for folders in (ROO
 VENV_BIN = Path(sys.executable).parent
 
 # fmt: off
-_SHELL_TOOLS = (
-    "bash", "sh", "env", "cat", "ls", "chmod", "mkdir", "cp", "mv", "rm", "sleep", "kill", "sed", "grep",
-    "head", "tail", "tee", "stty", "uname", "touch", "ln", "id", "date", "tty", "dirname", "basename",
-    "find", "ps", "timeout", "true", "false", "zsh", "fish",
-)
+_SHELL_TOOLS = ("bash", "sh", "env", "cat", "ls", "chmod", "mkdir", "cp", "mv", "rm", "sleep", "kill", "sed",
+    "grep", "head", "tail", "tee", "stty", "uname", "touch", "ln", "id", "date", "tty", "dirname", "basename",
+    "find", "ps", "timeout", "true", "false", "zsh", "fish")
 # fmt: on
 
 

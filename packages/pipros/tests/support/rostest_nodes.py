@@ -136,55 +136,37 @@ def _subscribe(passed: bool) -> tuple[tuple[str, str, bool], ...]:
 
 SCENES = (
     Scene("hztest", "{topic: level, hz: 20, hzerror: 19, test_duration: 3.0}", _hz(True)),
-    Scene(
-        "hztest", "{topic: level, hz: 1000, hzerror: 8, test_duration: 0.5}", _hz(False),
-        "is not between 992.000Hz and 1008.000Hz",
-    ),
-    Scene(
-        "hztest", "{topic: silent, hz: 20, hzerror: 8, test_duration: 0.5, wait_time: 0.5}", _hz(False),
-        "no messages before timeout",
-    ),
+    Scene("hztest", "{topic: level, hz: 1000, hzerror: 8, test_duration: 0.5}", _hz(False),
+        "is not between 992.000Hz and 1008.000Hz"),
+    Scene("hztest", "{topic: silent, hz: 20, hzerror: 8, test_duration: 0.5, wait_time: 0.5}", _hz(False),
+        "no messages before timeout"),
     Scene("hztest", "{topic: level, hz: 20, test_duration: 0.5}", _hz(False), "hzerror] is not set"),
     Scene("hztest", "{hz: 20, hzerror: 8, test_duration: 0.5}", _hz(False), "topic] is not set"),
     Scene("hztest", "{topic: level, hz: -1, hzerror: 8, test_duration: 1}", _hz(False), "bad parameters"),
     Scene("paramtest", "{param_name_target: /ready, param_value_expected: 25}", _param(True)),
     Scene("paramtest", "{param_name_target: ready}", _param(True)),
-    Scene(
-        "paramtest", "{param_name_target: /ready, param_value_expected: 26, test_duration: 0.2}",
-        _param(False), "parameter [/ready] is 25, not 26",
-    ),
-    Scene(
-        "paramtest", "{param_name_target: /unready, wait_time: 0.3}", _param(False),
-        "parameter [/unready] was not set in time",
-    ),
-    Scene(
-        "publishtest", "{topics: [{name: level}, {name: /orders, timeout: 1, negative: true}]}",
-        _publish(True),
-    ),
-    Scene(
-        "publishtest", "{topics: [{name: /orders, timeout: 0.5}]}", _publish(False),
-        "a message on [/orders] did not appear within 0.5 s",
-    ),
-    Scene(
-        "publishtest", "{topics: [{name: level, timeout: 60, negative: true}]}", _publish(False),
-        "a message on [/level] exists, but must not",
-    ),
+    Scene("paramtest", "{param_name_target: /ready, param_value_expected: 26, test_duration: 0.2}",
+        _param(False), "parameter [/ready] is 25, not 26"),
+    Scene("paramtest", "{param_name_target: /unready, wait_time: 0.3}", _param(False),
+        "parameter [/unready] was not set in time"),
+    Scene("publishtest", "{topics: [{name: level}, {name: /orders, timeout: 1, negative: true}]}",
+        _publish(True)),
+    Scene("publishtest", "{topics: [{name: /orders, timeout: 0.5}]}", _publish(False),
+        "a message on [/orders] did not appear within 0.5 s"),
+    Scene("publishtest", "{topics: [{name: level, timeout: 60, negative: true}]}", _publish(False),
+        "a message on [/level] exists, but must not"),
     Scene(
         "advertisetest",
         "{topics: [{name: /level, type: std_msgs/String}, {name: /gone, timeout: 0.5, negative: true}],"
         " services: [{name: /reset, type: std_srvs/Empty}, {name: /gone, timeout: 0.5, negative: true}]}",
         _advertise(True, True),
     ),
-    Scene(
-        "advertisetest",
+    Scene("advertisetest",
         "{topics: [{name: /level, type: std_msgs/Int8}], services: [{name: /gone, timeout: 0.5}]}",
-        _advertise(False, False), "service [/gone] did not appear within 0.5 s",
-    ),
-    Scene(
-        "advertisetest", "{topics: [{name: /level}], services: [{name: /reset, type: std_srvs/Trigger}]}",
+        _advertise(False, False), "service [/gone] did not appear within 0.5 s"),
+    Scene("advertisetest", "{topics: [{name: /level}], services: [{name: /reset, type: std_srvs/Trigger}]}",
         _advertise(True, False),
-        "service [/reset] must have the type [std_srvs/Trigger], got [std_srvs/Empty]",
-    ),
+        "service [/reset] must have the type [std_srvs/Trigger], got [std_srvs/Empty]"),
 )  # fmt: skip
 
 ONLY_OURS = (

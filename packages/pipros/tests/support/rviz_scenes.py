@@ -129,10 +129,8 @@ LAYOUTS: Mapping[str, tuple[str, str]] = {
 
 UNNAMED_OFF = "{All Enabled: false, bare: {Value: false}}"
 """A file in which all frames but one have no value of their own."""
-COLOURED = (
-    *("on_map", "on_map_faint", "on_map_orbit", "on_map_orbit_faint", "on_map_see_through"),
-    *("layout_navigation", "layout_gmapping", "layout_cartographer"),
-)
+COLOURED = (*("on_map", "on_map_faint", "on_map_orbit", "on_map_orbit_faint", "on_map_see_through"),
+    *("layout_navigation", "layout_gmapping", "layout_cartographer"))
 """Scenes whose silhouette consists of the coloured pixels, because a grey map covers the background."""
 _OF_TURNED = ("}}", "}, Target Frame: turned}")
 USUAL_SCENES: Mapping[str, tuple[str, str]] = {
@@ -237,10 +235,8 @@ LONG = ", ".join((
 _ODD = ("numbers", "tints", "colours", "counts", "sizes", "arrows")
 ODD_SCENES: Mapping[str, tuple[str, str]] = {
     **{f"odd_{name}": (ORTHO, odd(name)) for name in _ODD},
-    "odd_meshes": (
-        ORTHO,
-        f"{odd('meshes')}, {display('RobotModel', Robot_Description='odd_robot', Visual_Enabled='false')}",
-    ),
+    "odd_meshes": (ORTHO,
+        f"{odd('meshes')}, {display('RobotModel', Robot_Description='odd_robot', Visual_Enabled='false')}"),
     "odd_arrays": (ORTHO, ODD_ARRAYS),
     "odd_robot": (ORTHO, display("RobotModel", Robot_Description="odd_robot")),
     "long_lines": (FAR, LONG),

@@ -50,19 +50,13 @@ PARAMETERS: Mapping[str, Any] = {
     "planner_patience": 0.6,
     "controller_patience": 0.6,
     "recovery_behavior_enabled": False,
-    "global_costmap": {
-        **_LAYERS, "global_frame": "map", "update_frequency": 5.0,
+    "global_costmap": {**_LAYERS, "global_frame": "map", "update_frequency": 5.0,
         "plugins": [{"name": "static", "type": "costmap_2d::StaticLayer"}, *_PLUGINS],
-        "static": {"map_topic": "/map"},
-    },
-    "local_costmap": {
-        **_LAYERS, "global_frame": "odom", "rolling_window": True, "width": 3, "height": 3,
-        "resolution": 0.05, "update_frequency": 10.0, "publish_frequency": 5.0, "plugins": _PLUGINS,
-    },
-    "DWAPlannerROS": {
-        "max_vel_y": 0.0, "min_vel_y": 0.0, "acc_lim_y": 0.0, "vy_samples": 1, "vx_samples": 8,
-        "publish_cost_grid_pc": True, "publish_traj_pc": True,
-    },
+        "static": {"map_topic": "/map"}},
+    "local_costmap": {**_LAYERS, "global_frame": "odom", "rolling_window": True, "width": 3, "height": 3,
+        "resolution": 0.05, "update_frequency": 10.0, "publish_frequency": 5.0, "plugins": _PLUGINS},
+    "DWAPlannerROS": {"max_vel_y": 0.0, "min_vel_y": 0.0, "acc_lim_y": 0.0, "vy_samples": 1, "vx_samples": 8,
+        "publish_cost_grid_pc": True, "publish_traj_pc": True},
 }  # fmt: skip
 
 

@@ -67,39 +67,30 @@ RECIPES: Mapping[str, Recipe] = {
     "amcl/amcl": Recipe("amcl_pose", "geometry_msgs/PoseWithCovarianceStamped", "scan /bag/scan"),
     "depth_image_proc/convert_metric": Recipe("image", IMAGE, "image_raw /bag/camera/depth"),
     "depth_image_proc/point_cloud_xyz": Recipe("points", CLOUD, "image_rect /bag/camera/depth"),
-    "depth_image_proc/point_cloud_xyzrgb": Recipe(
-        "depth_registered/points", CLOUD, _XYZRGB + "/bag/camera/camera_info"
-    ),
+    "depth_image_proc/point_cloud_xyzrgb": Recipe("depth_registered/points", CLOUD,
+        _XYZRGB + "/bag/camera/camera_info"),
     "depth_image_proc/register": Recipe(
         "registered/image_rect", IMAGE, "depth/image_rect /bag/camera/depth depth/camera_info "
         "/bag/camera/camera_info rgb/camera_info /bag/camera/camera_info depth_registered registered",
     ),
-    "depthimage_to_laserscan/depthimage_to_laserscan": Recipe(
-        "scan", SCAN, "image /bag/camera/depth camera_info /bag/camera/camera_info"
-    ),
-    "depthimage_to_laserscan/DepthImageToLaserScanNodelet": Recipe(
-        "scan", SCAN, "image /bag/camera/depth camera_info /bag/camera/camera_info"
-    ),
-    "diagnostic_aggregator/aggregator_node": Recipe(
-        "agg", "diagnostic_msgs/DiagnosticArray", "/diagnostics_agg agg",
-        "{analyzers: {all: {type: GenericAnalyzer, path: All, contains: ['']}}}",
-    ),
+    "depthimage_to_laserscan/depthimage_to_laserscan": Recipe("scan", SCAN,
+        "image /bag/camera/depth camera_info /bag/camera/camera_info"),
+    "depthimage_to_laserscan/DepthImageToLaserScanNodelet": Recipe("scan", SCAN,
+        "image /bag/camera/depth camera_info /bag/camera/camera_info"),
+    "diagnostic_aggregator/aggregator_node": Recipe("agg", "diagnostic_msgs/DiagnosticArray",
+        "/diagnostics_agg agg", "{analyzers: {all: {type: GenericAnalyzer, path: All, contains: ['']}}}"),
     "image_proc/debayer": Recipe("image_color", IMAGE, "image_raw /bag/camera/raw"),
-    "image_proc/image_proc": Recipe(
-        "image_rect_color", IMAGE, "image_raw /bag/camera/raw camera_info /bag/camera/camera_info"
-    ),
+    "image_proc/image_proc": Recipe("image_rect_color", IMAGE,
+        "image_raw /bag/camera/raw camera_info /bag/camera/camera_info"),
     "image_proc/rectify": Recipe("image_rect", IMAGE, "image_mono /bag/camera/image"),
-    "image_transport/republish": Recipe(
-        "out/compressed", "sensor_msgs/CompressedImage", "in /bag/camera/image", arguments="raw compressed"
-    ),
+    "image_transport/republish": Recipe("out/compressed", "sensor_msgs/CompressedImage",
+        "in /bag/camera/image", arguments="raw compressed"),
     "joint_state_publisher/joint_state_publisher": Recipe("joint_states", "sensor_msgs/JointState"),
     "joy/joy_node": Recipe("joy", "sensor_msgs/Joy", params="{dev: JOYSTICK, autorepeat_rate: 5.0}"),
-    "laser_assembler/laser_scan_assembler": Recipe(
-        "assemble_scans2", ASSEMBLE, "scan /bag/scan", "{fixed_frame: odom}"
-    ),
-    "laser_filters/scan_to_cloud_filter_chain": Recipe(
-        "cloud_filtered", CLOUD, "scan /bag/scan", "{target_frame: laser}"
-    ),
+    "laser_assembler/laser_scan_assembler": Recipe("assemble_scans2", ASSEMBLE, "scan /bag/scan",
+        "{fixed_frame: odom}"),
+    "laser_filters/scan_to_cloud_filter_chain": Recipe("cloud_filtered", CLOUD, "scan /bag/scan",
+        "{target_frame: laser}"),
     "laser_filters/scan_to_scan_filter_chain": Recipe(
         "scan_filtered", SCAN, "scan /bag/scan", "{scan_filter_chain: [{name: range, type: "
         "laser_filters/LaserScanRangeFilter, params: {lower_threshold: 0.3, upper_threshold: 8.0}}]}",
@@ -112,24 +103,18 @@ RECIPES: Mapping[str, Recipe] = {
         f"local_costmap: {{global_frame: odom, {_NO_MAP}}}}}",
     ),
     MANAGER: Recipe("~list", LIST, arguments="manager"),
-    "gmapping/slam_gmapping": Recipe(
-        "map", "nav_msgs/OccupancyGrid", "scan /bag/scan", "{particles: 3, delta: 0.1}"
-    ),
-    "pcl/CropBox": Recipe(
-        "~output", CLOUD, "~input /bag/points ~indices /bag/indices", "{use_indices: true}"
-    ),
-    "pcl/EuclideanClusterExtraction": Recipe(
-        "~output", CLOUD, "~input /bag/points", "{cluster_tolerance: 2.0, spatial_locator: 1}"
-    ),
+    "gmapping/slam_gmapping": Recipe("map", "nav_msgs/OccupancyGrid", "scan /bag/scan",
+        "{particles: 3, delta: 0.1}"),
+    "pcl/CropBox": Recipe("~output", CLOUD, "~input /bag/points ~indices /bag/indices",
+        "{use_indices: true}"),
+    "pcl/EuclideanClusterExtraction": Recipe("~output", CLOUD, "~input /bag/points",
+        "{cluster_tolerance: 2.0, spatial_locator: 1}"),
     "pcl/ExtractIndices": Recipe("~output", CLOUD, "~input /bag/points ~indices /bag/indices"),
     "pcl/PassThrough": Recipe("~output", CLOUD, "~input /bag/points"),
-    "pcl/SACSegmentation": Recipe(
-        "~model", "pcl_msgs/ModelCoefficients", "~input /bag/points",
-        "{model_type: 0, distance_threshold: 0.3}",
-    ),
-    "pcl/StatisticalOutlierRemoval": Recipe(
-        "~output", CLOUD, "~input /bag/points", "{mean_k: 5, stddev: 1.0}"
-    ),
+    "pcl/SACSegmentation": Recipe("~model", "pcl_msgs/ModelCoefficients", "~input /bag/points",
+        "{model_type: 0, distance_threshold: 0.3}"),
+    "pcl/StatisticalOutlierRemoval": Recipe("~output", CLOUD, "~input /bag/points",
+        "{mean_k: 5, stddev: 1.0}"),
     "pcl/VoxelGrid": Recipe("~output", CLOUD, "~input /bag/points", "{leaf_size: 0.2}"),
     "pcl_ros/pcd_to_pointcloud": Recipe("cloud_pcd", CLOUD, arguments="FOLDER/map.pcd 1"),
     "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": Recipe("scan", SCAN, "cloud_in /bag/points"),
@@ -147,9 +132,8 @@ RECIPES: Mapping[str, Recipe] = {
     ),
     "teleop_twist_joy/teleop_node": Recipe("cmd_vel", TWIST),
     "tf/static_transform_publisher": Recipe("tf", TF, "/tf tf", arguments="0 0 1 0 0 0 base_link mast 100"),
-    "tf2_ros/static_transform_publisher": Recipe(
-        "tf_static", TF, "/tf_static tf_static", arguments="0 0 1 0 0 0 base_link mast"
-    ),
+    "tf2_ros/static_transform_publisher": Recipe("tf_static", TF, "/tf_static tf_static",
+        arguments="0 0 1 0 0 0 base_link mast"),
     "tf2_web_republisher/tf2_web_republisher": Recipe("~status", STATUS),
     "topic_tools/relay": Recipe("relayed", TWIST, arguments="/bag/cmd_vel relayed"),
     "topic_tools/throttle": Recipe("throttled", TWIST, arguments="messages /bag/cmd_vel 5 throttled"),
@@ -159,14 +143,10 @@ RECIPES: Mapping[str, Recipe] = {
         # without --wait-for-start, it ends at once if the bag is not yet played
         arguments="--wait-for-start /bag/cmd_vel speed std_msgs/Float64 m.linear.x",
     ),
-    "twist_mux/twist_mux": Recipe(
-        "cmd_vel_out", TWIST, "",
-        "{topics: [{name: a, topic: /bag/cmd_vel, timeout: 2.0, priority: 9}], locks: []}",
-    ),
+    "twist_mux/twist_mux": Recipe("cmd_vel_out", TWIST, "",
+        "{topics: [{name: a, topic: /bag/cmd_vel, timeout: 2.0, priority: 9}], locks: []}"),
     "urg_node/urg_node": Recipe("scan", SCAN, "", "{ip_address: 127.0.0.1, ip_port: URG_PORT}"),
-    "usb_cam/usb_cam_node": Recipe(
-        "~image_raw", IMAGE, "", "{video_device: FOLDER/video.avi, framerate: 5}"
-    ),
+    "usb_cam/usb_cam_node": Recipe("~image_raw", IMAGE, "", "{video_device: FOLDER/video.avi, framerate: 5}"),
     "yocs_velocity_smoother/VelocitySmootherNodelet": Recipe(
         "~smooth_cmd_vel", TWIST, "~raw_cmd_vel /bag/cmd_vel", "{speed_lim_v: 0.8, speed_lim_w: 5.4, "
         "accel_lim_v: 1.0, accel_lim_w: 2.0}",

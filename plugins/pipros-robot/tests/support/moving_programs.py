@@ -190,39 +190,27 @@ MOVE_BASE: Final = {
 }
 
 PROGRAMS: Final[Mapping[str, Program]] = {
-    "twist_mux": Program(
-        f"{_TELEOP}.twist_mux_node:main", lambda rig, speed: rig.give("/low", twist(speed)),
+    "twist_mux": Program(f"{_TELEOP}.twist_mux_node:main", lambda rig, speed: rig.give("/low", twist(speed)),
         lambda rig: rig.give("/estop", message("std_msgs/Bool", data=True)),
-        {"topics": _SOURCES, "locks": _LOCKS}, setup=_speak_once,
-    ),
-    "yocs_cmd_vel_mux": Program(
-        f"{_VELOCITIES}.cmd_vel_mux_node:CmdVelMuxNode",
-        lambda rig, speed: rig.give("/low", twist(speed)),
+        {"topics": _SOURCES, "locks": _LOCKS}, setup=_speak_once),
+    "yocs_cmd_vel_mux": Program(f"{_VELOCITIES}.cmd_vel_mux_node:CmdVelMuxNode", lambda rig,
+        speed: rig.give("/low", twist(speed)),
         lambda rig: rig.every(SOURCE_S, lambda: rig.give("/high", twist(0.0)), rig.now_s),
-        {"yaml_cfg_data": _MUX}, setup=_speak_once,
-    ),
-    "yocs_velocity_smoother": Program(
-        f"{_VELOCITIES}.velocity_smoother_node:SmootherNode", _raw,
-        parameters={"accel_lim_v": 5.0, "speed_lim_w": 1.0, "robot_feedback": 1}, limit=1.0,
-    ),
-    "kobuki_safety_controller": Program(
-        f"{_VELOCITIES}.safety_controller_node:SafetyNode", _bumper,
-        lambda rig: rig.give("/tested/disable", message("std_msgs/Empty")), silence_s=math.inf, limit=0.4,
-    ),
+        {"yaml_cfg_data": _MUX}, setup=_speak_once),
+    "yocs_velocity_smoother": Program(f"{_VELOCITIES}.velocity_smoother_node:SmootherNode", _raw,
+        parameters={"accel_lim_v": 5.0, "speed_lim_w": 1.0, "robot_feedback": 1}, limit=1.0),
+    "kobuki_safety_controller": Program(f"{_VELOCITIES}.safety_controller_node:SafetyNode", _bumper,
+        lambda rig: rig.give("/tested/disable", message("std_msgs/Empty")), silence_s=math.inf, limit=0.4),
     "teleop_twist_joy": Program(f"{_TELEOP}.twist_joy_node:main", _joy),
     "teleop_twist_keyboard": Program(f"{_TELEOP}.keyboard_node:main", _key, limit=0.5, period_s=0.1),
     "interactive_marker_twist_server": Program(f"{_TELEOP}.twist_marker:main", _feedback, limit=1.0),
-    "rqt_robot_steering": Program(
-        "pipros_page.robot_steering:main", _slider, period_s=0.1, limit=3.0,
-    ),
+    "rqt_robot_steering": Program("pipros_page.robot_steering:main", _slider, period_s=0.1, limit=3.0),
     "turtle_teleop_key": Program(f"{_TURTLE}.teleop_key:main", _arrow, silence_s=math.inf, limit=2.0),
     "mimic": Program(f"{_TURTLE}.mimic:main", _turtle("/input/pose")),
     "draw_square": Program(f"{_TURTLE}.draw_square:main", _turtle("/turtle1/pose"), limit=1.0),
-    "move_base": Program(
-        "pipros_robot.navigation.move_base.move_base_node:main", _goal,
-        lambda rig: rig.give("/move_base/cancel", message("actionlib_msgs/GoalID")),
-        MOVE_BASE, silence_s=math.inf, period_s=0.1, limit=2.0, setup=Room,
-    ),
+    "move_base": Program("pipros_robot.navigation.move_base.move_base_node:main", _goal,
+        lambda rig: rig.give("/move_base/cancel", message("actionlib_msgs/GoalID")), MOVE_BASE,
+        silence_s=math.inf, period_s=0.1, limit=2.0, setup=Room),
 }  # fmt: skip
 """All of them but the page's Teleop tab, which asks a policy's gate: see `test_teleop`."""
 

@@ -60,10 +60,8 @@ _GENERATED = "{0}/__init__.py {0}/py.typed {0}/msg/__init__.pyi @/CMakeLists.txt
 
 def _messages(needs: str = "", text: str = "int8 a\n") -> Pack:
     made = f"add_message_files(FILES State.msg)\ngenerate_messages(DEPENDENCIES std_msgs {needs})\n"
-    return Pack(
-        _GENERATED, _with(f"message_generation std_msgs {needs}", f"{made}catkin_package()\n"),
-        f"std_msgs {needs}", texts={"msg/State.msg": text},
-    )
+    return Pack(_GENERATED, _with(f"message_generation std_msgs {needs}", f"{made}catkin_package()\n"),
+        f"std_msgs {needs}", texts={"msg/State.msg": text})
 
 
 _PYTHON = "find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()\n"
@@ -71,11 +69,9 @@ _NODE = Pack("lib/{0}/run @/launch/run.launch", _with("rospy", f"catkin_package(
              "rospy", "scripts/run launch/run.launch")
 WORKSPACES: dict[str, dict[str, Pack]] = {
     "twelve packages of messages": {f"part{n}": _messages() for n in range(1, 13)},
-    "messages that need each other": {
-        "base_msgs": _messages(),
+    "messages that need each other": {"base_msgs": _messages(),
         "arm_msgs": _messages("base_msgs", "std_msgs/Header header\nbase_msgs/State[] states\n"),
-        "a_robot_msgs": _messages("arm_msgs", "arm_msgs/State arm\n"),
-    },
+        "a_robot_msgs": _messages("arm_msgs", "arm_msgs/State arm\n")},
     "services and actions": {"deeds": Pack(
         "deeds/__init__.py deeds/py.typed @/CMakeLists.txt deeds/msg/__init__.pyi deeds/srv/__init__.pyi "
         "@/srv/Stop.srv @/action/Move.action",
@@ -168,11 +164,9 @@ WORKSPACES: dict[str, dict[str, Pack]] = {
                    "${name} DESTINATION share/${PROJECT_NAME}/lab)\nendmacro()\n@[end if]@\n"},
         ),
     },
-    "repositories in folders": {
-        "repo/one": _NODE,
+    "repositories in folders": {"repo/one": _NODE,
         "repo/deeper/two": Pack("@/launch/run.launch", _CATKIN + _LAUNCH, "one", "launch/run.launch"),
-        "repo/ignored": Pack(None, files="CATKIN_IGNORE"),
-    },
+        "repo/ignored": Pack(None, files="CATKIN_IGNORE")},
     "Python with a setup.py": {"snake": Pack(
         "snake/__init__.py snake/deep/__init__.py snake/deep/a.yaml lone.py bin/snake_cli @/CMakeLists.txt "
         "@/setup.py @/src/snake/deep/a.yaml", _PYTHON,
