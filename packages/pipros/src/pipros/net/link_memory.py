@@ -6,10 +6,12 @@ import array
 import os
 import socket
 import sys
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from pipros.net.shared_segment import Segment
 from pipros.wire.slot_frames import SEGMENT, ControlFrame, Slot, encode
+
+if TYPE_CHECKING:
+    from pipros.net.shared_segment import Segment
 
 
 class SlotGiver(Protocol):

@@ -25,7 +25,7 @@ import time
 import weakref
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import ProtocolError
@@ -34,9 +34,11 @@ from pipros.basics.posix import call_in_children
 from pipros.net.backlog import WireMessage
 from pipros.net.link_memory import LinkMemory, MemorySharingLink, PlacedMessage
 from pipros.net.loop import BackgroundLoop
-from pipros.net.shared_segment import Segment
 from pipros.net.slot_table import FEWEST_SLOTS, QUOTA, SLOTS, SlotTable
 from pipros.wire.slot_frames import DROP, SLOT, ControlFrame, Slot, decode_acknowledgements, encode
+
+if TYPE_CHECKING:
+    from pipros.net.shared_segment import Segment
 
 SHARED_TOPIC_BYTES = 64 * 1024 * 1024
 """Limit: the memory that a node shares with the subscribers of one topic on this machine. Messages that do
@@ -225,10 +227,10 @@ class TopicMemory:
             self._current = None
             self._close_unused()
 
-    def report(self, error: OSError) -> None:
+    def report(self, error: Exception) -> None:
         """Log once that the system refuses memory or descriptors, and create no segment for some time."""
         self._retry_s = time.monotonic() + RETRY_S
-        self._report(f"the system refuses shared memory ({error.strerror or error})")
+        self._report(f"the system refuses shared memory ({getattr(error, 'strerror', None) or error})")
 
     def close_in_child(self) -> None:
         """Close the memory in a forked process, which would otherwise keep it allocated."""
@@ -295,8 +297,10 @@ class TopicMemory:
             self._refuse(self._budget_refusal())
             return None
         try:
+            from pipros.net.shared_segment import Segment  # imported here because only large messages need it
+
             created = Segment(self._numbers + 1, slot_bytes, slots)
-        except OSError as error:
+        except (ImportError, OSError) as error:
             self._budget.give_back(slot_bytes * FEWEST_SLOTS)
             self.report(error)
             return None

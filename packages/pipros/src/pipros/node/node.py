@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import socket
 import threading
 import weakref
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from importlib import import_module
 from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -52,9 +54,24 @@ MASTER_RETRY_S = 0.2
 """Interval at which a node that found no master tries again."""
 
 
-_LOAD_LINKS_S = 0.01
-"""Time after the start at which a node imports what links need. `init_node` has usually returned by then, so
-neither it nor the first link waits.
+_LOAD_LINKS_S, _LOAD_NEXT_S = 0.1, 0.01
+"""Time after the start at which a node begins to import `_LINK_MODULES`, and the interval between two of
+them. Most programs have created their topics by then, so neither `init_node` nor these links wait for modules
+that they do not need; what runs later waits for one module at most.
+"""
+
+_LINK_MODULES = (
+    "pipros.net.outgoing",
+    "pipros.net.shared_memory",
+    "pipros.node.shared_publication",
+    "pipros.net.incoming",
+    "pipros.node.publisher_dialer",
+    "pipros.node.publisher_connector",
+    "pipros.node.subscriber",
+    "pipros.net.shared_segment",
+)
+"""Modules that the first link or the first large message needs, which `import rospy` leaves out. A link that
+comes sooner imports its modules itself.
 """
 
 _ANNOUNCED = -1
@@ -65,13 +82,13 @@ _loading = threading.Lock()
 hold_while_forking(_loading)  # a child can never import what another thread was importing during the fork
 
 
-def _load_links() -> None:
-    with _loading, suppress(OSError, ImportError):  # without descriptors now, the first link tries again
-        import pipros.net.outgoing
-        import pipros.node.subscriber
-
-        if shares_memory():
-            import pipros.node.shared_publication  # noqa: F401
+async def _load_links() -> None:
+    await asyncio.sleep(_LOAD_LINKS_S)
+    for name in _LINK_MODULES:
+        await asyncio.sleep(_LOAD_NEXT_S)
+        with _loading, suppress(OSError, ImportError):  # without descriptors now, the first link tries again
+            if "shared" not in name or shares_memory():
+                import_module(name)
 
 
 class Node(TopicsAndServices):
@@ -172,7 +189,7 @@ class Node(TopicsAndServices):
             raise
         self._loop.spawn(self.registrations.watch())
         if one_thread.has_threads():
-            self._loop.call(self._loop.asyncio.call_later, _LOAD_LINKS_S, _load_links)
+            self._loop.spawn(_load_links())
         myself = weakref.ref(self)
         close_in_children(lambda: node._started.descriptors if (node := myself()) else ())
 

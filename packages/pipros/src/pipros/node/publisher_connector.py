@@ -7,7 +7,6 @@ from collections.abc import Awaitable, Callable, Iterable
 
 from pipros.basics.errors import PiprosError, Refused, Unreachable
 from pipros.basics.printable import printable
-from pipros.net import unreachable
 from pipros.node.context import NodeContext
 from pipros.node.publisher_dialer import LOG_TOPICS, PUBLISHERS_PER_TOPIC
 from pipros.node.throttled_warnings import ThrottledWarnings
@@ -161,7 +160,11 @@ class PublisherConnector:
             self._context.reported.add(uri)
         if not self._warnings.should_log(f"{printable(uri)}: {printable(error)}"):
             return
-        explain = await unreachable.explain(error.peer) if isinstance(error, Unreachable) else ""
+        explain = ""
+        if isinstance(error, Unreachable):
+            from pipros.net import unreachable  # imported here because most publishers can be reached
+
+            explain = await unreachable.explain(error.peer)
         if uri in self._listed:  # skip a publisher that has since unregistered
             self._context.log.warning(
                 "cannot receive [%s] from the publisher at %s: %s%s",

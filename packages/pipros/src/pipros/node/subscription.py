@@ -6,7 +6,6 @@ import asyncio
 import functools
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import Interrupted, LimitExceeded, MissingExtra, ProtocolError
@@ -41,7 +40,6 @@ message.
 """
 
 
-@dataclass(slots=True, eq=False, repr=False)
 class SubscriberCallback:
     """One callback of a subscription.
 
@@ -52,10 +50,17 @@ class SubscriberCallback:
             messages.
     """
 
-    callback: Callback
-    args: object = NO_ARGS
-    takes_views: bool = False
-    stands_for: SubscriberCallback | None = None
+    __slots__ = ("args", "callback", "stands_for", "takes_views")
+
+    def __init__(
+        self,
+        callback: Callback,
+        args: object = NO_ARGS,
+        takes_views: bool = False,
+        stands_for: SubscriberCallback | None = None,
+    ) -> None:
+        self.callback, self.args = callback, args
+        self.takes_views, self.stands_for = takes_views, stands_for
 
 
 class Subscription:

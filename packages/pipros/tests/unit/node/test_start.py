@@ -1,5 +1,6 @@
 """The start of a node: its name, its options, its imports."""
 
+import asyncio
 import errno
 import os
 import re
@@ -124,4 +125,4 @@ def test_a_node_without_descriptors_imports_it_with_the_first_link(monkeypatch: 
         raise OSError(errno.EMFILE, "Too many open files")
 
     monkeypatch.setattr(node, "shares_memory", fail)
-    node._load_links()
+    asyncio.run(node._load_links())
