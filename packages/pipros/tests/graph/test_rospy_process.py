@@ -60,16 +60,26 @@ rospy.on_shutdown(lambda: print('hook', rospy.is_shutdown(), flush=True))
 print('ready', flush=True)
 """
 
+NAME_OPENSSL = "import asyncio, sys\nprint(sorted(sys.modules.keys() & {'_hashlib', '_ssl', 'ssl'}))\n"
+USE_TLS = """
+try:
+    asyncio.run(asyncio.open_connection(host, port, ssl=True))
+except Exception as error:  # the server speaks plain HTTP
+    import ssl
+    print(f"{type(error).__name__}: {isinstance(error, asyncio.sslproto.ssl.SSLError)}")
+"""
+
 
 def start(processes: Processes, uri: str, code: str) -> Process:
     return processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": uri})
 
 
-def test_a_node_starts_without_openssl(processes: Processes, master: Master) -> None:
-    code = HEAD + "import sys\nprint('_hashlib' in sys.modules)"
+def test_a_node_loads_openssl_with_its_first_use(processes: Processes, master: Master) -> None:
+    address = f"host, port = '127.0.0.1', {master.uri.rpartition(':')[2].strip('/')}"
+    code = HEAD + NAME_OPENSSL + address + USE_TLS
     assert start(processes, master.uri, code).wait() == 0  # stores the compiled messages
     node = start(processes, master.uri, code)
-    assert (node.wait(), node.lines[-2:]) == (0, ["False", "hook False"])
+    assert (node.wait(), node.lines[-3:]) == (0, ["[]", "SSLError: True", "hook False"])
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+import pipros.basics.light_asyncio  # noqa: F401 # before modules that import asyncio
 from pipros.basics.lazy_names import lazy_names
 from pipros.node.node import Node
 from pipros.node.publisher import Publisher
