@@ -15,7 +15,7 @@ from tests.browser.chromium import OpenTab
 from tests.support.environments import file_of_tests
 from tests.support.page import Page
 from tests.support.ros import RosSystem
-from tests.support.rviz_controls import GRIPS, Grip, controls_file, feedback_by_marker
+from tests.support.rviz_records import GRIPS, Grip, controls_file, feedback_by_marker
 from tests.support.rviz_scenes import HEIGHT, WIDTH
 from tests.support.waiting import wait_until
 

@@ -17,7 +17,7 @@ from tests.browser.chromium import OpenTab
 from tests.support.environments import file_of_tests
 from tests.support.page import Page
 from tests.support.ros import RosSystem
-from tests.support.rviz_panels import PANELS, display_of, panel_file
+from tests.support.rviz_records import PANELS, Statuses, comparable, display_of, panel_file, statuses_file
 from tests.support.rviz_scenes import (
     COLOURED,
     FINE,
@@ -37,7 +37,6 @@ from tests.support.rviz_scenes import (
     overlap,
     unpacked,
 )
-from tests.support.rviz_statuses import Statuses, comparable, statuses_file
 from tests.support.waiting import wait_until
 
 PROGRAM = Path(__file__).parent / "programs" / "scene_program.py"

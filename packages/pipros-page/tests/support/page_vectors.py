@@ -1,6 +1,6 @@
 """Inputs and expected results for the JavaScript of the page, computed by the Python that it corresponds to.
 
-`tests.support.page_units` writes them as JSON for `tests/page/unit`. Times, and integers that JavaScript's
+`tests.support.page_checks` writes them as JSON for `tests/page/unit`. Times, and integers that JavaScript's
 numbers cannot represent, are texts.
 """
 

@@ -3,10 +3,9 @@
     script/generate rviz [SCENE... | controls | panels | statuses | defaults]
 
 With `PICTURES=FOLDER` in the environment, the pictures of scenes are stored in this folder, too. `controls`
-drags interactive markers and records the feedback (tests.support.rviz_controls). `panels`
-records the panels of images and cameras (rviz_panels.py), and `statuses` the status texts of displays
-(rviz_statuses.py). `defaults` records a file that genuine rviz saves, with the defaults of all displays and
-views.
+drags interactive markers and records the feedback, `panels` the panels of images and cameras, and `statuses`
+the status texts of displays (tests.support.rviz_records). `defaults` records a file that genuine rviz saves,
+with the defaults of all displays and views.
 
 Genuine ROS 1 and Debian's packages rviz and xvfb are needed; for `panels`, also x11-utils, and for
 `statuses`, gcc. rviz draws in software on a virtual screen. pipros writes the `.rviz` files.
@@ -31,8 +30,19 @@ from typing import IO
 
 from pipros_page.scene.layout_file import read_rviz, write_rviz
 from tests.support.environments import VENV_BIN
-from tests.support.rviz_controls import GRIPS, Grip, controls_file, feedback_by_marker
-from tests.support.rviz_panels import PANELS, SIZES, display_of, panel_file, probes_of
+from tests.support.rviz_records import (
+    GRIPS,
+    PANELS,
+    SIZES,
+    Grip,
+    controls_file,
+    display_of,
+    feedback_by_marker,
+    panel_file,
+    probes_of,
+    statuses_file,
+    statuses_of,
+)
 from tests.support.rviz_scenes import (
     BACKGROUND,
     HEIGHT,
@@ -43,7 +53,6 @@ from tests.support.rviz_scenes import (
     config_of,
     record_of,
 )
-from tests.support.rviz_statuses import statuses_file, statuses_of
 
 TESTS = Path(__file__).resolve().parents[1]
 
