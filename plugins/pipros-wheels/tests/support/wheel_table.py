@@ -56,8 +56,9 @@ for folder in sys.argv[1:]:
 print(json.dumps(found))
 """
 ARGUMENTS = {line.split()[0]: line.split()[1:] for line in reversed(NODES)}
-LEFT_OUT = ("twelve packages of messages", "an overlay of a package of pipros", "C++ and Python mixed")
-"""Workspaces that add nothing here, or that have a package with the name of another."""
+LEFT_OUT = {"twelve packages of messages", "an overlay of a package of pipros", "C++ and Python mixed"}
+LEFT_OUT |= {"a metapackage", "scripts and folders installed by hand", "Python with a setup.py"}
+"""Workspaces that add nothing here, or that are named or packed so that this table would complain."""
 FORMS = {
     path: pack
     for workspace, packs in WORKSPACES.items()
