@@ -44,13 +44,9 @@ def test_scalars_are_converted_as_by_yaml_cpp(row: dict[str, Any]) -> None:
 
 
 MAP = {
-    "image": "a.pgm",
-    "resolution": "0.1",
-    "origin": "[0, 0, 0]",
-    "negate": "0",
-    "occupied_thresh": "0.6",
+    "image": "a.pgm", "resolution": "0.1", "origin": "[0, 0, 0]", "negate": "0", "occupied_thresh": "0.6",
     "free_thresh": "0.1",
-}
+}  # fmt: skip
 ONE_LINE = [row for row in ROWS if row["text"].startswith("v: ") and row["text"].count("\n") == 1]
 
 

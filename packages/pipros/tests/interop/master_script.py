@@ -24,24 +24,9 @@ ARITY = {
 }
 
 ODD_NAMES = [
-    "",
-    "/",
-    "//",
-    "~",
-    "a",
-    "~a",
-    "/a",
-    "/a/",
-    "//a//b",
-    "a b",
-    "/a:b",
-    "/a-b",
-    "/1",
-    "/é",
-    "a\tb",
-    "~~a",
+    "", "/", "//", "~", "a", "~a", "/a", "/a/", "//a//b", "a b", "/a:b", "/a-b", "/1", "/é", "a\tb", "~~a",
     "x~y",
-]
+]  # fmt: skip
 ODD_TYPES = ["", "*", "**", "String", "std_msgs/String", "a/b/c", "/b", "a/", "a b/c", 5]
 ODD_APIS = ["", "nope", "http:", "http://", "rosrpc://", "https://h:1", "HTTP://h:1", "foo://bar", 5]
 CALLERS = ["", "/", "/n", "n", "~n", "/ns/n", "/ns/n/", "a b", 5, True, ["/n"]]
@@ -66,13 +51,8 @@ def arity() -> Iterator[Call]:
                 yield method, ("/n", *["/x/y"] * (count - 1))
         yield method, (5, *["/x"] * (right - 1))
     for unknown in (
-        "nosuch",
-        "system.listMethods",
-        "system.methodHelp",
-        "publisherUpdate",
-        "getName",
-        "__init__",
-    ):
+        "nosuch", "system.listMethods", "system.methodHelp", "publisherUpdate", "getName", "__init__",
+    ):  # fmt: skip
         yield unknown, ("/n",)
 
 
@@ -164,16 +144,11 @@ def parameters() -> Iterator[Call]:
     values: list[Any] = [
         *(0, -1, 2**31 - 1, -(2**31), 1.5, -0.0, 1e300, True, False, "", "text", "ü<&>\"'", " x ", "a\nb\tc"),
         *(
-            [],
-            {},
-            [1, "x", [2.5, {}]],
-            {"a": {"b": {"c": []}}},
-            {"": 1},
-            {"x/y": {"z": 1}},
+            [], {}, [1, "x", [2.5, {}]], {"a": {"b": {"c": []}}}, {"": 1}, {"x/y": {"z": 1}},
             {"~": {"c": 2}, "a b": 3},
         ),
         *(xmlrpc.client.Binary(b"\x00\xff"), xmlrpc.client.DateTime("20200101T00:00:00")),
-    ]
+    ]  # fmt: skip
     yield "setParam", ("/n", "/", {})
     for number, value in enumerate(values):
         yield "setParam", ("/n", f"/v/{number}", value)
@@ -201,23 +176,9 @@ def searches() -> Iterator[Call]:
     tree = {"k": 3, "w": {"g": {"k": 1}}, "ns": {"w": {"q": 2}, "n": {"w": 3}}}
     yield "setParam", ("/n", "/", tree)
     keys = [
-        "w",
-        "k",
-        "w/g/k",
-        "w/g",
-        "w/q",
-        "/w/g",
-        "/w/nope",
-        "~w",
-        "nope",
-        "",
-        "w/",
-        "/",
-        "q r",
-        "n/w",
-        "//w",
+        "w", "k", "w/g/k", "w/g", "w/q", "/w/g", "/w/nope", "~w", "nope", "", "w/", "/", "q r", "n/w", "//w",
         5,
-    ]
+    ]  # fmt: skip
     for caller, key in itertools.product(["/ns/n", "/ns/", "/ns/m", "/", "/other/n", "ns", "", "~"], keys):
         yield "searchParam", (caller, key)
 
@@ -272,63 +233,31 @@ def multicalls() -> Iterator[Call]:
         "system.multicall",
         (
             [
-                call("setParam", "/n", "/multi", {"a": 1}),
-                call("getParam", "/n", "/multi/a"),
-                call("getParam", "/n", "/none"),
-                call("getParam"),
-                call("nosuch"),
-                call("system.multicall", []),
-                call("deleteParam", "/n", "/multi"),
+                call("setParam", "/n", "/multi", {"a": 1}), call("getParam", "/n", "/multi/a"),
+                call("getParam", "/n", "/none"), call("getParam"), call("nosuch"),
+                call("system.multicall", []), call("deleteParam", "/n", "/multi"),
             ],
         ),
-    )
+    )  # fmt: skip
 
 
 RANDOM_NODES = ("/a", "/b", "/ns/c", "/ns/d", "/x/", "/", "")
 RANDOM_NAMES = (
     *("t", "/t", "/ns/t", "~t", "t/u", "/t/u/", "//t", "t//u", "/a/b/c/d", "/ns", "ns", "k", "/k/l", "k/l/m"),
     *(
-        "",
-        "/",
-        "~",
-        "~/x",
-        "~~x",
-        "/~x",
-        "x~",
-        "a/~b",
-        "t t",
-        "t:u",
-        "-",
-        "1",
-        "/é/ü",
-        "/t?",
-        "<&>",
-        "\t",
+        "", "/", "~", "~/x", "~~x", "/~x", "x~", "a/~b", "t t", "t:u", "-", "1", "/é/ü", "/t?", "<&>", "\t",
         "/../x",
     ),
-)
+)  # fmt: skip
 RANDOM_TYPES = ("*", "x/Y", "a/B", "std_msgs/String", "x", "", "x/y/z", "/x", "x/")
 RANDOM_VALUES = (
     *(
-        0,
-        -5,
-        2**31 - 1,
-        1.5,
-        -0.0,
-        1e300,
-        True,
-        "",
-        "s",
-        "é<&>",
-        "x" * 1000,
-        [],
-        [1, "a", [2.5]],
-        {},
+        0, -5, 2**31 - 1, 1.5, -0.0, 1e300, True, "", "s", "é<&>", "x" * 1000, [], [1, "a", [2.5]], {},
         {"": 1},
     ),
     *({"k": 1}, {"k": {"l": {"m": [1]}}}, {"t": {"u": 5}}, {" ": {"k": {}}}),
     *(xmlrpc.client.Binary(b"\x00\x01"), xmlrpc.client.DateTime("20200101T00:00:00")),
-)
+)  # fmt: skip
 RANDOM_SERVICES = ("rosrpc://h:1", "rosrpc://h:2", "http://h:1", "x")
 
 

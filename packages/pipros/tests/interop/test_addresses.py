@@ -13,7 +13,7 @@ from tests.support.network import FarNetwork, LoneNetwork, needs_network
 from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 
-pytestmark = [needs_network, pytest.mark.timeout(500)]  # waits for browser tests
+pytestmark = needs_network
 
 HOSTS = """
 127.0.0.1 localhost

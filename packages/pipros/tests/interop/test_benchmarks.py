@@ -29,12 +29,8 @@ def test_the_libraries_are_measured_side_by_side(processes: Processes) -> None:
 
     assert ended.returncode == 0, ended.output
     for what in (
-        "set_transform",
-        "tf listener, ",
-        "TimeSynchronizer, ",
-        "send_goal_and_wait, two",
-        "import tf2_ros",
-    ):
+        "set_transform", "tf listener, ", "TimeSynchronizer, ", "send_goal_and_wait, two", "import tf2_ros",
+    ):  # fmt: skip
         columns = r"( \| [\d.,e+]+){2} \| \d+\.\d+ x \| [\d.]+\.\.[\d.]+ \|$"
         assert re.search(rf"(?m)^\| {what}.*{columns}", ended.output), ended.output
 

@@ -12,6 +12,7 @@ import pytest
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.roscpp import compile_program
+from tests.support.same_results import printed
 
 PROGRAM = Path(__file__).parent / "programs" / "hold_bond.py"
 EXAMINE = Path(__file__).parent / "programs" / "examine_statemap.py"
@@ -33,7 +34,7 @@ def said(process: Process) -> list[str]:
 
 @pytest.fixture
 def ros(plain_ros: RosSystem) -> RosSystem:
-    plain_ros.pipros.start_bare_master()
+    plain_ros.serve_master()
     return plain_ros
 
 
@@ -48,13 +49,9 @@ def test_a_bond_is_formed_and_broken(ros: RosSystem, one: str, other: str) -> No
         waiting.wait_for("callback: formed")
         ending.write_line("end it")
         assert said(waiting) == [
-            f"0.2 2.0 /bonds {action} 36",
-            "AssertionError",
-            "AssertionError",
-            "formed: True True",
-            "broken: True True SM.Dead",
-            "stays broken: True",
-        ], waiting.output
+            f"0.2 2.0 /bonds {action} 36", "AssertionError", "AssertionError", "formed: True True",
+            "broken: True True SM.Dead", "stays broken: True",
+        ], waiting.output  # fmt: skip
         assert "callback: broken" in waiting.stdout
         last = ["broken: True True SM.Dead", "stays broken: True"]
         if action == "shutdown":
@@ -83,7 +80,6 @@ def test_both_sides_give_up_alike_without_a_peer(ros: RosSystem) -> None:
     assert "broken: True True SM.Dead" in ours.stdout
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize("breaks", ["cpp", "python"])
 def test_a_bond_with_bondcpp(ros: RosSystem, bondcpp: Path, breaks: str) -> None:
     role = "break" if breaks == "cpp" else "wait"
@@ -106,12 +102,7 @@ def bondcpp() -> Path:
 
 def test_smclib_answers_as_genuine() -> None:
     seed = str(random.randrange(10**6))  # noqa: S311
-    answers = [
-        subprocess.run(
-            [python, EXAMINE, seed], env={"PATH": "/usr/bin:/bin"}, check=True, capture_output=True, text=True
-        ).stdout
-        for python in (sys.executable, "/usr/bin/python3")
-    ]
+    answers = [printed(python, EXAMINE, seed) for python in (sys.executable, "/usr/bin/python3")]
 
     assert answers[0] == answers[1], seed
     assert len(answers[0].splitlines()) > 400

@@ -24,13 +24,8 @@ PACKAGE = Path("/usr/lib/python3/dist-packages/camera_calibration")
 CAMERA = np.array([[520.0, 0, 320], [0, 520, 240], [0, 0, 1]])
 COLUMNS, ROWS, SQUARE_M = 8, 6, 0.1
 TURNS = (
-    (0.0, 0.0, 0.0),
-    (0.6, 0.0, 0.1),
-    (0.0, 0.6, -0.1),
-    (-0.5, 0.4, 0.2),
-    (0.4, 0.5, -0.3),
-    (-0.6, -0.3, 0.0),
-)
+    (0.0, 0.0, 0.0), (0.6, 0.0, 0.1), (0.0, 0.6, -0.1), (-0.5, 0.4, 0.2), (0.4, 0.5, -0.3), (-0.6, -0.3, 0.0),
+)  # fmt: skip
 PIXELS = 40  # of a square in the flat picture
 CALIBRATE, COMMIT = (690, 230), (690, 430)
 """The middle of two buttons beside the picture."""
@@ -64,7 +59,6 @@ def poses() -> list[Any]:
     return found
 
 
-@pytest.mark.timeout(300)
 def test_debians_calibrator_finds_the_lens_of_a_camera(ros: RosSystem) -> None:
     ros.serve_master()
     site = ros.home / "site"
@@ -92,10 +86,7 @@ def test_debians_calibrator_finds_the_lens_of_a_camera(ros: RosSystem) -> None:
             camera.publish(image(pictures[number % len(pictures)], "mono8", number))
 
         calibrator = ros.pipros.start(
-            "python3",
-            "-W",
-            "ignore",
-            SCRIPT,
+            *("python3", "-W", "ignore", SCRIPT),
             *("--size", f"{COLUMNS}x{ROWS}", "--square", str(SQUARE_M), "--no-service-check"),
             *("image:=/camera/image_raw", "camera:=/camera"),
             PYTHONPATH=str(site),

@@ -1,4 +1,4 @@
-"""The example is a plain Noetic package: genuine catkin builds it, and genuine ROS runs every step of it."""
+"""The examples are plain Noetic packages: genuine catkin builds them, and genuine ROS runs every step."""
 
 from __future__ import annotations
 
@@ -6,9 +6,18 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+import pytest
+
+from tests.support.case_study import (
+    WORKSPACE,
+    create_message,
+    make_workspace_and_package,
+    write_nodes_test_and_launch_file,
+)
 from tests.support.catkin import CatkinWorkspace
 from tests.support.environments import EXAMPLES
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 PACKAGE = EXAMPLES / "composiv_tryouts"
 
@@ -80,3 +89,116 @@ def test_rostest_passes(ros: RosSystem) -> None:
 def _tests_in(result_file: Path) -> tuple[int, int]:
     suite = ElementTree.parse(result_file).getroot()  # noqa: S314 - written by the run above
     return int(suite.attrib["tests"]), int(suite.attrib["failures"])
+
+
+# The battery monitor of `examples/` on genuine ROS, built by genuine catkin; and half of it on each side.
+def test_the_rostest_passes_on_genuine_ros(ros: RosSystem) -> None:
+    ended = ros.genuine.run("rostest", "vehicle_battery", "battery.test", timeout_s=300)
+
+    assert ended.returncode == 0, ended.output
+    assert " * TESTS: 3" in ended.output
+
+
+def test_the_tests_of_the_logic_pass_on_genuine_ros(ros: RosSystem) -> None:
+    tests = EXAMPLES / "vehicle_battery" / "test"
+
+    ended = ros.genuine.run("python3", "-m", "unittest", "discover", "-s", tests, "-p", "test_[as]*.py")
+
+    assert ended.returncode == 0, ended.output
+    assert "Ran 21 tests" in ended.output
+
+
+@pytest.mark.parametrize("driver_is_genuine", [True, False])
+def test_driver_and_monitor_of_two_sides_work_together(ros: RosSystem, driver_is_genuine: bool) -> None:
+    sides = (ros.genuine, ros.pipros) if driver_is_genuine else (ros.pipros, ros.genuine)
+    ros.serve_master()
+
+    monitor = sides[1].start("rosrun", "vehicle_battery", "battery_monitor")
+    sides[0].start("rosrun", "vehicle_battery", "battery_driver", "_source:=simulated", "_percentage:=0.05")
+
+    monitor.wait_for("battery critical: 5 %")
+    wait_until(lambda: ros.publishers("/diagnostics"), 30, "diagnostics")
+    answer = sides[0].run("rosservice", "call", "/battery_monitor/acknowledge")
+    assert "success: True" in answer.stdout, answer.output
+
+
+# A workspace created with pipros, then built and tested by genuine catkin and genuine ROS.
+def test_genuine_catkin_builds_it_and_genuine_rostest_passes(ros: RosSystem) -> None:
+    del ros.pipros.environment["ROS_PACKAGE_PATH"]
+    base = ros.home / WORKSPACE
+    terminal = ros.pipros.open_terminal()
+    make_workspace_and_package(terminal)
+    create_message(terminal, base / "src/composiv_tryouts")
+    write_nodes_test_and_launch_file(terminal, base / "src/composiv_tryouts")
+
+    underlay = {"CMAKE_PREFIX_PATH": "/usr", "ROS_PACKAGE_PATH": "/usr/share"}
+    made = ros.genuine.run("catkin_make", "-C", base, timeout_s=300, **underlay)
+
+    assert made.returncode == 0, made.output
+    assert "-- composiv_tryouts: 1 messages, 0 services" in made.stdout
+    assert (base / "devel/lib/python3/dist-packages/composiv_tryouts/msg/_BatteryLevel.py").exists()
+    tested = ros.genuine.run(
+        "bash",
+        "-c",
+        f". {base}/devel/setup.bash && export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:/usr/share && "
+        "which rostest && rostest composiv_tryouts composiv_tryout.launch",
+        timeout_s=100,
+        **underlay,
+    )
+    assert tested.returncode == 0, tested.output
+    assert tested.stdout[0] == "/usr/bin/rostest"
+    assert "[composiv_tryouts.rosunit-test_talker/test_talker_publishing][passed]" in tested.stdout
+
+
+# A workspace that genuine catkin built, used from pipros: C++ nodes beside Python ones.
+LAUNCH = """
+<launch>
+  <node pkg="cpp_battery" type="battery_talker" name="talker" ns="robot"/>
+  <node pkg="cpp_battery" type="battery_listener" name="listener" ns="robot" output="screen"/>
+  <node pkg="composiv_tryouts" type="composiv_listener.py" name="python_listener" ns="robot" output="screen"/>
+</launch>
+"""
+
+
+@pytest.fixture
+def sourced(ros: RosSystem, catkin_workspace: CatkinWorkspace) -> RosSystem:
+    """Return the variables after `source devel/setup.bash` in the environment of pipros."""
+    for name in ("CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH"):
+        ros.pipros.environment[name] = catkin_workspace.variables[name]
+    return ros
+
+
+def test_rosrun_finds_and_starts_a_cpp_node(sourced: RosSystem) -> None:
+    sourced.serve_master()
+    sourced.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py")
+
+    heard = sourced.pipros.start("rosrun", "cpp_battery", "battery_listener")
+
+    heard.wait_for(r"^heard %25 from /talker_node$")
+
+
+def test_roslaunch_starts_cpp_and_python_nodes_and_ends_both(sourced: RosSystem) -> None:
+    file = sourced.home / "both.launch"
+    file.write_text(LAUNCH)
+
+    launch = sourced.pipros.start("roslaunch", file)
+
+    launch.wait_for(r"^heard %\d+ from /robot/talker$")
+    launch.wait_for(r"Battery level of vehicle: %\d+")
+    launch.press_ctrl_c()
+    assert launch.wait() == 0
+
+
+def test_the_generated_modules_of_the_workspace_work_with_our_genpy(
+    sourced: RosSystem, catkin_workspace: CatkinWorkspace
+) -> None:
+    modules = catkin_workspace.folder / "devel/lib/python3/dist-packages"
+    asked = (
+        "import composiv_tryouts.msg._BatteryLevel as generated, genpy; m = generated.BatteryLevel('%25'); "
+        "print(generated.__file__, isinstance(m, genpy.Message), m)"
+    )
+
+    ended = sourced.pipros.run("python3", "-c", asked, PYTHONPATH=str(modules))
+
+    file = modules / "composiv_tryouts/msg/_BatteryLevel.py"
+    assert ended.stdout == [f'{file} True battery: "%25"'], ended.output

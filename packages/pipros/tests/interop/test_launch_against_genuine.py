@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import DISTRIBUTION
-from tests.support.answers import Answer, ask
 from tests.support.environments import file_of_tests
+from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 
 GOLDEN = file_of_tests("golden/launch_language")
@@ -96,7 +96,7 @@ def package(ros: RosSystem) -> Path:
 
 
 def inspect(side: Side, *arguments: str) -> list[str]:
-    ended = ask(side, "roslaunch", *arguments, "probes", "everything.launch")
+    ended = side.run("roslaunch", *arguments, "probes", "everything.launch")
     assert ended.returncode == 0, ended.output
     return ended.stdout
 
@@ -137,26 +137,23 @@ CORNER_CASES = [
 """Option and file."""
 
 
-@pytest.mark.timeout(240)
 def test_unusual_files_are_inspected_alike(ros: RosSystem, package: Path) -> None:
     for name, text in CORNERS.items():
         (package / f"{name}.launch").write_text(text)
     for option, name in CORNER_CASES:
         genuine, ours = (
-            outcome(ask(side, "roslaunch", option, package / f"{name}.launch"))
+            outcome(side.run("roslaunch", option, package / f"{name}.launch"))
             for side in (ros.genuine, ros.pipros)
         )
         assert (option, name, ours) == (option, name, genuine)
 
 
-def outcome(ended: Answer) -> tuple[int, list[str], list[str]]:
+def outcome(ended: Process) -> tuple[int | None, list[str], list[str]]:
     """Return the exit code, the findings and the errors."""
     found = [line for line in ended.stdout if line.startswith(("/", "{", "No arguments"))]
     complaints = (
-        "Unable to load file",
-        "ignoring defunct <master /> tag",
-        "cwd must be one of 'ROS_HOME', 'node'.",
-    )
+        "Unable to load file", "ignoring defunct <master /> tag", "cwd must be one of 'ROS_HOME', 'node'.",
+    )  # fmt: skip
     return ended.returncode, found, [complaint for complaint in complaints if complaint in ended.output]
 
 
@@ -253,7 +250,6 @@ def add_words(source: Path) -> None:
     (words / "msg" / "Word.msg").write_text("string word\n")
 
 
-@pytest.mark.timeout(400)
 def test_genuine_catkin_builds_a_workspace_that_we_built_before(ros: RosSystem) -> None:
     base = ros.home / "both_ws"
     add_words(base / "src")
@@ -266,7 +262,6 @@ def test_genuine_catkin_builds_a_workspace_that_we_built_before(ros: RosSystem) 
     assert ros.pipros.run("catkin_make", "-C", base, ROS_PACKAGE_PATH="").returncode == 0
 
 
-@pytest.mark.timeout(400)
 def test_a_workspace_with_cpp_is_built_by_genuine_catkin_through_ours(ros: RosSystem) -> None:
     base = ros.home / "mixed_ws"
     add_words(base / "src")
@@ -285,7 +280,7 @@ def test_a_workspace_with_cpp_is_built_by_genuine_catkin_through_ours(ros: RosSy
     made = ros.pipros.run("catkin_make", "-C", base, PATH=path, ROS_PACKAGE_PATH="", timeout_s=150)
 
     assert made.returncode == 0, made.output
-    ros.pipros.start_master()
+    ros.serve_master()
     listen = (
         f". {base}/devel/setup.bash; rosrun cpp_words talker & "
         'python3 -c \'import rospy, words.msg; rospy.init_node("l"); '

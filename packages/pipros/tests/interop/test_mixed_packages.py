@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from control_msgs.msg import FollowJointTrajectoryAction, PidState
+from control_msgs.srv import QueryCalibrationState
+from map_msgs.msg import ProjectedMapInfo
 
 import rospy
-from pipros_workspace.index import SHIPPED_FOLDERS
+from pipros_workspace.index import SHARED_PACKAGES, SHIPPED_FOLDERS
 from pipros_workspace.native_tools import is_installed
 from tests.support.debian_packages import FOUND_BY_CMAKE
-from tests.support.environments import CPP_ONLY, file_of_tests, pipros_environment
+from tests.support.environments import CPP_ONLY, file_of_tests, genuine_environment, pipros_environment
 from tests.support.once import make_once, shared_folder
 from tests.support.ros import RosSystem, Side
 
@@ -96,7 +100,6 @@ def source(side: Side, setup: Path) -> None:
     side.environment.update(entry.split("=", 1) for entry in listing.split("\0") if "=" in entry)
 
 
-@pytest.mark.timeout(600)
 def test_it_is_built_in_sourced_and_fresh_terminals_again_and_again(workspace: Path) -> None:
     builds = [Build(*entry) for entry in json.loads((workspace / "builds.json").read_text())]
 
@@ -107,7 +110,6 @@ def test_it_is_built_in_sourced_and_fresh_terminals_again_and_again(workspace: P
     assert {"urdf", "tf2_eigen", "camera_info_manager", "angles", "rospy"} <= set(names_to_find())
 
 
-@pytest.mark.timeout(600)
 @pytest.mark.parametrize("space", ["devel", "install"])
 def test_the_python_node_runs_on_pipros_beside_the_cpp_node(
     workspace: Path, plain_ros: RosSystem, space: str
@@ -117,7 +119,6 @@ def test_the_python_node_runs_on_pipros_beside_the_cpp_node(
     check_that_all_works(plain_ros, workspace / space)
 
 
-@pytest.mark.timeout(600)
 def test_it_is_built_in_isolation_and_runs_on_pipros(plain_ros: RosSystem, tmp_path: Path) -> None:
     base = tmp_path / "isolated"
     shutil.copytree(MIXED, base / "src" / "mixed")
@@ -159,3 +160,152 @@ def check_that_all_works(ros: RosSystem, prefix: Path) -> None:
         node.wait()
     programs = sorted(path.name for path in (prefix / "lib" / "mixed").iterdir() if path.suffix != ".lock")
     assert programs == ["listener.py", "talker"]
+
+
+# One package with C++ that fails takes neither its Python part nor other packages along.
+PARTIAL_MANIFEST = """<package format="2"><name>{name}</name><version>1.0.0</version>
+<description>d</description>
+<maintainer email="m@example.org">m</maintainer><license>none</license>
+<buildtool_depend>catkin</buildtool_depend>{more}</package>"""
+PARTIAL_CMAKE = """cmake_minimum_required(VERSION 3.0.2)
+project({name})
+find_package(catkin REQUIRED{components})
+catkin_package()
+{more}
+catkin_install_python(PROGRAMS scripts/hello.py DESTINATION ${{CATKIN_PACKAGE_BIN_DESTINATION}})
+"""
+COMPILED = """add_executable({name} main.cpp)
+install(TARGETS {name} DESTINATION ${{CATKIN_PACKAGE_BIN_DESTINATION}})"""
+HELLO = "#!/usr/bin/env python3\nprint('hello')\n"
+
+
+def add(
+    source: Path, name: str, cmake: str = "", needs: str = "", code: str = "int main() {}\n", find: str = ""
+) -> None:
+    folder = source / name
+    (folder / "scripts").mkdir(parents=True)
+    (folder / "scripts" / "hello.py").write_text(HELLO)
+    (folder / "scripts" / "hello.py").chmod(0o755)
+    (folder / "main.cpp").write_text(code)
+    more = f"<depend>{needs}</depend>" if needs else ""
+    (folder / "package.xml").write_text(PARTIAL_MANIFEST.format(name=name, more=more))
+    components = f" COMPONENTS {find}" if find else ""
+    more = cmake.format(name=name)
+    (folder / "CMakeLists.txt").write_text(PARTIAL_CMAKE.format(name=name, components=components, more=more))
+
+
+def test_everything_but_the_failing_programs_is_built(plain_ros: RosSystem) -> None:
+    workspace = plain_ros.home / "ws"
+    source = workspace / "src"
+    add(source, "good", COMPILED)
+    add(source, "no_config", f"find_package(NoSuchThing REQUIRED)\n{COMPILED}")
+    add(source, "no_component", COMPILED, find="no_such_component")
+    add(source, "no_compile", COMPILED, code="nonsense;\n")
+    add(source, "needs_config", COMPILED, needs="no_config")
+    add(source, "only_python", needs="no_config", find="move_base_that_is_absent")
+    side = plain_ros.pipros
+    side.environment["PATH"] += ":/usr/bin"
+    side.environment.pop("ROS_PACKAGE_PATH")
+
+    built = side.run("catkin_make", "-C", workspace, "install", timeout_s=200)
+
+    assert built.returncode == 1
+    failed = built.output[built.output.index("3 package(s) failed") :]
+    assert "no_config: CMake Error at no_config/CMakeLists.txt:5 (find_package): By not providing" in failed
+    assert "no_component: CMake Error at" in failed
+    assert "no_compile: " in failed
+    assert "error: " in failed[failed.index("no_compile: ") :].splitlines()[0]
+    assert "skipped: needs_config (needs no_config)" in failed
+    assert "only_python compiles nothing, so it is built anyway" in built.output
+    for space in ("devel", "install"):
+        programs = workspace / space / "lib"
+        for name in ("good", "no_config", "no_component", "no_compile", "needs_config", "only_python"):
+            assert (programs / name / "hello.py").is_file(), (space, name)
+        assert (programs / "good" / "good").is_file()
+        assert not (programs / "needs_config" / "needs_config").exists()
+
+    (source / "no_compile" / "main.cpp").write_text("int main() {}\n")
+    again = side.run("catkin_make", "-C", workspace, timeout_s=200)
+    assert "2 package(s) failed" in again.output
+    assert (workspace / "devel" / "lib" / "no_compile" / "no_compile").is_file()
+
+
+# Genuine catkin generates C++ from packages included in pipros: linked, or passed by our catkin_make.
+USES_MANIFEST = """<package format="2"><name>uses</name><version>1.0.0</version><description>d</description>
+<maintainer email="m@example.org">m</maintainer><license>none</license>
+<buildtool_depend>catkin</buildtool_depend><depend>control_msgs</depend><depend>roscpp</depend></package>"""
+USES_CMAKE = """cmake_minimum_required(VERSION 3.0.2)
+project(uses)
+find_package(catkin REQUIRED COMPONENTS roscpp control_msgs)
+catkin_package()
+include_directories(${catkin_INCLUDE_DIRS})
+add_executable(digests digests.cpp)
+add_dependencies(digests ${catkin_EXPORTED_TARGETS})
+"""
+USES_PROGRAM = """#include <control_msgs/FollowJointTrajectoryAction.h>
+#include <control_msgs/PidState.h>
+#include <control_msgs/QueryCalibrationState.h>
+#include <iostream>
+int main() {
+  std::cout << ros::message_traits::md5sum<control_msgs::PidState>() << " "
+            << ros::message_traits::md5sum<control_msgs::FollowJointTrajectoryAction>() << " "
+            << ros::service_traits::md5sum<control_msgs::QueryCalibrationState>();
+}
+"""
+MAP_PROGRAM = """#include <map_msgs/ProjectedMapInfo.h>
+#include <iostream>
+int main() { std::cout << ros::message_traits::md5sum<map_msgs::ProjectedMapInfo>(); }
+"""
+
+
+def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> None:
+    add_package(tmp_path, USES_MANIFEST, USES_CMAKE, USES_PROGRAM)
+    (tmp_path / "src" / "control_msgs").symlink_to(SHARED_PACKAGES / "control_msgs")
+
+    built = subprocess.run(
+        ["catkin_make", "-C", str(tmp_path), "digests"],
+        env=genuine_environment(tmp_path, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"} | CPP_ONLY,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+
+    assert built.returncode == 0, built.stdout
+    assert said_by(tmp_path) == [
+        PidState._md5sum, FollowJointTrajectoryAction._md5sum, QueryCalibrationState._md5sum,
+    ]  # fmt: skip
+
+
+def test_catkin_make_of_pipros_adds_the_packages_that_genuine_ros_does_not_have(
+    ros: RosSystem, tmp_path: Path
+) -> None:
+    manifest, cmake = (text.replace("control_msgs", "map_msgs") for text in (USES_MANIFEST, USES_CMAKE))
+    add_package(tmp_path, manifest, cmake, MAP_PROGRAM)
+
+    built = ros.pipros.run(
+        *("catkin_make", "-C", tmp_path),
+        timeout_s=400,
+        PATH=f"{ros.pipros.environment['PATH']}{os.pathsep}/usr/bin:/bin",
+        **CPP_ONLY,
+    )
+
+    assert built.returncode == 0, built.output
+    assert (
+        "-- map_msgs is not installed: its messages are built from those that come with pipros"
+        in built.stdout
+    )
+    assert said_by(tmp_path) == [ProjectedMapInfo._md5sum]
+
+
+def add_package(workspace: Path, manifest: str, cmake: str, program: str) -> None:
+    uses = workspace / "src" / "uses"
+    uses.mkdir(parents=True)
+    (uses / "package.xml").write_text(manifest)
+    (uses / "CMakeLists.txt").write_text(cmake)
+    (uses / "digests.cpp").write_text(program)
+
+
+def said_by(workspace: Path) -> list[str]:
+    program = workspace / "devel/lib/uses/digests"
+    return subprocess.run([program], stdout=subprocess.PIPE, text=True, check=True).stdout.split()

@@ -15,11 +15,7 @@ from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 from tests.support.sshd import SSHD, SshServer
 
-pytestmark = [
-    pytest.mark.timeout(400),
-    needs_network,
-    pytest.mark.skipif(shutil.which("nft") is None, reason="needs nftables"),
-]
+pytestmark = [needs_network, pytest.mark.skipif(shutil.which("nft") is None, reason="needs nftables")]
 
 PROGRAMS = Path(__file__).parent / "programs"
 OFFER, USE = str(PROGRAMS / "offer_everything.py"), str(PROGRAMS / "use_everything.py")

@@ -35,25 +35,18 @@ FILES = {
 
 # `under` is below `over`; `other` is independent. SETUP is the file for the shell.
 SEQUENCES = [
-    ". under/devel/SETUP",
-    ". over/devel/SETUP",
-    ". under/devel/SETUP; . under/devel/SETUP",
-    ". under/devel/SETUP; . over/devel/SETUP",
-    ". over/devel/SETUP; . under/devel/SETUP",
-    ". under/devel/SETUP; . other/devel/SETUP",
-    ". under/devel/SETUP; . other/devel/SETUP --extend",
+    ". under/devel/SETUP", ". over/devel/SETUP", ". under/devel/SETUP; . under/devel/SETUP",
+    ". under/devel/SETUP; . over/devel/SETUP", ". over/devel/SETUP; . under/devel/SETUP",
+    ". under/devel/SETUP; . other/devel/SETUP", ". under/devel/SETUP; . other/devel/SETUP --extend",
     ". other/devel/SETUP; . over/devel/SETUP --extend",
     ". other/devel/SETUP --extend; . under/devel/SETUP --extend; . other/devel/SETUP --extend",
-    ". over/devel/local_SETUP",
-    ". under/devel/SETUP; . other/devel/local_SETUP",
+    ". over/devel/local_SETUP", ". under/devel/SETUP; . other/devel/local_SETUP",
     ". over/devel/SETUP; . other/devel/local_SETUP; . under/devel/SETUP",
-    ". under/devel/SETUP; . other/devel/SETUP --local",
-    ". under/install/SETUP",
-    ". over/install/SETUP; . under/devel/SETUP --extend",
-    "cd over/devel; . ./SETUP; . ./SETUP",
+    ". under/devel/SETUP; . other/devel/SETUP --local", ". under/install/SETUP",
+    ". over/install/SETUP; . under/devel/SETUP --extend", "cd over/devel; . ./SETUP; . ./SETUP",
     "export CMAKE_PREFIX_PATH=/nowhere:/var PYTHONPATH=/mine LD_LIBRARY_PATH=/lib; . under/devel/SETUP",
     "export ROS_PACKAGE_PATH=/mine ROS_MASTER_URI=http://there:1; . under/devel/SETUP",
-]
+]  # fmt: skip
 
 NAMES = (
     "CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH LD_LIBRARY_PATH PATH ROS_MASTER_URI ROS_VERSION "

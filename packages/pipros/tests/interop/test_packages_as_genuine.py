@@ -102,15 +102,8 @@ FILES = {
 }
 
 GENERATED = (
-    "cmake",
-    "catkin_env_hook",
-    "include",
-    "common-lisp",
-    "gennodejs",
-    "roseus",
-    "pkgconfig",
-    "python3",
-)
+    "cmake", "catkin_env_hook", "include", "common-lisp", "gennodejs", "roseus", "pkgconfig", "python3",
+)  # fmt: skip
 """Folders whose contents are for C++ and Lisp, or are made when they are imported."""
 
 

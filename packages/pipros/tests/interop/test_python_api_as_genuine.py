@@ -9,7 +9,6 @@ import difflib
 import fnmatch
 import json
 import re
-import subprocess
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -20,46 +19,16 @@ import pytest
 from tests.interop.python_api_differences import DIFFERENCES, Difference, Kind, as_markdown
 from tests.support import documents
 from tests.support.environments import genuine_environment, make_tool_folder, pipros_environment
+from tests.support.once import make_once, shared_folder
+from tests.support.same_results import printed
 
 PACKAGES = [
-    "actionlib",
-    "actionlib_tools",
-    "angles",
-    "bondpy",
-    "camera_calibration_parsers",
-    "catkin",
-    "cv_bridge",
-    "diagnostic_analysis",
-    "diagnostic_updater",
-    "dynamic_reconfigure",
-    "genmsg",
-    "genpy",
-    "image_geometry",
-    "interactive_markers",
-    "laser_geometry",
-    "message_filters",
-    "rosbag",
-    "rosclean",
-    "rosgraph",
-    "roslaunch",
-    "roslib",
-    "rosmaster",
-    "rosmsg",
-    "rosnode",
-    "rosparam",
-    "rospy",
-    "rosservice",
-    "rostest",
-    "rostopic",
-    "rosunit",
-    "roswtf",
-    "smclib",
-    "tf",
-    "tf2_geometry_msgs",
-    "tf2_py",
-    "tf2_ros",
-    "tf2_sensor_msgs",
-    "tf_conversions",
+    *("actionlib", "actionlib_tools", "angles", "bondpy", "camera_calibration_parsers", "catkin"),
+    *("cv_bridge", "diagnostic_analysis", "diagnostic_updater", "dynamic_reconfigure", "genmsg", "genpy"),
+    *("image_geometry", "interactive_markers", "laser_geometry", "message_filters", "rosbag", "rosclean"),
+    *("rosgraph", "roslaunch", "roslib", "rosmaster", "rosmsg", "rosnode", "rosparam", "rospy"),
+    *("rosservice", "rostest", "rostopic", "rosunit", "roswtf", "smclib", "tf", "tf2_geometry_msgs"),
+    *("tf2_py", "tf2_ros", "tf2_sensor_msgs", "tf_conversions"),
 ]
 """All of them but `tf2_kdl`, which needs PyKDL, and what runs a node when it is imported."""
 
@@ -85,13 +54,9 @@ PRIVATE_NAMES = {
 """Private names that published packages use all the same."""
 
 SCRIPTS = {
-    "examine_api_catkin.py": 19,
-    "examine_api_definitions.py": 500,
-    "examine_api_nodes.py": 400,
-    "examine_api_parts.py": 110,
-    "examine_api_roslib.py": 150,
-    "examine_api_tools.py": 100,
-}
+    "examine_api_catkin.py": 19, "examine_api_definitions.py": 500, "examine_api_nodes.py": 400,
+    "examine_api_parts.py": 110, "examine_api_roslib.py": 150, "examine_api_tools.py": 100,
+}  # fmt: skip
 """Programs that call functions with good and bad arguments: how many calls there are at least."""
 
 Described = Mapping[str, Any]
@@ -99,29 +64,33 @@ Parameter = tuple[str, str, bool, object]
 
 
 @pytest.fixture(scope="session")
-def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[Described, Described]:
+def both(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> tuple[Described, Described]:
     """The names of genuine ROS, and those of pipros, by module."""
-    home = tmp_path_factory.mktemp("dump")
-    tools = make_tool_folder(home / "tools")
-    genuine = dump("/usr/bin/python3", genuine_environment(home, "http://127.0.0.1:1"))
-    ours = dump("python3", pipros_environment(home, "http://127.0.0.1:1", tools))
+    folder = shared_folder(tmp_path_factory, worker_id) / "api"
+    genuine, ours = dumped_once(folder, "dump_python_api.py", *PACKAGES)
     assert set(genuine["failed"]) <= BROKEN_IN_GENUINE, genuine["failed"]
     assert not ours["failed"], ours["failed"]
     return genuine["modules"], ours["modules"]
 
 
-def dump(python: str, environment: dict[str, str]) -> Described:
-    program = Path(__file__).parent / "programs" / "dump_python_api.py"
-    found = subprocess.run(
-        [python, "-W", "ignore", str(program), *PACKAGES],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=180,
-        check=True,
-    )
-    described: Described = json.loads(found.stdout)
-    return described
+def dumped_once(folder: Path, program: str, *words: str) -> list[Any]:
+    """Return what a program prints with genuine ROS and with pipros; it runs once for all workers."""
+    path = str(Path(__file__).parent / "programs" / program)
+    files = [folder / "genuine.json", folder / "ours.json"]
+
+    def make() -> None:
+        for file, (python, environment) in zip(files, interpreters(folder), strict=True):
+            file.write_text(printed(python, "-W", "ignore", path, *words, environment=environment))
+
+    make_once(folder, make)
+    return [json.loads(file.read_bytes()) for file in files]
+
+
+def interpreters(home: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """Yield those of genuine ROS and of pipros, with their environments."""
+    uri = "http://127.0.0.1:1"
+    yield "/usr/bin/python3", genuine_environment(home, uri)
+    yield "python3", pipros_environment(home, uri, make_tool_folder(home / "tools"))
 
 
 @cache
@@ -196,7 +165,6 @@ def shown(parameters: list[Parameter] | None) -> str:
     return "(" + ", ".join(texts) + ")"
 
 
-@pytest.mark.timeout(400)
 def test_every_public_name_of_genuine_ros_exists_with_its_arguments(
     both: tuple[Described, Described],
 ) -> None:
@@ -208,7 +176,6 @@ def test_every_public_name_of_genuine_ros_exists_with_its_arguments(
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.timeout(400)
 def test_every_listed_difference_exists(both: tuple[Described, Described]) -> None:
     different = [name for name, _ in differences(*both)]
     different += [name.rpartition(".")[0] for name in different]
@@ -223,7 +190,6 @@ def test_every_listed_difference_exists(both: tuple[Described, Described]) -> No
     assert not needless
 
 
-@pytest.mark.timeout(400)
 def test_nearly_all_names_are_the_same(both: tuple[Described, Described]) -> None:
     genuine, _ = both
     names = {f"{module}.{name}" for module, found in genuine.items() for name in found}
@@ -237,30 +203,11 @@ def test_the_documentation_has_the_same_table() -> None:
     assert as_markdown() in documents.text_of("internals/differences.md")
 
 
-def test_private_names_that_published_packages_use_are_here(tmp_path: Path) -> None:
-    program = "\n".join(
-        f"import operator, {module}\noperator.attrgetter(*{names})({module})"
-        for module, names in PRIVATE_NAMES.items()
-    )
-    for python, environment in (
-        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
-        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
-    ):
-        ran = subprocess.run(
-            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
-        )
-        assert ran.returncode == 0, ran.stderr
-
-
-@pytest.mark.timeout(240)
 @pytest.mark.parametrize(("script", "outcomes"), SCRIPTS.items(), ids=list(SCRIPTS))
 def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(
     script: str, outcomes: int, tmp_path: Path
 ) -> None:
-    uri = "http://127.0.0.1:1"
-    tools = make_tool_folder(tmp_path / "tools")
-    genuine = outcomes_of(script, "/usr/bin/python3", genuine_environment(tmp_path, uri))
-    ours = outcomes_of(script, "python3", pipros_environment(tmp_path, uri, tools))
+    genuine, ours = (outcomes_of(script, *each) for each in interpreters(tmp_path))
     assert len(genuine) >= outcomes
     different = list(difflib.unified_diff(genuine, ours, "genuine", "pipros", n=0, lineterm=""))
     assert not different, "\n".join(different)
@@ -268,81 +215,49 @@ def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(
 
 def outcomes_of(script: str, python: str, environment: dict[str, str]) -> list[str]:
     """Return the output of the program, one call per line, without addresses of objects."""
-    program = Path(__file__).parent / "programs" / script
-    ran = subprocess.run(
-        [python, str(program)],
-        env={**environment, "ROS_NAMESPACE": "/nsp", "ROS_ROOT": "/usr/share/ros"},
-        capture_output=True,
-        text=True,
-        timeout=90,
-    )
-    assert ran.returncode == 0, ran.stderr
-    lines = (line for line in ran.stdout.splitlines() if line.startswith("@@"))
+    program = str(Path(__file__).parent / "programs" / script)
+    variables = {**environment, "ROS_NAMESPACE": "/nsp", "ROS_ROOT": "/usr/share/ros"}
+    said = printed(python, program, environment=variables).splitlines()
+    lines = (line for line in said if line.startswith("@@"))
     # Errors in definitions name file, line and column in pipros.
     plain = (re.sub(r'\["InvalidMsgSpec", .*', "InvalidMsgSpec", line) for line in lines)
     return [re.sub(r"0x[0-9a-f]+", "…", line) for line in plain]
 
 
-def test_import_rospy_alone_gives_its_inner_modules(tmp_path: Path) -> None:
-    modules = ["masterslave", "paramserver", "registration", "rosout", "tcpros", "tcpros_base", "validators"]
-    program = f"import rospy\nprint([getattr(rospy.impl, name).__name__ for name in {modules}])"
-    printed = []
-    for python, environment in (
-        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
-        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
-    ):
-        ran = subprocess.run(
-            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
-        )
-        assert ran.returncode == 0, ran.stderr
-        printed.append(ran.stdout)
-    assert printed[0] == printed[1]
-
-
-def test_modules_of_catkin_bind_those_that_they_import(tmp_path: Path) -> None:
-    program = (
-        "import catkin, catkin.find_in_workspaces\n"
-        "print(catkin.workspace.__name__)\n"
-        "catkin.workspace.get_workspaces()"
-    )
-    for python, environment in (
-        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
-        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
-    ):
-        ran = subprocess.run(
-            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
-        )
-        assert (ran.returncode, ran.stdout) == (0, "catkin.workspace\n"), ran.stderr
-
-
 USED_WITHOUT_IMPORT = (
-    "xml.etree.ElementTree.parse",
-    "xml.parsers.expat.ParserCreate",
-    "importlib.util.find_spec",
-    "os.path.join",
-    "rosgraph.names.ns_join",
-    "rosgraph.xmlrpc.XmlRpcNode",
-    "rosgraph.roslogging.configure_logging",
-    "genpy.message.fill_message_args",
-    "genpy.rostime.Time",
+    *("xml.etree.ElementTree.parse", "xml.parsers.expat.ParserCreate", "importlib.util.find_spec"),
+    *("os.path.join", "rosgraph.names.ns_join", "rosgraph.xmlrpc.XmlRpcNode"),
+    *("rosgraph.roslogging.configure_logging", "genpy.message.fill_message_args", "genpy.rostime.Time"),
 )
+INNER = ["masterslave", "paramserver", "registration", "rosout", "tcpros", "tcpros_base", "validators"]
+
+IMPORTS = {
+    "private names that published packages use": "\n".join(
+        f"import operator, {module}\noperator.attrgetter(*{names})({module})"
+        for module, names in PRIVATE_NAMES.items()
+    ),
+    "inner modules of rospy": f"""
+import rospy
+print([getattr(rospy.impl, name).__name__ for name in {INNER}])""",
+    "modules that those of catkin import": """
+import catkin, catkin.find_in_workspaces
+print(catkin.workspace.__name__)
+catkin.workspace.get_workspaces()""",
+    # like gazebo_ros, whose scripts use `xml.etree.ElementTree` after `import xml`
+    "modules that rospy imports": f"""
+import functools, importlib, rospy
+for name in {USED_WITHOUT_IMPORT}:
+    first, *rest = name.split('.')
+    functools.reduce(getattr, rest, importlib.import_module(first))
+import xml
+assert not hasattr(xml, 'nothing')""",
+}
 
 
-def test_scripts_use_modules_that_rospy_imports(tmp_path: Path) -> None:
-    """Like gazebo_ros, whose scripts use `xml.etree.ElementTree` after `import xml`."""
-    program = (
-        "import functools, importlib, rospy\n"
-        f"for name in {USED_WITHOUT_IMPORT}:\n"
-        "    first, *rest = name.split('.')\n"
-        "    functools.reduce(getattr, rest, importlib.import_module(first))\n"
-        "import xml\n"
-        "assert not hasattr(xml, 'nothing')\n"
+@pytest.mark.parametrize("program", IMPORTS.values(), ids=list(IMPORTS))
+def test_imports_give_what_scripts_use(program: str, tmp_path: Path) -> None:
+    genuine, ours = (
+        printed(python, "-c", program, environment=environment)
+        for python, environment in interpreters(tmp_path)
     )
-    for python, environment in (
-        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
-        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
-    ):
-        ran = subprocess.run(
-            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
-        )
-        assert ran.returncode == 0, ran.stderr
+    assert ours == genuine

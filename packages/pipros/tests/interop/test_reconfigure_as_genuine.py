@@ -12,8 +12,12 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros_libraries.reconfigure.cfg_file import module_contents, read
+from tests.golden.test_roscpp_parameters import ROWS, value_of
+from tests.support.environments import file_of_tests, genuine_environment
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
+from tests.support.roscpp import compile_program
+from tests.support.same_results import printed
 
 PROGRAMS = Path(__file__).parent / "programs"
 CFG = """
@@ -37,13 +41,12 @@ exit(gen.generate(PACKAGE, "tuning", "Tuning"))
 @pytest.mark.parametrize("words", [(), ("frobnicate",), ("get",), ("set", "node")])
 def test_wrong_command_lines_of_dynparam_exit_alike(plain_ros: RosSystem, words: tuple[str, ...]) -> None:
     codes = [
-        side.run("rosrun", "dynamic_reconfigure", "dynparam", *words).wait()
+        side.run(*side.node("dynamic_reconfigure", "dynparam"), *words).returncode
         for side in (plain_ros.genuine, plain_ros.pipros)
     ]
     assert codes == [2 if words and words[0] != "frobnicate" else 1] * 2
 
 
-@pytest.mark.timeout(500)
 def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
     file = tmp_path / "Tuning.cfg"
     file.write_text(CFG)
@@ -58,7 +61,7 @@ def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
             asking = sides[client].run("python3", PROGRAMS / "change_parameters.py", timeout_s=90)
             serving.press_ctrl_c()
             serving.wait()
-            assert asking.wait() == 0, asking.output
+            assert asking.returncode == 0, asking.output
             seen[server, client] = (asking.stdout, serving.stdout)
 
     expected = seen["genuine", "genuine"]
@@ -102,3 +105,14 @@ def test_settings_of_a_node_in_cpp_are_read_and_changed(plain_ros: RosSystem) ->
             second.output
         )
         assert node.params.get("/camera/debayer/debayer") == 3
+
+
+# The recorded answers of roscpp, with which all readers of parameters are compared, are those of roscpp.
+def test_roscpp_converts_parameters_as_recorded(ros: RosSystem) -> None:
+    program = compile_program(file_of_tests("golden/roscpp_parameters.cpp"))
+    ros.serve_master()
+    with Node("setter", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.params.set("/rows", {f"r{index}": value_of(row) for index, row in enumerate(ROWS)})
+    environment = genuine_environment(ros.home, ros.master_uri)
+    answers = [json.loads(line) for line in printed(program, environment=environment).splitlines()]
+    assert answers == [{kind: row[kind] for kind in row if kind != "value"} for row in ROWS]

@@ -1,17 +1,18 @@
-"""rosunit and rostest write the same reports and result files as the genuine ones, for the same package."""
+"""rosunit, rostest and its test nodes end, report and write result files as the genuine ones do."""
 
 from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from tests.support.ports import ClaimedPort
 from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
-
-pytestmark = pytest.mark.timeout(240)
+from tests.support.rostest_nodes import SCENES, LevelSystem, Scene, cases_in
 
 KINDS = """#!/usr/bin/env python3
 import sys, unittest
@@ -137,18 +138,10 @@ def test_a_test_script_reports_and_leaves_results_as_with_genuine_rosunit(
 @pytest.mark.parametrize(
     ("file", "code"),
     [
-        ("fine.test", 0),
-        ("named.test", 0),
-        ("two.test", 2),
-        ("nothing.test", 1),
-        ("slow.test", 1),
-        ("none.test", 0),
-        ("nopkg.test", 1),
-        ("absent.test", 1),
-        ("nonode.test", 1),
-        ("twice.test", 1),
+        ("fine.test", 0), ("named.test", 0), ("two.test", 2), ("nothing.test", 1), ("slow.test", 1),
+        ("none.test", 0), ("nopkg.test", 1), ("absent.test", 1), ("nonode.test", 1), ("twice.test", 1),
     ],
-)
+)  # fmt: skip
 def test_rostest_reports_and_ends_as_genuine_does(
     ros: RosSystem, package: Path, file: str, code: int
 ) -> None:
@@ -172,17 +165,12 @@ def test_rostest_reports_and_ends_as_genuine_does(
     [
         ["--results-filename=abc.xml", "kinds", "fine.test"],
         ["--results-base-dir={package}/elsewhere", "kinds", "fine.test"],
-        ["--package=kinds", "--pkgdir={package}", "{package}/test/fine.test"],
-        ["{package}/test/fine.test"],
-        ["--reuse-master", "kinds", "fine.test"],
-        ["--clear", "kinds", "fine.test"],
-        ["kinds", "fine.test", "two.test"],
-        ["kinds", "nope.test"],
-        ["nopkg", "nope.test"],
-        [],
+        ["--package=kinds", "--pkgdir={package}", "{package}/test/fine.test"], ["{package}/test/fine.test"],
+        ["--reuse-master", "kinds", "fine.test"], ["--clear", "kinds", "fine.test"],
+        ["kinds", "fine.test", "two.test"], ["kinds", "nope.test"], ["nopkg", "nope.test"], [],
     ],
     ids=lambda options: " ".join(options) or "nothing",
-)
+)  # fmt: skip
 def test_options_of_rostest_have_the_effect_of_genuine_ones(
     ros: RosSystem, package: Path, options: list[str]
 ) -> None:
@@ -200,14 +188,12 @@ def test_options_of_rostest_have_the_effect_of_genuine_ones(
 @pytest.mark.parametrize(
     ("words", "code"),
     [
-        (["test/kinds.py"], 2),
-        (["test/fine.py", "a", "b"], 0),
-        (["--name=other", "--package=pkg", "test/fine.py"], 0),
-        (["test/nothing.py"], 1),
+        (["test/kinds.py"], 2), (["test/fine.py", "a", "b"], 0),
+        (["--name=other", "--package=pkg", "test/fine.py"], 0), (["test/nothing.py"], 1),
         (["--time-limit=0.5", "test/stays.py"], 1),
     ],
     ids=lambda words: " ".join(words) if isinstance(words, list) else "",
-)
+)  # fmt: skip
 def test_the_command_rosunit_runs_a_test_program_as_genuine_does(
     ros: RosSystem, package: Path, words: list[str], code: int
 ) -> None:
@@ -257,19 +243,17 @@ def make_results(ros: RosSystem) -> Path:
 @pytest.mark.parametrize(
     "words",
     [
-        "summarize_results.py --nodeps one",
-        "summarize_results.py --nodeps std_msgs",
-        "summarize_results.py",
-        "test_results_dir.py",
-        "check_test_ran.py results/one/rosunit-a.xml",
+        "summarize_results.py --nodeps one", "summarize_results.py --nodeps std_msgs", "summarize_results.py",
+        "test_results_dir.py", "check_test_ran.py results/one/rosunit-a.xml",
         "check_test_ran.py results/three/rosunit-gone.xml",
     ],
-)
+)  # fmt: skip
 def test_the_helper_programs_of_rosunit_behave_like_genuine_ones(ros: RosSystem, words: str) -> None:
     outcomes = []
     for side in (ros.genuine, ros.pipros):
         folder = make_results(ros)
-        ended = side.run("rosrun", "rosunit", *words.split())
+        program, *arguments = words.split()
+        ended = side.run(*side.node("rosunit", program), *arguments)
         files = sorted(str(file.relative_to(folder)) for file in folder.glob("*/*.xml"))
         outcomes.append((ended.returncode, ended.stdout, ended.stderr, files))
     assert outcomes[1] == outcomes[0]
@@ -284,3 +268,46 @@ def test_genuine_programs_read_what_the_helper_programs_wrote(ros: RosSystem) ->
     counted = ros.genuine.run("rosrun", "rosunit", "summarize_results.py", "--nodeps", "_hudson")
     assert " * TESTS: 4" in counted.stdout
     assert counted.returncode == 1
+
+
+# The test nodes of rostest have the same parameters, cases and exit codes as the genuine ones.
+GENUINE_NODES = Path("/usr/share/rostest/nodes")
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory, bare_tools: Path) -> Iterator[LevelSystem]:
+    port = ClaimedPort()
+    ros = RosSystem(port.number, tmp_path_factory.mktemp("level"), bare_tools)
+    system = LevelSystem(ros, ros.genuine, "/usr/bin/python3", GENUINE_NODES)
+    yield system
+    system.close()
+    ros.close()
+    port.release()
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=[f"{scene.node} {scene.params}" for scene in SCENES])
+def test_a_genuine_test_node_ends_as_ours_does(system: LevelSystem, scene: Scene) -> None:
+    """tests/graph/test_rostest_nodes.py tests our outcomes with the same scenes."""
+    ended, cases = system.run(scene, f"scene_{SCENES.index(scene)}")
+
+    assert ended.returncode == (0 if scene.passes else 1), ended.output
+    assert cases == scene.cases
+
+
+@pytest.mark.parametrize("scene", [SCENES[0], SCENES[-1]], ids=["passes", "fails"])
+def test_a_genuine_rostest_runs_them_as_ours_does(ros: RosSystem, scene: Scene) -> None:
+    scene.write(ros.home / "ws")
+    ros.genuine.environment["ROS_PACKAGE_PATH"] = f"{ros.home / 'ws'}:/usr/share"
+
+    ran = ros.genuine.run("rostest", "around", "scene.test", timeout_s=120)
+
+    assert ran.returncode == (0 if scene.passes else 2), ran.output
+    assert scene.cases == cases_in(ros.home / ".ros/test_results/around/rosunit-scene.xml")
+
+
+def test_each_genuine_test_node_has_its_counterpart() -> None:
+    import pipros
+
+    ours = {file.name for file in (Path(pipros.__file__).parent / "share/rostest/nodes").iterdir()}
+
+    assert {file.name for file in GENUINE_NODES.iterdir()} <= ours

@@ -1,4 +1,4 @@
-"""robot_state_publisher and joint_state_publisher of both sides, on one graph."""
+"""robot_state_publisher, joint_state_publisher and markers of both sides."""
 
 from __future__ import annotations
 
@@ -41,13 +41,12 @@ def program(side: str, name: str) -> list[str]:
     return ["rosrun", name, name] if side == "pipros" else [f"/usr/lib/{name}/{name}"]
 
 
-@pytest.mark.timeout(600)
 @pytest.mark.parametrize("chosen", PARAMETERS)
 def test_the_frames_and_joints_are_the_same(plain_ros: RosSystem, chosen: str) -> None:
     package = make_robot_package(plain_ros.home / "src")
     pipros, genuine = plain_ros.pipros, plain_ros.genuine
     pipros.environment["ROS_PACKAGE_PATH"] = str(package.parent)
-    pipros.start_bare_master()
+    plain_ros.serve_master()
     sides = {"pipros": pipros, "genuine": genuine}
     (plain_ros.home / "chosen.yaml").write_text(PARAMETERS[chosen])
     loaded = pipros.run("rosparam", "load", plain_ros.home / "chosen.yaml", "/")
@@ -76,3 +75,18 @@ def test_the_frames_and_joints_are_the_same(plain_ros: RosSystem, chosen: str) -
     assert len(collected["genuine", "genuine"]) == 7
     for pair, lines in collected.items():
         assert lines == collected["genuine", "genuine"], pair
+
+
+# Servers of interactive markers of both sides send the same messages.
+MARKERS = Path(__file__).parent / "programs" / "serve_markers.py"
+
+
+def test_a_server_sends_the_same_messages(plain_ros: RosSystem) -> None:
+    plain_ros.serve_master()
+
+    genuine = plain_ros.genuine.run("python3", MARKERS, timeout_s=60)
+    ours = plain_ros.pipros.run("python3", MARKERS, timeout_s=60)
+
+    assert genuine.returncode == 0, genuine.output
+    assert len(genuine.stdout) > 3000
+    assert ours.stdout == genuine.stdout, ours.output

@@ -1,4 +1,4 @@
-"""`rosconsole` compared with that of genuine ROS, on nodes of both."""
+"""`rosconsole` compared with that of genuine ROS, on nodes of both; and what nodes print on a terminal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import pytest
 
 from tests.support.processes import Process
-from tests.support.ros import RosSystem
+from tests.support.ros import RosSystem, Side
 
 # Genuine `echo -1` ends after the first message, even if it prints nothing. So each topic has one message.
 LOGGING_NODE = """
@@ -24,33 +24,19 @@ rospy.spin()
 """
 
 QUESTIONS = (
-    "rosconsole list /speaker",
-    "rosconsole get speaker rosout",
-    "rosconsole set /speaker rosout DEBUG",
-    "rosconsole get /speaker rosout",
-    "rosconsole set /speaker rosout info",
-    "rosconsole get /speaker rosout",
-    "rosconsole echo -1 -v -l fatal --topic /alarm",
-    "rosconsole echo -1 --topic /alarm speaker",
+    "rosconsole list /speaker", "rosconsole get speaker rosout", "rosconsole set /speaker rosout DEBUG",
+    "rosconsole get /speaker rosout", "rosconsole set /speaker rosout info", "rosconsole get /speaker rosout",
+    "rosconsole echo -1 -v -l fatal --topic /alarm", "rosconsole echo -1 --topic /alarm speaker",
     "rosconsole echo -1 -v -l info --topic /calm",
-)
+)  # fmt: skip
 
 MISTAKES = (
-    "rosconsole nonsense",
-    "rosconsole list",
-    "rosconsole list -h",
-    "rosconsole list /nobody",
-    "rosconsole get /speaker",
-    "rosconsole get /speaker nothing",
-    "rosconsole get a b c",
-    "rosconsole set -h",
-    "rosconsole set /speaker rosout",
-    "rosconsole set /speaker rosout loud",
-    "rosconsole set /speaker nothing debug",
-    "rosconsole set /nobody rosout loud",
-    "rosconsole echo -h",
+    "rosconsole nonsense", "rosconsole list", "rosconsole list -h", "rosconsole list /nobody",
+    "rosconsole get /speaker", "rosconsole get /speaker nothing", "rosconsole get a b c", "rosconsole set -h",
+    "rosconsole set /speaker rosout", "rosconsole set /speaker rosout loud",
+    "rosconsole set /speaker nothing debug", "rosconsole set /nobody rosout loud", "rosconsole echo -h",
     "rosconsole echo -l LOUD",
-)
+)  # fmt: skip
 
 
 @pytest.fixture(params=["genuine", "pipros"])
@@ -67,12 +53,10 @@ def speaker(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
     return process
 
 
-@pytest.mark.timeout(400)
 def test_both_get_the_same_responses(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, QUESTIONS) == {}
 
 
-@pytest.mark.timeout(400)
 @pytest.mark.parametrize("speaker", ["pipros"], indirect=True)
 def test_both_handle_errors_alike(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, MISTAKES) == {}
@@ -107,3 +91,62 @@ def test_a_roscpp_node_obeys(ros: RosSystem) -> None:
         assert (pipros.returncode, pipros.stdout) == (genuine.returncode, genuine.stdout)
     assert ros.pipros.run("rosconsole", "set", "/cpp_listener", "ros", "error").returncode == 0
     assert ros.genuine.run("rosconsole", "get", "/cpp_listener", "ros").stdout == ["error"]
+
+
+# The terminal output of nodes: format, colours, titles.
+LOGS = """
+import rospy
+rospy.init_node("logger", log_level=rospy.DEBUG)
+rospy.logdebug("a debug line")
+rospy.loginfo("25 %% of %s", "100")
+rospy.logwarn("a warning")
+rospy.logerr("an error")
+rospy.logfatal("the end")
+rospy.loginfo("two\\nlines, é")
+rospy.logwarn_once("once")
+"""
+WARNS = """
+import rospy
+from composiv_tryouts.msg import BatteryLevel
+rospy.init_node("talker")
+rospy.Publisher("battery_topic", BatteryLevel)
+"""
+FORMATS = (
+    "",
+    "ROSCONSOLE_FORMAT='[${severity}] ${node} ${logger} ${function}: ${message}' ",
+    "ROSCONSOLE_FORMAT='${message} ${line} ${file}' ",
+)
+
+
+def shown(side: Side, script: str, *formats: str) -> list[str]:
+    """Return the outputs of a script on a terminal, with placeholders for times."""
+    (side.home / "script.py").write_text(script)
+    terminal = side.open_terminal()
+    outputs = []
+    for each in formats:
+        code, output = terminal.run(f"{each}python3 script.py")
+        assert code == 0, output
+        outputs.append(re.sub(r"\d{10}\.\d{6}", "TIME", output))
+    return outputs
+
+
+def test_log_lines_look_the_same_in_each_format(ros: RosSystem) -> None:
+    ros.serve_master()
+    theirs, ours = (shown(side, LOGS, *FORMATS) for side in (ros.genuine, ros.pipros))
+
+    assert list(map(_without_internals, ours)) == list(map(_without_internals, theirs))
+    assert all("\x1b[33m" in output and "\x1b[31m" in output for output in ours)
+
+
+def test_the_warning_about_a_missing_queue_size_looks_the_same(ros: RosSystem) -> None:
+    ros.serve_master()
+    theirs, ours = (shown(side, WARNS, "") for side in (ros.genuine, ros.pipros))
+
+    assert ours == theirs
+    assert "script.py:5: SyntaxWarning" in ours[0]
+
+
+def _without_internals(text: str) -> str:
+    """Return the lines of the script: at DEBUG, each side also logs its own work."""
+    said = ("a debug line", "25 % of 100", "a warning", "an error", "the end", "two", "lines, é", "once")
+    return "".join(line for line in text.splitlines(keepends=True) if any(part in line for part in said))

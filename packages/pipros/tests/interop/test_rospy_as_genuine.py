@@ -13,24 +13,14 @@ from pathlib import Path
 import pytest
 
 from pipros.master.master import Master
-from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 
 REMAPPINGS = ["from:=to", "/abs:=/dest", "abs:=moved", "x:=xx", "~p:=pp", "deep/x:=deeper"]
 
 ARGUMENTS = [
-    "plain",
-    "remapped:=renamed",
-    "~private:=/elsewhere",
-    "_integer:=5",
-    "_text:=hello",
-    "_list:=[1, two]",
-    "_dict:={a: 1}",
-    "_yes:=true",
-    "_float:=1.5",
-    "_quoted:='5'",
-    "__log:=probe.log",
-]
+    "plain", "remapped:=renamed", "~private:=/elsewhere", "_integer:=5", "_text:=hello", "_list:=[1, two]",
+    "_dict:={a: 1}", "_yes:=true", "_float:=1.5", "_quoted:='5'", "__log:=probe.log",
+]  # fmt: skip
 
 DELIBERATE = {
     ("times", "rate 0"): "the words of the ZeroDivisionError are Python's own",
@@ -40,28 +30,20 @@ DELIBERATE = {
 
 
 SCRIPTS = {
-    ("examine_rospy.py", *ARGUMENTS): 150,
-    ("examine_early_names.py", *REMAPPINGS): 200,
-    ("examine_early_names.py", *REMAPPINGS, "__ns:=/cmd"): 200,
-    ("examine_topic_impl.py",): 40,
-    ("examine_junitxml.py",): 12,
-    ("examine_private_names.py",): 35,
-    ("examine_durations.py",): 40,
-    ("examine_the_rest.py",): 80,
-    ("examine_tool_libraries.py",): 35,
-    ("examine_second_node.py",): 15,
-    ("examine_sequences.py",): 40,
-    ("examine_user_loggers.py",): 6,
-    ("examine_user_loggers.py", "own"): 6,
+    ("examine_rospy.py", *ARGUMENTS): 150, ("examine_early_names.py", *REMAPPINGS): 200,
+    ("examine_early_names.py", *REMAPPINGS, "__ns:=/cmd"): 200, ("examine_topic_impl.py",): 40,
+    ("examine_junitxml.py",): 12, ("examine_private_names.py",): 35, ("examine_durations.py",): 40,
+    ("examine_the_rest.py",): 80, ("examine_tool_libraries.py",): 35, ("examine_second_node.py",): 15,
+    ("examine_sequences.py",): 40, ("examine_user_loggers.py",): 6, ("examine_user_loggers.py", "own"): 6,
     ("examine_second_node.py", "revived"): 20,
-}
+}  # fmt: skip
 """Script and arguments -> how many outcomes it has at least."""
 
 
 def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
     """Return the output of the script: `part | label | outcome` lines without addresses."""
     path = str(Path(__file__).parent / "programs" / script)
-    process: Process = side.run(python, path, *arguments, timeout_s=110, ROS_NAMESPACE="ns")
+    process = side.run(python, path, *arguments, timeout_s=110, ROS_NAMESPACE="ns")
     assert process.returncode == 0, process.output
     part, lines = "before_init", []
     for line in process.stdout:
@@ -76,7 +58,6 @@ def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
     return lines
 
 
-@pytest.mark.timeout(260)
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: f"{script[0]}-{script[-1]}")
 def test_rospy_behaves_like_genuine_rospy(ros: RosSystem, script: tuple[str, ...]) -> None:
     with Master(port=ros.port):

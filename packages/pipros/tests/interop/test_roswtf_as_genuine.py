@@ -1,7 +1,8 @@
-"""What genuine `roswtf` finds, ours finds, too, in the words of `pipros doctor`."""
+"""What genuine `roswtf` finds, ours finds, in the words of `pipros doctor`, in systems of either side."""
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from functools import partial
@@ -11,9 +12,10 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
+from pipros.basics.env import Environment
 from pipros.net.master_client import MasterClient
 from pipros_tools.graph.observer import SystemObserver
-from tests.support.answers import ask
+from pipros_tools.health.examine import uncalled_address
 from tests.support.ros import RosSystem, Side
 from tests.support.waiting import wait_until
 
@@ -56,17 +58,14 @@ def environment(ros: RosSystem) -> dict[str, str]:
     for folder in (root, packages, ros.home / ".ros" / "log"):
         folder.mkdir(parents=True, exist_ok=True)
     return {
-        "ROS_ROOT": str(root),
-        "ROS_PACKAGE_PATH": str(packages),
-        "PYTHONPATH": "",
+        "ROS_ROOT": str(root), "ROS_PACKAGE_PATH": str(packages), "PYTHONPATH": "",
         "PYTHONWARNINGS": "ignore",
-    }
+    }  # fmt: skip
 
 
 def findings(side: Side, environment: dict[str, str], *arguments: str) -> str:
     """Return the output of roswtf without colours."""
-    run = ask if "--offline" in arguments else Side.run
-    done = run(side, "roswtf", *arguments, timeout_s=60.0, **environment)
+    done = side.run("roswtf", *arguments, **environment)
     assert done.returncode == 0, done.output
     return re.sub(r"\x1b\[\d+m", "", "\n".join(done.stdout))
 
@@ -83,22 +82,17 @@ def links_of_rosout(ros: RosSystem) -> int:
 
 
 FAULTS: dict[str, dict[str, str]] = {
-    "ROS_PACKAGE_PATH": {"ROS_PACKAGE_PATH": "/nope:/etc/passwd"},
-    "PYTHONPATH": {"PYTHONPATH": "/not/there"},
+    "ROS_PACKAGE_PATH": {"ROS_PACKAGE_PATH": "/nope:/etc/passwd"}, "PYTHONPATH": {"PYTHONPATH": "/not/there"},
     "ROS_LOG_DIR": {"ROS_LOG_DIR": "/etc/passwd"},
-    "ROS_TEST_RESULTS_DIR": {"ROS_TEST_RESULTS_DIR": "/etc/hosts"},
-    "foo:1": {"ROS_MASTER_URI": "foo:1"},
+    "ROS_TEST_RESULTS_DIR": {"ROS_TEST_RESULTS_DIR": "/etc/hosts"}, "foo:1": {"ROS_MASTER_URI": "foo:1"},
     "http://localhost": {"ROS_MASTER_URI": "http://localhost"},
     "no.such.host.invalid:11311": {"ROS_MASTER_URI": "http://no.such.host.invalid:11311"},
-    "ROS_HOSTNAME": {"ROS_HOSTNAME": "no.such.host.invalid"},
-    "ROS_IP [192.0.2.77]": {"ROS_IP": "192.0.2.77"},
-    "/not/there/ros": {"ROS_ROOT": "/not/there/ros"},
-    "CONFIG_FILE": {"ROSCONSOLE_CONFIG_FILE": "/not/there"},
-}
+    "ROS_HOSTNAME": {"ROS_HOSTNAME": "no.such.host.invalid"}, "ROS_IP [192.0.2.77]": {"ROS_IP": "192.0.2.77"},
+    "/not/there/ros": {"ROS_ROOT": "/not/there/ros"}, "CONFIG_FILE": {"ROSCONSOLE_CONFIG_FILE": "/not/there"},
+}  # fmt: skip
 """For each faulty environment, what both summaries name."""
 
 
-@pytest.mark.timeout(400)  # forty processes
 def test_both_find_the_faults_of_an_environment(ros: RosSystem, environment: dict[str, str]) -> None:
     found = {}
     for name, changes in FAULTS.items():
@@ -113,12 +107,11 @@ def test_both_find_the_faults_of_an_environment(ros: RosSystem, environment: dic
 
 def test_both_print_the_same_usage(ros: RosSystem) -> None:
     for arguments in (["-h"], ["--nonsense"]):
-        genuine, pipros = (ask(side, "roswtf", *arguments) for side in (ros.genuine, ros.pipros))
+        genuine, pipros = (side.run("roswtf", *arguments) for side in (ros.genuine, ros.pipros))
         assert (genuine.returncode, genuine.stdout) == (pipros.returncode, pipros.stdout)
         assert genuine.stderr == pipros.stderr
 
 
-@pytest.mark.timeout(400)
 @pytest.mark.parametrize("master", ["genuine", "pipros"])
 def test_both_find_the_same_faults_in_a_broken_system(
     ros: RosSystem, environment: dict[str, str], master: str
@@ -166,7 +159,6 @@ def transform_findings(side: Side, environment: dict[str, str]) -> set[str] | No
     return found if len(heard) == 2 else None
 
 
-@pytest.mark.timeout(400)
 def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environment: dict[str, str]) -> None:
     rules = ros.home / "rules" / "tf_rules"  # Debian has the plugin, and no package that exports it
     rules.mkdir(parents=True)
@@ -188,7 +180,6 @@ def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environm
     assert " * reparenting of [odom] to [world] by [/one]" in found[1]
 
 
-@pytest.mark.timeout(400)
 def test_both_check_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
     package = ros.home / "src" / "mine"
     package.mkdir()
@@ -219,3 +210,51 @@ def test_a_package_without_a_program_is_named(ros: RosSystem, environment: dict[
     file.write_text('<launch><arg name="pkg"/><node name="a" pkg="$(arg pkg)" type="x"/></launch>')
     text = findings(ros.pipros, environment, "--offline", str(file), "pkg:=not_there")
     assert "ERROR Cannot find the following required packages:\n * not_there" in text
+
+
+# `pipros doctor` examines systems of genuine ROS: rospy and roscpp nodes, with a genuine master.
+HEALTHY_NODE = (
+    "import rospy, std_msgs.msg as s, std_srvs.srv as v\n"
+    "rospy.init_node('python'); p = rospy.Publisher('/chatter', s.String, queue_size=1)\n"
+    "rospy.Service('/reset', v.Empty, lambda _: v.EmptyResponse())\n"
+    "print('up', flush=True); rospy.spin()\n"
+)
+
+
+def doctor_findings(ros: RosSystem) -> list[dict[str, Any]]:
+    report: dict[str, Any] = json.loads("\n".join(ros.pipros.run("pipros", "doctor", "--json").stdout))
+    assert report["examined"] is not None
+    return [found for found in report["findings"] if found["rule"] not in ("mixed-programs", "mixed-paths")]
+
+
+def named(ros: RosSystem) -> set[tuple[str, ...]]:
+    return {(found["rule"], *found["subjects"]) for found in doctor_findings(ros)}
+
+
+def test_a_healthy_genuine_system_is_found_healthy_and_its_faults_are_named(ros: RosSystem) -> None:
+    ros.genuine.start_master()
+    ros.genuine.start("/usr/bin/python3", "-c", HEALTHY_NODE).wait_for("up")
+    ros.genuine.start("rostopic", "echo", "/chatter", "__name:=ear")
+    ros.genuine.start_node("cpp_battery", "battery_listener", "battery_topic:=/battery_topic")
+    ros.genuine.start_node("composiv_tryouts", "composiv_talker.py")
+    ros.wait_for_subscriber("/battery_topic")
+    ros.wait_for_subscriber("/chatter")
+    wait_until(lambda: doctor_findings(ros) == [], 60.0, "no doctor_findings")
+
+    wrong = ros.genuine.start(
+        "rostopic", "pub", "-r", "5", "/chatter", "std_msgs/Int32", "1", "__name:=wrong"
+    )
+    wait_until(lambda: "/wrong" in ros.publishers("/chatter"), 60.0)
+    wait_until(lambda: ("publishers-differ", "/chatter", "/python", "/wrong") in named(ros), 60.0)
+    wrong.kill()
+    wrong.wait()
+    wait_until(lambda: ("ghost-node", "/wrong") in named(ros), 60.0)
+
+
+def test_a_genuine_master_calls_the_doctor_back_and_keeps_nothing_of_it(ros: RosSystem) -> None:
+    ros.genuine.start_master()
+    environment = Environment(master_uri=ros.master_uri, ip="127.0.0.1")
+    wait_until(lambda: uncalled_address(environment, timeout_s=30.0) == "", what="a call from the master")
+    with ServerProxy(ros.master_uri) as master:
+        kept = master.getParam("/test", "/"), master.getSystemState("/test")
+    assert "pipros_doctor" not in str(kept)

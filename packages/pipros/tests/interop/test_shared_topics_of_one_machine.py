@@ -5,14 +5,10 @@ from __future__ import annotations
 from typing import Any
 from xmlrpc.client import ServerProxy
 
-import pytest
-
 from pipros_tools.bag.reader import BagReader
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
-
-pytestmark = pytest.mark.timeout(300)
 
 PUBLISH = """
 import sys, rospy

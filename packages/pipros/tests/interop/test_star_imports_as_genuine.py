@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import fnmatch
-import json
-import subprocess
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
 import pytest
 
-from tests.interop.test_python_api_as_genuine import PACKAGES, listed
-from tests.support.environments import (
-    SHIPPED,
-    genuine_environment,
-    make_tool_folder,
-    pipros_environment,
-)
-from tests.support.once import make_once, shared_folder
+from tests.interop.test_python_api_as_genuine import PACKAGES, dumped_once, listed
+from tests.support.environments import SHIPPED
+from tests.support.once import shared_folder
 
 LACKING = {
     "bondpy.bondpy.BondSM_sm": "a state machine that a compiler wrote; pipros has its own",
@@ -52,35 +44,10 @@ Bound = Mapping[str, Mapping[str, list[str]]]
 def both(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> tuple[Bound, Bound]:
     """Return the names that star imports bind in both implementations, by module."""
     folder = shared_folder(tmp_path_factory, worker_id) / "stars"
-    uri = "http://127.0.0.1:1"
-
-    def make() -> None:
-        dump("/usr/bin/python3", genuine_environment(folder, uri), folder / "genuine.json")
-        dump(
-            "python3",
-            pipros_environment(folder, uri, make_tool_folder(folder / "tools")),
-            folder / "ours.json",
-        )
-
-    make_once(folder, make)
-    genuine: Bound = json.loads((folder / "genuine.json").read_bytes())
-    ours: Bound = json.loads((folder / "ours.json").read_bytes())
+    genuine, ours = dumped_once(folder, "dump_star_imports.py", *LIBRARIES, *MESSAGES)
     assert not {name: names for name, names in ours.items() if isinstance(names, str)}
     # Errors are texts. Some modules cannot be imported in genuine ROS, either.
     return {name: names for name, names in genuine.items() if not isinstance(names, str)}, ours
-
-
-def dump(python: str, environment: dict[str, str], file: Path) -> None:
-    program = Path(__file__).parent / "programs" / "dump_star_imports.py"
-    with file.open("wb") as output:
-        subprocess.run(
-            [python, "-W", "ignore", str(program), *LIBRARIES, *MESSAGES],
-            env=environment,
-            stdout=output,
-            stderr=subprocess.PIPE,
-            timeout=280,
-            check=True,
-        )
 
 
 def differences(genuine: Bound, ours: Bound) -> Iterator[str]:
@@ -94,20 +61,17 @@ def is_known(name: str) -> bool:
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in LACKING) or listed(name) is not None
 
 
-@pytest.mark.timeout(600)
 def test_star_imports_bind_the_names_of_genuine_ros(both: tuple[Bound, Bound]) -> None:
     assert sum(map(len, both[0].values())) > 4000
     assert [name for name in sorted(differences(*both)) if not is_known(name)] == []
 
 
-@pytest.mark.timeout(600)
 def test_every_listed_exception_is_needed(both: tuple[Bound, Bound]) -> None:
     names = list(differences(*both))
     optional = {"image_geometry.cameramodels.cv2", "rosbag.rosbag_main"}
     assert [pattern for pattern in LACKING.keys() - optional if not fnmatch.filter(names, pattern)] == []
 
 
-@pytest.mark.timeout(600)
 def test_star_imports_of_packages_and_messages_bind_nothing_else(both: tuple[Bound, Bound]) -> None:
     genuine, ours = both
     whole = [name for name in genuine if name in LIBRARIES or name in MESSAGES]
@@ -117,7 +81,6 @@ def test_star_imports_of_packages_and_messages_bind_nothing_else(both: tuple[Bou
     assert found == since_1_17
 
 
-@pytest.mark.timeout(600)
 def test_imported_modules_are_the_same_as_in_genuine_ros(both: tuple[Bound, Bound]) -> None:
     genuine, ours = both
     different = [

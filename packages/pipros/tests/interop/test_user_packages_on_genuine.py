@@ -14,7 +14,6 @@ from tests.support.ros import RosSystem, Side
 PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("genuine", "genuine")]
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize(("base", "patrol"), PAIRS)
 def test_a_robot_with_actions_and_transforms_patrols(plain_ros: RosSystem, base: str, patrol: str) -> None:
     sides = with_packages(plain_ros)
@@ -26,7 +25,6 @@ def test_a_robot_with_actions_and_transforms_patrols(plain_ros: RosSystem, base:
     assert ended.stdout == SAID, ended.output
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize(("world", "machine"), PAIRS)
 def test_a_state_machine_runs_an_errand(plain_ros: RosSystem, world: str, machine: str) -> None:
     sides = with_packages(plain_ros)

@@ -67,11 +67,7 @@ class _Quiet(http.server.SimpleHTTPRequestHandler):
         pass
 
 
-def test_the_page_runs_python_and_lists_a_bag(
-    chromium: Browser,
-    address: str,
-    tmp_path: Path,
-) -> None:
+def test_the_page_runs_python_and_lists_a_bag(chromium: Browser, address: str, tmp_path: Path) -> None:
     page = chromium.new_page()
     requested: list[str] = []
     page.on("request", lambda request: requested.append(request.url))

@@ -1,100 +1,132 @@
-"""Cached output of genuine ROS commands, for commands that depend only on files and environment variables.
+"""What commands answer, each in a fork of an interpreter that has already imported what they need.
 
-Starting such a command takes half a second of processor time, and its output does not change.
+Starting a command of genuine ROS takes 0.3 s of processor time or more, and a fork 0.05 s.
 """
 
 from __future__ import annotations
 
-import functools
-import hashlib
+import atexit
 import json
 import os
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+import select
+import shutil
+import signal
+import subprocess
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
-from tests.support.genuine import is_required
-from tests.support.once import machine_folder, make_once
-from tests.support.ros import Side
+from tests.support.environments import VENV_BIN, file_of_tests, genuine_environment, pipros_environment
+from tests.support.processes import Process
+from tests.support.started import STARTED
 
-_INSTALLED = Path("/var/lib/dpkg/status")  # the installed packages with their versions
-_HOME = "/the/home/of/the/test"
-_MASTER = "http://the.master.of.the.test:11311"
-_OF_A_RUN = ("PIPROS_TEST_RUN", "ROS_MASTER_URI")
-_FORGETFUL = {"rospack", "rosstack"}
-"""Genuine programs that test whether they are quiet before they have set it, when words on the command line
-are too many: about one run in four ends without its error message, by what the memory held before."""
-_RUNS = 30
+_GENUINE = (
+    *("catkin.find_in_workspaces", "catkin_pkg.package_templates", "rosbag", "rosclean", "rosgraph"),
+    *("roslaunch", "rosmsg", "rosnode", "rosparam", "rosservice", "rostest", "rostopic", "rosunit", "roswtf"),
+)
+_PIPROS = (
+    *("catkin_find", "catkin_make", "rosbag", "roslaunch", "rosmsg", "rosnode"),
+    *("rosparam", "rosrun", "rosservice", "rostest", "rostopic"),
+)
+_FORKED = ("catkin_", "ros")
+"""How the names of the commands start that are run in forks, if they are scripts in Python."""
+
+_spent_s: list[float] = []
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """The exit code and output lines of a program."""
+class Answer(Process):
+    """A command that has ended in a fork."""
 
-    returncode: int
-    stdout: list[str]
-    stderr: list[str]
+    def __init__(self, argv: list[str], returncode: int, stdout: str, stderr: str) -> None:
+        self.argv = argv
+        self.stdout = stdout.splitlines()
+        self.stderr = stderr.splitlines()
+        self.lines = [*self.stdout, *self.stderr]
+        self._returncode = returncode
+        STARTED.add(self)
 
     @property
-    def output(self) -> str:
-        return "\n".join((*self.stdout, *self.stderr))
+    def is_running(self) -> bool:
+        return False
+
+    @property
+    def returncode(self) -> int:
+        return self._returncode
+
+    @property
+    def transcript(self) -> list[str]:
+        return [*self.lines, f"(exit code {self._returncode})"]
+
+    def wait(self, timeout_s: float = 60.0) -> int:
+        return self._returncode
 
 
-def ask(
-    side: Side, *argv: str | Path, cwd: Path | None = None, timeout_s: float = 60.0, **more: str
-) -> Answer:
-    """Return the output of a program that uses no master and changes no files.
-
-    For genuine ROS, the output is cached. The key consists of the arguments, the environment variables, the
-    files below the test's home and the installed Debian packages. The URI of the test's master is not part of
-    the key; if it occurs in the cached output, it is replaced by the current one. In continuous integration,
-    nothing is cached.
-
-    Args:
-        cwd: the working directory; defaults to the test's home.
-        more: additional environment variables.
-    """
-    words, folder = [str(word) for word in argv], cwd or side.home
-
-    def run(attempts: int = _RUNS) -> Answer:
-        ended = side.processes.run(*words, cwd=folder, timeout_s=timeout_s, environment=more)
-        assert ended.returncode is not None
-        is_silent = ended.returncode and not ended.stdout and not ended.stderr
-        if is_silent and side.is_genuine and words[0] in _FORGETFUL and "-q" not in words and attempts > 1:
-            return run(attempts - 1)
-        return Answer(ended.returncode, ended.stdout, ended.stderr)
-
-    if not side.is_genuine or is_required():
-        return run()
-    environment = {**side.environment, **more}
-    variables = {name: value for name, value in environment.items() if name not in _OF_A_RUN or name in more}
-    question = json.dumps([words, str(folder), variables, dict(_files(side.home))], sort_keys=True)
-    own = {str(side.home): _HOME, side.environment.get("ROS_MASTER_URI", _MASTER): _MASTER}
-    digest = hashlib.sha256(_replaced(question, own).encode()).hexdigest()
-    kept = _answers() / f"{digest}.json"
-    if not kept.exists():
-        text = json.dumps(asdict(run()))
-        written = kept.with_suffix(f".{os.getpid()}")
-        written.write_text(_replaced(text, own))
-        written.replace(kept)
-    return Answer(**json.loads(_replaced(kept.read_text(), {common: ours for ours, common in own.items()})))
+def script_of(command: str, path: str) -> str | None:
+    """Return the file of a command on a PATH that can run in a fork; None for other programs."""
+    found = shutil.which(command, path=path) if command.startswith(_FORKED) else None
+    return found if found is not None and _is_python(found) else None
 
 
-def _replaced(text: str, changes: dict[str, str]) -> str:
-    for old, new in changes.items():
-        text = text.replace(old, new)
-    return text
+@cache
+def _is_python(program: str) -> bool:
+    with open(program, "rb") as file:
+        line = file.readline(200)
+    return line.startswith(b"#!") and b"python" in line
 
 
-def _files(home: Path) -> Iterator[tuple[str, str]]:
-    """Yield the path of each file below the home, with its mode and digest, except logs and bytecode."""
-    for file in sorted(home.rglob("*")):
-        place = file.relative_to(home)
-        if file.is_file() and place.parts[0] != ".ros" and file.suffix != ".pyc":
-            content = file.read_bytes().replace(str(home).encode(), _HOME.encode())
-            yield str(place), f"{file.stat().st_mode:o} {hashlib.sha256(content).hexdigest()}"
+class Interpreter:
+    """An interpreter of genuine ROS or of pipros that runs `command_server.py`."""
+
+    def __init__(self, is_genuine: bool) -> None:
+        nowhere, uri = Path("/nonexistent"), "http://127.0.0.1:1"
+        program = str(file_of_tests("support/command_server.py"))
+        if is_genuine:
+            command = ["/usr/bin/python3", program, *_GENUINE]
+            environment = genuine_environment(nowhere, uri)
+        else:
+            command = [str(VENV_BIN / "python"), program, *(f"pipros_tools.cli.{name}" for name in _PIPROS)]
+            environment = pipros_environment(nowhere, uri, nowhere)
+        self._process = subprocess.Popen(
+            command,
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            start_new_session=True,
+        )
+        atexit.register(self.close)
+
+    def answer(
+        self, argv: list[str], folder: Path, environment: Mapping[str, str], timeout_s: float
+    ) -> Answer:
+        """Run the script `argv[0]` in a fork."""
+        questions, answers = self._process.stdin, self._process.stdout
+        assert questions is not None
+        assert answers is not None
+        questions.write(json.dumps([argv, str(folder), dict(environment)]) + "\n")
+        questions.flush()
+        if not select.select([answers], [], [], timeout_s)[0]:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            interpreter.cache_clear()
+            raise AssertionError(f"{' '.join(argv)} still runs after {timeout_s} s")
+        line = answers.readline()
+        assert line, f"the interpreter ended during {' '.join(argv)}"
+        *answer, processor_s = json.loads(line)
+        _spent_s.append(processor_s)
+        return Answer(argv, *answer)
+
+    def close(self) -> None:
+        """End the interpreter."""
+        self._process.communicate()
 
 
-@functools.cache
-def _answers() -> Path:
-    return make_once(machine_folder("answers", (_INSTALLED, Path(__file__))), lambda: None)
+@cache
+def interpreter(is_genuine: bool) -> Interpreter:
+    """Return the one of this process."""
+    return Interpreter(is_genuine)
+
+
+def spent_s() -> float:
+    """Return the processor time of all forks, which are no children of this process."""
+    return sum(_spent_s)

@@ -17,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.answers import spent_s
+
 _PROCESSOR_S = "processor_s"
 
 
@@ -112,8 +114,8 @@ class TimeRecorder:
 
 
 def _processor_s() -> float:
-    """Return the processor time of this process, and of those that it has waited for."""
-    return sum(os.times()[:4])
+    """Return the processor time of this process, of those that it has waited for, and of forks for it."""
+    return sum(os.times()[:4]) + spent_s()
 
 
 def configure(config: pytest.Config) -> None:

@@ -6,21 +6,23 @@ import json
 import math
 import subprocess
 import sys
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
+
+
+def printed(*argv: str | Path, environment: Mapping[str, str] | None = None, given: str | None = None) -> str:
+    """Return the output of a program, which must succeed; by default, in an environment without ROS."""
+    bare = {"PATH": "/usr/bin:/bin"}
+    ended = subprocess.run(argv, env=environment or bare, input=given, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
 
 
 def both_results(script: str, *arguments: object) -> tuple[list[Any], list[Any]]:
     """Return the results of genuine ROS and of pipros: the JSON lists that the script prints."""
     genuine, ours = (
-        json.loads(
-            subprocess.run(
-                [python, script, *map(str, arguments)],
-                env={"PATH": "/usr/bin:/bin"},
-                check=True,
-                capture_output=True,
-                text=True,
-            ).stdout
-        )
+        json.loads(printed(python, script, *map(str, arguments)))
         for python in ("/usr/bin/python3", sys.executable)
     )
     assert len(genuine) == len(ours)

@@ -99,7 +99,7 @@ SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
         ("neighbors:", "min_angle:"),
     ): f"{CORE}/packages/cloud_launches/config/laser.yaml",
     ("guides/libraries.md", ("pipros.nodelets",)): f"{CORE}/graph/test_nodelets.py",
-    ("guides/package.md", ("control_msgs",)): f"{CORE}/interop/test_shipped_packages_in_cpp.py",
+    ("guides/package.md", ("control_msgs",)): f"{CORE}/interop/test_mixed_packages.py",
     ("guides/navigation.md", ("ROS_PACKAGE_PATH", "turtlebot3")): _TURTLEBOT3,
     ("guides/navigation.md", ("turtlebot3_robot.launch",)): _TURTLEBOT3,
     ("guides/navigation.md", ("turtlebot3_slam.launch",)): _TURTLEBOT3,

@@ -53,13 +53,9 @@ def start(ros: RosSystem, workspace: None) -> Iterator[StartOnWindows]:
     (DRIVE / "traces").mkdir(exist_ok=True)
     (DRIVE / "traces" / "sitecustomize.py").write_text(_TRACES)
     variables = {
-        "PYTHONPATH": r"C:\traces",
-        "ROS_MASTER_URI": ros.master_uri,
-        "ROS_IP": "127.0.0.1",
-        "ROS_PACKAGE_PATH": r"C:\ws\src",
-        "CMAKE_PREFIX_PATH": r"C:\ws\devel",
-        "PIPROS_LIMITS": "login_s=60",
-    }
+        "PYTHONPATH": r"C:\traces", "ROS_MASTER_URI": ros.master_uri, "ROS_IP": "127.0.0.1",
+        "ROS_PACKAGE_PATH": r"C:\ws\src", "CMAKE_PREFIX_PATH": r"C:\ws\devel", "PIPROS_LIMITS": "login_s=60",
+    }  # fmt: skip
     started: list[WindowsProgram] = []
 
     def start_one(*command: str) -> WindowsProgram:

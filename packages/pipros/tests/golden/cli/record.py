@@ -33,14 +33,9 @@ def genuine_master(home: Path) -> Iterator[dict[str, str]]:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     environment = {
-        "PATH": "/usr/bin:/bin",
-        "HOME": str(home),
-        "ROS_HOME": str(home / ".ros"),
-        "ROS_IP": "127.0.0.1",
-        "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
-        "PYTHONWARNINGS": "ignore",
-        "COLUMNS": "80",
-    }
+        "PATH": "/usr/bin:/bin", "HOME": str(home), "ROS_HOME": str(home / ".ros"), "ROS_IP": "127.0.0.1",
+        "ROS_MASTER_URI": f"http://127.0.0.1:{port}", "PYTHONWARNINGS": "ignore", "COLUMNS": "80",
+    }  # fmt: skip
     master = subprocess.Popen(
         ["/usr/bin/rosmaster", "--core", "-p", str(port)],
         env=environment,

@@ -42,12 +42,9 @@ def run(command: Command, folder: Path, environment: Mapping[str, str]) -> Outco
 def masks_for(folder: Path) -> dict[str, str]:
     """Replace output that differs between machines and installations."""
     places = {
-        folder: "FOLDER",
-        PROGRAMS: "BIN",
-        Path(pipros.__file__).parent: "PIPROS",
-        Path(pipros_workspace.__file__).parent: "WORKSPACE",
-        REPOSITORY: "CHECKOUT",
-    }
+        folder: "FOLDER", PROGRAMS: "BIN", Path(pipros.__file__).parent: "PIPROS",
+        Path(pipros_workspace.__file__).parent: "WORKSPACE", REPOSITORY: "CHECKOUT",
+    }  # fmt: skip
     masks = {re.escape(str(place)): name for place, name in places.items()}
     masks |= {rf"\b{re.escape(version('pipros'))}\b": "VERSION"}
     return {**masks, r"(?m)^(python|system)( +).*": r"\1\2…", **MASKS}
@@ -61,13 +58,9 @@ def test_commands_print_their_transcripts(name: str, tmp_path: Path) -> None:
     transcript = file.read_text()
     with Master(port=0) as master, graph_for(transcript, master.uri):
         environment = {
-            "PATH": str(PROGRAMS),
-            "HOME": str(folder),
-            "ROS_MASTER_URI": master.uri,
-            "ROS_IP": "127.0.0.1",
-            "COLUMNS": "80",
-            "LANG": "C.UTF-8",
-        }
+            "PATH": str(PROGRAMS), "HOME": str(folder), "ROS_MASTER_URI": master.uri, "ROS_IP": "127.0.0.1",
+            "COLUMNS": "80", "LANG": "C.UTF-8",
+        }  # fmt: skip
         blocks = []
         for block, line in split(transcript):
             if line is None:

@@ -18,13 +18,9 @@ print(plain(client.get_configuration(timeout=60)))
 print(plain(client.get_parameter_descriptions(timeout=60)))
 print(plain(client.get_group_descriptions(timeout=60)))
 for changes in (
-    {"gain": 3},
-    {"gain": "-99", "on": "no"},
-    {"size": "Large"},
-    {"size": 1, "name": "x"},
-    {"count": 7, "flag": True, "free": 1e300},
-    {},
-):
+    {"gain": 3}, {"gain": "-99", "on": "no"}, {"size": "Large"}, {"size": 1, "name": "x"},
+    {"count": 7, "flag": True, "free": 1e300}, {},
+):  # fmt: skip
     print(plain(client.update_configuration(changes)))
 for changes in ({"nothing": 1}, {"gain": "much"}):
     try:

@@ -13,13 +13,9 @@ codec = OpenCVCodec(cv2)
 rng = np.random.RandomState(1)
 found = {}
 for encoding, shape, dtype in (
-    ("rgb8", (6, 8, 3), "uint8"),
-    ("bgra8", (6, 8, 4), "uint8"),
-    ("mono8", (6, 8), "uint8"),
-    ("mono16", (6, 8), "uint16"),
-    ("rgb16", (6, 8, 3), "uint16"),
-    ("bayer_gbrg8", (6, 8), "uint8"),
-):
+    ("rgb8", (6, 8, 3), "uint8"), ("bgra8", (6, 8, 4), "uint8"), ("mono8", (6, 8), "uint8"),
+    ("mono16", (6, 8), "uint16"), ("rgb16", (6, 8, 3), "uint16"), ("bayer_gbrg8", (6, 8), "uint8"),
+):  # fmt: skip
     image = rng.randint(0, 256, shape).astype(dtype)
     for settings in (CompressionSettings("png"), CompressionSettings("jpeg")):
         kind, data = compressed(image, encoding, settings, codec)

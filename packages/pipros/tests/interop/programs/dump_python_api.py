@@ -102,11 +102,9 @@ def described_class(cls):
     for name in attributes_set(cls):
         members.setdefault(name, {"kind": "attribute"})
     return {
-        "kind": "class",
-        "parameters": described_parameters(cls),
-        "bases": [base.__name__ for base in cls.__mro__[:-1]],
-        "members": members,
-    }
+        "kind": "class", "parameters": described_parameters(cls),
+        "bases": [base.__name__ for base in cls.__mro__[:-1]], "members": members,
+    }  # fmt: skip
 
 
 def described(value):

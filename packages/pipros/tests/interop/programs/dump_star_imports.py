@@ -14,6 +14,12 @@ import pkgutil
 import sys
 import types
 
+LIBRARIES = (
+    "argparse email.parser http.server logging.config multiprocessing numpy unittest xmlrpc.client yaml"
+)
+for library in LIBRARIES.split():  # of no package of ROS: each fork would import them again
+    importlib.import_module(library)
+
 
 def modules_of(name):
     """Return the package and its public handwritten modules, without those generated from definitions."""

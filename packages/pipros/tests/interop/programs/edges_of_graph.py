@@ -17,11 +17,9 @@ def edges(found):
 print(
     json.dumps(
         {
-            "connections": edges(graph.nn_edges),
-            "topics": edges(graph.nt_edges),
-            "registered": edges(graph.nt_all_edges),
-            "nodes": sorted(map(str, graph.nn_nodes)),
+            "connections": edges(graph.nn_edges), "topics": edges(graph.nt_edges),
+            "registered": edges(graph.nt_all_edges), "nodes": sorted(map(str, graph.nn_nodes)),
             "bad": sorted(map(str, graph.bad_nodes)),
         }
     )
-)
+)  # fmt: skip

@@ -44,20 +44,11 @@ def examine_workspaces():
 
     find = catkin.find_in_workspaces.find_in_workspaces
     for arguments in (
-        (None, None, None),
-        (["share"], None, None),
-        (["share"], "p", None),
-        (["share"], "p", "x.txt"),
-        (None, "p", None),
-        (["bin"], "p", None),
-        (["libexec"], None, None),
-        (["libexec"], "p", None),
-        (["nonsense"], None, None),
-        ([], "p", None),
-        (["etc", "include"], "p", None),
-        (None, None, "p"),
+        (None, None, None), (["share"], None, None), (["share"], "p", None), (["share"], "p", "x.txt"),
+        (None, "p", None), (["bin"], "p", None), (["libexec"], None, None), (["libexec"], "p", None),
+        (["nonsense"], None, None), ([], "p", None), (["etc", "include"], "p", None), (None, None, "p"),
         (None, "p", "x.txt"),
-    ):
+    ):  # fmt: skip
         looked = []
         examine(
             f"{arguments}",

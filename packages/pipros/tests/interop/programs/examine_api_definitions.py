@@ -10,30 +10,13 @@ warnings.simplefilter("ignore")
 
 PLAIN = (str, int, float, bytes, list, dict, tuple, type(None))
 TYPES = [
-    "int32",
-    "int32[]",
-    "int32[3]",
-    "std_msgs/String",
-    "Header",
-    "String",
-    "a b",
-    "x[[",
-    "x[-1]",
-    "x[a]",
+    "int32", "int32[]", "int32[3]", "std_msgs/String", "Header", "String", "a b", "x[[", "x[-1]", "x[a]",
     None,
-]
+]  # fmt: skip
 TYPES += [
-    "std_msgs/String[]",
-    "roslib/Header",
-    "std_msgs/Header",
-    "time",
-    "",
-    "x[]]",
-    "a/b/c",
-    "1a",
-    "byte",
+    "std_msgs/String[]", "roslib/Header", "std_msgs/Header", "time", "", "x[]]", "a/b/c", "1a", "byte",
     "bool",
-]
+]  # fmt: skip
 NAMES = ["a", "/a", "", "pkg/Name", "a/b/c", "1a", "a b", "~a", "a/", " a ", "a//b"]
 
 
@@ -52,14 +35,8 @@ def shape(spec):
     """Return the contents of a message specification."""
     constants = [(one.type, one.name, one.val, one.val_text) for one in spec.constants]
     return [
-        spec.types,
-        spec.names,
-        constants,
-        spec.full_name,
-        spec.package,
-        spec.short_name,
-        spec.has_header(),
-    ]
+        spec.types, spec.names, constants, spec.full_name, spec.package, spec.short_name, spec.has_header(),
+    ]  # fmt: skip
 
 
 def examine_names(module):
@@ -93,18 +70,8 @@ def examine_genmsg():
             call("MsgSpec", lambda kind: shape(genmsg.MsgSpec([kind], ["f"], [], "t", "p/N")), kind)
     values = ["1", "-1", "1.5", "abc", "", "true", "0x10", "300", "1e3", " 5 "]
     for kind in (
-        "int8",
-        "uint8",
-        "int64",
-        "uint32",
-        "float32",
-        "string",
-        "bool",
-        "byte",
-        "char",
-        "time",
-        "x/Y",
-    ):
+        "int8", "uint8", "int64", "uint32", "float32", "string", "bool", "byte", "char", "time", "x/Y",
+    ):  # fmt: skip
         for value in values:
             if kind == "bool" and not value.strip().isdecimal():
                 continue  # an error with the text of Python's parser
@@ -115,15 +82,11 @@ def examine_genmsg():
     one, same = (genmsg.msgs.Constant("int32", "X", 1, "1") for _ in range(2))
     examine("constants", lambda: (one == same, one != same, one == 5, repr(one)))
     for args in (
-        (["int32"], ["a"], [], "t", "p/N"),
-        (["int32"], ["a", "b"], [], "t", "p/N"),
-        (["int32", "int32"], ["a", "a"], [], "t", "p/N"),
-        (["int32"], ["a"], [], "t", ""),
-        (["int32"], ["a"], [], "t", "p/N", "q", "M"),
-        (["std_msgs/Header"], ["header"], [], "t", "p/N"),
-        (["std_msgs/Header[]"], ["header"], [], "t", "p/N"),
-        (["Header"], ["header"], [], "t", "p/N"),
-    ):
+        (["int32"], ["a"], [], "t", "p/N"), (["int32"], ["a", "b"], [], "t", "p/N"),
+        (["int32", "int32"], ["a", "a"], [], "t", "p/N"), (["int32"], ["a"], [], "t", ""),
+        (["int32"], ["a"], [], "t", "p/N", "q", "M"), (["std_msgs/Header"], ["header"], [], "t", "p/N"),
+        (["std_msgs/Header[]"], ["header"], [], "t", "p/N"), (["Header"], ["header"], [], "t", "p/N"),
+    ):  # fmt: skip
         call("MsgSpec", lambda *args: shape(genmsg.MsgSpec(*args)), *args)
         call("MsgSpec", lambda *args: (str(genmsg.MsgSpec(*args)), repr(genmsg.MsgSpec(*args))), *args)
     half = genmsg.MsgSpec([], [], [], "", "p/NRequest")
@@ -147,17 +110,9 @@ def examine_loading(genmsg):
     )
     texts = [
         "int32 X=3\nstring a\nHeader h\nfoo/Bar[] b\nBaz z\n",
-        "Header header\nint32[4] values # what\n\nstring S=  text # kept\n",
-        "bogus",
-        "int32 1x",
-        "int32 a\nint32 a",
-        "int32 X=a",
-        "int32[] X=1",
-        "time X=1",
-        "",
-        "int8 A=200",
-        "a b c",
-    ]
+        "Header header\nint32[4] values # what\n\nstring S=  text # kept\n", "bogus", "int32 1x",
+        "int32 a\nint32 a", "int32 X=a", "int32[] X=1", "time X=1", "", "int8 A=200", "a b c",
+    ]  # fmt: skip
     for text in texts:
         call(
             "load_msg_from_string",
@@ -181,12 +136,10 @@ def examine_search(genmsg, context):
         os.chdir(folder)
         for name, text in (
             ("p/msg/Outer.msg", "Header header\nInner[] inner\nint32 X=1 # one\n"),
-            ("p/msg/Inner.msg", "q/Other other\ntime t\n"),
-            ("q/msg/Other.msg", "string[3] s\n# comment\n"),
-            ("p/msg/Lost.msg", "q/Nowhere n\n"),
-            ("p/srv/Ask.srv", "Inner i\n---\nq/Other o\n"),
+            ("p/msg/Inner.msg", "q/Other other\ntime t\n"), ("q/msg/Other.msg", "string[3] s\n# comment\n"),
+            ("p/msg/Lost.msg", "q/Nowhere n\n"), ("p/srv/Ask.srv", "Inner i\n---\nq/Other o\n"),
             ("std_msgs/msg/Header.msg", "uint32 seq\ntime stamp\nstring frame_id\n"),
-        ):
+        ):  # fmt: skip
             os.makedirs(os.path.dirname(name), exist_ok=True)
             with open(name, "w") as file:
                 file.write(text)

@@ -69,10 +69,8 @@ def examine_rospy():
     for uri in ("rosrpc://a:1", "rosrpc://a", "http://a:1", "rosrpc://a:1/x", "", "rosrpc://a:b"):
         call("parse_rosrpc_uri", rospy.core.parse_rosrpc_uri, uri)
     throttle, identical, once = (
-        rospy.core.LoggingThrottle(),
-        rospy.core.LoggingIdentical(),
-        rospy.core.LoggingOnce(),
-    )
+        rospy.core.LoggingThrottle(), rospy.core.LoggingIdentical(), rospy.core.LoggingOnce(),
+    )  # fmt: skip
     rospy.rostime.set_rostime_initialized(True)
     for _ in range(2):
         call("throttle", throttle, "a", 1000)
@@ -94,12 +92,8 @@ def examine_registration(rospy):
     registration = rospy.impl.registration
     topics = registration.get_topic_manager()
     for name in [
-        "get_pub_sub_info",
-        "get_pub_sub_stats",
-        "get_topics",
-        "get_publications",
-        "get_subscriptions",
-    ]:
+        "get_pub_sub_info", "get_pub_sub_stats", "get_topics", "get_publications", "get_subscriptions",
+    ]:  # fmt: skip
         call(name, getattr(topics, name))
     for name in ["has_publication", "has_subscription", "get_publisher_impl", "get_subscriber_impl"]:
         call(name, getattr(topics, name), "/none")
@@ -138,26 +132,11 @@ def examine_cache(rospy):
     told = []
     cache.set_notifier(lambda *what: told.append(what))
     for method, *args in (
-        ("get", "/a"),
-        ("set", "/a", 1),
-        ("get", "/a"),
-        ("set", "/b", {"c": {"d": 1}}),
-        ("get", "/b/c/d"),
-        ("update", "/b/c", {"d": 3}),
-        ("update", "/zz", 1),
-        ("update", "/b/c/d/", 9),
-        ("get", "/b"),
-        ("delete", "/b/c"),
-        ("get", "/b"),
-        ("delete", "/none"),
-        ("delete", "/"),
-        ("set", "/m/n", {"a": 1}),
-        ("update", "/m/n/b/c", 5),
-        ("get", "/m"),
-        ("set", "/", 1),
-        ("set", "/", {"q": 1}),
-        ("get", "/"),
-    ):
+        ("get", "/a"), ("set", "/a", 1), ("get", "/a"), ("set", "/b", {"c": {"d": 1}}), ("get", "/b/c/d"),
+        ("update", "/b/c", {"d": 3}), ("update", "/zz", 1), ("update", "/b/c/d/", 9), ("get", "/b"),
+        ("delete", "/b/c"), ("get", "/b"), ("delete", "/none"), ("delete", "/"), ("set", "/m/n", {"a": 1}),
+        ("update", "/m/n/b/c", 5), ("get", "/m"), ("set", "/", 1), ("set", "/", {"q": 1}), ("get", "/"),
+    ):  # fmt: skip
         call(method, getattr(cache, method), *args)
     examine("told", lambda: told)
 
@@ -210,16 +189,9 @@ def examine_rosgraph():
 
     begin("rosgraph network")
     uris = [
-        "http://a:1",
-        "http://a",
-        "a:1",
-        "",
-        "http://a:b",
-        "http://:5",
-        "http://[::1]:5",
-        "rosrpc://x:5",
+        "http://a:1", "http://a", "a:1", "", "http://a:b", "http://:5", "http://[::1]:5", "rosrpc://x:5",
         None,
-    ]
+    ]  # fmt: skip
     call_each("network", network, "parse_http_host_and_port", uris)
     for fields in ({"a": "b", b"c": b"d"}, {}, {"a": "x=y"}, {"a": ""}):
         call("encode", network.encode_ros_handshake_header, fields)
@@ -233,11 +205,8 @@ def examine_rosgraph():
     for code in (1, 0, -1):
         master.handle = Answering(code)
         for method, *args in (
-            ("getPid",),
-            ("lookupNode", "/a"),
-            ("setParam", "/p", {"a": 1}),
-            ("is_online",),
-        ):
+            ("getPid",), ("lookupNode", "/a"), ("setParam", "/p", {"a": 1}), ("is_online",),
+        ):  # fmt: skip
             call(method, getattr(master, method), *args)
     for uri in ("nonsense", "", "http://"):
         call("Master", lambda uri: rosgraph.Master("/me", uri).master_uri, uri)

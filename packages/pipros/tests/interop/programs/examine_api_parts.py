@@ -31,12 +31,9 @@ SUITES = (
     "<testsuite/>",
 )
 ARGUMENTS = (
-    ["__master:="],
-    ["__master:=a:=b"],
-    ["__master:=http://x:1", "__master:=http://y:2"],
-    ["__master:=http://x:1"],
-    ["x:=y"],
-)
+    ["__master:="], ["__master:=a:=b"], ["__master:=http://x:1", "__master:=http://y:2"],
+    ["__master:=http://x:1"], ["x:=y"],
+)  # fmt: skip
 
 
 def types():

@@ -99,10 +99,8 @@ def examine_environment():
 
     begin("roslib.rosenv")
     for variables in (
-        {},
-        {"ROS_HOME": "/h"},
-        {"ROS_ROOT": "/r", "ROS_PACKAGE_PATH": "/p", "ROS_MASTER_URI": "m"},
-    ):
+        {}, {"ROS_HOME": "/h"}, {"ROS_ROOT": "/r", "ROS_PACKAGE_PATH": "/p", "ROS_MASTER_URI": "m"},
+    ):  # fmt: skip
         for name in ("get_ros_home", "get_log_dir", "get_test_results_dir", "get_ros_package_path"):
             examine(f"{name} {variables}", lambda: getattr(roslib.rosenv, name)(env=variables))
         for needed in (True, False):

@@ -40,11 +40,8 @@ def examine_rosmsg():
     for kind in ("int32[]", "string[3]", "int32", "bool[]", "uint8[]", "float64[]", "none/X[]"):
         examine(kind, lambda: rosmsg.get_array_type_instance(kind))
     for kind, package in (
-        ("std_msgs/String[]", None),
-        ("String[]", "std_msgs"),
-        ("Header[]", None),
-        ("time[]", None),
-    ):
+        ("std_msgs/String[]", None), ("String[]", "std_msgs"), ("Header[]", None), ("time[]", None),
+    ):  # fmt: skip
         examine(kind, lambda: str(rosmsg.get_array_type_instance(kind, package)))
     # Fields are in the order of the definition in pipros, alphabetical in genuine ROS.
     examine("yaml", lambda: sorted(rosmsg.get_yaml_for_msg(PoseStamped()).splitlines()))
@@ -60,32 +57,13 @@ def examine_rosmsg():
 
 
 PROTOTYPES = (
-    "msg std_msgs/String",
-    "msg String",
-    "msg -H geometry_msgs/PoseStamped",
-    "msg -p .. geometry_msgs/Pose",
-    "msg -f 1 geometry_msgs/Pose",
-    "msg -f 0 geometry_msgs/Pose",
-    "msg -x header geometry_msgs/PoseStamped",
-    "msg -e sensor_msgs/JointState",
-    "msg sensor_msgs/JointState",
-    "msg std_msgs/Empty",
-    "srv std_srvs/SetBool",
-    "srv SetBool",
-    "srv Empty",
-    "msg",
-    "-s msg",
-    "nonsense std_msgs/String",
-    "msg -s Nope",
-    "msg Nope",
-    "srv Nope",
-    "msg nowhere_msgs/Nope",
-    "msg -s nowhere_msgs/Nope",
-    "msg a/b/c",
-    "msg std_msgs::String",
-    "msg -s std_msgs::String",
-    "msg std_msgs.String",
-)
+    "msg std_msgs/String", "msg String", "msg -H geometry_msgs/PoseStamped", "msg -p .. geometry_msgs/Pose",
+    "msg -f 1 geometry_msgs/Pose", "msg -f 0 geometry_msgs/Pose", "msg -x header geometry_msgs/PoseStamped",
+    "msg -e sensor_msgs/JointState", "msg sensor_msgs/JointState", "msg std_msgs/Empty",
+    "srv std_srvs/SetBool", "srv SetBool", "srv Empty", "msg", "-s msg", "nonsense std_msgs/String",
+    "msg -s Nope", "msg Nope", "srv Nope", "msg nowhere_msgs/Nope", "msg -s nowhere_msgs/Nope", "msg a/b/c",
+    "msg std_msgs::String", "msg -s std_msgs::String", "msg std_msgs.String",
+)  # fmt: skip
 
 
 def examine_prototypes():
@@ -126,19 +104,13 @@ def examine_rostopic():
     arguments = {"topic": "/t", "type_information": "geometry_msgs/PoseStamped"}
     field_filter = rostopic.create_field_filter(True, False)
     for more in (
-        {},
-        {"plot": True},
-        {"count": 1, "echo_all_topics": True},
-        {"fixed_numeric_width": 8},
-        {"field_filter_fn": field_filter},
-        {"plot": True},
-        {"plot": True, "field_filter_fn": field_filter},
+        {}, {"plot": True}, {"count": 1, "echo_all_topics": True}, {"fixed_numeric_width": 8},
+        {"field_filter_fn": field_filter}, {"plot": True}, {"plot": True, "field_filter_fn": field_filter},
         {"plot": True, "field_filter_fn": rostopic.create_field_filter(True, True)},
         {"value_transform_fn": rostopic.create_value_transform(True, True)},
-        {"filter_fn": lambda message: False},
-        {"echo_clear": True},
+        {"filter_fn": lambda message: False}, {"echo_clear": True},
         {"msg_eval": rostopic.msgevalgen("/pose/position")},
-    ):
+    ):  # fmt: skip
         options = {"msg_eval": None, **more}
         echo = rostopic.CallbackEcho("/t", **options)
         for _ in range(2):
@@ -197,20 +169,14 @@ def examine_the_rest():
     for uri in ("rosrpc://127.0.0.1:1", "http://q", "rosrpc://127.0.0.1"):
         examine(uri, lambda: rosservice.get_service_headers("/x", uri))
     for function in (
-        lambda: rosparam.get_param("/x"),
-        lambda: rosparam.delete_param("/x"),
-        lambda: rosparam.list_params("/"),
-        lambda: rosparam.load_file("/nowhere"),
-        lambda: rosparam.upload_params("/", 5),
-        lambda: rosservice.get_service_list(),
-        lambda: rosservice.get_service_type("/x"),
-        lambda: rosservice.has_service_args("/x"),
-        lambda: rosnode.get_node_names(),
-        lambda: rosnode.rosnode_ping("/x", 1),
+        lambda: rosparam.get_param("/x"), lambda: rosparam.delete_param("/x"),
+        lambda: rosparam.list_params("/"), lambda: rosparam.load_file("/nowhere"),
+        lambda: rosparam.upload_params("/", 5), lambda: rosservice.get_service_list(),
+        lambda: rosservice.get_service_type("/x"), lambda: rosservice.has_service_args("/x"),
+        lambda: rosnode.get_node_names(), lambda: rosnode.rosnode_ping("/x", 1),
         lambda: rosnode.lookup_uri(None, [[], [], []], "/t", "http://x:1"),
-        lambda: rosparam.load_str("a: 1", "file"),
-        lambda: rosparam.load_str("[1]", "file"),
-    ):
+        lambda: rosparam.load_str("a: 1", "file"), lambda: rosparam.load_str("[1]", "file"),
+    ):  # fmt: skip
         examine("call", lambda: printed(function)[0])
     del rosgraph
     for module, main in ((rosparam, "yamlmain"), (rosnode, "rosnodemain"), (rosservice, "rosservicemain")):

@@ -16,10 +16,8 @@ found = {}
 
 def numbers(count):
     forms = [
-        lambda: chance.uniform(-9, 9),
-        lambda: chance.choice([0, 1]),
-        lambda: chance.uniform(-1, 1) * 1e-7,
-    ]
+        lambda: chance.uniform(-9, 9), lambda: chance.choice([0, 1]), lambda: chance.uniform(-1, 1) * 1e-7,
+    ]  # fmt: skip
     return [chance.choice(forms)() for _ in range(count)]
 
 
@@ -67,47 +65,31 @@ with tempfile.TemporaryDirectory() as folder:
     for value in ("-5", "640.0", "abc", "4294967295", "4294967296", "[1]", '"640"', "true"):
         asked("width.yaml", yaml_of(image_width=value))
     for value in (
-        "[1, 2]",
-        "[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]",
-        "[1e-3, .5, 5., +1, 5, 6, 7, 8, 9]",
-        "abc",
-        "[]",
-    ):
+        "[1, 2]", "[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]", "[1e-3, .5, 5., +1, 5, 6, 7, 8, 9]", "abc", "[]",
+    ):  # fmt: skip
         asked("matrix.yaml", yaml_of(camera_matrix_data=value))
     for value in (
-        "[.inf, -.inf, 0, 0, 5, 6, 7, 8, 9]",
-        "[a, 2, 3, 4, 5, 6, 7, 8, 9]",
-        "[[1], 2, 3, 4, 5, 6, 7, 8, 9]",
-    ):
+        "[.inf, -.inf, 0, 0, 5, 6, 7, 8, 9]", "[a, 2, 3, 4, 5, 6, 7, 8, 9]", "[[1], 2, 3, 4, 5, 6, 7, 8, 9]",
+    ):  # fmt: skip
         asked("matrix.yaml", yaml_of(camera_matrix_data=value))
     for text in (
-        "",
-        "a: [1",
-        "- 1\n",
-        "abc",
-        yaml_of() + "binning_x: 2\n",
-        yaml_of().replace("cols: 3", "cols: x"),
-    ):
+        "", "a: [1", "- 1\n", "abc", yaml_of() + "binning_x: 2\n", yaml_of().replace("cols: 3", "cols: x"),
+    ):  # fmt: skip
         asked("broken.yaml", text)
     whole = ini_of()
     for text in (
         *(
-            "",
-            whole[:150],
-            whole.replace("640", "-3"),
-            whole.replace("640", "6 ; c"),
+            "", whole[:150], whole.replace("640", "-3"), whole.replace("640", "6 ; c"),
             whole.replace("image", "x"),
         ),
         *(
-            whole.replace("\n", " "),
-            whole.replace("\n", "\r\n"),
-            whole + "\n[more]\n",
+            whole.replace("\n", " "), whole.replace("\n", "\r\n"), whole + "\n[more]\n",
             whole.replace("#", ";"),
         ),
         *(ini_of("a b"), ini_of(""), whole.replace("camera matrix", "Camera matrix")),
         whole.replace("[narrow", "[externals]\ntranslation\n1 2 3\nrotation\n4 5 6\n[narrow"),
         whole.replace("[narrow", "[externals]\ntranslation\n1 2 3\n[narrow"),
-    ):
+    ):  # fmt: skip
         # One line starts with its comment.
         asked("odd.ini", text.replace("# a camera ", ""))
     asked("a.txt", yaml_of())

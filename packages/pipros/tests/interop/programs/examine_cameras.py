@@ -86,13 +86,10 @@ for number in range(120):
         pixel = rng.uniform(0, 1000, 2).tolist()
         away, depth = rng.uniform(-9, 9, 2).tolist() if turn_of else [0.0, 0.0]
         found[f"{number} {turn_of}"] = [
-            asked(model.project3dToPixel, point),
-            asked(model.projectPixelTo3dRay, pixel),
-            asked(pair.project3dToPixel, point),
-            asked(pair.projectPixelTo3d, pixel, away),
-            asked(pair.getZ, away),
-            asked(pair.getDisparity, depth),
+            asked(model.project3dToPixel, point), asked(model.projectPixelTo3dRay, pixel),
+            asked(pair.project3dToPixel, point), asked(pair.projectPixelTo3d, pixel, away),
+            asked(pair.getZ, away), asked(pair.getDisparity, depth),
             *(asked(getattr(model, f"getDelta{name}"), away, depth) for name in "UVXY"),
-        ]
+        ]  # fmt: skip
         found[f"{number} rectified {turn_of}"] = asked(model.rectifyPoint, pixel)
 print(json.dumps(found))

@@ -92,11 +92,8 @@ for source in [*ENCODINGS, "xyz"]:
     found[f"passthrough {source}"] = asked(bridge.imgmsg_to_cv2, message_of(source, image, False))
     message = bridge.cv2_to_imgmsg(image)
     found[f"to message {source}"] = [
-        message.encoding,
-        message.step,
-        bool(message.is_bigendian),
-        len(message.data),
-    ]
+        message.encoding, message.step, bool(message.is_bigendian), len(message.data),
+    ]  # fmt: skip
     for other in ("bgr8", "mono16", "32FC1", "xyz"):
         try:
             found[f"to message {source} as {other}"] = bridge.cv2_to_imgmsg(image, other).encoding

@@ -88,12 +88,10 @@ def cached(draw):
         )
         answers.append(
             [
-                name(cache.getLast()),
-                str(cache.getLatestTime()),
-                str(cache.getLastestTime()),
+                name(cache.getLast()), str(cache.getLatestTime()), str(cache.getLastestTime()),
                 str(cache.getOldestTime()),
             ]
-        )
+        )  # fmt: skip
         answers.append([str(time) for time in cache.cache_times])
     return [passed, answers]
 

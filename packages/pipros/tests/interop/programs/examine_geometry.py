@@ -83,16 +83,11 @@ def examine(draw):
         "cloud as a whole",
         plain(
             [
-                moved.header,
-                moved.height,
-                moved.width,
-                moved.fields,
-                moved.point_step,
-                moved.row_step,
+                moved.header, moved.height, moved.width, moved.fields, moved.point_step, moved.row_step,
                 moved.is_dense,
             ]
         ),
-    )
+    )  # fmt: skip
 
     transformer = tf.TransformerROS(True, rospy.Duration(10))
     frames = ["world", "base", "arm", "hand"]
@@ -106,11 +101,9 @@ def examine(draw):
     one, other = draw.choice(frames), draw.choice(frames + ["/hand", "nowhere"])
     header = Header(frame_id=other, stamp=now)
     for kind, name in (
-        (PointStamped, "transformPoint"),
-        (Vector3Stamped, "transformVector3"),
-        (QuaternionStamped, "transformQuaternion"),
-        (PoseStamped, "transformPose"),
-    ):
+        (PointStamped, "transformPoint"), (Vector3Stamped, "transformVector3"),
+        (QuaternionStamped, "transformQuaternion"), (PoseStamped, "transformPose"),
+    ):  # fmt: skip
         yield name, outcome(getattr(transformer, name), one, fill(draw, kind(header=header)))
         yield name + " not set", outcome(getattr(transformer, name), one, kind(header=header))
     points = [PointStamped().point for _ in range(3)]
@@ -139,14 +132,11 @@ def examine(draw):
     yield (
         "frames",
         [
-            outcome(transformer.getFrameStrings),
-            outcome(transformer.frameExists, "hand"),
-            outcome(transformer.frameExists, "world"),
-            transformer.allFramesAsString(),
-            transformer.allFramesAsDot(),
-            transformer.allFramesAsDot(now),
+            outcome(transformer.getFrameStrings), outcome(transformer.frameExists, "hand"),
+            outcome(transformer.frameExists, "world"), transformer.allFramesAsString(),
+            transformer.allFramesAsDot(), transformer.allFramesAsDot(now),
         ],
-    )
+    )  # fmt: skip
     yield "chain", outcome(transformer.chain, one, now, "hand", now, "base")
     yield (
         "lookupTwist",
@@ -157,13 +147,7 @@ def examine(draw):
     yield (
         "lookupTwistFull",
         outcome(
-            transformer.lookupTwistFull,
-            "arm",
-            "world",
-            "base",
-            (0, 0, 0),
-            "hand",
-            rospy.Time(103),
+            *(transformer.lookupTwistFull, "arm", "world", "base", (0, 0, 0), "hand", rospy.Time(103)),
             rospy.Duration(1),
         ),
     )

@@ -15,14 +15,11 @@ FILE = """<testsuite name="n" tests="2" failures="1" errors="0" time="2.5">
 def outcome(result):
     cases = [
         (
-            test_case_result.name,
-            test_case_result.classname,
-            test_case_result.time,
-            test_case_result.passed,
+            test_case_result.name, test_case_result.classname, test_case_result.time, test_case_result.passed,
             [(info.type, info.text) for info in test_case_result.failures],
         )
         for test_case_result in result.test_case_results
-    ]
+    ]  # fmt: skip
     sums = result.num_tests, result.num_errors, result.num_failures, result.time
     return result.name, sums, cases, result.system_out, result.system_err
 

@@ -54,19 +54,8 @@ except IndexError:
     found["fewer intensities"] = "IndexError"
 
 ROUND = [
-    0.0,
-    0.25,
-    -0.25,
-    0.5,
-    -0.5,
-    math.pi / 2,
-    -math.pi / 2,
-    math.pi,
-    -math.pi,
-    2 * math.pi,
-    -2 * math.pi,
-    9.0,
-]
+    0.0, 0.25, -0.25, 0.5, -0.5, math.pi / 2, -math.pi / 2, math.pi, -math.pi, 2 * math.pi, -2 * math.pi, 9.0,
+]  # fmt: skip
 for _ in range(4000):
     values = [float(rng.choice(ROUND) if rng.randint(2) else rng.uniform(-10, 10)) for _ in range(4)]
     found[f"angles {values}"] = [

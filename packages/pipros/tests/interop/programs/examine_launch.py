@@ -28,17 +28,15 @@ import roslaunch.xmlloader
 UNSTABLE = re.compile(r"\d{15,}|0x[0-9a-f]+|pid \[?\d+")
 """Random numbers, addresses and process ids."""
 
+core, rlutil = roslaunch.core, roslaunch.rlutil
 FOLDER = sys.argv[1]
 OUTER = os.path.join(FOLDER, "x.launch")
 INNER = os.path.join(FOLDER, "y.launch")
 BAD = os.path.join(FOLDER, "bad.launch")
 FULL = os.path.join(FOLDER, "full.launch")
 Node, Test, Machine, RLException = (
-    roslaunch.core.Node,
-    roslaunch.core.Test,
-    roslaunch.core.Machine,
-    roslaunch.core.RLException,
-)
+    core.Node, core.Test, core.Machine, core.RLException,
+)  # fmt: skip
 MASTER_PARAMETERS = ("/rosdistro", "/rosversion")
 
 
@@ -84,13 +82,13 @@ def loaded(text="", files=(), **more):
 
 def examine_values():
     node = Node("a", "b", "c", "//g//", args="1 <2>", remap_args=[("x", "y")], env_args=[("E", "v")])
-    for name in sorted({*roslaunch.core.Node.__slots__} - {"_rest"}):
+    for name in sorted({*core.Node.__slots__} - {"_rest"}):
         examine("node " + name, lambda: getattr(node, name))
     test = Test("tt", "a", "b", name="n", time_limit=3, retry=2, cwd="ros_home", launch_prefix="nice")
-    for name in [*sorted({*roslaunch.core.Node.__slots__} - {"_rest"}), "test_name", "time_limit", "retry"]:
+    for name in [*sorted({*core.Node.__slots__} - {"_rest"}), "test_name", "time_limit", "retry"]:
         examine("test " + name, lambda: getattr(test, name))
     machine = Machine("m", "h", "/env.sh", 2222, "ada", "secret", timeout=3)
-    for name in sorted(roslaunch.core.Machine.__slots__):
+    for name in sorted(core.Machine.__slots__):
         examine("machine " + name, lambda: getattr(machine, name))
     examine("machine text", lambda: str(machine))
     examine("machine key", machine.config_key)
@@ -98,20 +96,15 @@ def examine_values():
     examine(
         "machines", lambda: [machine == other, machine.config_equals(other), machine == 3, machine != other]
     )
-    local = roslaunch.core.local_machine()
-    examine("local", lambda: [str(local), local is roslaunch.core.local_machine()])
-    examine("is local", lambda: roslaunch.core.is_machine_local(local))
-    examine(
-        "is local 2", lambda: roslaunch.core.is_machine_local(Machine("a", "127.0.0.1", user="nobody-else"))
-    )
-    examine("unknown host", lambda: roslaunch.core.is_machine_local(Machine("a", "no.such.host.invalid")))
-    param = roslaunch.core.Param("a//b/", 3)
-    examine("param", lambda: [param.key, str(param), repr(param), param == roslaunch.core.Param("a/b", 3)])
-    examine(
-        "executable",
-        lambda: [str(roslaunch.core.Executable("x", ("y",))), roslaunch.core.Executable("x", ()).phase],
-    )
-    examine("rosbin", lambda: repr(roslaunch.core.RosbinExecutable("rosparam", ("a", "b"), "setup")))
+    local = core.local_machine()
+    examine("local", lambda: [str(local), local is core.local_machine()])
+    examine("is local", lambda: core.is_machine_local(local))
+    examine("is local 2", lambda: core.is_machine_local(Machine("a", "127.0.0.1", user="nobody-else")))
+    examine("unknown host", lambda: core.is_machine_local(Machine("a", "no.such.host.invalid")))
+    param = core.Param("a//b/", 3)
+    examine("param", lambda: [param.key, str(param), repr(param), param == core.Param("a/b", 3)])
+    examine("executable", lambda: [str(core.Executable("x", ("y",))), core.Executable("x", ()).phase])
+    examine("rosbin", lambda: repr(core.RosbinExecutable("rosparam", ("a", "b"), "setup")))
     for label, arguments in {
         "type": ("a", ""), "package": (" ", "b"), "name": ("a", "b", "x/y"),
     }.items():  # fmt: skip
@@ -122,22 +115,19 @@ def examine_values():
         examine(f"limit {limit}", lambda: Test("a", "b", "c", time_limit=limit).time_limit)
     for name in (None, 3, "", "a", "/a/b/c"):
         examine(f"namespaces of {name}", lambda: roslaunch.config.namespaces_of(name))
-    master = roslaunch.core.Master()
+    master = core.Master()
     examine(
         "master", lambda: [master.uri, master.get_host(), master.get_port(), master.is_running(), master.type]
     )
-    examine("other master", lambda: roslaunch.core.Master(uri="http://127.0.0.1:1/").is_running())
-    examine(
-        "masters",
-        lambda: [master == roslaunch.core.Master(), master == roslaunch.core.Master(uri="http://a:1")],
-    )
+    examine("other master", lambda: core.Master(uri="http://127.0.0.1:1/").is_running())
+    examine("masters", lambda: [master == core.Master(), master == core.Master(uri="http://a:1")])
     examine("proxy", lambda: master.get().getPid("/x")[0])
-    examine("printed", lambda: roslaunch.core.printlog("hello"))
+    examine("printed", lambda: core.printlog("hello"))
     heard = []
-    roslaunch.core.add_printlog_handler(heard.append)
-    examine("bold", lambda: roslaunch.core.printlog_bold("bold"))
-    roslaunch.core.clear_printlog_handlers()
-    examine("plain", lambda: roslaunch.core.printlog("plain"))
+    core.add_printlog_handler(heard.append)
+    examine("bold", lambda: core.printlog_bold("bold"))
+    core.clear_printlog_handlers()
+    examine("plain", lambda: core.printlog("plain"))
     examine("heard", lambda: heard)
 
 
@@ -174,7 +164,7 @@ def examine_configurations():
     examine("machine again", lambda: config.add_machine(Machine("m", "elsewhere", "/e")))
     examine("machine", lambda: config.add_machine(Machine("m2", "127.0.0.1", "/e"), verbose=True))
     examine("same machine", lambda: config.add_machine(Machine("m2", "127.0.0.1", "/e"), verbose=True))
-    examine("param", lambda: config.add_param(roslaunch.core.Param("/p/q", 1), verbose=True))
+    examine("param", lambda: config.add_param(core.Param("/p/q", 1), verbose=True))
     examine("conflict", lambda: config.config_errors[-1])
     examine("unknown machine", lambda: loaded('<node pkg="a" type="b" name="n" machine="zz"/>'))
     examine(
@@ -229,12 +219,8 @@ def examine_loaders():
     )
     rosparam = '<rosparam command="foo" file="x"/>'
     for element in (
-        rosparam,
-        "<rosparam>[1</rosparam>",
-        '<group ns=""/>',
-        '<group if="1" unless="1"/>',
-        "<machine/>",
-    ):
+        rosparam, "<rosparam>[1</rosparam>", '<group ns=""/>', '<group if="1" unless="1"/>', "<machine/>",
+    ):  # fmt: skip
 
         def load():
             try:
@@ -262,7 +248,7 @@ def examine_unset_arguments():
 
         def check(unset):
             with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
-                return roslaunch.rlutil.check_roslaunch(path, ignore_unset_args=unset) is None
+                return rlutil.check_roslaunch(path, ignore_unset_args=unset) is None
 
         examine(content, lambda: check(True))
         if "x" not in content and "needs" not in content:  # otherwise, genuine ROS raises an exception
@@ -279,57 +265,44 @@ INCLUDED = {
     "lost": _LOST,
 }
 CHECKED = (
-    f'{_X}<node name="n" pkg="$(arg x)" type="t"/>',
-    f'{_X}<node name="n" pkg="$(arg x)_y" type="t"/>',
-    f'{_X}<node name="n" pkg="p" type="$(arg x)"/>',
-    f'{_X}<node name="$(arg x)" pkg="p" type="t"/>',
+    f'{_X}<node name="n" pkg="$(arg x)" type="t"/>', f'{_X}<node name="n" pkg="$(arg x)_y" type="t"/>',
+    f'{_X}<node name="n" pkg="p" type="$(arg x)"/>', f'{_X}<node name="$(arg x)" pkg="p" type="t"/>',
     f'{_X}<node name="n" pkg="nowhere" type="t" args="$(arg x)"/>',
     f'{_X}<node name="n" pkg="nowhere" type="t" machine="$(arg x)"/>',
-    f'{_X}<node name="n" pkg="nowhere" type="t" respawn="$(arg x)"/>',
-    _NODE,
-    _LOST,
-    f"{_X}{_LOST}",
-    f"{_LOST}{_X}",
-    f'{_X}<group if="$(arg x)">{_LOST}</group>',
-    f'{_X}<group ns="$(arg x)">{_LOST}</group>',
-    f'<group>{_X}</group><param name="p" value="$(arg x)"/>{_LOST}',
-    f'{_X}<include file="$(arg x)"/>',
+    f'{_X}<node name="n" pkg="nowhere" type="t" respawn="$(arg x)"/>', _NODE, _LOST, f"{_X}{_LOST}",
+    f"{_LOST}{_X}", f'{_X}<group if="$(arg x)">{_LOST}</group>', f'{_X}<group ns="$(arg x)">{_LOST}</group>',
+    f'<group>{_X}</group><param name="p" value="$(arg x)"/>{_LOST}', f'{_X}<include file="$(arg x)"/>',
     f'{_X}<include file="$(dirname)/$(arg x).launch"/>{_LOST}',
     f'{_X}<param name="p" value="$(eval arg(\'x\') * 2)"/><node name="n"/>',
     f'{_X}<arg name="y" default="$(arg x)"/><node name="n" pkg="$(arg y)" type="t"/>',
-    f'{_X}<node name="n"/>',
-    f'{_X}<node name="n" pkg="p" type="t" machine="nowhere"/>',
-    f'{_X}<param name="p" value="$(arg x)"/><node name="n"/>',
-    '<include file="$(dirname)/lost.launch"/>',
-    f'{_X}<include file="$(dirname)/lost.launch"/>',
-    '<include file="$(dirname)/needs.launch"/>',
+    f'{_X}<node name="n"/>', f'{_X}<node name="n" pkg="p" type="t" machine="nowhere"/>',
+    f'{_X}<param name="p" value="$(arg x)"/><node name="n"/>', '<include file="$(dirname)/lost.launch"/>',
+    f'{_X}<include file="$(dirname)/lost.launch"/>', '<include file="$(dirname)/needs.launch"/>',
     f'<include file="$(dirname)/needs.launch"/>{_LOST}',
     '<include file="$(dirname)/needs.launch"><arg name="x" value="1"/></include>',
-    '<include file="$(dirname)/uses.launch"/>',
-    f'<include file="$(dirname)/uses.launch"/>{_LOST}',
+    '<include file="$(dirname)/uses.launch"/>', f'<include file="$(dirname)/uses.launch"/>{_LOST}',
     '<include file="$(dirname)/uses.launch"/><node name="n"/>',
     '<include file="$(dirname)/uses.launch"><arg name="z" value="1"/></include>',
     '<include file="$(dirname)/none.launch"/>',
-)
+)  # fmt: skip
 
 
 def examine_tools():
     given = [(OUTER, ["r:=3"])]
     for label, call in {
-        "check": lambda: roslaunch.rlutil.check_roslaunch(INNER),
-        "resolve": lambda: roslaunch.rlutil.resolve_launch_arguments(["programs", "x.launch", "a:=1"]),
-        "resolve path": lambda: roslaunch.rlutil.resolve_launch_arguments([OUTER]),
-        "resolve none": lambda: roslaunch.rlutil.resolve_launch_arguments(["programs", "no.launch"]),
-        "resolve no path": lambda: roslaunch.rlutil.resolve_launch_arguments(["no.launch"]),
-        "resolve nothing": lambda: roslaunch.rlutil.resolve_launch_arguments([]),
-        "run id": lambda: roslaunch.rlutil.get_or_generate_uuid("given", False),
+        "check": lambda: rlutil.check_roslaunch(INNER),
+        "resolve": lambda: rlutil.resolve_launch_arguments(["programs", "x.launch", "a:=1"]),
+        "resolve path": lambda: rlutil.resolve_launch_arguments([OUTER]),
+        "resolve none": lambda: rlutil.resolve_launch_arguments(["programs", "no.launch"]),
+        "resolve no path": lambda: rlutil.resolve_launch_arguments(["no.launch"]),
+        "resolve nothing": lambda: rlutil.resolve_launch_arguments([]),
+        "run id": lambda: rlutil.get_or_generate_uuid("given", False),
         "run id of master": lambda: (
-            roslaunch.rlutil.get_or_generate_uuid(None, True)
-            == roslaunch.core.Master().get().getParam("/x", "/run_id")[2]
+            rlutil.get_or_generate_uuid(None, True) == core.Master().get().getParam("/x", "/run_id")[2]
         ),
     }.items():
         examine(label, call)
-    examine("files", lambda: sorted(printed(lambda: roslaunch.rlutil.print_file_list(given)).split()))
+    examine("files", lambda: sorted(printed(lambda: rlutil.print_file_list(given)).split()))
     examine("bad", lambda: loaded(files=[BAD]))
 
 
@@ -417,13 +390,13 @@ def examine_runners(run_id):
     runner = roslaunch.launch.ROSLaunchRunner(run_id, config, server_uri="http://127.0.0.1:1/", pmon=pm)
     started, failed = runner.launch()
     examine("runner", lambda: [len(started), failed, runner.is_node_running(config.nodes[0])])
-    examine("parameter", lambda: roslaunch.core.Master().get().getParam("/x", "/rp"))
+    examine("parameter", lambda: core.Master().get().getParam("/x", "/rp"))
     for test in (
         Test("t1", "programs", "ends", "t1"),
         Test("t2", "programs", "sleeper", "t2", time_limit=1.0),
         Test("t3", "programs", "nope", "t3"),
     ):
-        test.machine = roslaunch.core.local_machine()
+        test.machine = core.local_machine()
         examine("test " + test.name, lambda: runner.run_test(test), output=False)
     pm.shutdown()
     pm.join()
@@ -436,7 +409,7 @@ def main():
     examine_loaders()
     examine_unset_arguments()
     examine_tools()
-    run_id = roslaunch.rlutil.get_or_generate_uuid(None, True)
+    run_id = rlutil.get_or_generate_uuid(None, True)
     examine_parents(run_id)
     examine_runners(run_id)
 

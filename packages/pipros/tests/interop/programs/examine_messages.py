@@ -14,42 +14,18 @@ import subprocess
 import sys
 
 NUMBERS = {
-    "bool": (0, 1),
-    "byte": (-128, 127),
-    "char": (0, 255),
-    "int8": (-128, 127),
-    "uint8": (0, 255),
-    "int16": (-(2**15), 2**15 - 1),
-    "uint16": (0, 2**16 - 1),
-    "int32": (-(2**31), 2**31 - 1),
-    "uint32": (0, 2**32 - 1),
-    "int64": (-(2**63), 2**63 - 1),
-    "uint64": (0, 2**64 - 1),
-}
+    "bool": (0, 1), "byte": (-128, 127), "char": (0, 255), "int8": (-128, 127), "uint8": (0, 255),
+    "int16": (-(2**15), 2**15 - 1), "uint16": (0, 2**16 - 1), "int32": (-(2**31), 2**31 - 1),
+    "uint32": (0, 2**32 - 1), "int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1),
+}  # fmt: skip
 FLOATS = [0.0, -0.0, 1.5, -2.25, 1e-30, 3.0e38, float("inf"), 0.1]
 STRINGS = [
-    "",
-    "a",
-    "hello world",
-    "it's",
-    'say "hi"',
-    "back\\slash",
-    "\u00fcml\u00e4ut",
-    "\u65e5\u672c",
+    "", "a", "hello world", "it's", 'say "hi"', "back\\slash", "\u00fcml\u00e4ut", "\u65e5\u672c",
     "tab\there",
-]
+]  # fmt: skip
 STRINGS += [
-    "two\nlines",
-    "- x",
-    "1.5",
-    "yes",
-    "null",
-    "a" * 100,
-    "many words " * 12,
-    " lead",
-    "trail ",
-    "#no",
-]
+    "two\nlines", "- x", "1.5", "yes", "null", "a" * 100, "many words " * 12, " lead", "trail ", "#no",
+]  # fmt: skip
 STRINGS += ["key: value", "\U0001f600"]
 
 
@@ -149,14 +125,11 @@ def examine(job, class_of, genpy):
         read = cls().deserialize(data)
         answer["values"].append(
             {
-                "bytes": data.hex(),
-                "shown": str(message),
-                "read": describe(read),
-                "read shown": str(read),
+                "bytes": data.hex(), "shown": str(message), "read": describe(read), "read shown": str(read),
                 "equal": read == cls().deserialize(data),
                 "behind": describe(cls().deserialize(data + b"more")) == describe(read),
             }
-        )
+        )  # fmt: skip
     answer["odd"] = [
         outcome(lambda value=value: written(build(job["type"], value, class_of, genpy)).hex())
         for value in job.get("odd", [])

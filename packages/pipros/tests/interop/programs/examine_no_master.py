@@ -15,12 +15,9 @@ def refused(function):
 
 begin("no master")
 for label, call in (
-    ("get_param", lambda: rospy.get_param("/x")),
-    ("get_param default", lambda: rospy.get_param("/x", 1)),
-    ("set_param", lambda: rospy.set_param("/x", 1)),
-    ("has_param", lambda: rospy.has_param("/x")),
+    ("get_param", lambda: rospy.get_param("/x")), ("get_param default", lambda: rospy.get_param("/x", 1)),
+    ("set_param", lambda: rospy.set_param("/x", 1)), ("has_param", lambda: rospy.has_param("/x")),
     ("get_published_topics", lambda: rospy.get_published_topics()),
-    ("getPid", lambda: rospy.get_master().getPid()),
-    ("get_topic_list", lambda: rostopic.get_topic_list()),
-):
+    ("getPid", lambda: rospy.get_master().getPid()), ("get_topic_list", lambda: rostopic.get_topic_list()),
+):  # fmt: skip
     examine(label, lambda: refused(call))

@@ -68,22 +68,16 @@ def topics():
     wait_for(word_subscriber.get_num_connections)  # the publisher has the link first
     examine("subscriber's connections", word_subscriber.get_num_connections)
     for label, publish in (
-        ("one of three", lambda: points.publish(1)),
-        ("all three", lambda: points.publish(1, 2, 3)),
-        ("by name", lambda: points.publish(x=4)),
-        ("bad name", lambda: points.publish(q=1)),
-        ("both kinds", lambda: points.publish(1, x=1)),
-        ("nothing", lambda: points.publish()),
+        ("one of three", lambda: points.publish(1)), ("all three", lambda: points.publish(1, 2, 3)),
+        ("by name", lambda: points.publish(x=4)), ("bad name", lambda: points.publish(q=1)),
+        ("both kinds", lambda: points.publish(1, x=1)), ("nothing", lambda: points.publish()),
         ("None of three", lambda: points.publish(None)),
         ("wrong type", lambda: points.publish("a", "b", "c")),
         ("other message", lambda: points.publish(String("x"))),
-        ("message for text", lambda: words.publish(Point())),
-        ("bare value", lambda: words.publish("q")),
-        ("message", lambda: words.publish(String("m"))),
-        ("None of one", lambda: words.publish(None)),
-        ("number for text", lambda: words.publish(3)),
-        ("two of one", lambda: words.publish("a", "b")),
-    ):
+        ("message for text", lambda: words.publish(Point())), ("bare value", lambda: words.publish("q")),
+        ("message", lambda: words.publish(String("m"))), ("None of one", lambda: words.publish(None)),
+        ("number for text", lambda: words.publish(3)), ("two of one", lambda: words.publish("a", "b")),
+    ):  # fmt: skip
         examine(f"publish {label}", publish)
     wait_for(lambda: len(got) == 6)
     examine("received", lambda: sorted(map(str, got)))
@@ -139,16 +133,11 @@ def services():
     proxy = rospy.ServiceProxy("keep", SetLoggerLevel)
     examine("wait", lambda: proxy.wait_for_service(60))
     for label, call in (
-        ("positional", lambda: proxy("a", "b")),
-        ("by name", lambda: proxy(logger="c", level="d")),
-        ("request", lambda: proxy(proxy.request_class("e", "f"))),
-        ("call", lambda: proxy.call("g", "h")),
-        ("nothing", lambda: proxy()),
-        ("too many", lambda: proxy("a", "b", "c")),
-        ("too few", lambda: proxy("a")),
-        ("bad name", lambda: proxy(nope=1)),
-        ("wrong type", lambda: proxy(1, 2)),
-        ("None", lambda: rospy.ServiceProxy("none", Trigger)()),
+        ("positional", lambda: proxy("a", "b")), ("by name", lambda: proxy(logger="c", level="d")),
+        ("request", lambda: proxy(proxy.request_class("e", "f"))), ("call", lambda: proxy.call("g", "h")),
+        ("nothing", lambda: proxy()), ("too many", lambda: proxy("a", "b", "c")),
+        ("too few", lambda: proxy("a")), ("bad name", lambda: proxy(nope=1)),
+        ("wrong type", lambda: proxy(1, 2)), ("None", lambda: rospy.ServiceProxy("none", Trigger)()),
         ("tuple", lambda: rospy.ServiceProxy("tuple", Trigger)()),
         ("list", lambda: rospy.ServiceProxy("list", Trigger)()),
         ("dict", lambda: rospy.ServiceProxy("dict", Trigger)()),
@@ -156,9 +145,8 @@ def services():
         ("raises", lambda: rospy.ServiceProxy("raises", Trigger)()),
         ("refuses", lambda: rospy.ServiceProxy("refuses", Trigger)()),
         ("other type", lambda: rospy.ServiceProxy("keep", SetBool)(True)),
-        ("unknown", lambda: rospy.ServiceProxy("nobody", Empty)()),
-        ("resolved", lambda: proxy.resolved_name),
-    ):
+        ("unknown", lambda: rospy.ServiceProxy("nobody", Empty)()), ("resolved", lambda: proxy.resolved_name),
+    ):  # fmt: skip
         examine(f"call {label}", call)
     headers = rospy.ServiceProxy("header", Trigger, headers={"token": "x"})
     examine("call headers", lambda: headers().message)
@@ -174,13 +162,9 @@ def services():
 
 def parameters():
     for label, value in (
-        ("int", 5),
-        ("float", 0.5),
-        ("bool", True),
-        ("text", "ü <&>"),
-        ("tuple", (1, 2)),
+        ("int", 5), ("float", 0.5), ("bool", True), ("text", "ü <&>"), ("tuple", (1, 2)),
         ("dict", {"a": {"b": [1, "x"]}}),
-    ):
+    ):  # fmt: skip
         rospy.set_param("/p/" + label, value)
         examine(f"param {label}", lambda label=label: rospy.get_param("/p/" + label))
     for label, value in (("None", None), ("set", {1}), ("key", {1: 2}), ("large", 1 << 40)):

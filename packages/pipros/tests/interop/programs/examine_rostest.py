@@ -125,11 +125,9 @@ def examine_rostest():
     examine(
         "before",
         lambda: [
-            rostest.runner.getConfig(),
-            numbers(rostest.runner.getResults()),
-            rostest.rostestutil.getErrors(),
+            rostest.runner.getConfig(), numbers(rostest.runner.getResults()), rostest.rostestutil.getErrors(),
         ],
-    )
+    )  # fmt: skip
     bad = os.path.join(FOLDER, "bad", "r.xml")
     examine("bad name", lambda: rostest.rostest_main.write_bad_filename_failure("/x.test", bad, "out"))
     examine("bad results", lambda: numbers(rosunit.junitxml.read(bad, "out")))

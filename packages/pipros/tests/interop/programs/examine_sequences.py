@@ -52,15 +52,8 @@ def types():
     publisher.publish("x")
     wait_for(lambda: rostopic.get_topic_type("/some/text")[0])
     for name in (
-        "some/text",
-        "text",
-        "/some/text",
-        "/some/text/data",
-        "some/text/data",
-        "",
-        "/",
-        "/some/none",
-    ):
+        "some/text", "text", "/some/text", "/some/text/data", "some/text/data", "", "/", "/some/none",
+    ):  # fmt: skip
         examine(f"type {name}", lambda: rostopic.get_topic_type(name)[:2])
         examine(f"class {name}", lambda: [str(one) for one in rostopic.get_topic_class(name)[1:2]])
 
@@ -70,15 +63,11 @@ def elements():
     message = PointCloud(channels=three)
     for part in (
         *(
-            "[:]/values[6]",
-            "[:]/values[1]",
-            "[1:]/values[6]",
-            "[:]/values",
-            "[:]/values[20]",
+            "[:]/values[6]", "[:]/values[1]", "[1:]/values[6]", "[:]/values", "[:]/values[20]",
             "[0]/values[6]",
         ),
         *("[1]/values[6]", "[5]", "[:]/values[0:2]", "[:]/none", "[:2]/values[-8]", "[:]/values[5:9]"),
-    ):
+    ):  # fmt: skip
 
         def evaluated():
             with contextlib.redirect_stderr(io.StringIO()):

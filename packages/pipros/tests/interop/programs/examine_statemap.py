@@ -15,21 +15,14 @@ machine.setDebugStream(stream)
 print(machine.getDebugStream() is stream, issubclass(statemap.StateUndefinedException, Exception))
 print(statemap.TransitionUndefinedException.__mro__[1:])
 calls = [
-    lambda: machine.setState(chance.choice(states)),
-    lambda: machine.pushState(chance.choice(states)),
-    lambda: machine.pushState("no state"),
-    lambda: machine.setState(None),
-    machine.popState,
-    machine.clearState,
-    lambda: machine.setDebugFlag(chance.random() < 0.7),
-    machine.isInTransition,
-    machine.isStateStackEmpty,
-    machine.getStateStackDepth,
-    lambda: machine.getState().getName(),
+    lambda: machine.setState(chance.choice(states)), lambda: machine.pushState(chance.choice(states)),
+    lambda: machine.pushState("no state"), lambda: machine.setState(None), machine.popState,
+    machine.clearState, lambda: machine.setDebugFlag(chance.random() < 0.7), machine.isInTransition,
+    machine.isStateStackEmpty, machine.getStateStackDepth, lambda: machine.getState().getName(),
     lambda: machine.getState().getId(),
     lambda: machine.getPreviousState() and machine.getPreviousState().getName(),
     lambda: chance.random() < 0.2 and machine.emptyStateStack(),
-]
+]  # fmt: skip
 for _ in range(400):
     number = chance.randrange(len(calls))
     try:

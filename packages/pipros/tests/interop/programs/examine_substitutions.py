@@ -9,14 +9,8 @@ import sys
 from roslaunch.substitution_args import resolve_args
 
 ARGUMENTS = {
-    "a": "3",
-    "b": "true",
-    "s": "hi there",
-    "n": "-1.5",
-    "empty": "",
-    "path": "/x/y.bag",
-    "numbers": "[1, 2]",
-}
+    "a": "3", "b": "true", "s": "hi there", "n": "-1.5", "empty": "", "path": "/x/y.bag", "numbers": "[1, 2]",
+}  # fmt: skip
 
 with open(sys.argv[1]) as file:
     texts = file.read().splitlines()

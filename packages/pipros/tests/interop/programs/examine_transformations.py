@@ -37,6 +37,15 @@ def outcome(function, *arguments, **more):
         return "raises " + type(error).__name__
 
 
+def call(label, *arguments):
+    """Return the label, whose first word is the name of a function, and the outcome of a call."""
+    return label, outcome(getattr(tf, label.split()[0]), *arguments)
+
+
+def calls(label, *arguments):
+    return label, [call(label, *each)[1] for each in arguments]
+
+
 def one_sign(vector):
     """Normalise the sign of an eigenvector so that its largest number is positive."""
     return vector * numpy.sign(vector[numpy.argmax(numpy.abs(vector))])
@@ -67,12 +76,12 @@ def examine(draw):
     shape = draw.normal(size=(4, 3, 2))
     rand = draw.uniform(0, 1, 3)
 
-    yield "identity_matrix", outcome(tf.identity_matrix)
-    yield "translation_matrix", outcome(tf.translation_matrix, point)
-    yield "translation_from_matrix", outcome(tf.translation_from_matrix, tf.translation_matrix(point))
+    yield call("identity_matrix")
+    yield call("translation_matrix", point)
+    yield call("translation_from_matrix", tf.translation_matrix(point))
     mirror = tf.reflection_matrix(point, normal)
     yield "reflection_matrix", flat(mirror)
-    yield "reflection_matrix 4", outcome(tf.reflection_matrix, list(point) + [1], list(normal) + [0])
+    yield call("reflection_matrix 4", list(point) + [1], list(normal) + [0])
 
     def mirrored():
         at, across = tf.reflection_from_matrix(mirror)
@@ -80,10 +89,7 @@ def examine(draw):
         return [across, on_plane(at, across)]
 
     yield "reflection_from_matrix", outcome(mirrored)
-    yield (
-        "reflection_from_matrix of a rotation",
-        outcome(tf.reflection_from_matrix, tf.rotation_matrix(angle, direction)),
-    )
+    yield call("reflection_from_matrix of a rotation", tf.rotation_matrix(angle, direction))
     for name, where in (("", None), (" at", point)):
         turned = tf.rotation_matrix(angle, direction, where)
         yield "rotation_matrix" + name, flat(turned)
@@ -101,7 +107,7 @@ def examine(draw):
             for axis in numpy.identity(3)
         ],
     )
-    yield "rotation_from_matrix of a mirror", outcome(tf.rotation_from_matrix, -tf.identity_matrix())
+    yield call("rotation_from_matrix of a mirror", -tf.identity_matrix())
     factor = float(draw.uniform(-3, 3))
     for origin in (None, point):
         for along in (None, direction):
@@ -115,11 +121,9 @@ def examine(draw):
 
             yield "scale_from_matrix", outcome(scaled)
     for arguments in (
-        (point, normal),
-        (point, normal, direction),
-        (point, normal, None, eye),
+        (point, normal), (point, normal, direction), (point, normal, None, eye),
         (point, normal, None, eye, True),
-    ):
+    ):  # fmt: skip
         projection = tf.projection_matrix(*arguments)
         yield "projection_matrix", flat(projection)
         pseudo = len(arguments) > 4
@@ -137,46 +141,31 @@ def examine(draw):
     near = float(draw.uniform(0.1, 1))
     bounds = numpy.sort(draw.uniform(-3, 3, (2, 2)), axis=1)
     for perspective in (False, True):
-        yield "clip_matrix", outcome(tf.clip_matrix, *(list(bounds.flat) + [near, near + 1, perspective]))
-    yield (
-        "clip_matrix refused",
-        [outcome(tf.clip_matrix, 1, 0, 0, 1, 1, 2), outcome(tf.clip_matrix, 0, 1, 0, 1, 0, 2, True)],
-    )
+        yield call("clip_matrix", *(list(bounds.flat) + [near, near + 1, perspective]))
+    yield calls("clip_matrix refused", (1, 0, 0, 1, 1, 2), (0, 1, 0, 1, 0, 2, True))
     along = numpy.cross(direction, normal)
     slope = float(draw.uniform(0.1, 1.4))
     shearing = tf.shear_matrix(slope, along, point, normal)
     yield "shear_matrix", flat(shearing)
-    yield "shear_matrix refused", outcome(tf.shear_matrix, angle, normal, point, normal)
+    yield call("shear_matrix refused", angle, normal, point, normal)
 
     def sheared():
         by, way, at, across = tf.shear_from_matrix(shearing)
         return [by, tf.is_same_transform(tf.shear_matrix(by, way, at, across), shearing)]
 
     yield "shear_from_matrix", outcome(sheared)
-    yield "shear_from_matrix refused", outcome(tf.shear_from_matrix, 2 * tf.random_rotation_matrix(rand))
+    yield call("shear_from_matrix refused", 2 * tf.random_rotation_matrix(rand))
     scale, shear, perspective = draw.uniform(0.2, 2, 3), v(), list(v() * 0.1) + [1]
     for parts in (
-        (scale, shear, angles, point),
-        (scale, shear, angles, point, perspective),
-        (-scale, None, angles),
-        (scale,),
-        (),
-    ):
+        (scale, shear, angles, point), (scale, shear, angles, point, perspective), (-scale, None, angles),
+        (scale,), (),
+    ):  # fmt: skip
         whole = tf.compose_matrix(*parts)
         yield "compose_matrix", flat(whole)
-        yield "decompose_matrix", outcome(tf.decompose_matrix, whole)
-    yield "decompose_matrix upright", outcome(tf.decompose_matrix, tf.euler_matrix(0.3, numpy.pi / 2, 0.2))
-    yield (
-        "decompose_matrix refused",
-        [
-            outcome(tf.decompose_matrix, numpy.zeros((4, 4))),
-            outcome(tf.decompose_matrix, numpy.diag((1, 0, 1, 1))),
-        ],
-    )
-    yield (
-        "orthogonalization_matrix",
-        outcome(tf.orthogonalization_matrix, draw.uniform(1, 9, 3), draw.uniform(80, 100, 3)),
-    )
+        yield call("decompose_matrix", whole)
+    yield call("decompose_matrix upright", tf.euler_matrix(0.3, numpy.pi / 2, 0.2))
+    yield calls("decompose_matrix refused", (numpy.zeros((4, 4)),), (numpy.diag((1, 0, 1, 1)),))
+    yield call("orthogonalization_matrix", draw.uniform(1, 9, 3), draw.uniform(80, 100, 3))
     cloud = v((3, 7))
     moved = (
         numpy.dot(tf.random_rotation_matrix(rand)[:3, :3], cloud) * 2
@@ -185,12 +174,9 @@ def examine(draw):
     )
     for svd in (True, False):
         for scaled in (True, False):
-            yield "superimposition_matrix", outcome(tf.superimposition_matrix, cloud, moved, scaled, svd)
-            yield (
-                "superimposition_matrix mirrored",
-                outcome(tf.superimposition_matrix, cloud, -moved, scaled, svd),
-            )
-    yield "superimposition_matrix refused", outcome(tf.superimposition_matrix, cloud[:, :2], moved[:, :2])
+            yield call("superimposition_matrix", cloud, moved, scaled, svd)
+            yield call("superimposition_matrix mirrored", cloud, -moved, scaled, svd)
+    yield call("superimposition_matrix refused", cloud[:, :2], moved[:, :2])
     for name in (axes, tf._AXES2TUPLE[axes]):
         matrix = tf.euler_matrix(angles[0], angles[1], angles[2], name)
         yield "euler_matrix " + axes, flat(matrix)
@@ -217,45 +203,35 @@ def examine(draw):
         [outcome(tf.quaternion_about_axis, angle, a) for a in (direction, (0, 0, 0), list(direction) + [7])],
     )
     for q in (q0, q0 * 3, (0, 0, 0, 0), (0, 0, 0, 1), list(q1)):
-        yield "quaternion_matrix", outcome(tf.quaternion_matrix, q)
-        yield "quaternion_from_matrix", outcome(tf.quaternion_from_matrix, tf.quaternion_matrix(q))
-        yield "quaternion_conjugate", outcome(tf.quaternion_conjugate, q)
+        yield call("quaternion_matrix", q)
+        yield call("quaternion_from_matrix", tf.quaternion_matrix(q))
+        yield call("quaternion_conjugate", q)
     for half in ((1, 0, 0), (0, 1, 0), (0, 0, 1), direction):
-        yield (
-            "quaternion_from_matrix of half a turn",
-            outcome(tf.quaternion_from_matrix, tf.rotation_matrix(numpy.pi - 1e-3, half)),
-        )
-    yield "quaternion_inverse", outcome(tf.quaternion_inverse, q0 * 2)
-    yield "quaternion_multiply", outcome(tf.quaternion_multiply, q0, list(q1))
+        yield call("quaternion_from_matrix of half a turn", tf.rotation_matrix(numpy.pi - 1e-3, half))
+    yield call("quaternion_inverse", q0 * 2)
+    yield call("quaternion_multiply", q0, list(q1))
     for fraction in (0.0, 1.0, rand[0], -0.5):
         for spin in (0, 1):
             for shortest in (True, False):
-                yield "quaternion_slerp", outcome(tf.quaternion_slerp, q0, q1 * 2, fraction, spin, shortest)
-    yield (
-        "quaternion_slerp of one",
-        [outcome(tf.quaternion_slerp, q0, q0, 0.5), outcome(tf.quaternion_slerp, q0, -q0, 0.5)],
-    )
-    yield "random_quaternion", outcome(tf.random_quaternion, rand)
-    yield "random_rotation_matrix", outcome(tf.random_rotation_matrix, rand)
+                yield call("quaternion_slerp", q0, q1 * 2, fraction, spin, shortest)
+    yield calls("quaternion_slerp of one", (q0, q0, 0.5), (q0, -q0, 0.5))
+    yield call("random_quaternion", rand)
+    yield call("random_rotation_matrix", rand)
     numpy.random.seed(int(rand[0] * 1e6))
     yield (
         "random ones",
         [
-            outcome(tf.random_quaternion),
-            outcome(tf.random_rotation_matrix),
-            outcome(tf.random_vector, 5),
+            outcome(tf.random_quaternion), outcome(tf.random_rotation_matrix), outcome(tf.random_vector, 5),
             outcome(tf.random_vector, (2, 2)),
         ],
-    )
+    )  # fmt: skip
 
     def balls():
         found = []
         for ball in (
-            tf.Arcball(),
-            tf.Arcball(q0),
-            tf.Arcball(tf.quaternion_matrix(q0)),
+            tf.Arcball(), tf.Arcball(q0), tf.Arcball(tf.quaternion_matrix(q0)),
             tf.Arcball(initial=numpy.identity(4)),
-        ):
+        ):  # fmt: skip
             ball.place([300, 310], 320)
             if len(found) % 2:
                 ball.setaxes(unit(), unit())
@@ -275,24 +251,17 @@ def examine(draw):
         return found
 
     yield "Arcball", outcome(balls)
-    yield "Arcball refused", outcome(tf.Arcball, (1, 2, 3))
+    yield call("Arcball refused", (1, 2, 3))
     yield (
         "arcball_map_to_sphere",
         [outcome(tf.arcball_map_to_sphere, draw.uniform(0, 640, 2), (320, 320), r) for r in (10, 400)],
     )
     around = unit()
-    yield (
-        "arcball_constrain_to_axis",
-        [
-            outcome(tf.arcball_constrain_to_axis, unit(), around),
-            outcome(tf.arcball_constrain_to_axis, around, around),
-            outcome(tf.arcball_constrain_to_axis, (0, 0, 1), (0, 0, 1)),
-        ],
-    )
-    yield "arcball_nearest_axis", outcome(tf.arcball_nearest_axis, unit(), [unit(), unit(), unit()])
+    yield calls("arcball_constrain_to_axis", (unit(), around), (around, around), ((0, 0, 1), (0, 0, 1)))
+    yield call("arcball_nearest_axis", unit(), [unit(), unit(), unit()])
     for axis in (None, 0, 1, 2, -1):
-        yield "vector_norm", outcome(tf.vector_norm, shape, axis)
-        yield "unit_vector", outcome(tf.unit_vector, shape, axis)
+        yield call("vector_norm", shape, axis)
+        yield call("unit_vector", shape, axis)
     out = numpy.empty((4, 3))
     yield "vector_norm out", [outcome(tf.vector_norm, shape, 2, out), flat(out)]
     out = numpy.empty((4, 3, 2))
@@ -301,28 +270,18 @@ def examine(draw):
     yield (
         "norms of lists",
         [
-            outcome(tf.vector_norm, [1, 2, 3]),
-            outcome(tf.unit_vector, [1, 2, 3]),
-            outcome(tf.vector_norm, []),
-            outcome(tf.unit_vector, []),
+            outcome(tf.vector_norm, [1, 2, 3]), outcome(tf.unit_vector, [1, 2, 3]),
+            outcome(tf.vector_norm, []), outcome(tf.unit_vector, []),
         ],
-    )
-    yield (
+    )  # fmt: skip
+    yield calls(
         "inverse_matrix",
-        [
-            outcome(tf.inverse_matrix, tf.random_rotation_matrix(rand)),
-            outcome(tf.inverse_matrix, numpy.diag((1.0, 2.0, 4.0))),
-            outcome(tf.inverse_matrix, numpy.zeros((4, 4))),
-        ],
+        (tf.random_rotation_matrix(rand),),
+        (numpy.diag((1.0, 2.0, 4.0)),),
+        (numpy.zeros((4, 4)),),
     )
-    yield (
-        "concatenate_matrices",
-        [outcome(tf.concatenate_matrices), outcome(tf.concatenate_matrices, mirror, turned, shearing)],
-    )
-    yield (
-        "is_same_transform",
-        [outcome(tf.is_same_transform, mirror, mirror * 2), outcome(tf.is_same_transform, mirror, turned)],
-    )
+    yield calls("concatenate_matrices", (), (mirror, turned, shearing))
+    yield calls("is_same_transform", (mirror, mirror * 2), (mirror, turned))
 
 
 def main():
@@ -332,10 +291,8 @@ def main():
     answers = [answer for _ in range(count) for answer in examine(draw)]
     names = sorted(name for name in vars(tf) if callable(getattr(tf, name)) and not name.startswith("_"))
     tables = [
-        sorted((key, list(value)) for key, value in tf._AXES2TUPLE.items()),
-        flat(tf._EPS),
-        tf._NEXT_AXIS,
-    ]
+        sorted((key, list(value)) for key, value in tf._AXES2TUPLE.items()), flat(tf._EPS), tf._NEXT_AXIS,
+    ]  # fmt: skip
     json.dump([["names", names], ["tables", tables]] + answers, sys.stdout)
 
 

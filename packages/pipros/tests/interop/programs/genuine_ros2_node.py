@@ -64,10 +64,7 @@ class Kit:
         node.create_service(SetBool, "/r2_switch", self.on_switch, callback_group=self.group)
         self.client = node.create_client(SetBool, "/r1_switch", callback_group=self.group)
         self.server = ActionServer(
-            node,
-            Fibonacci,
-            "/r2_fibonacci",
-            self.execute,
+            *(node, Fibonacci, "/r2_fibonacci", self.execute),
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=self.group,
         )

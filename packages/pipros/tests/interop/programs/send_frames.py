@@ -11,10 +11,8 @@ import tf2_ros
 
 rospy.init_node("sender")
 static, moving, old = (
-    tf2_ros.StaticTransformBroadcaster(),
-    tf2_ros.TransformBroadcaster(),
-    tf.TransformBroadcaster(),
-)
+    tf2_ros.StaticTransformBroadcaster(), tf2_ros.TransformBroadcaster(), tf.TransformBroadcaster(),
+)  # fmt: skip
 message = TransformStamped()
 message.header.frame_id, message.child_frame_id = "map", "base"
 message.header.stamp = rospy.Time.now()
