@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
 
+from tests.support import documents
+from tests.support.environments import EXAMPLES
 from tests.support.reading import assert_in_order
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -133,6 +136,24 @@ def test_a_launch_file_that_is_no_xml_is_named_by_line(ros: RosSystem, own_copy:
         rf"{re.escape(str(launch_file))}:{end + 1}:\d+|{re.escape(str(launch_file))}:{end}:\d+", output
     )
     assert "Traceback" not in output
+
+
+def test_the_loop_of_the_guide_grades_the_packages_of_a_class(ros: RosSystem, tmp_path: Path) -> None:
+    for name in ("ana", "ben"):
+        shutil.copytree(EXAMPLES / "composiv_tryouts", tmp_path / "handed" / name / "composiv_tryouts")
+    talker = tmp_path / "handed/ben/composiv_tryouts/scripts/composiv_talker.py"
+    talker.write_text(talker.read_text().replace("init_node(", "init_node(("))
+    level = re.search(r"<!-- level.test -->\n(.*?)```", documents.text_of("guides/testing.md"), re.DOTALL)
+    loop = re.search(r"for each in handed.*?\ndone", documents.text_of("guides/classroom.md"), re.DOTALL)
+    assert level
+    assert loop
+    rate = r"(?s)  <test test-name=.comes_once.*?</test>\n"  # takes 20 s if nothing comes
+    (tmp_path / "level.test").write_text(re.sub(rate, "", level[1]))
+
+    ended = ros.pipros.run("bash", "-c", f"cd {tmp_path}\n{loop[0]}", timeout_s=120)
+
+    assert ended.stdout == ["handed/ana/ passed", "handed/ben/ failed"], ended.output
+    assert "SyntaxError" in (tmp_path / "handed/ben/log.txt").read_text()
 
 
 def _results(ros: RosSystem) -> Path:
