@@ -7,7 +7,7 @@ PYTEST_DONT_REWRITE stops pytest from rewriting the asserts of this package. Oth
 the package is already imported: pipros's import hook imports it when the interpreter starts.
 """
 
-__version__ = "0.5.0"
+__version__ = "0.6.0"
 
 __all__ = [
     "CallTimeout",
