@@ -85,92 +85,103 @@ FILES = {
     "driven/python/driven/__init__.py": "WORD = 1\n", "driven/msg/A.msg": "int32 x",
     "unnamed/setup.py": SETUP.format("other"), "unnamed/python/lib/__init__.py": "",
 }  # fmt: skip
-STARS = "from outer.srv import *; print(genpy.Time(1), struct.pack, middle.msg.B(), inner.msg.C, {})"
-LOAD = "from pipros.msg import load_message_class as load; "
+QUESTIONS = """
+a package of definitions is a Python package:
+  from arms.msg import Arm, Hand; print(Arm(left=Hand([1] * 5)).left.fingers)
+  [1, 1, 1, 1, 1]
+
+messages may embed those of other packages:
+  from first.msg import A; from second.msg import B; print(type(A().b) is B, A().b.points)
+  True []
+
+services have their halves:
+  from asked.srv import Ask, AskRequest as Q, AskResponse as R; print(Ask._request_class is Q, R(42))
+  True answer: 42
+
+actions are messages:
+  from walker.msg import WalkAction, WalkGoal; print(WalkGoal(2.5), WalkAction.__slots__)
+  far: 2.5 ['action_goal', 'action_result', 'action_feedback']
+
+a package may have modules and messages:
+  from tooled.tools import made; print(made)
+  x: 3
+
+a star import gives all types:
+  from starred.msg import *; from starred.srv import *; print(A, B, SRequest)
+  …starred.msg._A.A…starred.msg._B.B…SRequest…
+
+a star import gives the modules that generated code imports:
+  from outer.srv import *; print(genpy.Time(), struct.pack, middle.msg.B(), inner.msg.C, sys, codecs, python3)
+  0 <built-in function pack> c:…
+
+a star import does not give the package:
+  from outer.srv import *; print(genpy.Time(), struct.pack, middle.msg.B(), inner.msg.C, outer)
+  NameError: name 'outer' is not defined
+
+a message type wins over a module of its name:
+  from clashing.msg import *; print(struct(1), B(2), genpy.__name__)
+  x: 1 x: 2 genpy
+
+modules of single types have the names of generated code:
+  import single.msg._A as a; print(a.genpy.__name__, hasattr(a, 'nothing'))
+  genpy False
+
+a star import of a single type, too:
+  from single.msg._A import *; print(A.__name__, std_msgs.msg.Header._type)
+  A std_msgs/Header
+
+dir lists the names for editors:
+  import broken.msg as m; print([n for n in dir(m) if n[0] != '_'])
+  ['A', 'B']
+
+a mistake does not matter before the type is used:
+  from broken.msg import A; print(A())
+  x: 0
+
+a mistake is found when the type is first used:
+  from broken.msg import B
+  …language.spec.DefinitionError: src/broken/msg/B.msg:3:1: expected a type and a name, got [int32 a b]
+
+an unknown name is an import error:
+  from single.msg import C
+  ImportError: cannot import name 'C' from 'single.msg'…
+
+an unknown package:
+  import no_robot
+  ModuleNotFoundError: No module named 'no_robot'
+
+a kind that the package lacks:
+  import single.srv
+  ModuleNotFoundError: No module named 'single.srv'
+
+an unknown embedded type is named with the field that uses it:
+  from embedding.msg import A
+  …language.spec.UnknownType: src/embedding/msg/A.msg:1:1: unknown type [no_such_package/B]…_PACKAGE_PATH is…
+
+classes are found by type name:
+  from pipros.msg import load_message_class as load; from single.msg import A; print(load('single/A') is A)
+  True
+
+an unknown type of a package:
+  from pipros.msg import load_message_class as load; load('single/B')
+  pipros.basics.errors.NotFound: there is no …
+
+a type of an unknown package:
+  from pipros.msg import load_message_class as load; load('no_robot/A')
+  pipros.basics.errors.NotFound: there is no …
+
+modules are importable from the folders of a setup.py:
+  import driven, robot_lib.arm; from driven.msg import A; print(driven.WORD, robot_lib.REACH, A._type)
+  1 3 driven/A
+
+a module that no setup.py names is not found:
+  import lib
+  …No module named 'lib'…
+"""
+"""Each promise, the program that asks for it, and what it prints, or the last line of its error."""
 ANSWERS = {
-    "a package of definitions is a Python package": (
-        "from arms.msg import Arm, Hand; print(Arm(left=Hand([1] * 5)).left.fingers)",
-        "[1, 1, 1, 1, 1]",
-    ),
-    "messages may embed those of other packages": (
-        "from first.msg import A; from second.msg import B; print(type(A().b) is B, A().b.points)",
-        "True []",
-    ),
-    "services have their halves": (
-        "from asked.srv import Ask, AskRequest as Q, AskResponse as R; print(Ask._request_class is Q, R(42))",
-        "True answer: 42",
-    ),
-    "actions are messages": (
-        "from walker.msg import WalkAction, WalkGoal; print(WalkGoal(2.5), WalkAction.__slots__)",
-        "far: 2.5 ['action_goal', 'action_result', 'action_feedback']",
-    ),
-    "a package may have modules and messages": ("from tooled.tools import made; print(made)", "x: 3"),
-    "a star import gives all types": (
-        "from starred.msg import *; from starred.srv import *; print(A, B, SRequest)",
-        "…starred.msg._A.A…starred.msg._B.B…SRequest…",
-    ),
-    "a star import gives the modules that generated code imports": (
-        STARS.format("sys, codecs, python3"),
-        "1000000000 <built-in function pack> c:…",
-    ),
-    "a star import does not give the package": (
-        STARS.format("outer"),
-        "NameError: name 'outer' is not defined",
-    ),
-    "a message type wins over a module of its name": (
-        "from clashing.msg import *; print(struct(1), B(2), genpy.__name__)",
-        "x: 1 x: 2 genpy",
-    ),
-    "modules of single types have the names of generated code": (
-        "import single.msg._A as a; print(a.genpy.__name__, hasattr(a, 'nothing'))",
-        "genpy False",
-    ),
-    "a star import of a single type, too": (
-        "from single.msg._A import *; print(A.__name__, std_msgs.msg.Header._type)",
-        "A std_msgs/Header",
-    ),
-    "dir lists the names for editors": (
-        "import broken.msg as m; print([n for n in dir(m) if n[0] != '_'])",
-        "['A', 'B']",
-    ),
-    "a mistake does not matter before the type is used": ("from broken.msg import A; print(A())", "x: 0"),
-    "a mistake is found when the type is first used": (
-        "from broken.msg import B",
-        "pipros.msg.language.spec.DefinitionError: src/broken/msg/B.msg:3:1: "
-        "expected a type and a name, got [int32 a b]",
-    ),
-    "an unknown name is an import error": (
-        "from single.msg import C",
-        "ImportError: cannot import name 'C' from 'single.msg'…",
-    ),
-    "an unknown package": ("import no_robot", "ModuleNotFoundError: No module named 'no_robot'"),
-    "a kind that the package lacks": (
-        "import single.srv",
-        "ModuleNotFoundError: No module named 'single.srv'",
-    ),
-    "an unknown embedded type is named with the field that uses it": (
-        "from embedding.msg import A",
-        "pipros.msg.language.spec.UnknownType: src/embedding/msg/A.msg:1:1: unknown type [no_such_package/B]"
-        "…ROS_PACKAGE_PATH is…",
-    ),
-    "classes are found by type name": (
-        LOAD + "from single.msg import A; print(load('single/A') is A)",
-        "True",
-    ),
-    "an unknown type of a package": (
-        LOAD + "load('single/B')",
-        "pipros.basics.errors.NotFound: there is no …",
-    ),
-    "a type of an unknown package": (
-        LOAD + "load('no_robot/A')",
-        "pipros.basics.errors.NotFound: there is no …",
-    ),
-    "modules are importable from the folders of a setup.py": (
-        "import driven, robot_lib, robot_lib.arm; from driven.msg import A; "
-        "print(driven.WORD, robot_lib.REACH, A._type)",
-        "1 3 driven/A",
-    ),
-    "a module that no setup.py names is not found": ("import lib", "…No module named 'lib'…"),
+    promise.rstrip(":"): (code.strip(), printed.strip())
+    for promise, code, printed in (each.split("\n") for each in QUESTIONS.strip().split("\n\n"))
 }
 ASK_ALL = """
 import contextlib, io, json, sys, traceback
@@ -189,7 +200,7 @@ print(json.dumps(answers))
 
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What the programs in `ANSWERS` print, or the last lines of their errors."""
+    """What the programs in `QUESTIONS` print, or the last lines of their errors."""
     workspace = Workspace(tmp_path_factory.mktemp("workspace"))
     for package in {path.partition("/")[0] for path in FILES}:
         start = f"{package}/"
