@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import selectors
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
+from functools import wraps
 from typing import Any, TypeVar
 
 _Result = TypeVar("_Result")
@@ -42,3 +43,13 @@ def run_instantly(main: Coroutine[Any, Any, _Result]) -> _Result:
         return loop.run_until_complete(main)
     finally:
         loop.close()
+
+
+def instantly(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    """Decorator that makes a test of a coroutine function, which runs on an `InstantLoop`."""
+
+    @wraps(test)
+    def run(**fixtures: Any) -> None:
+        run_instantly(test(**fixtures))
+
+    return run

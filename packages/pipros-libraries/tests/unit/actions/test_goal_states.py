@@ -28,11 +28,9 @@ def test_a_result_before_any_status_passes_through_all_states() -> None:
     goal = ClientGoal()
 
     assert goal.on_result(Status.PREEMPTED) == [
-        ClientGoalState.ACTIVE,
-        ClientGoalState.PREEMPTING,
-        ClientGoalState.WAITING_FOR_RESULT,
+        ClientGoalState.ACTIVE, ClientGoalState.PREEMPTING, ClientGoalState.WAITING_FOR_RESULT,
         ClientGoalState.DONE,
-    ]
+    ]  # fmt: skip
     assert goal.on_status(Status.ACTIVE) == []
     assert goal.on_result(Status.ABORTED) == []
     assert goal.status is Status.PREEMPTED

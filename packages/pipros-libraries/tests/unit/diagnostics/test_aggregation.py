@@ -164,11 +164,9 @@ def test_a_wrong_analyzer_is_reported_and_the_others_work(parameters: Any, messa
     feed(aggregation, 0.0, x=OK)
 
     assert reported(aggregation, 0.0) == {
-        "/base": (ERROR, "Error"),
-        "/base/Good": (OK, "OK"),
-        "/base/Good/x": (OK, "is 0"),
+        "/base": (ERROR, "Error"), "/base/Good": (OK, "OK"), "/base/Good/x": (OK, "is 0"),
         "/base/bad": (ERROR, message),
-    }
+    }  # fmt: skip
     assert reason in aggregation.problems()["/base/bad"]
 
 
@@ -217,10 +215,8 @@ def test_statuses_are_listed_by_name_and_are_fit_for_a_terminal() -> None:
     ]
 
     assert listed(statuses, part="/b", details=True) == [
-        "OK       /b: fine",
-        "           hardware_id: hw",
-        "           key: value",
-    ]
+        "OK       /b: fine", "           hardware_id: hw", "           key: value",
+    ]  # fmt: skip
     assert [line[:9] for line in listed(statuses)] == ["Stale    ", "OK       ", "Level 7  "]
     assert "\x1b" not in "".join(listed(statuses))
     assert listed(statuses, least=ERROR, part="/b") == []
@@ -251,11 +247,9 @@ def test_a_regex_that_takes_too_long_is_an_error_of_its_analyzer_only() -> None:
         aggregation.take(ComponentStatus(name, OK, "m"), 0.0)
 
     assert reported(aggregation, 1.0) == {
-        "/Slow": (ERROR, "A regex takes too long and is no longer used"),
-        "/Slow/fine": (OK, "m"),
-        "/Quick": (OK, "OK"),
-        f"/Quick/{'x' * 40}!": (OK, "m"),
-    }
+        "/Slow": (ERROR, "A regex takes too long and is no longer used"), "/Slow/fine": (OK, "m"),
+        "/Quick": (OK, "OK"), f"/Quick/{'x' * 40}!": (OK, "m"),
+    }  # fmt: skip
 
 
 def test_the_number_of_nodes_that_add_analyzers_is_limited() -> None:

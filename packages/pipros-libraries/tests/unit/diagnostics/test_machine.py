@@ -66,11 +66,9 @@ def test_disks_are_hot(degrees: float, level: int, message: str) -> None:
 
     assert (report.level, report.message) == (level, message)
     assert report.values[:4] == [
-        ("Disk 0 Temp Status", message),
-        ("Disk 0 Mount Pt.", "/dev/sda"),
-        ("Disk 0 Device ID", "A"),
+        ("Disk 0 Temp Status", message), ("Disk 0 Mount Pt.", "/dev/sda"), ("Disk 0 Device ID", "A"),
         ("Disk 0 Temp", f"{degrees:g}"),
-    ]
+    ]  # fmt: skip
     assert report.values[7] == ("Disk 1 Temp", "SLP")
     assert heat_report(disks, warns=False).level == OK
     assert heat_report([]).level == ERROR

@@ -45,12 +45,10 @@ def group(number: int, parent: int) -> Any:
 def test_changes_are_requested_by_type() -> None:
     fields = change_fields(DESCRIPTION, {"gain": 3, "size": "large", "on": "yes"}, {"Inner": False})
     assert fields == {
-        "bools": [{"name": "on", "value": True}],
-        "ints": [{"name": "size", "value": 2}],
-        "strs": [],
+        "bools": [{"name": "on", "value": True}], "ints": [{"name": "size", "value": 2}], "strs": [],
         "doubles": [{"name": "gain", "value": 3.0}],
         "groups": [{"name": "Inner", "state": False, "id": 1, "parent": 0}],
-    }
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(("changes", "states", "words"), [

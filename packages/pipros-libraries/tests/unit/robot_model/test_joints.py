@@ -117,10 +117,8 @@ def test_choices_decide_which_values_are_published() -> None:
     assert values.columns() == ([1.5, 0.75, 0, 0], [0.0] * 4, [0.0] * 4)
     assert values.free["slide"]["max"] == 1.0
     assert JointValues(RANGES, JointChoices({}, {}, mimic_tags=False, positions=False)).columns() == (
-        [],
-        [],
-        [],
-    )
+        [], [], [],
+    )  # fmt: skip
 
 
 def test_sources_report_their_values() -> None:

@@ -308,11 +308,9 @@ def test_compressed_octets_are_an_image_or_refused(kind: str, data: bytes) -> No
 @given(st.data())
 def test_a_damaged_picture_is_an_image_or_refused(data: st.DataObject) -> None:
     kind, whole = compressed(
-        np.arange(48, dtype=np.uint8).reshape(4, 4, 3),
-        "rgb8",
-        CompressionSettings(data.draw(st.sampled_from(["png", "jpeg"]))),
-        PILLOW,
-    )
+        np.arange(48, dtype=np.uint8).reshape(4, 4, 3), "rgb8",
+        CompressionSettings(data.draw(st.sampled_from(["png", "jpeg"]))), PILLOW,
+    )  # fmt: skip
     place = data.draw(st.integers(0, len(whole) - 1))
     damaged = whole[:place] + data.draw(st.binary(max_size=4)) + whole[place + data.draw(st.integers(0, 4)) :]
     try:

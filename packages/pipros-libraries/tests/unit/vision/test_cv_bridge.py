@@ -150,10 +150,8 @@ def test_depths_are_shown_between_black_and_white() -> None:
     assert cvtColorForDisplay(np.zeros((1, 1), np.uint8), "mono8", "", True).tolist() == [[[128] * 3]]
     labels = np.array([[0, 1, 146, -1]], np.int32)
     assert cvtColorForDisplay(labels, "32SC1", "").tolist()[0][1:] == [
-        [214, 235, 249],
-        [255, 248, 239],
-        [0] * 3,
-    ]
+        [214, 235, 249], [255, 248, 239], [0] * 3,
+    ]  # fmt: skip
     with pytest.raises(RuntimeError, match="two- or three-dimensional array, got a list"):
         cvtColorForDisplay([1], "mono8", "bgr8")
     with pytest.raises(RuntimeError, match=r"\[32SC1\] must have 1 int32 per pixel, got an array of uint8"):

@@ -416,10 +416,8 @@ def test_messages_in_the_log_of_a_killed_recorder_are_read_and_recovered(
         assert bag.message_count == 7
         assert len(list(bag.messages("/chatter"))) == 5
     assert sorted(each.name for each in Path("out").iterdir()) == [
-        "metadata.yaml",
-        "out_0.db3",
-        "out_0.db3-wal",
-    ]
+        "metadata.yaml", "out_0.db3", "out_0.db3-wal",
+    ]  # fmt: skip
     assert (database.read_bytes(), log.read_bytes()) == before
 
     assert rosbag(["reindex", str(database)]) == 0

@@ -146,10 +146,8 @@ def test_a_large_file_is_put_aside_and_the_oldest_deleted(tmp_path: Path) -> Non
     file.close()
     kept = {path.name: path.read_text().split() for path in tmp_path.iterdir()}
     assert {name: lines[::2] for name, lines in kept.items()} == {
-        "x.log": ["8", "9"],
-        "x.log.1": ["6", "7"],
-        "x.log.2": ["4", "5"],
-    }
+        "x.log": ["8", "9"], "x.log.1": ["6", "7"], "x.log.2": ["4", "5"],
+    }  # fmt: skip
 
 
 def test_a_single_file_is_truncated(tmp_path: Path) -> None:

@@ -50,11 +50,9 @@ except KeyboardInterrupt:
 ])  # fmt: skip
 def test_an_interrupt_in_a_callback_of_the_garbage_collector_counts(start: str) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM.format(start=start, patience_s=10)],
-        capture_output=True,
-        text=True,
+        [sys.executable, "-c", PROGRAM.format(start=start, patience_s=10)], capture_output=True, text=True,
         check=False,
-    )
+    )  # fmt: skip
     assert (done.stdout, done.stderr) == ("ended\n", "")
 
 

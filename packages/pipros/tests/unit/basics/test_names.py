@@ -30,10 +30,8 @@ def test_an_empty_assignment_is_ignored() -> None:
 def test_remappings_are_resolved_on_both_sides_for_the_node() -> None:
     written = {"chat": "talk", "~rate": "/rate", "/global": "~mine"}
     assert names.resolve_remappings(written, "/robot/node") == {
-        "/robot/chat": "/robot/talk",
-        "/robot/node/rate": "/rate",
-        "/global": "/robot/node/mine",
-    }
+        "/robot/chat": "/robot/talk", "/robot/node/rate": "/rate", "/global": "/robot/node/mine",
+    }  # fmt: skip
 
 
 def test_only_arguments_with_legal_names_are_remappings() -> None:

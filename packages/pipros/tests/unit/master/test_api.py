@@ -70,10 +70,8 @@ def test_names_are_resolved_beside_the_caller_and_private_ones_below_it(master: 
 def test_registering_returns_and_notifies_the_other_side(master: Case) -> None:
     master.call("registerSubscriber", "/s", "/t", "x/Y", "http://s:1/")
     assert master.call("registerPublisher", "/p", "/t", "x/Y", API) == [
-        1,
-        "Registered [/p] as publisher of [/t]",
-        ["http://s:1/"],
-    ]
+        1, "Registered [/p] as publisher of [/t]", ["http://s:1/"],
+    ]  # fmt: skip
     assert master.notices == [Notice("/s", "http://s:1/", "publisherUpdate", ("/master", "/t", [API]))]
     assert master.call("registerSubscriber", "/s2", "/t", "x/Y", "http://s:2/")[2] == [API]
 

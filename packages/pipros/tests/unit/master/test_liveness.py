@@ -38,11 +38,9 @@ class Case:
         self.gone: list[tuple[str, str]] = []
         self.registry = Registry()
         self.liveness = Liveness(
-            self.registry,
-            lambda node, api: self.gone.append((node, api)),
-            Probing(newcomers_s=0, confirmation_pause_s=0),
-            ask=self.ask,
-        )
+            self.registry, lambda node, api: self.gone.append((node, api)),
+            Probing(newcomers_s=0, confirmation_pause_s=0), ask=self.ask,
+        )  # fmt: skip
 
     async def ask(self, api: str, method: str, _timeout_s: float) -> Any:
         self.asked.append((api, method))
@@ -60,6 +58,11 @@ class Case:
         if is_met:
             self.liveness.note_reached(node)
 
+    def suspect_answering(self, answer: Any) -> None:
+        self.register()
+        self.answers[API, "getPid"] = answer
+        self.suspect()
+
     def suspect(self, node: str = "/n") -> None:
         async def until_sure() -> None:
             self.liveness.suspect(node)
@@ -76,16 +79,12 @@ def case() -> Case:
 
 
 def test_a_node_that_responds_stays_registered(case: Case) -> None:
-    case.register()
-    case.answers[API, "getPid"] = 7
-    case.suspect()
+    case.suspect_answering(7)
     assert (case.gone, case.asked) == ([], [(API, "getPid")])
 
 
 def test_a_node_that_always_refuses_is_removed(case: Case) -> None:
-    case.register()
-    case.answers[API, "getPid"] = refused()
-    case.suspect()
+    case.suspect_answering(refused())
     assert (case.gone, len(case.asked)) == ([("/n", API)], CONFIRMATIONS)
 
 
@@ -103,9 +102,7 @@ def test_a_node_that_never_responded_is_unreachable_and_stays(case: Case) -> Non
 
 @pytest.mark.parametrize("answer", [silent(), [refused(), silent()]])
 def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any) -> None:
-    case.register()
-    case.answers[API, "getPid"] = answer
-    case.suspect()
+    case.suspect_answering(answer)
     assert (case.gone, case.liveness.unreachable) == ([], ["/n"])
     case.liveness.note_reached("/n")
     assert case.liveness.unreachable == []
@@ -124,25 +121,19 @@ def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any)
     ids=["temporarily refused", "fault", "nothing", "no number", "no process id", "another server"],
 )
 def test_only_a_node_that_is_surely_not_at_its_address_is_removed(case: Case, answer: Any, gone: Any) -> None:
-    case.register()
-    case.answers[API, "getPid"] = answer
-    case.suspect()
+    case.suspect_answering(answer)
     assert case.gone == gone
 
 
 def test_another_process_at_its_address_means_that_the_node_is_gone(case: Case) -> None:
-    case.register()
-    case.answers[API, "getPid"] = [7, 8]
-    case.suspect()
+    case.suspect_answering([7, 8])
     assert case.gone == []
     case.suspect()
     assert case.gone == [("/n", API)]
 
 
 def test_a_node_that_was_started_again_on_its_old_port_stays(case: Case) -> None:
-    case.register()
-    case.answers[API, "getPid"] = [7, 8]
-    case.suspect()
+    case.suspect_answering([7, 8])
     case.register()
     case.suspect()
     case.suspect()

@@ -12,7 +12,7 @@ from pipros.master.notifier import KEEP_CONNECTION_S, QUEUED_AT_A_TIME, SLOW_S, 
 from pipros.master.registry import MASTER_ID, Notice
 from pipros.wire.xmlrpc import decode_call
 from tests.support.constants import Constants
-from tests.support.instant_loop import run_instantly
+from tests.support.instant_loop import instantly, run_instantly
 
 A, B = "http://a:1/", "http://b:2/"
 
@@ -124,17 +124,15 @@ def test_a_node_gets_its_notifications_in_order(case: Case) -> None:
     assert [report for report, _ in case.recipients.reports] == ["delivered", "finished"] * 5
 
 
-def test_a_newer_notice_about_the_same_topic_supersedes_a_waiting_one(case: Case) -> None:
+@instantly
+async def test_a_newer_notice_about_the_same_topic_supersedes_a_waiting_one(case: Case) -> None:
     first, second, other, third = update("/t", ["1"]), update("/t", ["2"]), update("/u"), update("/t", ["3"])
 
-    async def main() -> None:
-        case.network.delays_s[A] = 1.0
-        case.notifier.notify([first])
-        await asyncio.sleep(0.5)
-        case.notifier.notify([second, other, third])
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.network.delays_s[A] = 1.0
+    case.notifier.notify([first])
+    await asyncio.sleep(0.5)
+    case.notifier.notify([second, other, third])
+    await case.until_all_finished()
     assert [params for _, _, _, params in case.network.heard] == [
         tuple(notice.params[1:]) for notice in (first, other, third)
     ]
@@ -142,19 +140,17 @@ def test_a_newer_notice_about_the_same_topic_supersedes_a_waiting_one(case: Case
     assert second not in [notice for _, notice in case.recipients.reports]
 
 
-def test_a_slow_node_does_not_delay_others(case: Case) -> None:
+@instantly
+async def test_a_slow_node_does_not_delay_others(case: Case) -> None:
     slow = [f"http://slow:{number}/" for number in range(TURNS_AT_A_TIME)]
 
-    async def main() -> None:
-        case.network.delays_s.update(dict.fromkeys(slow, 5.0))
-        case.notifier.notify(update(api=api) for api in slow)
-        case.notifier.notify([update(api=B)])
-        await asyncio.sleep(2 * SLOW_S)
-        assert case.network.topics(B) == ["/t"]
-        assert case.notifier.slow_apis == dict.fromkeys(slow, 1)
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.network.delays_s.update(dict.fromkeys(slow, 5.0))
+    case.notifier.notify(update(api=api) for api in slow)
+    case.notifier.notify([update(api=B)])
+    await asyncio.sleep(2 * SLOW_S)
+    assert case.network.topics(B) == ["/t"]
+    assert case.notifier.slow_apis == dict.fromkeys(slow, 1)
+    await case.until_all_finished()
     assert (case.notifier.slow_apis, case.notifier.delivered) == ({}, TURNS_AT_A_TIME + 1)
 
 
@@ -165,35 +161,31 @@ def test_the_number_of_notifications_in_transit_is_bounded(case: Case) -> None:
     assert case.network.most_under_way == TURNS_AT_A_TIME
 
 
-def test_a_slow_node_is_reported_and_gets_the_next_notification(case: Case) -> None:
+@instantly
+async def test_a_slow_node_is_reported_and_gets_the_next_notification(case: Case) -> None:
     case = Case(Limits(notice_s=3.0))
 
-    async def main() -> None:
-        case.network.delays_s[A] = 10.0
-        case.notifier.notify([update("/t"), update("/u")])
-        await asyncio.sleep(3.5)
-        case.network.delays_s[A] = 0.0
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.network.delays_s[A] = 10.0
+    case.notifier.notify([update("/t"), update("/u")])
+    await asyncio.sleep(3.5)
+    case.network.delays_s[A] = 0.0
+    await case.until_all_finished()
     assert [report for report, _ in case.recipients.reports[:2]] == ["failed: Unreachable", "finished"]
     assert case.recipients.reports[0][1] == update("/t")
 
 
-def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
+@instantly
+async def test_the_oldest_notice_is_dropped_when_too_many_wait_for_a_node(
     caplog: pytest.LogCaptureFixture, constants: Constants
 ) -> None:
     constants(NOTICES=2)
     case = Case(Limits())
 
-    async def main() -> None:
-        case.network.delays_s[A] = 1.0
-        case.notifier.notify([update("/under_way")])
-        await asyncio.sleep(0.5)
-        case.notifier.notify(update(f"/t{number}") for number in range(4))
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.network.delays_s[A] = 1.0
+    case.notifier.notify([update("/under_way")])
+    await asyncio.sleep(0.5)
+    case.notifier.notify(update(f"/t{number}") for number in range(4))
+    await case.until_all_finished()
     assert (case.network.topics(), case.notifier.dropped) == (["/under_way", "/t2", "/t3"], 2)
     assert [notice.params[1] for report, notice in case.recipients.reports if report == "finished"] == [
         "/t0", "/t1", "/under_way", "/t2", "/t3",
@@ -226,7 +218,8 @@ def test_an_invalid_api_uri_fails_at_once(case: Case) -> None:
     assert case.recipients.reports == [("failed: Unreachable", notice), ("finished", notice)]
 
 
-def test_many_notices_are_queued_in_pieces_so_that_calls_are_answered_meanwhile(case: Case) -> None:
+@instantly
+async def test_many_notices_are_queued_in_pieces_so_that_calls_are_answered_meanwhile(case: Case) -> None:
     taken: list[int] = []
 
     def notices() -> Any:
@@ -234,12 +227,9 @@ def test_many_notices_are_queued_in_pieces_so_that_calls_are_answered_meanwhile(
             taken.append(number)
             yield update(f"/t{number}", api=f"http://n:{number}/")
 
-    async def main() -> None:
-        case.notifier.notify(notices())
-        assert len(taken) == QUEUED_AT_A_TIME
-        await case.until_all_finished()
-
-    run_instantly(main())
+    case.notifier.notify(notices())
+    assert len(taken) == QUEUED_AT_A_TIME
+    await case.until_all_finished()
     assert case.notifier.delivered == len(taken) == 2 * QUEUED_AT_A_TIME + 1
 
 
@@ -257,29 +247,25 @@ def test_a_notification_for_many_nodes_is_encoded_once(case: Case, monkeypatch: 
     assert (encoded, len(case.network.heard)) == (["publisherUpdate"], 9)
 
 
-def test_an_idle_client_connection_is_closed(case: Case) -> None:
-    async def main() -> None:
-        case.notifier.notify([update("/t")])
-        await asyncio.sleep(KEEP_CONNECTION_S - 1)
-        case.notifier.notify([update("/u")])
-        await asyncio.sleep(KEEP_CONNECTION_S - 1)
-        [node] = case.network.nodes
-        assert not node.is_closed
-        await asyncio.sleep(2)
-        assert node.is_closed
-
-    run_instantly(main())
+@instantly
+async def test_an_idle_client_connection_is_closed(case: Case) -> None:
+    case.notifier.notify([update("/t")])
+    await asyncio.sleep(KEEP_CONNECTION_S - 1)
+    case.notifier.notify([update("/u")])
+    await asyncio.sleep(KEEP_CONNECTION_S - 1)
+    [node] = case.network.nodes
+    assert not node.is_closed
+    await asyncio.sleep(2)
+    assert node.is_closed
     assert case.network.topics() == ["/t", "/u"]
 
 
-def test_a_closed_notifier_delivers_nothing_more(case: Case) -> None:
-    async def main() -> None:
-        case.network.delays_s[A] = 1.0
-        case.notifier.notify([update("/t"), update("/u")])
-        await asyncio.sleep(0.5)
-        case.notifier.close()
-        await asyncio.sleep(10)
-
-    run_instantly(main())
+@instantly
+async def test_a_closed_notifier_delivers_nothing_more(case: Case) -> None:
+    case.network.delays_s[A] = 1.0
+    case.notifier.notify([update("/t"), update("/u")])
+    await asyncio.sleep(0.5)
+    case.notifier.close()
+    await asyncio.sleep(10)
     assert case.network.heard == []
     assert all(node.is_closed for node in case.network.nodes)

@@ -169,8 +169,6 @@ def test_the_journal_gets_exactly_the_changes() -> None:
     registry.unregister(Role.PUBLISHER, "/p", "/t", B)
     registry.unregister(Role.PUBLISHER, "/p", "/t", A)
     assert journal.entries == [
-        ("+", Role.PUBLISHER, "/p", "/t", A, None),
-        ("type", "/t", "x/Y"),
-        ("+", Role.SERVICE, "/p", "/srv", A, "rosrpc://a:1"),
-        ("-", Role.PUBLISHER, "/p", "/t"),
-    ]
+        ("+", Role.PUBLISHER, "/p", "/t", A, None), ("type", "/t", "x/Y"),
+        ("+", Role.SERVICE, "/p", "/srv", A, "rosrpc://a:1"), ("-", Role.PUBLISHER, "/p", "/t"),
+    ]  # fmt: skip

@@ -54,15 +54,11 @@ def test_definitions_load_from_a_search_path_with_all_they_embed() -> None:
     assert genmsg.compute_md5(context, spec) == PathMessage._md5sum
     assert genmsg.compute_full_text(context, spec) == PathMessage._full_text
     assert (spec.names, spec.types[1], spec.has_header()) == (
-        ["header", "poses"],
-        "geometry_msgs/PoseStamped[]",
-        True,
-    )
+        ["header", "poses"], "geometry_msgs/PoseStamped[]", True,
+    )  # fmt: skip
     assert context.get_all_depends("nav_msgs/Path")[:3] == [
-        "std_msgs/Header",
-        "geometry_msgs/PoseStamped",
-        "std_msgs/Header",
-    ]
+        "std_msgs/Header", "geometry_msgs/PoseStamped", "std_msgs/Header",
+    ]  # fmt: skip
 
 
 def test_services_load_likewise() -> None:

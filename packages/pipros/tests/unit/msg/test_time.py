@@ -91,10 +91,8 @@ def test_the_operators_are_genpys() -> None:
     assert divmod(Duration(7.5), Duration(2)) == (3, Duration(1.5))
     assert (Duration(3) * 0.5, 2 * Duration(1.25)) == (Duration(1.5), Duration(2.5))
     assert (-Duration(1.5), abs(Duration(-1.5)), abs(Duration(1.5))) == (
-        Duration(-2, 500_000_000),
-        Duration(1.5),
-        Duration(1.5),
-    )
+        Duration(-2, 500_000_000), Duration(1.5), Duration(1.5),
+    )  # fmt: skip
     assert (Duration(1) + Time(2), Time(3) - Duration(1)) == (Time(3), Time(2))
 
 

@@ -85,9 +85,15 @@ class Topic:
         return [int.from_bytes(sent[at + 4 : at + 8], "little") for at in range(0, len(sent), 8)]
 
 
-def test_messages_of_a_burst_are_sent_together_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+@pytest.fixture
+def topic(monkeypatch: pytest.MonkeyPatch) -> Topic:
+    """A topic in a burst."""
+    made = Topic(monkeypatch)
+    made.begin_burst()
+    return made
+
+
+def test_messages_of_a_burst_are_sent_together_in_order(topic: Topic) -> None:
     topic.publish(3 * MAX_MESSAGES)
     assert (topic.link.calls, topic.numbers) == ([MAX_MESSAGES] * 3, list(range(topic.count)))
 
@@ -98,25 +104,19 @@ def test_separate_messages_are_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> 
     assert topic.link.calls == [1] * 100
 
 
-def test_a_message_that_waited_is_sent_with_the_next_after_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_a_message_that_waited_is_sent_with_the_next_after_its_time(topic: Topic) -> None:
     topic.publish(2)
     topic.publish(1, gap_s=MAX_AGE_S)
     assert topic.link.calls == [3]
 
 
-def test_after_a_pause_a_message_is_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_after_a_pause_a_message_is_sent_at_once(topic: Topic) -> None:
     topic.publish(2)
     topic.publish(1, gap_s=CLOSE_S)
     assert (topic.link.calls, topic.numbers) == ([2, 1], list(range(topic.count)))
 
 
-def test_a_reply_is_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_a_reply_is_sent_at_once(topic: Topic) -> None:
     for _ in range(5):
         topic.received.value += 1
         topic.publish()
@@ -141,38 +141,28 @@ def test_without_a_queue_bursts_are_noticed_only_for_links_that_share_packets(
     assert topic.publication._burst.in_burst
 
 
-def test_messages_of_a_queue_are_sent_before_those_without_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_messages_of_a_queue_are_sent_before_those_without_one(topic: Topic) -> None:
     topic.publish(3)
     topic.publication.queue_size = None
     topic.publish()
     assert (topic.link.calls, topic.numbers) == ([3, 1], list(range(topic.count)))
 
 
-def test_a_large_message_does_not_overtake_small_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_a_large_message_does_not_overtake_small_ones(topic: Topic) -> None:
     topic.publish(2)
     topic.publication.encoder._encode = lambda _: [bytes(PACKET_SHARING_BYTES + 1)]
     topic.publish()
     assert topic.link.calls == [2, 1]
 
 
-def test_the_loop_sends_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_the_loop_sends_what_is_left(topic: Topic) -> None:
     topic.publish(3)
     with topic.publication._lock:
         topic.publication._leave_batch_to_loop()
     assert topic.link.calls == [3]
 
 
-def test_collected_messages_are_sent_before_the_process_forks_or_ends(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_collected_messages_are_sent_before_the_process_forks_or_ends(topic: Topic) -> None:
     topic.publish(3)
     message_batch._flush_all()
     assert topic.link.calls == [3]
@@ -181,9 +171,7 @@ def test_collected_messages_are_sent_before_the_process_forks_or_ends(
     assert topic.link.calls == [3, 2]
 
 
-def test_a_fork_does_not_wait_for_a_message_that_is_being_published(monkeypatch: pytest.MonkeyPatch) -> None:
-    topic = Topic(monkeypatch)
-    topic.begin_burst()
+def test_a_fork_does_not_wait_for_a_message_that_is_being_published(topic: Topic) -> None:
     topic.publish(3)
     flushing = threading.Thread(target=message_batch._flush_all)
     with topic.publication._lock:

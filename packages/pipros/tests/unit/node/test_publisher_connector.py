@@ -16,7 +16,7 @@ from pipros.node.context import NodeContext
 from pipros.node.publisher_connector import LOST_GRACE_S, RETRY_FIRST_S, LinkEnd, PublisherConnector
 from pipros.node.timings import NODE_TIMINGS
 from tests.support.constants import Constants
-from tests.support.instant_loop import run_instantly
+from tests.support.instant_loop import instantly
 from tests.support.nodes import listening_log
 
 A, B, C = "http://a:1/", "http://b:1/", "http://c:1/"
@@ -83,206 +83,184 @@ def advice(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(unreachable, "explain", explain)
 
 
-def test_each_listed_publisher_gets_one_link() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        topic, _ = following(publishers)
-        topic.update([A, B, A])
-        await asyncio.sleep(0.01)
-        topic.update([B, C])
-        await asyncio.sleep(0.01)
-        assert publishers.attempts() == {A: 1, B: 1, C: 1}
-        assert not publishers.ends[A].done(), "a link stays until its publisher ends it"
-        topic.stop()
-
-    run_instantly(run())
+@instantly
+async def test_each_listed_publisher_gets_one_link() -> None:
+    publishers = Publishers()
+    topic, _ = following(publishers)
+    topic.update([A, B, A])
+    await asyncio.sleep(0.01)
+    topic.update([B, C])
+    await asyncio.sleep(0.01)
+    assert publishers.attempts() == {A: 1, B: 1, C: 1}
+    assert not publishers.ends[A].done(), "a link stays until its publisher ends it"
+    topic.stop()
 
 
-def test_an_ended_link_is_reopened_only_while_its_publisher_is_registered() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        topic, _ = following(publishers)
-        topic.update([A, B])
-        await asyncio.sleep(0.01)
-        topic.update([A])
-        for end in list(publishers.ends.values()):
-            end.set_result("")
-        await asyncio.sleep(2 * RETRY_FIRST_S)
-        assert publishers.attempts() == {A: 2, B: 1}
-        topic.stop()
-
-    run_instantly(run())
+@instantly
+async def test_an_ended_link_is_reopened_only_while_its_publisher_is_registered() -> None:
+    publishers = Publishers()
+    topic, _ = following(publishers)
+    topic.update([A, B])
+    await asyncio.sleep(0.01)
+    topic.update([A])
+    for end in list(publishers.ends.values()):
+        end.set_result("")
+    await asyncio.sleep(2 * RETRY_FIRST_S)
+    assert publishers.attempts() == {A: 2, B: 1}
+    topic.stop()
 
 
-def test_an_attempt_ends_when_its_publisher_leaves_the_list() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        publishers.hangs.add(A)
-        topic, lines = following(publishers)
-        topic.update([A])
-        await asyncio.sleep(0.01)
-        topic.update([])
-        publishers.hangs.clear()
-        await asyncio.sleep(10)
-        assert (publishers.attempts(), publishers.ends, lines) == ({A: 1}, {}, [])
-        topic.update([A])
-        await asyncio.sleep(0.01)
-        assert A in publishers.ends, "it came back"
-        topic.stop()
-
-    run_instantly(run())
+@instantly
+async def test_an_attempt_ends_when_its_publisher_leaves_the_list() -> None:
+    publishers = Publishers()
+    publishers.hangs.add(A)
+    topic, lines = following(publishers)
+    topic.update([A])
+    await asyncio.sleep(0.01)
+    topic.update([])
+    publishers.hangs.clear()
+    await asyncio.sleep(10)
+    assert (publishers.attempts(), publishers.ends, lines) == ({A: 1}, {}, [])
+    topic.update([A])
+    await asyncio.sleep(0.01)
+    assert A in publishers.ends, "it came back"
+    topic.stop()
 
 
 @pytest.mark.usefixtures("advice")
-def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        publishers.errors[A] = Unreachable(A, "Connection refused")
-        topic, lines = following(publishers)
-        topic.update([A])
-        await asyncio.sleep(40)
-        moments = publishers.moments[A]
-        waits = [round(later - earlier, 3) for earlier, later in pairwise(moments)]
-        assert waits[:3] == [RETRY_FIRST_S, 2 * RETRY_FIRST_S, 4 * RETRY_FIRST_S]
-        assert set(waits[-2:]) == {NODE_TIMINGS.retry_longest_s}
-        (line,) = lines
-        assert "cannot receive [/chatter]" in line
-        assert "Is it switched on?" in line
-        topic.stop()
-
-    run_instantly(run())
+@instantly
+async def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once() -> None:
+    publishers = Publishers()
+    publishers.errors[A] = Unreachable(A, "Connection refused")
+    topic, lines = following(publishers)
+    topic.update([A])
+    await asyncio.sleep(40)
+    moments = publishers.moments[A]
+    waits = [round(later - earlier, 3) for earlier, later in pairwise(moments)]
+    assert waits[:3] == [RETRY_FIRST_S, 2 * RETRY_FIRST_S, 4 * RETRY_FIRST_S]
+    assert set(waits[-2:]) == {NODE_TIMINGS.retry_longest_s}
+    (line,) = lines
+    assert "cannot receive [/chatter]" in line
+    assert "Is it switched on?" in line
+    topic.stop()
 
 
 @pytest.mark.usefixtures("advice")
 @pytest.mark.parametrize(("topic", "logged"), [("/rosout", [B]), ("/chatter", [A, B])])
-def test_only_a_log_of_a_node_that_has_ended_is_not_missed(topic: str, logged: list[str]) -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        publishers.errors = {A: Unreachable(A, "Connection refused"), B: Unreachable(B, "No route to host")}
-        publishers.errors[A].__cause__ = ConnectionRefusedError()
-        connector, lines = following(publishers, topic=topic)
-        connector.update([A, B])
-        await asyncio.sleep(60)
-        assert [uri for uri in (A, B) if any(f" at {uri}: " in line for line in lines)] == logged
-        connector.stop()
-
-    run_instantly(run())
+@instantly
+async def test_only_a_log_of_a_node_that_has_ended_is_not_missed(topic: str, logged: list[str]) -> None:
+    publishers = Publishers()
+    publishers.errors = {A: Unreachable(A, "Connection refused"), B: Unreachable(B, "No route to host")}
+    publishers.errors[A].__cause__ = ConnectionRefusedError()
+    connector, lines = following(publishers, topic=topic)
+    connector.update([A, B])
+    await asyncio.sleep(60)
+    assert [uri for uri in (A, B) if any(f" at {uri}: " in line for line in lines)] == logged
+    connector.stop()
 
 
-def test_a_refusing_publisher_is_retried_rarely_and_at_once_when_it_is_listed_again() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        publishers.errors[A] = Refused(A, 0, "wrong md5sum")
-        topic, lines = following(publishers)
-        topic.update([A])
-        await asyncio.sleep(100)
-        waits = [round(later - earlier, 3) for earlier, later in pairwise(publishers.moments[A])]
-        assert (waits, len(lines)) == ([5, 10, 20, 40], 1)
-        assert "wrong md5sum" in lines[0]
-        topic.update([A])
-        await asyncio.sleep(0.01)
-        assert publishers.attempts() == {A: 6}
-        del publishers.errors[A]
-        await asyncio.sleep(6)
-        assert A in publishers.ends, "it has room now"
-        topic.stop()
-
-    run_instantly(run())
+@instantly
+async def test_a_refusing_publisher_is_retried_rarely_and_at_once_when_it_is_listed_again() -> None:
+    publishers = Publishers()
+    publishers.errors[A] = Refused(A, 0, "wrong md5sum")
+    topic, lines = following(publishers)
+    topic.update([A])
+    await asyncio.sleep(100)
+    waits = [round(later - earlier, 3) for earlier, later in pairwise(publishers.moments[A])]
+    assert (waits, len(lines)) == ([5, 10, 20, 40], 1)
+    assert "wrong md5sum" in lines[0]
+    topic.update([A])
+    await asyncio.sleep(0.01)
+    assert publishers.attempts() == {A: 6}
+    del publishers.errors[A]
+    await asyncio.sleep(6)
+    assert A in publishers.ends, "it has room now"
+    topic.stop()
 
 
-def test_the_reason_of_a_broken_link_is_logged() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        topic, lines = following(publishers)
-        topic.update([A])
-        await asyncio.sleep(0.01)
-        publishers.ends[A].set_result("the link is broken: not a message")
-        await asyncio.sleep(0.01)
-        assert lines == ["the link is broken: not a message"]
-        topic.stop()
-
-    run_instantly(run())
+@instantly
+async def test_the_reason_of_a_broken_link_is_logged() -> None:
+    publishers = Publishers()
+    topic, lines = following(publishers)
+    topic.update([A])
+    await asyncio.sleep(0.01)
+    publishers.ends[A].set_result("the link is broken: not a message")
+    await asyncio.sleep(0.01)
+    assert lines == ["the link is broken: not a message"]
+    topic.stop()
 
 
-def test_a_list_beyond_the_limit_keeps_the_existing_links(constants: Constants) -> None:
+@instantly
+async def test_a_list_beyond_the_limit_keeps_the_existing_links(constants: Constants) -> None:
     constants(PUBLISHERS_PER_TOPIC=2)
 
-    async def run() -> None:
-        publishers = Publishers()
-        topic, lines = following(publishers)
-        topic.update([C])
-        await asyncio.sleep(0.01)
-        topic.update([A, B, C])
-        await asyncio.sleep(0.01)
-        assert publishers.attempts() == {C: 1, A: 1}
-        assert lines == ["[/chatter] has 3 publishers; the limit is 2"]
-        topic.stop()
-
-    run_instantly(run())
+    publishers = Publishers()
+    topic, lines = following(publishers)
+    topic.update([C])
+    await asyncio.sleep(0.01)
+    topic.update([A, B, C])
+    await asyncio.sleep(0.01)
+    assert publishers.attempts() == {C: 1, A: 1}
+    assert lines == ["[/chatter] has 3 publishers; the limit is 2"]
+    topic.stop()
 
 
-def test_a_stopped_topic_connects_to_no_publisher() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        topic, _ = following(publishers)
-        topic.stop()
-        topic.update([A])
-        await asyncio.sleep(0.01)
-        assert publishers.attempts() == {}
-
-    run_instantly(run())
+@instantly
+async def test_a_stopped_topic_connects_to_no_publisher() -> None:
+    publishers = Publishers()
+    topic, _ = following(publishers)
+    topic.stop()
+    topic.update([A])
+    await asyncio.sleep(0.01)
+    assert publishers.attempts() == {}
 
 
 @pytest.mark.usefixtures("advice")
-def test_a_lost_publisher_is_logged_only_if_it_stays_registered() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        topic, lines = following(publishers)
-        topic.update([A, B])
-        await asyncio.sleep(0.01)
-        publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
-        publishers.ends[A].set_result("")
-        publishers.ends[B].set_result("")
-        await asyncio.sleep(LOST_GRACE_S / 2)
-        assert publishers.attempts()[A] > 1
-        topic.update([B])  # A has unregistered
-        await asyncio.sleep(60)
-        (line,) = lines
-        assert line.startswith(f"cannot receive [/chatter] from the publisher at {B}: ")
-        topic.stop()
-
-    run_instantly(run())
+@instantly
+async def test_a_lost_publisher_is_logged_only_if_it_stays_registered() -> None:
+    publishers = Publishers()
+    topic, lines = following(publishers)
+    topic.update([A, B])
+    await asyncio.sleep(0.01)
+    publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
+    publishers.ends[A].set_result("")
+    publishers.ends[B].set_result("")
+    await asyncio.sleep(LOST_GRACE_S / 2)
+    assert publishers.attempts()[A] > 1
+    topic.update([B])  # A has unregistered
+    await asyncio.sleep(60)
+    (line,) = lines
+    assert line.startswith(f"cannot receive [/chatter] from the publisher at {B}: ")
+    topic.stop()
 
 
 @pytest.mark.usefixtures("advice")
-def test_an_unreachable_node_is_reported_once_for_all_its_topics() -> None:
-    async def run() -> None:
-        publishers = Publishers()
-        connectors, lines = following_topics(publishers, "/a", "/b", "/c")
-        publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
-        for connector in connectors:
-            connector.update([A, B])
-        await asyncio.sleep(60)
-        assert sorted(line.partition(" at ")[2][:11] for line in lines) == [A, B]
+@instantly
+async def test_an_unreachable_node_is_reported_once_for_all_its_topics() -> None:
+    publishers = Publishers()
+    connectors, lines = following_topics(publishers, "/a", "/b", "/c")
+    publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
+    for connector in connectors:
+        connector.update([A, B])
+    await asyncio.sleep(60)
+    assert sorted(line.partition(" at ")[2][:11] for line in lines) == [A, B]
 
-        publishers.errors[A] = Unreachable(A, "no response in time")  # another reason, but the same node
-        await asyncio.sleep(60)
-        assert len(lines) == 2
+    publishers.errors[A] = Unreachable(A, "no response in time")  # another reason, but the same node
+    await asyncio.sleep(60)
+    assert len(lines) == 2
 
-        publishers.errors.pop(A)
-        await asyncio.sleep(60)
-        publishers.errors[A] = Unreachable(A, "Connection refused")
-        publishers.ends[A].set_result("")  # the link of the last topic
-        await asyncio.sleep(60)
-        assert len(lines) == 3, "it was back, and is lost again"
+    publishers.errors.pop(A)
+    await asyncio.sleep(60)
+    publishers.errors[A] = Unreachable(A, "Connection refused")
+    publishers.ends[A].set_result("")  # the link of the last topic
+    await asyncio.sleep(60)
+    assert len(lines) == 3, "it was back, and is lost again"
 
-        for connector in connectors:
-            connector.update([])
-        await asyncio.sleep(1)
-        connectors[0].update([A])
-        await asyncio.sleep(60)
-        assert len(lines) == 4, "it is registered again"
-        for connector in connectors:
-            connector.stop()
-
-    run_instantly(run())
+    for connector in connectors:
+        connector.update([])
+    await asyncio.sleep(1)
+    connectors[0].update([A])
+    await asyncio.sleep(60)
+    assert len(lines) == 4, "it is registered again"
+    for connector in connectors:
+        connector.stop()

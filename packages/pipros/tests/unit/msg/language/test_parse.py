@@ -174,10 +174,8 @@ def test_an_action_defines_seven_messages() -> None:
     ]
     goal = spec.messages[3]
     assert [(str(field.type), field.name) for field in goal.fields] == [
-        ("std_msgs/Header", "header"),
-        ("actionlib_msgs/GoalID", "goal_id"),
-        ("pkg/CountGoal", "goal"),
-    ]
+        ("std_msgs/Header", "header"), ("actionlib_msgs/GoalID", "goal_id"), ("pkg/CountGoal", "goal"),
+    ]  # fmt: skip
 
 
 # md5 and full text. The expected sums were computed by genuine genmsg.
