@@ -207,9 +207,12 @@ def test_without_a_queue_a_link_that_stays_full_has_stalled() -> None:
     assert subscriber.link.statistics.dropped == 2, "as with queue_size=1"
 
 
-def test_publish_waits_again_for_a_link_that_has_caught_up(drained: list[bool]) -> None:
+@pytest.mark.parametrize("is_left_before", [False, True])
+def test_publish_waits_again_for_a_link_that_has_caught_up(drained: list[bool], is_left_before: bool) -> None:
     subscriber = Subscriber(None)
     subscriber.send(1)
+    if is_left_before:
+        subscriber.leave_to_loop()
     subscriber.link.stop_waiting()
     subscriber.leave_to_loop()
     subscriber.loop.fire(CHECK_STALLED_INTERVAL_S)

@@ -298,6 +298,14 @@ def test_each_busy_state_is_left_only_by_its_own_end(begin: RpcEvent, end: RpcEv
         assert run(begin, other) is state
 
 
+def test_a_refusal_that_fills_the_transport_is_drained_and_a_response_sent_before_a_close() -> None:
+    refused = (RpcEvent.WRITING_PAUSED, RpcEvent.REQUEST_REFUSED)
+    assert run(*refused) is run(*refused, RpcEvent.WRITING_RESUMED) is RpcState.DRAINING
+    assert run(RpcEvent.REQUEST_REFUSED, RpcEvent.CLOSED_GRACEFULLY) is RpcState.CLOSING
+    assert run(RpcEvent.TASK_BEGAN, RpcEvent.CLOSED_GRACEFULLY) is RpcState.ANSWERING
+    assert run(RpcEvent.TURN_QUEUED, RpcEvent.CLOSED_GRACEFULLY) is RpcState.QUEUED
+
+
 EITHER = (False, True)
 
 

@@ -66,6 +66,7 @@ def test_names_of_classes_cannot_be_equal() -> None:
     found = [names.message_class(name) for name in ("a/b_c", "a_b/c", "a/b_c")]
 
     assert found[0] == found[2] != found[1]
+    assert names.repeated_strings("strict") != names.repeated_strings("strict"), "each field has its own"
     assert names.classes == {"a/b_c": found[0], "a_b/c": found[1]}
 
 
