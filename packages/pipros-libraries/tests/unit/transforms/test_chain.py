@@ -50,6 +50,12 @@ def test_a_path_whose_old_parent_has_expired_is_that_of_the_new_one(buffer: Tran
         buffer.lookup("map", "base", 2 * S)
 
 
+def test_a_late_pose_replaces_results_that_were_kept(buffer: TransformBuffer) -> None:
+    assert [buffer.lookup("map", "base", 3 * S // 2)[1] for _ in range(3)] == [at(11.5)] * 3
+    buffer.insert("odom", "base", 5 * S // 4, at(4), "me")
+    assert buffer.lookup("map", "base", 3 * S // 2)[1] == pytest.approx(at(10 + 4 - 2 / 3))
+
+
 def test_a_static_frame_moves_to_its_new_parent() -> None:
     buffer = TransformBuffer()
     buffer.insert("left", "camera", 0, at(1), "me", is_static=True)

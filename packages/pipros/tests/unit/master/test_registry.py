@@ -79,6 +79,19 @@ def test_a_concrete_type_of_a_publisher_wins_and_of_a_subscriber_only_fills_a_ga
     assert registry.topic_types == {"/t": "x/Pub"}
 
 
+def test_a_service_moves_silently_to_its_last_provider() -> None:
+    registry = Registry()
+    registry.register_service("/a", "/srv", "rosrpc://a:1", A)
+    assert registry.register_service("/b", "/srv", "rosrpc://b:2", B) == []
+    assert registry.service_api_of("/srv") == "rosrpc://b:2"
+    assert registry.api_of("/a") is None
+    assert not registry.unregister_service("/a", "/srv", "rosrpc://a:1")
+    assert not registry.unregister_service("/b", "/srv", "rosrpc://a:1")
+    assert registry.unregister_service("/b", "/srv", "rosrpc://b:2")
+    assert registry.service_api_of("/srv") is None
+    assert registry.table(Role.SERVICE) == []
+
+
 def test_a_second_node_of_the_same_name_replaces_the_first_and_its_registrations() -> None:
     registry = Registry()
     registry.register_subscriber("/s", "/t", "*", C)

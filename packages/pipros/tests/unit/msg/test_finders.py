@@ -184,6 +184,14 @@ def overlaid(packages: Packages, monkeypatch: pytest.MonkeyPatch) -> Overlaid:
     return Overlaid(packages)
 
 
+def test_a_changed_package_path_is_noticed(overlaid: Overlaid, monkeypatch: pytest.MonkeyPatch) -> None:
+    overlaid.packages.write("xacro/package.xml")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(overlaid.packages.folder / "missing"))
+    assert overlaid.origin("xacro") is None
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(overlaid.packages.folder))
+    assert overlaid.origin("xacro") == str(overlaid.packages.folder / "xacro/src/xacro/__init__.py")
+
+
 def test_the_ros_package_of_a_module_may_have_another_name(overlaid: Overlaid) -> None:
     overlaid.packages.write("urdfdom_py/package.xml")
     assert overlaid.origin("urdf_parser_py") is not None
