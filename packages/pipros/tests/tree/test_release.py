@@ -81,9 +81,12 @@ REFUSED: dict[str, tuple[Callable[[Path], object], str]] = {
 }
 
 
-@pytest.mark.parametrize("options", [(), ("--dry-run",)])
-@pytest.mark.parametrize("fault", REFUSED)
-def test_an_unfinished_tree_is_refused(tree: Path, options: tuple[str, ...], fault: str) -> None:
+# A dry run may have unreleased lines, and no date yet.
+@pytest.mark.parametrize(
+    ("fault", "options"),
+    [*((fault, ()) for fault in REFUSED), *((fault, ("--dry-run",)) for fault in list(REFUSED)[:2])],
+)
+def test_an_unfinished_tree_is_refused(tree: Path, fault: str, options: tuple[str, ...]) -> None:
     change, complaint = REFUSED[fault]
     change(tree)
     code, said = release(tree, *options)
