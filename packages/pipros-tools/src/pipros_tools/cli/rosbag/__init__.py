@@ -69,14 +69,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     name = arguments[0] if arguments else "help"
     if name in ("help", "-h", "--help"):
         return _help(arguments[1:])
-    if name not in _HOMES and name not in verbs("rosbag"):
-        from pipros.basics.plugin_table import NOT_INSTALLED, why_no_command
-
-        if why := why_no_command(f"rosbag {name}"):
-            print(f"ERROR: {why}", file=sys.stderr)
-            return NOT_INSTALLED
-        print(f"Unknown command: '{name}'\n{_subcommands()}", file=sys.stderr)
-        return 0
+    if not _is_known(name):
+        return _explain_unknown(name)
     if name in _NODES:
         accept_ctrl_c()
     return run(partial(_run, name, arguments[1:]))
@@ -101,9 +95,25 @@ def _run(name: str, arguments: Sequence[str]) -> int:
 
 
 def _help(arguments: Sequence[str]) -> int:
-    if arguments and (arguments[0] in _HOMES or arguments[0] in verbs("rosbag")):
+    if arguments and not _is_known(arguments[0]):
+        return _explain_unknown(arguments[0])
+    if arguments and arguments[0] != "help":
         return run(partial(_subcommand(arguments[0]), ["--help"]))
     print(_USAGE.format(_subcommands()))
+    return 0
+
+
+def _is_known(name: str) -> bool:
+    return name in ("help", *_HOMES) or name in verbs("rosbag")
+
+
+def _explain_unknown(name: str) -> int:
+    from pipros.basics.plugin_table import NOT_INSTALLED, why_no_command
+
+    if why := why_no_command(f"rosbag {name}"):
+        print(f"ERROR: {why}", file=sys.stderr)
+        return NOT_INSTALLED
+    print(f"Unknown command: '{name}'\n{_subcommands()}", file=sys.stderr)
     return 0
 
 
