@@ -230,6 +230,8 @@ def test_reindex_of_a_damaged_bag_keeps_the_chunks_behind_the_damage(bag: Path) 
         ("m._type == 'std_msgs/String' and m.data.endswith('3')", lambda row: str(row[1]).endswith("3")),
         ("topic != '/a' or (m.data > 5 and m.data < 9)", lambda row: row[0] != "/a" or 5 < row[1] < 9),
         ("any(topic.startswith(x) for x in ('/b', '/z'))", lambda row: row[0] == "/b"),
+        ("hasattr(m, 'data') and m.data == 7", lambda row: row[1] == 7),
+        ("hasattr(m, 'header')", lambda row: False),
         ("True", lambda row: True),
     ],
 )
@@ -336,7 +338,7 @@ def test_every_subcommand_needs_a_bag_and_has_help(command: str, capsys: pytest.
 
 
 def test_an_unknown_subcommand_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["frobnicate"]) == 0
+    assert main(["frobnicate"]) == main(["help", "frobnicate"]) == 0
     assert capsys.readouterr().err.startswith("Unknown command: 'frobnicate'\nAvailable subcommands:\n")
     assert main([]) == 0
     assert capsys.readouterr().out.startswith("Usage: rosbag <subcommand> [options] [args]\n")

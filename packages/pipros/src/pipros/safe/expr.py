@@ -16,11 +16,20 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from pipros.basics.syntax_trees import SYNTAX_TREES
 from pipros.safe import guarded
-from pipros.safe.expr_walk import ExpressionError, FieldAccess, Function, Walk, column_of, first_column
+from pipros.safe.expr_walk import (
+    TYPE_NAMES,
+    ExpressionError,
+    FieldAccess,
+    Function,
+    Walk,
+    column_of,
+    first_column,
+)
 
 EXPRESSION_CHARACTERS = 4_000
 """Limit: the text of one `$(eval ...)`, message filter or CMake `math`. Beyond it, the expression is
@@ -48,7 +57,8 @@ def evaluate(
     functions and constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add
     others, or replace them. `map`, `filter` and `key=` take the name of a function. Generator expressions,
     `map` and similar functions return lists. `a.b` calls `fields(a, "b")`, if `fields` is given; if the
-    result is callable, it is a method, which the expression must call.
+    result is callable, it is a method, which the expression must call. `hasattr(a, "b")` says whether it
+    raises no `AttributeError`.
 
     Raises:
         ExpressionError: the text is malformed, or evaluation failed. If a called function raised an
@@ -81,7 +91,8 @@ class Expression:
     ) -> None:
         self._text = text
         self._tree = _parse(text)
-        self._functions = functions or {}
+        own: dict[str, Function] = {} if fields is None else {"hasattr": partial(_has_field, fields)}
+        self._functions = {**own, **(functions or {})}
         self._fields = fields
 
     def names(self) -> set[str]:
@@ -99,6 +110,17 @@ class Expression:
             budget,
         )
         return walk.value(self._tree)
+
+
+def _has_field(fields: FieldAccess, value: object, name: str) -> bool:
+    """Return whether an expression may read `value.name`."""
+    if name.startswith("_") and name not in TYPE_NAMES:
+        return False
+    try:
+        fields(value, name)
+    except AttributeError:
+        return False
+    return True
 
 
 def arithmetic(text: str) -> float:
