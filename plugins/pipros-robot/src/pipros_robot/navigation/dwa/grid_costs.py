@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -15,6 +16,8 @@ Array = NDArray[np.float64]
 Points: TypeAlias = Sequence[tuple[float, float]] | Array
 """Positions, one by one or as an array of shape (n, 2)."""
 
+KNOWN_LINES = 10_000
+"""Maximum number of lines that are kept for one length of edges: some 4 MB."""
 COLLISION, UNKNOWN_UNDER, OUTSIDE = -1, -2, -3
 """Results for a pose in collision, over unknown cells, and with a corner off the map."""
 
@@ -119,14 +122,15 @@ def _outline_costs(
     cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     has_outline = len(footprint) >= 3
     corners = np.array(footprint if has_outline else [(0.0, 0.0)])
-    forwards, left = growth[:, None] * corners[:, 0], growth[:, None] * corners[:, 1]
+    factor = growth[:, None] if (growth != growth[:1]).any() else growth[:1, None]
+    forwards, left = factor * corners[:, 0], factor * corners[:, 1]
     column, row, inside = grid.world_to_cells(
         x[:, None] + forwards * cosine - left * sine, y[:, None] + forwards * sine + left * cosine
     )
     outside = ~inside.all(axis=1)
     column[outside] = row[outside] = 0
     edges = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T) * growth.max(initial=0.0)
-    longest = np.ceil(edges / grid.resolution) + 2
+    longest = (edges / grid.resolution + 1e-6).astype(np.int64) + 1
     worst = _worst_on_lines(grid.costs, column, row, longest)
     result = worst.astype(np.int64)
     result[worst >= (LETHAL if has_outline else INSCRIBED)] = COLLISION
@@ -135,30 +139,50 @@ def _outline_costs(
     return result
 
 
-def _worst_on_lines(costs: Costs, x: Cells, y: Cells, longest: Array) -> Costs:
+def _worst_on_lines(costs: Costs, x: Cells, y: Cells, longest: Cells) -> Costs:
     """Return the greatest cost on each closed polyline through cells. `x` and `y` have shape (n, corners).
 
-    `longest` is the maximum number of cells on each edge. Edges between the same two cells, relative to each
-    other, cover the same cells, so that these are computed once if there are fewer such pairs than polylines.
+    `longest` is the maximum number of columns, and of rows, from one end of each edge to the other.
     """
-    columns, flat = costs.shape[1], costs.ravel()
-    worst = np.zeros(len(x), np.uint8)
+    columns, flat, reach = costs.shape[1], costs.ravel(), int(longest.max())
+    pitch = 2 * reach + 1
+    known = _lines_within(reach, columns) if pitch**2 <= KNOWN_LINES else None
+    worst, cells, numbers = np.zeros(len(x), np.uint8), y * columns + x, y * pitch + x
     for this, most in enumerate(longest):
         following = (this + 1) % x.shape[1]
-        across, up = x[:, following] - x[:, this], y[:, following] - y[:, this]
-        reach, which = max(int(np.abs(each).max(initial=0)) for each in (across, up)), np.arange(len(x))
-        side = 2 * reach + 1
-        if side**2 < len(x):
-            which = (across + reach) * side + up + reach
-            across, up = np.indices((side, side)).reshape(2, -1) - reach
-        width, height = np.abs(across), np.abs(up)
-        is_steep = height > width
-        long, short = np.maximum(width, height), np.minimum(width, height)
-        major = np.where(is_steep, np.sign(up) * columns, np.sign(across))
-        minor = np.where(is_steep, np.sign(across), np.sign(up) * columns)
-        steps = np.minimum(np.arange(min(int(most), int(long.max(initial=0)) + 1))[:, None], long)
-        aside = (long // 2 + steps * short) // np.maximum(long, 1)
-        start = y[:, this] * columns + x[:, this]
-        for offsets in steps * major + aside * minor:
+        which: Cells | slice = slice(None)
+        if known is not None:
+            lines, which = known[:most], numbers[:, following] - numbers[:, this]
+        else:
+            lines = _lines(x[:, following] - x[:, this], y[:, following] - y[:, this], int(most), columns)
+        start = cells[:, this]
+        for offsets in lines:
             np.maximum(worst, flat[start + offsets[which]], out=worst)
     return worst
+
+
+@lru_cache(maxsize=16)
+def _lines_within(reach: int, columns: int) -> Cells:
+    """Return the lines to all cells that are at most `reach` rows and columns away; see `_lines`.
+
+    The line to a cell is at `up * (2 * reach + 1) + across`, counted from the end if this is negative.
+    """
+    side = np.arange(-reach, reach + 1)
+    up, across = (each.ravel() for each in np.meshgrid(side, side, indexing="ij"))
+    return np.roll(_lines(across, up, reach, columns), -(len(up) // 2), axis=1)
+
+
+def _lines(across: Cells, up: Cells, most: int, columns: int) -> Cells:
+    """Return the cells on lines, without the first, as differences of indices in a flat grid.
+
+    The lines end `across` columns and `up` rows away, both at most `most`. The result has shape (most, n).
+    """
+    width, height = np.abs(across), np.abs(up)
+    is_steep = height > width
+    long, short = np.maximum(width, height), np.minimum(width, height)
+    major = np.where(is_steep, np.sign(up) * columns, np.sign(across))
+    minor = np.where(is_steep, np.sign(across), np.sign(up) * columns)
+    steps = np.minimum(np.arange(1, min(most, int(long.max(initial=1))) + 1)[:, None], long)
+    aside = (long // 2 + steps * short) // np.maximum(long, 1)
+    lines: Cells = steps * major + aside * minor
+    return lines
