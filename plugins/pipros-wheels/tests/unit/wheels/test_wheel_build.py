@@ -135,7 +135,7 @@ def test_a_wheel_for_which_there_is_no_room_leaves_the_old_one(workspace: Worksp
 
 def test_conditions_of_a_manifest_choose_requirements(workspace: Workspace) -> None:
     file = workspace.add("arm") / "package.xml"
-    keys = {2: "python-serial", 3: "python3-serial"}
+    keys = {2: "python3-numpy", 3: "python3-serial"}
     start = '<exec_depend condition="$ROS_PYTHON_VERSION == '
     chosen = (f'{start}{version}">{key}</exec_depend>' for version, key in keys.items())
     text = file.read_text().replace('format="2"', 'format="3"')
