@@ -23,7 +23,6 @@ from xml.sax.saxutils import escape
 
 from PIL import Image
 from playwright.sync_api import Browser, expect, sync_playwright
-from playwright.sync_api import Page as Tab
 
 from pipros.basics.env import DEFAULT_MASTER_URI
 from pipros_libraries.reconfigure.cfg_file import module_contents, read
@@ -134,14 +133,14 @@ RELAYS = {
     "charger": ("/battery", "/charging"),
     "display": ("/detections", "/shown"),
 }
-# The name of the picture, the place, the colours, the expected text, and the elements to click first.
+# The name of the picture, the place, the expected element, and the one to click first.
 PICTURES = (
-    ("graph", "graph", "light", "text >> text=Hz", ""),
-    ("plot", "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay", "light", ".u-over", ""),
-    ("bags", "bags/run.bag", "light", ".timeline .thumbnail >> nth=5", ".timeline .area"),
+    ("graph", "graph", "text >> text=Hz", ""),
+    ("plot", "plot/%2Fimu%2Fangular_velocity%2Fx%3Ay", ".u-over", ""),
+    ("bags", "bags/run.bag", ".timeline .thumbnail >> nth=5", ".timeline .area"),
 )
-BATTERY_PICTURE = ("battery", "graph/topic:%2Fbattery_state", "light", "[role=meter]", "")
-OVERVIEW_PICTURE = ("overview", "", "light", ".scene-canvas", "")
+BATTERY_PICTURE = ("battery", "graph/topic:%2Fbattery_state", "[role=meter]", "")
+OVERVIEW_PICTURE = ("overview", "", ".scene-canvas", "")
 FILLING_S = 40
 """How long curves, logs and histories collect data before their pictures are taken."""
 RECORDED_S = 20
@@ -210,39 +209,31 @@ def take_scene(file: Path) -> None:
     assert done.returncode == 0, done.output
 
 
-def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
-    context = browser.new_context(viewport=SIZE, color_scheme=scheme)  # type: ignore[arg-type]
-    tab = context.new_page()
-    tab.goto(page.url_of(place))
-    return tab
-
-
 def reduce_colours(file: Path) -> None:
     """Reduce a picture to `COLOURS` colours."""
     with Image.open(file) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
-def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
+def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str]], browser: Browser) -> None:
     """Take pictures of a running system once all tabs have received data."""
     with tempfile.TemporaryDirectory() as bags:
         if any(name == "bags" for name, *_ in pictures):
             bag = Path(bags) / "run.bag"
             ros.pipros.run("rosbag", "record", "-a", f"--duration={RECORDED_S}", "-O", bag, timeout_s=60)
-        _take(Page(ros, "--control", "--bags", bags), pictures, browser)
-
-
-def _take(page: Page, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
-    tabs = {name: open_tab(browser, page, place, scheme) for name, place, scheme, *_ in pictures}
-    next(iter(tabs.values())).wait_for_timeout(FILLING_S * 1000)
-    for name, _, _, sight, click in pictures:
-        tab = tabs[name]
-        tab.bring_to_front()
-        if click:
-            tab.locator(click).first.click()
-        tab.locator(sight).first.wait_for()
-        tab.wait_for_timeout(500)
-        tab.screenshot(path=PICTURE_FOLDER / f"{name}.png")
+        page, tabs = Page(ros, "--control", "--bags", bags), []
+        for _, place, *_ in pictures:
+            context = browser.new_context(viewport=SIZE, color_scheme="light")  # type: ignore[arg-type]
+            tabs.append(context.new_page())
+            tabs[-1].goto(page.url_of(place))
+        tabs[0].wait_for_timeout(FILLING_S * 1000)
+        for tab, (name, _, sight, click) in zip(tabs, pictures, strict=True):
+            tab.bring_to_front()
+            if click:
+                tab.locator(click).first.click()
+            tab.locator(sight).first.wait_for()
+            tab.wait_for_timeout(500)
+            tab.screenshot(path=PICTURE_FOLDER / f"{name}.png")
 
 
 def take_tab(browser: Browser, file: Path) -> None:
