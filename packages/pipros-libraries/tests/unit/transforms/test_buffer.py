@@ -322,7 +322,8 @@ def test_every_query_of_a_loop_ends(target: str) -> None:
     assert "loop" in str(loop.can_transform(target, "b" if target == "z" else "z", S))
 
 
-def test_a_chain_of_unknown_or_unconnected_frames_is_an_error(branched: TransformBuffer) -> None:
+def test_a_chain_names_its_frames_or_those_that_are_not_connected(branched: TransformBuffer) -> None:
+    assert branched.chain("right", S, "camera", S, "base") == ["camera", "left", "base", "right"]
     with pytest.raises(LookupException):
         branched.chain("right", S, "nowhere", S, "map")
     with pytest.raises(ConnectivityException):
