@@ -14,6 +14,7 @@ import socket
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextvars import ContextVar
+from functools import cached_property
 from typing import Any, Final
 
 from pipros.basics.errors import LimitExceeded
@@ -70,7 +71,6 @@ class RpcServer:
         refusals: the connections that were refused, by peer.
         connections: the open connections.
         bodies: the bytes of requests that are incomplete or not decoded yet.
-        large_values: the threads that decode and encode large values, started when needed.
     """
 
     def __init__(
@@ -109,15 +109,19 @@ class RpcServer:
         self.limits = limits or process_limits()
         self.calls = dict.fromkeys(self._methods, 0)
         self.refusals = Refusals()
-        from concurrent.futures import ThreadPoolExecutor  # takes a module of its own
-
-        self.large_values: Executor = ThreadPoolExecutor(max_workers=2, thread_name_prefix="large values")
         self.connections = ConnectionTable(
             limit=self.limits.rpc_connections or connections_that_fit(),
             limit_per_peer=RPC_CONNECTIONS_PER_PEER,
             refusals=self.refusals,
         )
         self.bodies = HeldBytes(limit_bytes=BODIES_BYTES, refusals=self.refusals)
+
+    @cached_property
+    def large_values(self) -> Executor:
+        """The threads that decode and encode large values, which few nodes need."""
+        from concurrent.futures import ThreadPoolExecutor
+
+        return ThreadPoolExecutor(max_workers=2, thread_name_prefix="large values")
 
     @property
     def port(self) -> int:
@@ -178,7 +182,8 @@ class RpcServer:
         for server in servers:
             server.close()
         self.connections.close_all()
-        self.large_values.shutdown(wait=False, cancel_futures=True)
+        if "large_values" in vars(self):
+            self.large_values.shutdown(wait=False, cancel_futures=True)
         for server in servers:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(server.wait_closed(), 1.0)
