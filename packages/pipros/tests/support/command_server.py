@@ -14,13 +14,14 @@ import random
 import runpy
 import sys
 import warnings
+from typing import TextIO
 
 READ_WHEN_IMPORTED = {"roslib.launcher", "rospy.names"}
 """Modules that read the environment and the command line when they are imported."""
 
 
-def serve(answers):
-    """Answer all lines; return the command line only in a fork, which then carries it out."""
+def serve(answers: TextIO) -> list[str]:
+    """Answer all lines. Return the command line in a fork, which then carries it out; otherwise nothing."""
     for line in sys.stdin:
         argv, folder, environment = json.loads(line)
         outputs = [os.memfd_create(name) for name in ("stdout", "stderr")]
@@ -28,7 +29,7 @@ def serve(answers):
         if child == 0:
             answers.close()
             become(argv[0], folder, environment, outputs)
-            return argv
+            return list(argv)
         _, status, used = os.wait4(child, 0)
         printed = []
         for output in outputs:
@@ -39,10 +40,10 @@ def serve(answers):
             json.dumps([os.waitstatus_to_exitcode(status), *printed, used.ru_utime + used.ru_stime]) + "\n"
         )
         answers.flush()
-    return None
+    return []
 
 
-def become(program, folder, environment, outputs):
+def become(program: str, folder: str, environment: dict[str, str], outputs: list[int]) -> None:
     """Give this process what a new interpreter would have found."""
     for number, file in enumerate([os.open(os.devnull, os.O_RDONLY), *outputs]):
         os.dup2(file, number)
@@ -52,8 +53,8 @@ def become(program, folder, environment, outputs):
     os.environ.update(environment)
     path = environment.get("PYTHONPATH")
     sys.path[:0] = [os.path.dirname(program), *(path.split(os.pathsep) if path else ())]
-    for action in filter(None, environment.get("PYTHONWARNINGS", "").split(",")):
-        warnings.simplefilter(action)
+    if environment.get("PYTHONWARNINGS") == "ignore":
+        warnings.simplefilter("ignore")
     random.seed()
 
 

@@ -225,10 +225,10 @@ class Commands:
     def __init__(self, ros: RosSystem, master_uri: str) -> None:
         self.home = ros.home
         self._ros = ros
-        self._variables = {"ROS_MASTER_URI": master_uri}
+        self._master_uri = master_uri
 
     def start(self, *argv: str | Path) -> Process:
-        return self._ros.pipros.start(*argv, **self._variables)
+        return self._ros.pipros.start(*argv, ROS_MASTER_URI=self._master_uri)
 
     def run(self, *argv: str | Path) -> Process:
-        return self._ros.pipros.run(*argv, **self._variables)
+        return self._ros.pipros.run(*argv, ROS_MASTER_URI=self._master_uri)
