@@ -69,7 +69,6 @@ def killed_after(acknowledged: int, folder: Path, compression: str) -> int:
     reported."""
     argv = [sys.executable, "-c", WRITER, compression]
     with subprocess.Popen(argv, cwd=folder, stdout=subprocess.PIPE, text=True) as writer:
-        assert writer.stdout is not None
         told = [writer.stdout.readline() for _ in range(acknowledged)]
         writer.send_signal(signal.SIGKILL)
         told += writer.stdout.readlines()

@@ -35,7 +35,6 @@ def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None
     inbox, friend = Inbox(), make_node(name)
     friend.subscribe("chat", String, inbox)
     publication = node.endpoints.publication("/chat")
-    assert publication is not None
     wait_until(lambda: [peer for peer in publication.links if peer.caller_id == f"/{name}"])
     publication.publish(String("hello"))
     assert inbox.wait()[0].data == "hello"
@@ -262,7 +261,6 @@ def send_nonsense(node: Node) -> None:
 ])  # fmt: skip
 def test_crashed_peers_leave_nothing(make_node: MakeNode, node: Node, die: Callable[[Node], None]) -> None:
     publication = node.endpoints.publication("/chat")
-    assert publication is not None
     die(node)
     wait_until(lambda: not publication.links)
     before = count()

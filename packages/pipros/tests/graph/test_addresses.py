@@ -440,7 +440,6 @@ class Programs:
         environment = {**os.environ, "PIPROS_LOCAL": "on"}
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
         self._started.append(process)
-        assert process.stdout is not None
         return process.stdout.readline().strip()
 
     def close(self) -> None:

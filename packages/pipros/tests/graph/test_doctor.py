@@ -151,7 +151,6 @@ def test_nothing_is_found_in_a_healthy_system(master: Master, talker_and_listene
     examination = examined(master)
     assert examination.findings == ()
     assert examination.is_healthy
-    assert examination.system is not None
     assert len(examination.system.pairs()) == 1
 
 
@@ -170,7 +169,6 @@ def test_old_latched_messages_and_types_of_ended_topics_are_fine(master: Master,
 def test_nothing_is_found_both_ways(master: Master, talker_and_listener: None) -> None:
     examination = examined(master, both_ways=True)
     assert examination.findings == ()
-    assert examination.system is not None
     assert examination.system.reached_back == {("/chatter", "/listener")}
 
 
@@ -408,7 +406,6 @@ def test_a_publisher_that_waits_for_its_own_input(master: Master, make_node: Mak
     detector.subscribe("/image", String, lambda _: None)
     check = checked(master, "/detections", 0.2)
     assert failed_step(check) == ("messages", "no-message")
-    assert check.finding is not None
     assert "no node publishes [/image]" in check.finding.cure
 
 
@@ -443,7 +440,6 @@ def test_a_frame_without_a_transform(master: Master, make_node: MakeNode) -> Non
     publisher.publish(pose(Time(1), "base_lnk"))
     check = checked(master, "/pose")
     assert failed_step(check) == ("frame", "unknown-frame")
-    assert check.finding is not None
     assert "[base_link]" in check.finding.cure
     publisher.publish(pose(Time(1), "/base_link"))
     assert checked(master, "/pose").finding is None

@@ -47,7 +47,6 @@ from tests.support.waiting import wait_until
 pytestmark = pytest.mark.skipif(not local_stream.shares_memory(), reason="needs shared memory of Linux")
 
 Image: Any = load_message_class("sensor_msgs/Image")
-Floats: Any = load_message_class("std_msgs/Float32MultiArray")
 String: Any = load_message_class("std_msgs/String")
 SIZE = 300_000
 WARM = "warm"

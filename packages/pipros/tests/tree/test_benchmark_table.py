@@ -16,8 +16,6 @@ from tests.support.environments import PACKAGES, REPOSITORY, benchmark
 
 def benchmark_module(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, benchmark(f"{name}.py"))
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
