@@ -95,9 +95,6 @@ FACADES_BELOW: dict[str, set[str]] = {
 # The second executes what a user types after `python3 -c` in a browser tab, as Python's own command does.
 MAY_EXECUTE = ("pipros/msg/compile/run.py", "pipros_tab/command_run.py")
 
-# Imports between files of one package that are part of a cycle: (importing module, imported module).
-KNOWN_CIRCLES: list[tuple[str, str]] = []
-
 UNSAFE_YAML_LOADERS = {"Loader", "CLoader", "FullLoader", "CFullLoader", "UnsafeLoader", "CUnsafeLoader"}
 
 FILES = source_files()
@@ -123,12 +120,6 @@ OF_PARTS = frozenset({"pipros_libraries", "pipros_robot", "pipros_tools"})
 
 PARTS = {"pipros_workspace": {"cmake"}, "pipros_server": {"policy"}}
 """Parts of other packages that are."""
-
-
-@functools.cache
-def known_imports() -> dict[str, set[str]]:
-    """Return the imports between all files."""
-    return imported_files(FILES)
 
 
 @functools.cache
@@ -410,12 +401,19 @@ def in_circles(imports: Mapping[str, set[str]]) -> list[tuple[str, str]]:
 
 
 def test_no_file_imports_itself_indirectly() -> None:
-    circles = [pair for pair in in_circles(known_imports()) if pair not in KNOWN_CIRCLES]
-    assert circles == []
+    assert in_circles(imported_files(FILES)) == []
 
 
-def test_allowed_import_cycles_still_exist() -> None:
-    assert set(KNOWN_CIRCLES) <= set(in_circles(known_imports()))
+@pytest.mark.parametrize("line", [
+    "from pipros.master import bad", "from pipros.master.bad import name", "from . import bad",
+    "def f():\n    import pipros.master.bad", "if TYPE_CHECKING:\n    from .bad import Name",
+])  # fmt: skip
+def test_a_circle_of_files_is_noticed(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bad = _source(tmp_path, monkeypatch, "from pipros.master.between import Between\nimport os")
+    between = bad.with_name("between.py")
+    between.write_text(line)
+    pair = ("pipros.master.bad", "pipros.master.between")
+    assert in_circles(imported_files([bad, between])) == [pair, pair[::-1]]
 
 
 def logic_taken_from_commands(file: Path) -> list[str]:
