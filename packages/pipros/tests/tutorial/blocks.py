@@ -24,41 +24,38 @@ RUN_HERE = (
 )  # fmt: skip
 """The pages whose commands `test_docs` types into terminals; it also writes the files that have titles."""
 
-READ_BY = {
-    ("README.md", "console"): f"{CORE}/tutorial/test_readme.py",
-    ("README.md", "python"): f"{CORE}/tutorial/test_readme.py",
-    ("README.md", "sh"): f"{CORE}/tutorial/test_readme.py",
-    ("reference/python.md", "python"): f"{CORE}/tutorial/test_doc_examples.py",
-    ("guides/assistants.md", "console"): f"{ASSISTANTS}/graph/test_assistant_example.py",
-    ("guides/assistants.md", "json"): f"{ASSISTANTS}/unit/assistants/test_docs.py",
-    ("guides/assistants.md", "yaml"): f"{ASSISTANTS}/graph/test_assistant_example.py",
-    ("guides/bags.md", "python"): f"{TOOLS}/unit/bag/test_docs.py",
-    ("guides/tab.md", "python"): f"{CORE}/tree/test_other_systems.py",
-    ("guides/testing.md", "ini"): f"{CORE}/tutorial/test_doc_examples.py",
-    ("guides/testing.md", "yaml"): f"{CORE}/tutorial/test_doc_examples.py",
-    ("internals/client.md", "python"): f"{CORE}/tutorial/test_doc_examples.py",
-    ("guides/data.md", "console"): f"{DATA}/unit/data/test_docs.py",
-    ("guides/data.md", "python"): f"{DATA}/unit/data/test_docs.py",
-    ("guides/data.md", "yaml"): f"{DATA}/unit/data/test_docs.py",
-    ("guides/fleets.md", "yaml"): f"{FLEET}/unit/fleet/test_docs.py",
-    ("guides/launch.md", "python"): f"{CORE}/graph/test_launch_facade.py",
-    ("guides/package.md", "python"): f"{CORE}/unit/msg/test_docs.py",
-    ("guides/navigation.md", "toml"): f"{ROBOT}/unit/navigation/costmap/test_own_layers.py",
-    ("guides/pip.md", "bash"): f"{WHEELS}/tutorial/test_pip.py",
-    ("guides/pip.md", "python"): f"{WHEELS}/tutorial/test_pip.py",
-    ("guides/pip.md", "toml"): f"{WHEELS}/tutorial/test_pip.py",
-    ("guides/policy.md", "console"): f"{TOOLS}/unit/cli/test_policy.py",
-    ("guides/policy.md", "yaml"): f"{TOOLS}/unit/cli/test_policy.py",
-    ("guides/ros2.md", "bash"): f"{ROS2}/interop/test_walk.py",
-    ("guides/ros2.md", "python"): f"{ROS2}/interop/test_one_environment.py",
-    ("guides/ros2.md", "xml"): f"{ROS2}/interop/test_walk.py",
-    ("guides/ros2.md", "yaml"): f"{ROS2}/unit/ros2/test_docs.py",
-    ("internals/rtps.md", "python"): f"{ROS2}/unit/ros2/rtps/test_participant.py",
-    ("guides/testing.md", "console"): f"{CORE}/graph/test_pytest_plugin.py",
-    ("guides/testing.md", "python"): f"{CORE}/graph/test_pytest_plugin.py",
-    ("guides/testing.md", "xml"): f"{CORE}/graph/test_pytest_plugin.py",
+_READ_BY = {
+    f"{CORE}/tutorial/test_readme.py": ["README.md console python sh"],
+    f"{CORE}/tutorial/test_doc_examples.py": [
+        "reference/python.md python",
+        "guides/testing.md ini yaml",
+        "internals/client.md python",
+    ],
+    f"{ASSISTANTS}/graph/test_assistant_example.py": ["guides/assistants.md console yaml"],
+    f"{ASSISTANTS}/unit/assistants/test_docs.py": ["guides/assistants.md json"],
+    f"{TOOLS}/unit/bag/test_docs.py": ["guides/bags.md python"],
+    f"{CORE}/tree/test_other_systems.py": ["guides/tab.md python"],
+    f"{DATA}/unit/data/test_docs.py": ["guides/data.md console python yaml"],
+    f"{FLEET}/unit/fleet/test_docs.py": ["guides/fleets.md yaml"],
+    f"{CORE}/graph/test_launch_facade.py": ["guides/launch.md python"],
+    f"{CORE}/unit/msg/test_docs.py": ["guides/package.md python"],
+    f"{ROBOT}/unit/navigation/costmap/test_own_layers.py": ["guides/navigation.md toml"],
+    f"{WHEELS}/tutorial/test_pip.py": ["guides/pip.md bash python toml"],
+    f"{TOOLS}/unit/cli/test_policy.py": ["guides/policy.md console yaml"],
+    f"{ROS2}/interop/test_walk.py": ["guides/ros2.md bash xml"],
+    f"{ROS2}/interop/test_one_environment.py": ["guides/ros2.md python"],
+    f"{ROS2}/unit/ros2/test_docs.py": ["guides/ros2.md yaml"],
+    f"{ROS2}/unit/ros2/rtps/test_participant.py": ["internals/rtps.md python"],
+    f"{CORE}/graph/test_pytest_plugin.py": ["guides/testing.md console python xml"],
 }
-"""By page and language: the test that reads all these blocks from the page and runs them."""
+"""Pages with the languages of their blocks, by the test that reads all these blocks and runs them."""
+
+READ_BY = {
+    (page, language): test
+    for test, blocks in _READ_BY.items()
+    for page, *languages in map(str.split, blocks)
+    for language in languages
+}
 
 SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
     ("guides/launch.md", ("roslaunch", "--dry-run")): f"{TOOLS}/unit/cli/test_roslaunch.py",
