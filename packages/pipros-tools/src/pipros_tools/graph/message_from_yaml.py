@@ -6,6 +6,7 @@ from typing import Any
 
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
+from pipros.msg.check import check_values
 from pipros.msg.errors import MessageException
 from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
 from pipros.msg.time import NS_PER_S, Time
@@ -27,7 +28,7 @@ def message_from_yaml(message_class: type[Message], value: Any, now_ns: int) -> 
     values = value if isinstance(value, list) else [] if value is None else [value]
     try:
         fill_message_args(message, values, {"now": now, "auto": header(stamp=now)})
-        message._check_types()
+        check_values(message)
     except (MessageException, ValueError) as error:
         raise GraphError(f"{error}\n\nArgs are: [{get_printable_message_args(message)}]") from None
     return message

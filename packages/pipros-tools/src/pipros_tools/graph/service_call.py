@@ -67,6 +67,7 @@ class ServiceCaller:
             GraphError: the values do not fit the fields.
         """
         from pipros.msg import load_message_class
+        from pipros.msg.check import check_values
         from pipros.msg.errors import MessageException, SerializationError
         from pipros.msg.from_yaml import fill_message_args
         from pipros.msg.time import NS_PER_S, Time
@@ -87,7 +88,7 @@ class ServiceCaller:
             if kind == "bool" and isinstance(getattr(request, name), int):
                 setattr(request, name, bool(getattr(request, name)))  # Noetic accepts any integer
         try:
-            request._check_types()
+            check_values(request)
         except SerializationError as error:
             raise GraphError(
                 "Unable to send request. One of the fields has an incorrect type:\n"

@@ -25,6 +25,20 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
         SerializationError: the value does not fit. The error text names the field, with `[]` for an element
             and `.` for a member.
     """
+    _check(field_name, field_type, field_val, is_utf8=False)
+
+
+def check_values(message: HasFields) -> None:
+    """Check that a message can be written. Unlike genpy's `_check_types`, accept all text that is UTF-8.
+
+    Raises:
+        SerializationError: a value does not fit its field.
+    """
+    for slot, slot_type in zip(message.__slots__, message._get_types(), strict=True):
+        _check(slot, slot_type, getattr(message, slot), is_utf8=True)
+
+
+def _check(field_name: str, field_type: str, field_val: Any, *, is_utf8: bool) -> None:
     if field_type in INTEGERS:
         _check_integer(field_name, field_type, field_val)
     elif field_type in FLOATS:
@@ -34,7 +48,7 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
         if field_val not in (True, False):
             raise SerializationError(f"field {field_name} is not a bool")
     elif field_type == "string":
-        _check_string(field_name, field_val)
+        _check_string(field_name, field_val, is_utf8=is_utf8)
     elif field_type == "time":
         if not isinstance(field_val, Time):
             raise SerializationError(f"field {field_name} must be of type Time")
@@ -42,9 +56,9 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
         if not isinstance(field_val, Duration):
             raise SerializationError(f"field {field_name} must be of type Duration")
     elif field_type.endswith("]"):
-        _check_array(field_name, field_type.partition("[")[0], field_val)
+        _check_array(field_name, field_type.partition("[")[0], field_val, is_utf8=is_utf8)
     else:
-        _check_message(field_name, field_type, field_val)
+        _check_message(field_name, field_type, field_val, is_utf8=is_utf8)
 
 
 def check_lengths(name: str, message: HasFields) -> None:
@@ -76,15 +90,18 @@ def _check_integer(name: str, type_name: str, value: Any) -> None:
         raise SerializationError(f"field {name} exceeds specified width [{type_name}]")
 
 
-def _check_string(name: str, value: Any) -> None:
+def _check_string(name: str, value: Any, *, is_utf8: bool) -> None:
     if type(value) is str:
-        if not value.isascii():
-            raise SerializationError(f"field {name} is a non-ascii string")
+        try:
+            value.encode("utf-8" if is_utf8 else "ascii")
+        except UnicodeEncodeError:
+            kind = "is not UTF-8" if is_utf8 else "is a non-ascii string"
+            raise SerializationError(f"field {name} {kind}") from None
     elif type(value) is not bytes:
         raise SerializationError(f"field {name} must be of type bytes or an ascii string")
 
 
-def _check_array(name: str, base: str, value: Any) -> None:
+def _check_array(name: str, base: str, value: Any, *, is_utf8: bool) -> None:
     if type(value) in (bytes, str):
         if base not in OCTETS:
             raise SerializationError(
@@ -94,10 +111,10 @@ def _check_array(name: str, base: str, value: Any) -> None:
     if type(value) not in (list, tuple):
         raise SerializationError(f"field {name} must be a list or tuple type")
     for element in value:
-        check_type(f"{name}[]", base, element)
+        _check(f"{name}[]", base, element, is_utf8=is_utf8)
 
 
-def _check_message(name: str, type_name: str, value: Any) -> None:
+def _check_message(name: str, type_name: str, value: Any, *, is_utf8: bool) -> None:
     if not is_message(value):
         raise SerializationError(f"field {name} must be of type [{type_name}]")
     if value._type in _HEADERS:
@@ -107,7 +124,7 @@ def _check_message(name: str, type_name: str, value: Any) -> None:
     elif value._type != type_name:
         raise SerializationError(f"field {name} must be of type {type_name} instead of {value._type}")
     for slot, slot_type in zip(value.__slots__, value._get_types(), strict=True):
-        check_type(f"{name}.{slot}", slot_type, getattr(value, slot))
+        _check(f"{name}.{slot}", slot_type, getattr(value, slot), is_utf8=is_utf8)
 
 
 def _is_numpy_number(value: Any) -> bool:
