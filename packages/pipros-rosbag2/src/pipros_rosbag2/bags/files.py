@@ -43,7 +43,8 @@ def bag_files(path: Path) -> tuple[BagMetadata | None, list[Path], dict[str, str
             packed = next((each.name for each in path.iterdir() if each.suffix in (".zstd", ".zst")), None)
             if packed:
                 raise BagError(f"{path}: {packed} is compressed with zstd; decompress it first")
-            raise BagError(f"{path} is a folder without {_METADATA} and without .mcap or .db3 files")
+            hint = f"; name its bags: {path / '*.bag'}" if any(path.glob("*.bag")) else ""
+            raise BagError(f"{path} is a folder without {_METADATA} and without .mcap or .db3 files{hint}")
         return None, found, {}
     try:
         metadata, paths = _listed_files(path, where)

@@ -390,6 +390,14 @@ def test_compressed_bags_are_refused() -> None:
         Ros2BagReader(Path("ros2"))
 
 
+def test_a_folder_of_ros1_bags_names_the_pattern_for_them() -> None:
+    Path("runs").mkdir()
+    Path("runs/run.bag").touch()
+
+    with pytest.raises(BagError, match=r"without \.mcap or \.db3 files; name its bags: runs/\*\.bag$"):
+        Ros2BagReader(Path("runs"))
+
+
 def leave_log(database: Path) -> None:
     """Move the messages of a database to its write-ahead log, as if the recorder had been killed."""
     with closing(sqlite3.connect(database, isolation_level=None)) as changed:
