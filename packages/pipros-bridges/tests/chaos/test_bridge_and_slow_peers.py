@@ -74,9 +74,7 @@ def test_a_client_that_reads_nothing_costs_another_none_of_its_messages(
             assert base64.b64decode(values) == bytes([number]) * IMAGE_BYTES
 
 
-def test_clients_stay_while_the_master_is_killed_and_continue_with_the_next_one(
-    processes: Processes,
-) -> None:
+def test_clients_stay_while_the_master_is_killed_and_continue_with_the_next_one(processes: Processes) -> None:
     port = ClaimedPort()
     command = (sys.executable, "-m", "pipros_tools.cli.rosmaster", "--core", "-p", str(port.number))
 

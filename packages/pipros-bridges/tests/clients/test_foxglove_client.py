@@ -116,8 +116,7 @@ def test_parameters_and_assets(ros: RosSystem, tmp_path: Path) -> None:
     ros.pipros.run("rosparam", "set", "/speed", "2.5")
     client.wait_for("parameters", lambda each: "id" not in each and each["parameters"][0]["value"] == 2.5)
     client.order("asset", uri="package://my_robot/robot.urdf", requestId=4)
-    found = client.wait_for("asset")
-    assert found == {"event": "asset", "requestId": 4, "status": 0, "text": "<robot/>"}
+    assert client.wait_for("asset") == {"event": "asset", "requestId": 4, "status": 0, "text": "<robot/>"}
 
 
 def test_the_launch_file_has_the_arguments_of_the_genuine_one(ros: RosSystem) -> None:

@@ -24,30 +24,17 @@ PROGRAMS = Path(__file__).parent / "programs"
 NODE = shutil.which("node") or "node"
 
 FROM_JAVASCRIPT = {
-    "none": "kept",
-    "png": "kept",
-    "cbor": "kept",
-    "cbor-raw": [4, 0, 0, 0, *b"kept"],
-    "echo": "echo from js",
-    "robot's": {"success": True, "message": "from robot"},
-    "own": {"success": True, "message": "from js"},
-    "parameter": [1, {"a": 2.5}],
-    "details": ["position", "orientation"],
-    "definition": True,
+    "none": "kept", "png": "kept", "cbor": "kept", "cbor-raw": [4, 0, 0, 0, *b"kept"], "echo": "echo from js",
+    "robot's": {"success": True, "message": "from robot"}, "own": {"success": True, "message": "from js"},
+    "parameter": [1, {"a": 2.5}], "details": ["position", "orientation"], "definition": True,
     "actions": ["/count", "/tf2_web_republisher"],
-}
+}  # fmt: skip
 FROM_PYTHON = {
-    "none": "kept",
-    "echo": "echo from py",
-    "robot's": {"success": True, "message": "from robot"},
-    "own": {"success": True, "message": "from py"},
-    "parameter": [1, {"a": 2.5}],
-    "type": "std_msgs/String",
-    "robot": ["/count/feedback", "/count/result"],
-    "result": 42,
-    "feedback": 1,
+    "none": "kept", "echo": "echo from py", "robot's": {"success": True, "message": "from robot"},
+    "own": {"success": True, "message": "from py"}, "parameter": [1, {"a": 2.5}], "type": "std_msgs/String",
+    "robot": ["/count/feedback", "/count/result"], "result": 42, "feedback": 1,
     "arm": {"x": 1.0, "y": 2.0, "z": 3.0},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(params=["pipros", "genuine"])
@@ -104,16 +91,12 @@ class Pages(http.server.SimpleHTTPRequestHandler):
 
 
 IMPORTS = {
-    "@cto.af/wtf8": "/@cto.af/wtf8/lib/index.js",
-    "bson": "/bson/lib/bson.mjs",
-    "cbor2": "/cbor2/lib/index.js",
-    "eventemitter3": "/eventemitter3/dist/eventemitter3.esm.js",
-    "fast-png": "/fast-png/lib/index.js",
-    "fflate": "/fflate/esm/browser.js",
-    "iobuffer": "/iobuffer/lib/iobuffer.js",
-    "roslib": "/roslib/dist/RosLib.js",
+    "@cto.af/wtf8": "/@cto.af/wtf8/lib/index.js", "bson": "/bson/lib/bson.mjs",
+    "cbor2": "/cbor2/lib/index.js", "eventemitter3": "/eventemitter3/dist/eventemitter3.esm.js",
+    "fast-png": "/fast-png/lib/index.js", "fflate": "/fflate/esm/browser.js",
+    "iobuffer": "/iobuffer/lib/iobuffer.js", "roslib": "/roslib/dist/RosLib.js",
     "uuid": "/uuid/dist/index.js",
-}
+}  # fmt: skip
 PAGE = f"""<!doctype html>
 <script type="importmap">{json.dumps({"imports": IMPORTS})}</script>
 <script type="module">

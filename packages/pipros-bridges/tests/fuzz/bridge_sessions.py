@@ -24,21 +24,11 @@ from tests.fuzz import mutation
 from tests.support.constants import changed
 from tests.unit.bridges.foxglove.test_session import Conversation
 
-LIMITS = Limits(
-    tables=(
-        BridgeLimits(
-            bridge_message_bytes=20_000,
-            bridge_queue_bytes=100_000,
-        ),
-    )
-)
+LIMITS = Limits(tables=(BridgeLimits(bridge_message_bytes=20_000, bridge_queue_bytes=100_000),))
 CONSTANTS = {
-    "BRIDGE_READER_BYTES": 5_000,
-    "BRIDGE_PARSED_BYTES": 200_000,
-    "BRIDGE_KEPT_BYTES": 50_000,
-    "BRIDGE_CLIENT_BYTES": 400_000,
-    "BRIDGE_TOTAL_BYTES": 1_000_000,
-}
+    "BRIDGE_READER_BYTES": 5_000, "BRIDGE_PARSED_BYTES": 200_000, "BRIDGE_KEPT_BYTES": 50_000,
+    "BRIDGE_CLIENT_BYTES": 400_000, "BRIDGE_TOTAL_BYTES": 1_000_000,
+}  # fmt: skip
 REPETITIONS = 100
 SLACK_BYTES = 300_000
 """Memory of a session that is not counted: empty containers, caches and the last messages."""

@@ -33,20 +33,7 @@ TYPES = (
 )
 WORDS = [
     *(
-        b"{",
-        b"}",
-        b"[",
-        b"]",
-        b'"',
-        b"\\",
-        b"\0",
-        b",",
-        b":",
-        b"null",
-        b"true",
-        b"NaN",
-        b"1e400",
-        b"-1",
+        b"{", b"}", b"[", b"]", b'"', b"\\", b"\0", b",", b":", b"null", b"true", b"NaN", b"1e400", b"-1",
         b"1" * 30,
     ),
     *(b'"op":', b'"id":', b'"topic":', b'"type":', b'"msg":', b'"data":', b'"num":', b'"total":', b'"now"'),
@@ -59,7 +46,7 @@ WORDS = [
         b"\x03a\0",
         b"\x12",
     ),
-]
+]  # fmt: skip
 _ENCODER = Encoder()
 _FILLER = Filler(lambda: 0)
 

@@ -55,16 +55,10 @@ def test_a_client_receives_what_nodes_publish(make_node: MakeNode, subprotocol: 
         info = client.next("serverInfo")
         assert info["supportedEncodings"] == ["ros1", "json"]
         assert set(info["capabilities"]) == {
-            "parameters",
-            "parametersSubscribe",
-            "connectionGraph",
-            "assets",
-            "clientPublish",
-            "services",
-        }
+            "parameters", "parametersSubscribe", "connectionGraph", "assets", "clientPublish", "services",
+        }  # fmt: skip
         channel = client.subscribe(7, "/chatter")
-        assert channel["encoding"] == "ros1"
-        assert channel["schemaName"] == "std_msgs/String"
+        assert (channel["encoding"], channel["schemaName"]) == ("ros1", "std_msgs/String")
         assert channel["schemaEncoding"] == "ros1msg"
         assert "string data" in channel["schema"]
         wait_until(lambda: publisher.connection_count == 1)
@@ -138,11 +132,7 @@ def test_a_hostile_definition_is_not_passed_on(make_node: MakeNode, client: Clie
         "/bomb": {"type": "alien_msgs/B", "md5sum": "1" * 32, "message_definition": bomb * 100},
         "/wrong": {"type": "alien_msgs/C", "md5sum": "2" * 32, "message_definition": "int32 x"},
         "/empty": {"type": "alien_msgs/D", "md5sum": "3" * 32, "message_definition": ""},
-        "/fine": {
-            "type": "std_msgs/Int32",
-            "md5sum": Int32._md5sum,
-            "message_definition": Int32._full_text,
-        },
+        "/fine": {"type": "std_msgs/Int32", "md5sum": Int32._md5sum, "message_definition": Int32._full_text},
     }
     node = make_node("hostile")
     for topic, header in kinds.items():
@@ -158,11 +148,8 @@ def test_a_client_publishes_in_ros1_and_json(make_node: MakeNode) -> None:
     with serving(bridge) as address, connected(address) as client:
         for number, encoding in enumerate(("ros1", "json")):
             channel = {
-                "id": number,
-                "topic": "/command",
-                "encoding": encoding,
-                "schemaName": "std_msgs/String",
-            }
+                "id": number, "topic": "/command", "encoding": encoding, "schemaName": "std_msgs/String",
+            }  # fmt: skip
             client.send("advertise", channels=[channel])
         wait_until(lambda: bridge.endpoints.publication("/command") is not None)
         wait_until(lambda: bridge.endpoints.publications[-1].links)
@@ -214,15 +201,12 @@ def test_publications_end_with_their_client(make_node: MakeNode) -> None:
         wait_until(lambda: bridge.endpoints.publication("/a") is None)
 
 
-@pytest.mark.parametrize(
-    ("changes", "reason"),
-    [
-        ({"encoding": "cdr"}, "encoding 'cdr' is not one of ros1, json"),
-        ({"schemaName": "alien_msgs/X"}, "type [alien_msgs/X] is not installed, and its schema is missing"),
-        ({"schema": "int32 data"}, "the schema of [std_msgs/String] differs from the installed definition"),
-        ({"topic": "not a name"}, "not a name"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "reason"), [
+    ({"encoding": "cdr"}, "encoding 'cdr' is not one of ros1, json"),
+    ({"schemaName": "alien_msgs/X"}, "type [alien_msgs/X] is not installed, and its schema is missing"),
+    ({"schema": "int32 data"}, "the schema of [std_msgs/String] differs from the installed definition"),
+    ({"topic": "not a name"}, "not a name"),
+])  # fmt: skip
 def test_channels_that_cannot_be_published_are_refused(
     changes: dict[str, str], reason: str, client: Client
 ) -> None:
@@ -325,8 +309,7 @@ def test_parameters_are_read_written_and_watched(make_node: MakeNode, client: Cl
     ]
     client.send("setParameters", parameters=values, id="set")
     answer = client.next("parameterValues", id="set")["parameters"]
-    assert answer == [{**values[0], "value": 3.0}, *values[1:]]
-    assert other.params.get("/robot/speed") == 3.0
+    assert (answer, other.params.get("/robot/speed")) == ([{**values[0], "value": 3.0}, *values[1:]], 3.0)
     assert other.params.get("/robot/list") == [1, "two"]
     client.send("setParameters", parameters=[{"name": "/robot/name"}], id="deleted")
     assert client.next("parameterValues", id="deleted")["parameters"] == []
@@ -359,12 +342,7 @@ def test_only_the_requested_parameters_are_fetched(
     assert fetched == ["/none", "/robot/speed", "/robots"]
     assert found("/robot/arm/joints", "/robot") == ["/robot/arm/joints", "/robot/speed"]
     assert fetched == ["/robot"]
-    for names in (
-        (),
-        ("/",),
-        ("/robot", "/"),
-        tuple(f"/x{number}" for number in range(FETCHED_APART + 1)),
-    ):
+    for names in ((), ("/",), ("/robot", "/"), tuple(f"/x{number}" for number in range(FETCHED_APART + 1))):
         expected = [] if len(names) > FETCHED_APART else ["/large", "/robot/arm/joints", "/robot/speed"]
         assert [each for each in found(*names) if each in expected] == expected
         assert fetched == ["/"]
@@ -473,8 +451,7 @@ def test_whitelists_hide_names(make_node: MakeNode) -> None:
         client.send("subscribeConnectionGraph")
         graph = client.next("connectionGraphUpdate")
         assert [each["name"] for each in graph["publishedTopics"]] == ["/open/a"]
-        assert list(client.channels) == ["/open/a"]
-        assert list(client.services) == ["/open/a_service"]
+        assert (list(client.channels), list(client.services)) == (["/open/a"], ["/open/a_service"])
         client.send("getParameters", parameterNames=[], id="all")
         assert [each["name"] for each in client.next("parameterValues")["parameters"]] == ["/open/x"]
         client.send("setParameters", parameters=[{"name": "hidden", "value": 2}])

@@ -64,16 +64,12 @@ def test_messages_convert_to_values_and_back() -> None:
         message_conversion.extract_values("no message")
 
 
-@pytest.mark.parametrize(
-    ("name", "error"),
-    [
-        ("", ros_loader.InvalidTypeStringException),
-        ("String", ros_loader.InvalidTypeStringException),
-        ("std_msgs/srv/String", ros_loader.InvalidTypeStringException),
-        ("no_such_package/String", ros_loader.InvalidPackageException),
-        ("std_msgs/Nothing", ros_loader.InvalidClassException),
-    ],
-)
+@pytest.mark.parametrize(("name", "error"), [
+    ("", ros_loader.InvalidTypeStringException), ("String", ros_loader.InvalidTypeStringException),
+    ("std_msgs/srv/String", ros_loader.InvalidTypeStringException),
+    ("no_such_package/String", ros_loader.InvalidPackageException),
+    ("std_msgs/Nothing", ros_loader.InvalidClassException),
+])  # fmt: skip
 def test_unknown_types_have_their_exceptions(name: str, error: type[Exception]) -> None:
     with pytest.raises(error):
         ros_loader.get_message_class(name)

@@ -129,18 +129,15 @@ def test_clients_need_a_token_of_the_file(ros: RosSystem, token_file: Path) -> N
     assert "token-of-many" not in server.output
 
 
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        (["--token-file", "missing"], "cannot read missing: No such file or directory"),
-        (["--cert", "missing"], "cannot use the certificate missing"),
-        (["--topic", "["], "[[] is not a regular expression"),
-        (["--bind", "127.0.0.1:x"], "--bind must be HOST or HOST:PORT"),
-        (["--bind", "127.0.0.1:²"], "--bind must be HOST or HOST:PORT"),
-        (["--client-bytes", "0"], "--client-bytes must be > 0, got 0"),
-        (["--bind", "192.0.2.1"], "cannot listen at 192.0.2.1:8765"),
-    ],
-)
+@pytest.mark.parametrize(("options", "reason"), [
+    (["--token-file", "missing"], "cannot read missing: No such file or directory"),
+    (["--cert", "missing"], "cannot use the certificate missing"),
+    (["--topic", "["], "[[] is not a regular expression"),
+    (["--bind", "127.0.0.1:x"], "--bind must be HOST or HOST:PORT"),
+    (["--bind", "127.0.0.1:²"], "--bind must be HOST or HOST:PORT"),
+    (["--client-bytes", "0"], "--client-bytes must be > 0, got 0"),
+    (["--bind", "192.0.2.1"], "cannot listen at 192.0.2.1:8765"),
+])  # fmt: skip
 def test_wrong_options_are_errors_of_one_line(ros: RosSystem, options: list[str], reason: str) -> None:
     ros.serve_master()
     ended = ros.pipros.run("pipros", "foxglove", *options)

@@ -43,8 +43,7 @@ def test_all_clients_share_one_subscription_and_its_messages(
     wait_until(lambda: publisher.publish(String("hello")) or (first and second))
     assert text_of(first[-1]) == "hello"
     assert any(message in second for message in first)  # the same object
-    assert first[-1].header["type"] == "std_msgs/String"
-    assert first[-1].header["callerid"] == "/talker"
+    assert (first[-1].header["type"], first[-1].header["callerid"]) == ("std_msgs/String", "/talker")
     assert topics.type_of("/chatter") == "std_msgs/String"
 
     taken[0].close()

@@ -171,16 +171,11 @@ def test_a_client_without_the_token_is_turned_away(path: str) -> None:
     run(body())
 
 
-@pytest.mark.parametrize(
-    ("path", "headers", "first"),
-    [
-        (f"/{TOKEN}", {}, None),
-        (f"/?token={TOKEN}", {}, None),
-        ("/", {"Authorization": f"Bearer {TOKEN}"}, None),
-        ("/", {}, json.dumps({"token": TOKEN})),
-        ("/", {}, "let me in"),
-    ],
-)
+@pytest.mark.parametrize(("path", "headers", "first"), [
+    (f"/{TOKEN}", {}, None), (f"/?token={TOKEN}", {}, None),
+    ("/", {"Authorization": f"Bearer {TOKEN}"}, None), ("/", {}, json.dumps({"token": TOKEN})),
+    ("/", {}, "let me in"),
+])  # fmt: skip
 def test_a_client_with_the_token_enters(path: str, headers: dict[str, str], first: str | None) -> None:
     async def body() -> None:
         async with (
@@ -402,9 +397,7 @@ def test_the_list_of_clients_has_what_each_takes_and_lost() -> None:
             status, text = await asyncio.to_thread(get, server, "/clients", {})
             assert status == 200
             [row] = json.loads(text)
-            assert row["agent"] == agent
-            assert row["protocol"] == PROTOCOL
-            assert row["publishes"] == ["/command"]
+            assert (row["agent"], row["protocol"], row["publishes"]) == (agent, PROTOCOL, ["/command"])
             assert row["received"] == {"messages": 1, "bytes": 5, "lost": 0}
             assert row["topics"] == {"/chatter": {"messages": 1, "bytes": 5, "lost": 0}}
             status, _ = await asyncio.to_thread(get, server, "/clients", {"Host": "evil.example"})
@@ -489,14 +482,7 @@ def test_a_message_without_end_is_cut_before_it_fills_the_memory(frame: bytes) -
 def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it(constants: Constants) -> None:
     async def body() -> None:
         constants(BRIDGE_CLIENT_BYTES=1000000, BRIDGE_TOTAL_BYTES=8000000)
-        limits = Limits(
-            tables=(
-                BridgeLimits(
-                    bridge_message_bytes=1_000_000,
-                    bridge_queue_bytes=1_000_000,
-                ),
-            )
-        )
+        limits = Limits(tables=(BridgeLimits(bridge_message_bytes=1_000_000, bridge_queue_bytes=1_000_000),))
         async with opened(limits=limits) as server, connected(server) as other:
             clients = [await raw(server) for _ in range(20)]
             for _, writer in clients:

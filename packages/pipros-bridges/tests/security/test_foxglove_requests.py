@@ -63,11 +63,7 @@ def test_a_client_that_requests_a_mesh_repeatedly_and_reads_nothing_costs_one_co
 def test_a_client_that_subscribes_to_too_many_parameters_is_disconnected_with_the_reason(
     make_node: MakeNode,
 ) -> None:
-    with (
-        serving(make_node("bridge"), READER) as address,
-        connected(address) as client,
-        memory_of(40 * MIB),
-    ):
+    with serving(make_node("bridge"), READER) as address, connected(address) as client, memory_of(40 * MIB):
         with suppress(ConnectionClosed):
             for number in range(200):
                 names = [f"/p{number}_{each}_{'x' * 20_000}" for each in range(5)]

@@ -25,10 +25,7 @@ from tests.support.nodes import MakeNode
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 
 MIB = 1024 * 1024
-TABLE = BridgeLimits(
-    bridge_queue_bytes=MIB,
-    bridge_message_bytes=MIB,
-)
+TABLE = BridgeLimits(bridge_queue_bytes=MIB, bridge_message_bytes=MIB)
 LIMITS = Limits(tables=(TABLE,))
 CLIENT_BYTES = 15 * MIB
 
@@ -171,8 +168,7 @@ def test_messages_that_are_not_latched_cost_nothing() -> None:
     client.advertise("/plain", latch=False)
     for _ in range(50):
         client.publish("/plain", MIB)
-    assert client.shares.memory.peak == 0
-    assert len(server.made[0].published) == 50
+    assert (client.shares.memory.peak, len(server.made[0].published)) == (0, 50)
 
 
 def test_messages_before_the_first_subscriber_count_until_they_are_published() -> None:
@@ -216,8 +212,7 @@ def test_another_client_of_the_topic_pays_for_a_client_that_left() -> None:
     second.leave("/shared")
     assert server.shares.memory.used == server.shares.left_behind.used == MIB + MESSAGE_BYTES
     server.pass_time()
-    assert server.shares.memory.used == 0
-    assert server.registered == []
+    assert (server.shares.memory.used, server.registered) == (0, [])
 
 
 def test_clients_that_come_and_go_leave_no_more_than_one_share_behind() -> None:
@@ -228,8 +223,7 @@ def test_clients_that_come_and_go_leave_no_more_than_one_share_behind() -> None:
         assert server.shares.memory.used <= CLIENT_BYTES
     assert len(server.registered) <= 15
     server.pass_time()
-    assert server.shares.memory.used == 0
-    assert server.registered == []
+    assert (server.shares.memory.used, server.registered) == (0, [])
 
 
 def test_a_rosbridge_client_that_latches_too_much_is_told(make_node: MakeNode) -> None:

@@ -85,8 +85,7 @@ def test_a_spawner_starts_controllers_and_stops_them_at_its_end(ros: RosSystem, 
 
     spawner.press_ctrl_c()
 
-    assert spawner.wait() == 0
-    assert states(node) == {}
+    assert (spawner.wait(), states(node)) == (0, {})
     assert "Traceback" not in spawner.output
 
 
@@ -116,8 +115,7 @@ def test_a_diff_drive_controller_drives_within_its_limits(ros: RosSystem, node: 
     assert list(first.pose.covariance[::7]) == [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
     names = ["front_left", "rear_left", "front_right", "rear_right", "lift"]
     wait_until(lambda: joints.messages and joints.messages[-1].position[0] > 0)
-    assert joints.messages[-1].name == names
-    assert joints.messages[-1].position[4] == 0.5
+    assert (joints.messages[-1].name, joints.messages[-1].position[4]) == (names, 0.5)
     (transform,) = moving.wait()[0].transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ("wheels", "base_link")
 
@@ -209,7 +207,6 @@ def test_a_topic_starts_and_stops_controllers(ros: RosSystem, node: Node) -> Non
 def test_odd_names_and_rates_are_refused_in_one_line(ros: RosSystem, node: Node) -> None:
     sim = start_sim(ros)
     node.params.set("/bot/joints/publish_rate", 1e-320)
-    assert load(node, "joints") == [True]
-    assert load(node, "\x1b]0;OWNED\x07\nforged") == [False]
+    assert (load(node, "joints"), load(node, "\x1b]0;OWNED\x07\nforged")) == ([True], [False])
     sim.wait_for(r"controller \[/bot/\\x1b\]0;OWNED\\x07\\nforged\]: this is not a name")
     assert "\x1b]0" not in sim.output

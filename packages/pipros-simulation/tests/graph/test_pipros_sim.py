@@ -92,8 +92,7 @@ def test_an_imu_measures_turns_and_accelerations_with_noise(ros: RosSystem, node
     start_sim(ros, "_headless:=true", "_imu:={gyro_noise: 0.001, yaw_noise: 0}", "_imu_frame:=gyro")
     measured = subscribe(node, "/imu", "sensor_msgs/Imu")
     still = measured.wait(50)[-1]
-    assert still.header.frame_id == "gyro"
-    assert still.linear_acceleration.z == pytest.approx(9.81, abs=0.5)
+    assert (still.header.frame_id, still.linear_acceleration.z) == ("gyro", pytest.approx(9.81, abs=0.5))
     assert still.angular_velocity_covariance[8] == pytest.approx(1e-6)
     assert len({each.angular_velocity.z for each in measured.messages}) > 10
 
@@ -204,29 +203,26 @@ def test_simulated_time_is_on_the_clock_and_the_same_seed_repeats_the_scans(
     assert all(runs[0][stamp] == runs[1][stamp] for stamp in common)
 
 
-@pytest.mark.parametrize(
-    ("argument", "why"),
-    [
-        ("_robots:=0", "robots must be a number from 1 to 100, or a list, got 0"),
-        ("_robots:=[{size: 3}]", "each robot must be a mapping of name, x, y and yaw only"),
-        (
-            "_robots:=[{name: a b}]",
-            r"a robot's name must begin with a letter and contain only letters, digits and _, got 'a b'",
-        ),
-        ("_robots:=[]", "robots must be a list of 1 to 100 robots, got 0"),
-        ("_laser:={rays: 0}", "laser/rays must be > 0, got 0|laser/rays must be 1 to 10000, got 0"),
-        ("_obstacles:=5", r"obstacles must be a list of at most 100 mappings, got 5"),
-        ("_obstacles:=[{points: 1}]", r"obstacles/points must be a list of \[x, y\], got 1"),
-        (
-            "_obstacles:=[{size: 1}]",
-            r"an obstacle must be a mapping with points, and optionally radius and speed",
-        ),
-        ("_speed:=2.0", r"speed 2\.0 needs simulated time: set /use_sim_time to true first"),
-        ("_robots:=[{name: ann", r"robots must be YAML: robots:1:13|robots must be a finite number"),
-        ("_speed:=0", r"seed must be >= 0 and speed > 0, got 0 and 0"),
-        ("_map:=/missing.yaml", r"/missing\.yaml"),
-    ],
-)
+@pytest.mark.parametrize(("argument", "why"), [
+    ("_robots:=0", "robots must be a number from 1 to 100, or a list, got 0"),
+    ("_robots:=[{size: 3}]", "each robot must be a mapping of name, x, y and yaw only"),
+    (
+        "_robots:=[{name: a b}]",
+        r"a robot's name must begin with a letter and contain only letters, digits and _, got 'a b'",
+    ),
+    ("_robots:=[]", "robots must be a list of 1 to 100 robots, got 0"),
+    ("_laser:={rays: 0}", "laser/rays must be > 0, got 0|laser/rays must be 1 to 10000, got 0"),
+    ("_obstacles:=5", r"obstacles must be a list of at most 100 mappings, got 5"),
+    ("_obstacles:=[{points: 1}]", r"obstacles/points must be a list of \[x, y\], got 1"),
+    (
+        "_obstacles:=[{size: 1}]",
+        r"an obstacle must be a mapping with points, and optionally radius and speed",
+    ),
+    ("_speed:=2.0", r"speed 2\.0 needs simulated time: set /use_sim_time to true first"),
+    ("_robots:=[{name: ann", r"robots must be YAML: robots:1:13|robots must be a finite number"),
+    ("_speed:=0", r"seed must be >= 0 and speed > 0, got 0 and 0"),
+    ("_map:=/missing.yaml", r"/missing\.yaml"),
+])  # fmt: skip
 def test_invalid_parameters_end_the_program_with_their_name(ros: RosSystem, argument: str, why: str) -> None:
     ros.serve_master()
     sim = ros.pipros.run("rosrun", "pipros_sim", "sim", "_headless:=true", argument)
@@ -245,8 +241,7 @@ def test_the_page_shows_moves_and_steers_its_own_robots(ros: RosSystem) -> None:
         assert first["walls"].startswith("iVBORw0KGgo")  # the magic bytes of PNG
         assert first["area"] == [-5.0, -4.0, 10.0, 8.0]
         (robot,) = next(views)["robots"]
-        assert robot["pose"] == [0.0, 0.0, 0.0]
-        assert len(robot["points"]) == 180
+        assert (robot["pose"], len(robot["points"])) == ([0.0, 0.0, 0.0], 180)
         assert browser.act("place", robot="", x=1.0, y=2.0, yaw=1.0) is None
         wait_until(lambda: next(views)["robots"][0]["pose"] == [1.0, 2.0, 1.0])
         assert (
@@ -285,8 +280,7 @@ def test_fake_localization_publishes_the_true_pose_as_amcl_would(ros: RosSystem,
 
     wait_until(lambda: len(pairs()) > 3)
     assert all(true == estimated for true, estimated in pairs())
-    assert estimates.messages[0].header.frame_id == "map"
-    assert len(cloud.wait()[0].poses) == 1
+    assert (estimates.messages[0].header.frame_id, len(cloud.wait()[0].poses)) == ("map", 1)
     wait_until(
         lambda: any(
             (each.header.frame_id, each.child_frame_id) == ("map", "odom")
@@ -372,8 +366,7 @@ def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_pat
     scans = subscribe(node, "/robot_0/base_scan", "sensor_msgs/LaserScan")
     scan = scans.wait()[0]
     assert (scan.header.frame_id, len(scan.ranges)) == ("robot_0/base_laser_link", 181)
-    assert scan.ranges[0] == pytest.approx(3.9)
-    assert scan.ranges[90] == pytest.approx(4.9)
+    assert (scan.ranges[0], scan.ranges[90]) == (pytest.approx(3.9), pytest.approx(4.9))
     assert scan.ranges[180] == pytest.approx(3.8)  # the other robot
     assert "http" not in stage.output
     fixed = subscribe(node, "/tf_static", "tf2_msgs/TFMessage").wait()[0]

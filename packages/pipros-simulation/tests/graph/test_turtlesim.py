@@ -79,12 +79,8 @@ def test_topics_and_services_are_those_of_the_wiki(ros: RosSystem) -> None:
     assert output_of(ros, "rosservice", "type", "/clear") == ["std_srvs/Empty"]
     assert output_of(ros, "rosversion", "turtlesim") == ["0.10.2"]
     assert pose_of(ros) == {
-        "x": MIDDLE,
-        "y": MIDDLE,
-        "theta": 0.0,
-        "linear_velocity": 0.0,
-        "angular_velocity": 0.0,
-    }
+        "x": MIDDLE, "y": MIDDLE, "theta": 0.0, "linear_velocity": 0.0, "angular_velocity": 0.0,
+    }  # fmt: skip
     turtlesim.press_ctrl_c()
     assert turtlesim.wait() == 0
 

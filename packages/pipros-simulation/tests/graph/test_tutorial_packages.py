@@ -73,14 +73,11 @@ def test_parameters_are_read_set_deleted_and_found(ros: RosSystem) -> None:
     ros.serve_master()
     launched = ros.pipros.start("roslaunch", "rospy_tutorials", "param_talker.launch")
     for line in (
-        "/global_example is global value",
-        "/foo/utterance is Hello World",
-        "/foo/param_talker/topic_name is chatter",
-        "/foo/default_param is default_value",
-        r"gains are 1\.0, 2\.0, 3\.0",
-        "found global_example parameter under key: /global_example",
+        "/global_example is global value", "/foo/utterance is Hello World",
+        "/foo/param_talker/topic_name is chatter", "/foo/default_param is default_value",
+        r"gains are 1\.0, 2\.0, 3\.0", "found global_example parameter under key: /global_example",
         "Hello World",
-    ):
+    ):  # fmt: skip
         launched.wait_for(line)
     assert ros.pipros.run("rosparam", "get", "/foo/param_talker/private_bar").stdout == ["3"]
 
@@ -174,15 +171,10 @@ def test_a_turtle_draws_a_pentagon_exactly(ros: RosSystem) -> None:
     assert [turn for _, turn in edges] == pytest.approx([math.tau / 5] * 5, abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("package", "launch"),
-    [
-        ("turtle_tf", "turtle_tf_demo.launch"),
-        ("turtle_tf", "turtle_tf_demo_cpp.launch"),
-        ("turtle_tf2", "turtle_tf2_demo.launch"),
-        ("turtle_tf2", "turtle_tf2_demo_cpp.launch"),
-    ],
-)
+@pytest.mark.parametrize(("package", "launch"), [
+    ("turtle_tf", "turtle_tf_demo.launch"), ("turtle_tf", "turtle_tf_demo_cpp.launch"),
+    ("turtle_tf2", "turtle_tf2_demo.launch"), ("turtle_tf2", "turtle_tf2_demo_cpp.launch"),
+])  # fmt: skip
 def test_a_second_turtle_follows_the_first(ros: RosSystem, package: str, launch: str) -> None:
     ros.serve_master()
     terminal = ros.pipros.open_terminal()
@@ -288,17 +280,13 @@ def test_the_former_name_of_rqt_reconfigure_opens_its_page(ros: RosSystem) -> No
     assert page.place == "reconfigure"
 
 
-@pytest.mark.parametrize(
-    ("launch", "line"),
-    [
-        ("headers", r"I heard \[hello world \d+\.\d+\], number \d+, sent at \d+\.\d{3}"),
-        ("listener_with_user_data", r"The second callback heard \[hello world"),
-        ("listener_subscribe_notify", r"I heard Welcome!"),
-        ("connection_header", r"from \[/talker_connection_header\] with \[oreo, /talker_connection_header\]"),
-        ("on_shutdown", "the motor stops"),
-        ("advanced_publish", "I heard as its only field"),
-    ],
-)
+@pytest.mark.parametrize(("launch", "line"), [
+    ("headers", r"I heard \[hello world \d+\.\d+\], number \d+, sent at \d+\.\d{3}"),
+    ("listener_with_user_data", r"The second callback heard \[hello world"),
+    ("listener_subscribe_notify", r"I heard Welcome!"),
+    ("connection_header", r"from \[/talker_connection_header\] with \[oreo, /talker_connection_header\]"),
+    ("on_shutdown", "the motor stops"), ("advanced_publish", "I heard as its only field"),
+])  # fmt: skip
 def test_the_later_tutorials_of_rospy_run(ros: RosSystem, launch: str, line: str) -> None:
     ros.serve_master()
     launched = ros.pipros.start("roslaunch", "rospy_tutorials", f"{launch}.launch")

@@ -47,12 +47,9 @@ def test_genuine_nodes_and_tools_use_a_simulated_robot(ros: RosSystem) -> None:
     driver.write_text(DRIVER)
     driven = ros.genuine.run("/usr/bin/python3", driver, timeout_s=150)
     assert driven.stdout == [
-        "scan base_scan 360 4.9",
-        "fixed base_link base_scan imu_link",
-        "charge charging",
-        "odom odom base_footprint 0.4",
-        "tf odom base_footprint True",
-    ], driven.output
+        "scan base_scan 360 4.9", "fixed base_link base_scan imu_link", "charge charging",
+        "odom odom base_footprint 0.4", "tf odom base_footprint True",
+    ], driven.output  # fmt: skip
     assert ros.genuine.run("rostopic", "type", "/scan").stdout == ["sensor_msgs/LaserScan"]
     echoed = ros.genuine.run("rostopic", "echo", "-n1", "/battery_state/header/frame_id")
     assert echoed.returncode == 0, echoed.output

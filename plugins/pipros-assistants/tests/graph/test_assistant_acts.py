@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -210,14 +211,8 @@ def test_values_at_the_edge_pass_and_beyond_are_refused(
 
 
 LOOK_ALIKE = [
-    "/cmd_v\u0435l",
-    "/CMD_VEL",
-    "/cmd_vel2",
-    "/cmd_vel/x",
-    "/robot/cmd_vel",
-    "/cmd\u200b_vel",
-    "~cmd_vel",
-]
+    "/cmd_v\u0435l", "/CMD_VEL", "/cmd_vel2", "/cmd_vel/x", "/robot/cmd_vel", "/cmd\u200b_vel", "~cmd_vel",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("topic", LOOK_ALIKE)
@@ -241,16 +236,13 @@ def test_a_remapping_in_the_environment_of_the_server_changes_nothing(
     master: Master, policy: Path, driven: Inbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_NAMESPACE", "/other")
-    moved = LocalAssistant(master.uri, policy=policy)
-    try:
+    with closing(LocalAssistant(master.uri, policy=policy)) as moved:
         with Human(moved.approvals) as human:
             assert "has no rule for the topic /other/cmd_vel" in reason(
                 moved.call("publish", topic="cmd_vel", message={})
             )
             assert not moved.call("publish", **DRIVE).is_error
         assert [each["name"] for each in human.seen] == ["/cmd_vel"]
-    finally:
-        moved.close()
     assert driven.wait(1)[0].linear.x == 0.2
 
 

@@ -40,34 +40,21 @@ SetBool: Any = load_service_class("std_srvs/SetBool")
 TOKEN = "a-token-for-this-test"  # noqa: S105
 
 CALLS: dict[str, dict[str, Any]] = {
-    "describe_bag": {"bag": "run.bag"},
-    "describe_service": {"service": "/enable"},
-    "doctor": {},
-    "find_transform": {"target": "map", "source": "base", "wait_s": 0.1},
-    "list_actions": {},
-    "list_bags": {},
-    "list_frames": {"wait_s": 0.1},
-    "list_launch_files": {"package": "rospy_tutorials"},
-    "list_nodes": {},
-    "list_packages": {},
-    "list_parameters": {},
-    "list_services": {},
-    "list_topics": {},
+    "describe_bag": {"bag": "run.bag"}, "describe_service": {"service": "/enable"}, "doctor": {},
+    "find_transform": {"target": "map", "source": "base", "wait_s": 0.1}, "list_actions": {}, "list_bags": {},
+    "list_frames": {"wait_s": 0.1}, "list_launch_files": {"package": "rospy_tutorials"}, "list_nodes": {},
+    "list_packages": {}, "list_parameters": {}, "list_services": {}, "list_topics": {},
     "plot_bag": {"bag": "run.bag", "topic": "/a", "parts": ["data"]},
     "query_bag": {"bag": "run.bag", "sql": "SELECT count(*) AS n FROM a"},
-    "read_bag": {"bag": "run.bag", "topic": "/a"},
-    "read_diagnostics": {"wait_s": 0.1},
+    "read_bag": {"bag": "run.bag", "topic": "/a"}, "read_diagnostics": {"wait_s": 0.1},
     "read_launch_file": {"package": "rospy_tutorials", "file": "001_talker_listener/talker_listener.launch"},
-    "read_logs": {"wait_s": 0.1},
-    "read_parameter": {"name": "/rosdistro"},
-    "read_topic": {"topic": "/chatter"},
-    "show_bag": {"bag": "run.bag", "topic": "/a"},
-    "show_definition": {"type": "std_msgs/String"},
-    "show_topic": {"topic": "/map"},
+    "read_logs": {"wait_s": 0.1}, "read_parameter": {"name": "/rosdistro"},
+    "read_topic": {"topic": "/chatter"}, "show_bag": {"bag": "run.bag", "topic": "/a"},
+    "show_definition": {"type": "std_msgs/String"}, "show_topic": {"topic": "/map"},
     "summarize_bag": {"bag": "run.bag", "topic": "/a"},
     "summarize_topic": {"topic": "/chatter", "seconds": 0.3},
     "why_no_data": {"topic": "/chatter", "wait_s": 0.3},
-}
+}  # fmt: skip
 """A call of every tool."""
 
 FAILING = {"find_transform", "show_bag"}
@@ -89,11 +76,8 @@ def system(ros: RosSystem, tmp_path: Path) -> RosSystem:
 
 def over_stdio(ros: RosSystem) -> AbstractAsyncContextManager[Client]:
     command = [
-        *("-c", "from pipros_tools.cli.pipros import main; main()"),
-        "mcp",
-        "--bags",
-        str(ros.home / "bags"),
-    ]
+        *("-c", "from pipros_tools.cli.pipros import main; main()"), "mcp", "--bags", str(ros.home / "bags"),
+    ]  # fmt: skip
     environment = ros.pipros.environment
     return Client(
         StdioServerParameters(command=sys.executable, args=command, env=environment, cwd=str(ros.home))
@@ -139,8 +123,7 @@ def test_every_tool_answers(system: RosSystem, transport: str) -> None:
             replies = run(over_http(port), call_every_tool)
     assert {name for name, reply in replies.items() if reply.is_error} == FAILING
     assert replies["read_topic"].data[1]["message"] == {"data": "hello"}
-    assert replies["query_bag"].data == [["n"], ["15"]]
-    assert replies["list_bags"].data == ["run.bag"]
+    assert (replies["query_bag"].data, replies["list_bags"].data) == ([["n"], ["15"]], ["run.bag"])
     assert replies["read_bag"].data[0] == {"time_s": 0.0, "message": {"data": 0}}
     assert any("<launch>" in line for line in replies["read_launch_file"].data)
     assert {"/chatter", "/map"} <= {row["topic"] for row in replies["list_topics"].data}
@@ -167,14 +150,10 @@ def test_only_clients_with_token_host_and_origin_are_served(system: RosSystem) -
     _, port = start_http(system)
     good = {"Authorization": f"Bearer {TOKEN}"}
     wrong: list[dict[str, str]] = [
-        {},
-        {"Authorization": "Bearer another-token-of-some-length"},
-        {"Authorization": f"Basic {TOKEN}"},
-        {**good, "Host": f"evil.example:{port}"},
-        {**good, "Origin": "http://evil.example"},
-        {**good, "Origin": "null"},
-        {**good, "Origin": "http://localhost:1"},
-    ]
+        {}, {"Authorization": "Bearer another-token-of-some-length"}, {"Authorization": f"Basic {TOKEN}"},
+        {**good, "Host": f"evil.example:{port}"}, {**good, "Origin": "http://evil.example"},
+        {**good, "Origin": "null"}, {**good, "Origin": "http://localhost:1"},
+    ]  # fmt: skip
     for headers in wrong:
         status, body = request(port, **headers)
         assert status == 403, headers
@@ -221,13 +200,9 @@ def test_a_line_that_is_too_long_is_refused_and_later_ones_are_answered(system: 
         assert program.stdout is not None
         try:
             for line in (
-                first,
-                f"{ping:<{limit_bytes - 1}}",
-                f"{ping:<{limit_bytes}}",
-                long,
-                third,
+                first, f"{ping:<{limit_bytes - 1}}", f"{ping:<{limit_bytes}}", long, third,
                 "{" * (4 * limit_bytes),
-            ):
+            ):  # fmt: skip
                 program.stdin.write(f"{line}\n")
                 program.stdin.flush()
                 answers.append(json.loads(program.stdout.readline()))
@@ -240,10 +215,8 @@ def test_a_line_that_is_too_long_is_refused_and_later_ones_are_answered(system: 
     text = f"the line is too long; {limit}. Send shorter requests"
     refusal = {"jsonrpc": "2.0", "id": None, "error": {"code": -32600, "message": text}}
     assert answers[0]["result"]["serverInfo"]["name"] == "pipros"
-    assert answers[1] == {"jsonrpc": "2.0", "id": 2, "result": {}}
-    assert answers[2:4] == [refusal, refusal]
-    assert answers[4] == {"jsonrpc": "2.0", "id": 3, "result": {}}
-    assert answers[5] == refusal
+    assert (answers[1], answers[2:4]) == ({"jsonrpc": "2.0", "id": 2, "result": {}}, [refusal, refusal])
+    assert (answers[4], answers[5]) == ({"jsonrpc": "2.0", "id": 3, "result": {}}, refusal)
 
 
 def test_no_login_is_offered(system: RosSystem) -> None:

@@ -38,13 +38,10 @@ def test_a_robot_drives_to_a_pose_with_one_approval(ros: RosSystem) -> None:
     human.wait_for(r"n: refuse > ")
     shown = human.output
     for expected in (
-        "tool    publish\n",
-        "name    /cmd_vel\n",
-        '"angular": {"x": 0.0, "y": 0.0, "z": -0.8}',
+        "tool    publish\n", "name    /cmd_vel\n", '"angular": {"x": 0.0, "y": 0.0, "z": -0.8}',
         "rule    drive.yaml:2: topics./cmd_vel, at most 600 a minute, stopped after 0.5 s\n",
-        "master  http://localhost:",
-        " s left. ",
-    ):
+        "master  http://localhost:", " s left. ",
+    ):  # fmt: skip
         assert expected in shown
     human.answer("m")
     human.wait_for("Answered: minute.")

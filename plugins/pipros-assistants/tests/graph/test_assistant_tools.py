@@ -72,8 +72,7 @@ def test_the_graph_is_listed(make_node: MakeNode, assistant: LocalAssistant) -> 
     ]
     assert assistant.call("list_topics", below="/rob").data == []
     [row] = assistant.call("list_nodes").data
-    assert row["node"] == "/talker"
-    assert row["publishes"] == ["/robot/chatter"]
+    assert (row["node"], row["publishes"]) == ("/talker", ["/robot/chatter"])
     assert row["services"] == ["/robot/enable"]
     assert assistant.call("list_services").data == [{"service": "/robot/enable", "nodes": ["/talker"]}]
     assert assistant.call("list_actions").data == [
@@ -118,8 +117,7 @@ def test_the_latest_message_of_a_topic_is_read(make_node: MakeNode, assistant: L
     make_node("talker").advertise("/chatter", String, latch=True).publish(String("hello"))
     reply = assistant.call("read_topic", topic="/chatter")
     assert reply.data[0] == {"topic": "/chatter", "type": "std_msgs/String"}
-    assert reply.data[1]["message"] == {"data": "hello"}
-    assert reply.data[1]["from"] == "/talker"
+    assert (reply.data[1]["message"], reply.data[1]["from"]) == ({"data": "hello"}, "/talker")
     assert assistant.call("read_topic", topic="/chatter", part="data").data[1]["message"] == "hello"
     assert assistant.call("read_topic", topic="/chatter", part="nothing").is_error
     assert "does not exist" in assistant.call("read_topic", topic="/nothing").fields["error"]
@@ -130,8 +128,7 @@ def test_numbers_become_statistics(make_node: MakeNode, assistant: LocalAssistan
     publisher.publish(LaserScan(ranges=[1.0, 3.0, math.inf, math.nan], range_max=5.0))
     reply = assistant.call("summarize_topic", topic="/scan", seconds=0.5)
     rows = {row["field"]: row for row in reply.data}
-    assert reply.fields["messages"] == 1
-    assert rows["ranges[]"]["values"] == 2
+    assert (reply.fields["messages"], rows["ranges[]"]["values"]) == (1, 2)
     assert rows["ranges[]"]["not_finite"] == 2
     assert (rows["ranges[]"]["min"], rows["ranges[]"]["max"], rows["ranges[]"]["mean"]) == (1.0, 3.0, 2.0)
 
@@ -203,8 +200,7 @@ def test_secrets_among_parameters_are_masked(
     values = {row["name"]: row["value"] for row in reply.data}
     assert "hunter2" not in reply.text
     assert "abc" not in reply.text
-    assert values["/wifi/ssid"] == "lab"
-    assert values["/camera/url"] == "rtsp://(masked)@10.0.0.1/x"
+    assert (values["/wifi/ssid"], values["/camera/url"]) == ("lab", "rtsp://(masked)@10.0.0.1/x")
     assert assistant.call("read_parameter", name="/missing").is_error
 
 
@@ -298,15 +294,11 @@ def test_texts_of_the_robot_stand_in_data_only(
     before = assistant.tools()
 
     calls: list[tuple[str, dict[str, Any]]] = [
-        ("read_topic", {"topic": "/chatter"}),
-        ("read_parameter", {"name": "/hostile"}),
-        ("list_parameters", {}),
-        ("read_logs", {"wait_s": 0.5}),
-        ("read_diagnostics", {"wait_s": 0.5}),
-        ("list_frames", {"wait_s": 2.0}),
-        ("find_transform", {"target": "x", "source": "y", "wait_s": 2.0}),
+        ("read_topic", {"topic": "/chatter"}), ("read_parameter", {"name": "/hostile"}),
+        ("list_parameters", {}), ("read_logs", {"wait_s": 0.5}), ("read_diagnostics", {"wait_s": 0.5}),
+        ("list_frames", {"wait_s": 2.0}), ("find_transform", {"target": "x", "source": "y", "wait_s": 2.0}),
         ("show_topic", {"topic": "/image"}),
-    ]
+    ]  # fmt: skip
     for tool, arguments in calls:
         reply = assistant.call(tool, **arguments)
         assert reply.text.isprintable(), tool

@@ -301,7 +301,6 @@ def test_an_obedient_client_reaches_no_act_outside_the_policy(
     assert (others.messages, goals.messages, shutdowns) == ([], [], [])
     assert not robot.params.has("/volume")
     assert not robot.params.has("/robot_mode")
-    after = sorted(each.name for each in home.rglob("*") if each.is_file())
-    assert after == before
+    assert sorted(each.name for each in home.rglob("*") if each.is_file()) == before
     assert SECRET not in "".join(client.answers)
     assert assistant.tools() == described

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -166,8 +166,7 @@ def test_numbers_have_the_names_units_and_order_of_the_description(live: LiveRob
     assert live.state_names == ("arm.b", "arm.a")
     assert live.action_names == ("arm.b", "arm.a", "base.linear.x", "base.angular.z")
     least, most = live.action_limits
-    assert least.tolist() == [-np.inf, -np.inf, -0.5, -1]
-    assert most.tolist() == [90, 90, 0.5, 1]
+    assert (least.tolist(), most.tolist()) == ([-np.inf, -np.inf, -0.5, -1], [90, 90, 0.5, 1])
     state, pictures = live.observe()
     assert (state.tolist(), pictures) == ([-20.0, 15.0], {})
     robot.measure(3.0, 4.0)
@@ -179,16 +178,13 @@ def test_numbers_have_the_names_units_and_order_of_the_description(live: LiveRob
     assert (twist.linear.x, twist.linear.y, twist.angular.z) == (0.5, 0, -1)
 
 
-@pytest.mark.parametrize(
-    ("action", "reason"),
-    [
-        ([0, 0, 0.6, 0], "actions.base.linear.x must be a number from -0.5 to 0.5, got 0.6"),
-        ([91, 0, 0, 0], "actions.arm.b must be a number from -inf to 90 deg, got 91"),
-        ([0, 0, 0, np.nan], "actions.base.angular.z must be a number from -1 to 1, got nan"),
-        ([0, np.inf, 0, 0], "actions.arm.a must be a number from -inf to 90 deg, got inf"),
-        ([0, 0, 0], "an action must have 4 numbers, got 3"),
-    ],
-)
+@pytest.mark.parametrize(("action", "reason"), [
+    ([0, 0, 0.6, 0], "actions.base.linear.x must be a number from -0.5 to 0.5, got 0.6"),
+    ([91, 0, 0, 0], "actions.arm.b must be a number from -inf to 90 deg, got 91"),
+    ([0, 0, 0, np.nan], "actions.base.angular.z must be a number from -1 to 1, got nan"),
+    ([0, np.inf, 0, 0], "actions.arm.a must be a number from -inf to 90 deg, got inf"),
+    ([0, 0, 0], "an action must have 4 numbers, got 3"),
+])  # fmt: skip
 def test_a_refused_action_stops_the_robot(
     live: LiveRobot, robot: Robot, action: list[float], reason: str
 ) -> None:
@@ -309,25 +305,22 @@ def test_commands_are_read_from_a_joystick(
         LiveTeleoperator(describe(), master_uri=master.uri)
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "reason"),
-    [
-        ("stop: hold, ", "", r"actions\.arm\.stop: must be zero, hold or 2 numbers"),
-        ("stop: hold, ", "stop: [1], ", r"actions\.arm\.stop: must be zero, hold or 2 numbers for .*, got 1"),
-        ("stop: hold, ", "stop: halt, ", r"actions\.arm\.stop: must be one of zero, hold"),
-        ("scale: 10, stop", "scale: 10, fields: [speed], stop", r"fields: speed: .* has no such field"),
-        ("scale: 10, stop", "scale: 10, fields: [header], stop", "fields: header: must be numbers"),
-        (
-            "scale: 10, stop",
-            "scale: 10, fields: [position, effort], stop",
-            "at most one field of variable size",
-        ),
-        ("unit: deg, scale: 10}", "unit: rad}", "stop: hold needs an observation with the same name, unit"),
-        ("max: [0.5, 1]", "max: [0.5, 1, 2]", "must be one number or 2"),
-        ("teleop: /joy", "teloep: /joy", "Did you mean teleop"),
-        ("scale: 10}}\nactions", "scale: 10, stop: hold}}\nactions", "observations.arm.stop: unknown key"),
-    ],
-)
+@pytest.mark.parametrize(("before", "after", "reason"), [
+    ("stop: hold, ", "", r"actions\.arm\.stop: must be zero, hold or 2 numbers"),
+    ("stop: hold, ", "stop: [1], ", r"actions\.arm\.stop: must be zero, hold or 2 numbers for .*, got 1"),
+    ("stop: hold, ", "stop: halt, ", r"actions\.arm\.stop: must be one of zero, hold"),
+    ("scale: 10, stop", "scale: 10, fields: [speed], stop", r"fields: speed: .* has no such field"),
+    ("scale: 10, stop", "scale: 10, fields: [header], stop", "fields: header: must be numbers"),
+    (
+        "scale: 10, stop",
+        "scale: 10, fields: [position, effort], stop",
+        "at most one field of variable size",
+    ),
+    ("unit: deg, scale: 10}", "unit: rad}", "stop: hold needs an observation with the same name, unit"),
+    ("max: [0.5, 1]", "max: [0.5, 1, 2]", "must be one number or 2"),
+    ("teleop: /joy", "teloep: /joy", "Did you mean teleop"),
+    ("scale: 10}}\nactions", "scale: 10, stop: hold}}\nactions", "observations.arm.stop: unknown key"),
+])  # fmt: skip
 def test_errors_of_a_description_name_the_key(
     master: Master, robot: Robot, describe: Callable[..., Path], before: str, after: str, reason: str
 ) -> None:
@@ -387,14 +380,10 @@ def test_the_plug_ins_of_lerobot_have_the_names_and_order_of_the_data_set(
     teleoperator.connect()
     action = teleoperator.get_action()
     assert list(action.items()) == [
-        ("arm.b", -20),
-        ("arm.a", 15),
-        ("base.linear.x", 0),
-        ("base.angular.z", 0),
-    ]
+        ("arm.b", -20), ("arm.a", 15), ("base.linear.x", 0), ("base.angular.z", 0),
+    ]  # fmt: skip
     assert set(plugged.action_features) == set(teleoperator.action_features) == set(action)
-    assert plugged.send_action(action) == action
-    assert list(robot.arm.wait()[0].position) == [-2.0, 1.5]
+    assert (plugged.send_action(action), list(robot.arm.wait()[0].position)) == (action, [-2.0, 1.5])
     plugged.disconnect()
     teleoperator.disconnect()
     assert not plugged.is_connected
@@ -421,15 +410,16 @@ def test_a_simulated_robot_is_an_environment_of_gymnasium(ros: RosSystem, tmp_pa
         "actions: {base: {topic: /cmd_vel, fields: [linear.x], min: -0.5, max: 0.5}}\n"
     )
     ready = threading.Event()
-    environment = RobotEnvironment(
-        path,
-        reward=lambda found, action: float(found["state"][0] - action[0]),
-        is_done=lambda found: found["state"][0] > 0.1,
-        on_reset=lambda robot: ready.set(),
-        master_uri=ros.master_uri,
-        timeout_s=60,
-    )
-    try:
+    with closing(
+        RobotEnvironment(
+            path,
+            reward=lambda found, action: float(found["state"][0] - action[0]),
+            is_done=lambda found: found["state"][0] > 0.1,
+            on_reset=lambda robot: ready.set(),
+            master_uri=ros.master_uri,
+            timeout_s=60,
+        )
+    ) as environment:
         found, info = environment.reset()
         assert ready.is_set()
         assert environment.observation_space.contains(found)
@@ -442,5 +432,3 @@ def test_a_simulated_robot_is_an_environment_of_gymnasium(ros: RosSystem, tmp_pa
             steps += 1
         assert steps > 1
         found, _ = environment.reset()
-    finally:
-        environment.close()

@@ -191,11 +191,7 @@ def test_a_result_of_a_cut_arrives_once_and_before_a_status_without_its_goal(
         server = robot.node("server")
         publishers = {
             name: server.advertise(f"/do/{name}", kind, queue_size=None)
-            for name, kind in (
-                ("status", status),
-                ("feedback", feedback),
-                ("result", result),
-            )
+            for name, kind in (("status", status), ("feedback", feedback), ("result", result))
         }
         operator.wait_for_topic("/robot1/do/status")
         arrived: list[str] = []

@@ -157,16 +157,10 @@ def test_denied_parameters_are_not_reached_by_other_names(router: str) -> None:
         assert "limit" not in everything
         assert everything["public"] == {"a": 1, "b": {"c": 1}}
         for name, value in (
-            ("//secret/key", 2),
-            ("/secret", {"key": 2}),
-            ("/secret", 2),
-            ("/secret", {}),
-            ("/", {"secret": {"key": 2}}),
-            ("/", {"secret/key": 2}),
-            ("/", {}),
-            ("/limit/", 2),
+            ("//secret/key", 2), ("/secret", {"key": 2}), ("/secret", 2), ("/secret", {}),
+            ("/", {"secret": {"key": 2}}), ("/", {"secret/key": 2}), ("/", {}), ("/limit/", 2),
             ("/limit/a", 2),
-        ):
+        ):  # fmt: skip
             with pytest.raises(LinkFailed, match="is not allowed to"):
                 ask(operator, "robot1", "set", [name, value])
         deep: Any = 1

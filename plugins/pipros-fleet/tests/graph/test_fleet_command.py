@@ -78,23 +78,20 @@ def test_days_is_the_validity_of_the_certificates_of_routers_too(ros: RosSystem)
         assert (made.not_valid_after_utc - made.not_valid_before_utc).days == 1 + 3
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["router", "tcp/0.0.0.0:7447"], "Without TLS, everyone there can control all robots"),
-        (["router", "udp/127.0.0.1:1"], "must have the form tcp/HOST:PORT or tls/HOST:PORT"),
-        (["router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
-        (["router", "--history-topic", "/x"], "--history-topic needs --history DIR"),
-        (["router", "--history", "x", "--history-mb", "1"], "--history-mb must be >= 34, got 1"),
-        (["join", "a/b"], "is not a legal name for a member"),
-        (["join", "a", "--router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
-        (["join", "a", "--keys", "missing", "--router", "tls/127.0.0.1:1"], "has no file [fleet.crt]"),
-        (["join", "a", "--file", "missing.yaml"], "cannot read missing.yaml: No such file or directory"),
-        (["list", "--router", "tcp/127.0.0.1:9"], "cannot reach the router at tcp/127.0.0.1:9"),
-        (["top", "--interval", "0"], "--interval must be between"),
-        (["keys", "add", "missing", "robot1"], "has no authority"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), [
+    (["router", "tcp/0.0.0.0:7447"], "Without TLS, everyone there can control all robots"),
+    (["router", "udp/127.0.0.1:1"], "must have the form tcp/HOST:PORT or tls/HOST:PORT"),
+    (["router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
+    (["router", "--history-topic", "/x"], "--history-topic needs --history DIR"),
+    (["router", "--history", "x", "--history-mb", "1"], "--history-mb must be >= 34, got 1"),
+    (["join", "a/b"], "is not a legal name for a member"),
+    (["join", "a", "--router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
+    (["join", "a", "--keys", "missing", "--router", "tls/127.0.0.1:1"], "has no file [fleet.crt]"),
+    (["join", "a", "--file", "missing.yaml"], "cannot read missing.yaml: No such file or directory"),
+    (["list", "--router", "tcp/127.0.0.1:9"], "cannot reach the router at tcp/127.0.0.1:9"),
+    (["top", "--interval", "0"], "--interval must be between"),
+    (["keys", "add", "missing", "robot1"], "has no authority"),
+])  # fmt: skip
 def test_errors_are_one_line(ros: RosSystem, arguments: list[str], reason: str) -> None:
     ended = ros.pipros.run("pipros", "fleet", *arguments)
     assert ended.returncode == 1
@@ -110,17 +107,11 @@ def test_a_file_is_checked(ros: RosSystem) -> None:
     good = ros.pipros.run("pipros", "fleet", "check", "good.yaml")
     assert good.returncode == 0
     assert good.stdout == [
-        "shows the members *",
-        "sends at most 100 kbit/s",
-        "shares the topics:",
-        "  /tf: at most 5 messages/s, only the latest, high priority, compressed",
-        "  /x: not",
-        "shares the parameters: (none)",
-        "accepts messages for the topics: (none)",
-        "accepts calls to the services:",
-        "  /s: from op",
-        "lets others set the parameters: (none)",
-    ]
+        "shows the members *", "sends at most 100 kbit/s", "shares the topics:",
+        "  /tf: at most 5 messages/s, only the latest, high priority, compressed", "  /x: not",
+        "shares the parameters: (none)", "accepts messages for the topics: (none)",
+        "accepts calls to the services:", "  /s: from op", "lets others set the parameters: (none)",
+    ]  # fmt: skip
     (ros.home / "bad.yaml").write_text("accept: {topics: [{name: cmd}]}\n")
     bad = ros.pipros.run("pipros", "fleet", "check", "bad.yaml")
     assert bad.returncode == 1

@@ -265,22 +265,14 @@ def test_malformed_messages_of_a_member_disturb_nothing(operator: Member, hostil
         (body, pack(MessageAttachment(0, instance, 1, 0, String._md5sum, is_compressed=True))),
     ):
         hostile.put(keys.topic("bad", "/chatter"), payload, attachment, waits=True)
-    for document in (
-        b"",
-        b"\xff",
-        b"[]",
-        b"[" * 50_000,
-        b"x" * (5 * 1024 * 1024),
-        json.dumps(1).encode(),
-    ):
+    for document in (b"", b"\xff", b"[]", b"[" * 50_000, b"x" * (5 * 1024 * 1024), json.dumps(1).encode()):
         hostile.put(keys.directory("bad"), document, waits=True)
         hostile.put(keys.wanted("bad", "operator"), document, waits=True)
     hostile.put(keys.topic("bad", "/chatter"), body, pack(good), waits=True)
     wait_until(lambda: received, LIMIT_S, "the good message")
     assert [each.data for each in received] == ["ok"]
     (counts,) = operator.agent.statistics()["received"].values()
-    assert counts[3] == 4
-    assert len(held) == 3
+    assert (counts[3], len(held)) == (4, 3)
 
 
 def _answering(payload: bytes) -> Any:
@@ -311,10 +303,7 @@ def test_of_two_members_with_one_name_the_later_one_ends(router: str, robot: Mem
 
 def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(router: str, constants: Constants) -> None:
     constants(FLEET_MEMBERS=20)
-    with (
-        Member("operator", router) as operator,
-        Member("robot1", router) as robot,
-    ):
+    with Member("operator", router) as operator, Member("robot1", router) as robot:
         talker = robot.node("talker").advertise("/chatter", String)
         operator.wait_for_topic("/robot1/chatter")
         received = operator.receive("/robot1/chatter")
@@ -457,5 +446,4 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
         assert sorted(requested) == 3 * [keys.definition("robot1", "a/Type0")] + [
             keys.definition("robot1", "a/Type1")
         ]
-        assert len(operator.warnings) == 1
-        assert len(held) == 3
+        assert (len(operator.warnings), len(held)) == (1, 3)

@@ -52,12 +52,8 @@ REPLIES: Mapping[str, bytes] = {
     "no value": xml("<array><data><value><int>1</int></value></data></array>"),
 }
 URIS = [
-    "http://127.0.0.1:1/",
-    "http://[::1",
-    "http://127.0.0.1:99999999/",
-    "http:///",
-    "rosrpc://127.0.0.1:3",
-]
+    "http://127.0.0.1:1/", "http://[::1", "http://127.0.0.1:99999999/", "http:///", "rosrpc://127.0.0.1:3",
+]  # fmt: skip
 BAD = [*REPLIES, *URIS]
 
 
@@ -87,11 +83,7 @@ def bad_api(case: tuple[str, str]) -> Iterator[str]:
 
 @pytest.fixture
 def bad_node(
-    case: tuple[str, str],
-    bad_api: str,
-    master: Master,
-    make_node: MakeNode,
-    monkeypatch: pytest.MonkeyPatch,
+    case: tuple[str, str], bad_api: str, master: Master, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> str:
     """The name of the bad node, which is registered between good ones."""
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
@@ -122,8 +114,7 @@ def test_a_ping_of_all_nodes_names_the_bad_one_and_goes_on(
 ) -> None:
     assert run("rosnode ping -a") == 0
     out, err = capsys.readouterr()
-    answered = [node for node in (*GOOD, bad_node) if f"pinging {node} with" in out]
-    assert answered == [*GOOD, bad_node]
+    assert [node for node in (*GOOD, bad_node) if f"pinging {node} with" in out] == [*GOOD, bad_node]
     assert out.count("xmlrpc reply from") == len(GOOD) + (bad_api not in URIS and not err)
     assert "Traceback" not in err
     assert all(good not in err for good in GOOD)

@@ -60,16 +60,11 @@ def test_an_operator_uses_two_genuine_robots(plain_ros: RosSystem, robots: dict[
             line
             for name in robots
             for line in (
-                f"{name} chatter",
-                f"{name} latched map of {name}",
-                f"{name} legal legal",
-                f"{name} static ['laser']",
-                f"{name} service {name}",
-                f"{name} error True",
-                f"{name} action 42",
-                f"{name} command {name} got go",
+                f"{name} chatter", f"{name} latched map of {name}", f"{name} legal legal",
+                f"{name} static ['laser']", f"{name} service {name}", f"{name} error True",
+                f"{name} action 42", f"{name} command {name} got go",
             )
-        ]
+        ]  # fmt: skip
         assert lines == expected
 
         for name in robots:

@@ -29,10 +29,7 @@ from tests.fuzz import mutation
 FORMATS = (0x81, 0x82, 0x84, 0x85, 0x86)
 WORDS = [
     *(
-        b"\xa5\x5a\x14\0\0\0\x04",
-        b"\xa5\x5a\x03\0\0\0\x06",
-        b"\xa5\x5a\xff\xff\xff\x3f\x20",
-        b"\xa5",
+        b"\xa5\x5a\x14\0\0\0\x04", b"\xa5\x5a\x03\0\0\0\x06", b"\xa5\x5a\xff\xff\xff\x3f\x20", b"\xa5",
         b"\x5a",
     ),
     *(
@@ -45,7 +42,7 @@ WORDS = [
         b"\x3d\xff\xff\xff\xff",
     ),
     *(b"\n\n", b"\n", b"QT\n00P\n\n", b"99b\n", b"00P\n", b"&", b"ARES:1440;4\n", b"AMIN:-1;", b"PP\n00P\n"),
-]
+]  # fmt: skip
 
 
 class WithoutPause(Lidar):

@@ -50,11 +50,8 @@ def moment(index: int) -> list[Row]:
     cloud = cloud_of(made(CLOUD, "velodyne").header, dict(zip("xyz", room().T, strict=True)), 16)
     scan = made(SCAN, "velodyne")
     scan.angle_min, scan.angle_increment, scan.range_max, scan.ranges = (
-        -0.5,
-        0.01,
-        30.0,
-        [2.0] * 90 + [9.0] * 10,
-    )
+        -0.5, 0.01, 30.0, [2.0] * 90 + [9.0] * 10,
+    )  # fmt: skip
     image, info = made("sensor_msgs/Image", "camera"), made("sensor_msgs/CameraInfo", "camera")
     image.height, image.width, image.encoding, image.step = 48, 64, "16UC1", 128
     image.data = np.full((48, 64), 1500, np.uint16).tobytes()

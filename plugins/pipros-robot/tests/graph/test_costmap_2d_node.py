@@ -11,18 +11,15 @@ from pipros.node import Node
 from tests.support.ros import RosSystem
 
 
-@pytest.mark.parametrize(
-    ("parameters", "complaint"),
-    [
-        (
-            {"plugins": [{"name": "range", "type": "range_sensor_layer::RangeSensorLayer"}]},
-            "range_sensor_layer::",
-        ),
-        ({"plugins": "static"}, "must be a list of {name, type}, got static"),
-        ({"footprint": "[[1, 2]]"}, "footprint must be a list of 3 to 1000 corners"),
-        ({"observation_sources": "a", "a": {"data_type": "Range"}}, "data_type must be one of PointCloud, "),
-    ],
-)
+@pytest.mark.parametrize(("parameters", "complaint"), [
+    (
+        {"plugins": [{"name": "range", "type": "range_sensor_layer::RangeSensorLayer"}]},
+        "range_sensor_layer::",
+    ),
+    ({"plugins": "static"}, "must be a list of {name, type}, got static"),
+    ({"footprint": "[[1, 2]]"}, "footprint must be a list of 3 to 1000 corners"),
+    ({"observation_sources": "a", "a": {"data_type": "Range"}}, "data_type must be one of PointCloud, "),
+])  # fmt: skip
 def test_a_costmap_that_cannot_run_says_why(
     ros: RosSystem, parameters: dict[str, Any], complaint: str
 ) -> None:

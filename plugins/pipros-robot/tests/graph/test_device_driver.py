@@ -117,5 +117,4 @@ def test_a_mistake_in_the_driver_ends_the_node_with_an_error(make_node: MakeNode
         raise ZeroDivisionError
 
     driver = Driver(node, log, DevicePort("x", NoStream), session)
-    assert driver.run() == 1
-    assert lines == ["the driver of x failed"]
+    assert (driver.run(), lines) == (1, ["the driver of x failed"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -24,6 +24,7 @@ from pipros_simulation.robots.drive import Pose
 from pipros_simulation.robots.settings import Laser, RobotSettings
 from pipros_simulation.robots.simulation import Simulation
 from pipros_simulation.robots.world import World
+from tests.graph.unlinked import Unlinked
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
@@ -36,23 +37,13 @@ GOALS, MARKERS = "/move_base/goal", "/explore/frontiers"
 
 
 @pytest.fixture
-def make(ros: RosSystem) -> Iterator[Callable[..., tuple[UnlinkedNode, Cycles]]]:
-    ros.serve_master()
-    nodes = []
-
+def make(unlinked: Unlinked) -> Callable[..., tuple[UnlinkedNode, Cycles]]:
     def made(**parameters: Any) -> tuple[UnlinkedNode, Cycles]:
-        environment = Environment(master_uri=ros.master_uri)
-        node, cycles = UnlinkedNode("explore", environment=environment), Cycles()
-        nodes.append(node)
-        node.start()
-        for key, value in parameters.items():
-            node.params.set(f"~{key}", value)
+        node, cycles = unlinked("explore", parameters), Cycles()
         ExploreNode(node, LOG, cycles)  # type: ignore[arg-type]
         return node, cycles
 
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return made
 
 
 def a_map(values: Any, resolution: float = 0.5) -> Any:
@@ -95,8 +86,7 @@ def test_the_longest_frontier_is_the_first_goal_and_the_next_follows_when_it_fai
     place(node, 2.0, 3.0)
     cycles.cycle()
     cycles.cycle()
-    assert len(node.sent[GOALS]) == 1
-    assert goal(node) == pytest.approx((9.25, 3.0))
+    assert (len(node.sent[GOALS]), goal(node)) == (1, pytest.approx((9.25, 3.0)))
     assert node.sent[GOALS][-1].goal.target_pose.header.frame_id == "map"
     points, sphere, *_ = node.sent[MARKERS][-1].markers
     assert len(points.points) == 8

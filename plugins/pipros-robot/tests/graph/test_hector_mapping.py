@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -21,6 +21,7 @@ from pipros_robot.navigation import plane
 from pipros_robot.navigation.hector.hector_node import HectorNode
 from pipros_robot.navigation.laser_matcher.icp import between, composed
 from pipros_simulation.robots.drive import Pose
+from tests.graph.unlinked import Unlinked
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
@@ -34,23 +35,13 @@ SMALL = {"base_frame": BASE, "odom_frame": BASE, "map_size": 400, "map_resolutio
 
 
 @pytest.fixture
-def make(ros: RosSystem) -> Iterator[Callable[..., tuple[UnlinkedNode, Cycles]]]:
-    ros.serve_master()
-    nodes = []
-
+def make(unlinked: Unlinked) -> Callable[..., tuple[UnlinkedNode, Cycles]]:
     def made(**parameters: Any) -> tuple[UnlinkedNode, Cycles]:
-        environment = Environment(master_uri=ros.master_uri)
-        node, cycles = UnlinkedNode("hector_mapping", environment=environment), Cycles()
-        nodes.append(node)
-        node.start()
-        for key, value in {**SMALL, **parameters}.items():
-            node.params.set(f"~{key}", value)
+        node, cycles = unlinked("hector_mapping", {**SMALL, **parameters}), Cycles()
         HectorNode(node, LOG, cycles)  # type: ignore[arg-type]
         return node, cycles
 
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return made
 
 
 def pose_of(node: UnlinkedNode) -> tuple[float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -13,6 +13,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros_robot.perception.imu.nodes import ComplementaryNode, MadgwickNode
+from tests.graph.unlinked import Unlinked
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import UnlinkedNode, message
@@ -24,22 +25,13 @@ Make = Callable[..., UnlinkedNode]
 
 
 @pytest.fixture
-def make(ros: RosSystem) -> Iterator[Make]:
-    ros.serve_master()
-    nodes = []
-
+def make(unlinked: Unlinked) -> Make:
     def made(**parameters: Any) -> UnlinkedNode:
-        node = UnlinkedNode("imu_filter", environment=Environment(master_uri=ros.master_uri))
+        node = unlinked("imu_filter", parameters)
         node.log.setLevel(logging.CRITICAL + 1)
-        nodes.append(node)
-        node.start()
-        for key, value in parameters.items():
-            node.params.set(f"~{key}", value)
         return node
 
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return made
 
 
 def imu(pitch: float = 0.0, rate: float = 0.0) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from pipros_robot.navigation import plane
 from pipros_robot.navigation.laser_matcher.icp import IcpSettings, aligned, between
 from pipros_robot.navigation.laser_matcher.laser_matcher_node import LaserMatcherNode
 from pipros_simulation.robots.settings import Laser
+from tests.graph.unlinked import Unlinked
 from tests.support import drives
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
@@ -33,22 +34,13 @@ NAME = "laser_scan_matcher_node"
 
 
 @pytest.fixture
-def make(ros: RosSystem) -> Iterator[Callable[..., UnlinkedNode]]:
-    ros.serve_master()
-    nodes = []
-
+def make(unlinked: Unlinked) -> Callable[..., UnlinkedNode]:
     def made(**parameters: Any) -> UnlinkedNode:
-        node = UnlinkedNode(NAME, environment=Environment(master_uri=ros.master_uri))
-        nodes.append(node)
-        node.start()
-        for key, value in {"base_frame": BASE, **parameters}.items():
-            node.params.set(f"~{key}", value)
+        node = unlinked(NAME, {"base_frame": BASE, **parameters})
         LaserMatcherNode(node, LOG, None)  # type: ignore[arg-type]
         return node
 
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return made
 
 
 def square(x: float = 0.0, y: float = 0.0, yaw: float = 0.0, step: float = 0.05) -> Any:

@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.basics.env import Environment
 from pipros_libraries.nodes.params import InvalidParameter
 from pipros_libraries.nodes.wiring import subscribe
 from pipros_robot.navigation import world as navigation_world
 from pipros_robot.navigation.move_base import plugins
 from pipros_robot.navigation.world import NavigationWorld
 from pipros_workspace.index import SHARED_PACKAGES
+from tests.graph.unlinked import Unlinked
 from tests.support.ros import RosSystem
-from tests.support.unlinked_node import UnlinkedNode
 
 APARTMENT = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "apartment.yaml")
 START, GOAL = (2.9, 1.0, 1.2), (7.8, 1.5, 0.0)
@@ -81,27 +80,20 @@ def test_a_robot_arrives_and_never_exceeds_the_limits_in_its_file(
     assert ("no limit is set" in caplog.text) == (shape == "no limits")
 
 
-@pytest.mark.parametrize(
-    ("planner", "namespace", "turn"),
-    [
-        ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_vel_theta"),
-        ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_rotational_vel"),
-        ("dwa_local_planner/DWAPlannerROS", "DWAPlannerROS", "max_rot_vel"),
-        ("teb_local_planner/TebLocalPlannerROS", "TebLocalPlannerROS", "max_vel_theta"),
-    ],
-)
+@pytest.mark.parametrize(("planner", "namespace", "turn"), [
+    ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_vel_theta"),
+    ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_rotational_vel"),
+    ("dwa_local_planner/DWAPlannerROS", "DWAPlannerROS", "max_rot_vel"),
+    ("teb_local_planner/TebLocalPlannerROS", "TebLocalPlannerROS", "max_vel_theta"),
+])  # fmt: skip
 def test_limits_that_became_lower_hold_at_the_next_start(
-    ros: RosSystem, planner: str, namespace: str, turn: str
+    unlinked: Unlinked, planner: str, namespace: str, turn: str
 ) -> None:
     """The settings of a planner are written back to the master, as by dynamic_reconfigure."""
-    ros.serve_master()
     costmap: Any = SimpleNamespace(global_frame="odom")
     known = plugins.LOCAL_PLANNERS
     for speed, rate in ((0.5, 0.9), (0.2, 0.3)):
-        node = UnlinkedNode("move_base", environment=Environment(master_uri=ros.master_uri))
-        node.start()
-        node.params.set(f"~{namespace}/max_vel_x", speed)
-        node.params.set(f"~{namespace}/{turn}", rate)
+        node = unlinked("move_base", {f"{namespace}/max_vel_x": speed, f"{namespace}/{turn}": rate})
         ours = planner if planner in known else next(iter(known))
         made = plugins.local_planner(node, logging.getLogger("quiet"), costmap, planner, ours)
         forwards, _, turning = made.greatest()
@@ -109,29 +101,20 @@ def test_limits_that_became_lower_hold_at_the_next_start(
         assert (forwards, turning) == (speed, rate)
 
 
-@pytest.mark.parametrize(
-    ("planner", "given"),
-    [
-        ("teb_local_planner/TebLocalPlannerROS", {"max_vel_x": 0.2, "max_vel_theta": 0.3}),
-        ("dwa_local_planner/DWAPlannerROS", {"max_vel_x": 0.2, "max_trans_vel": 0.2, "max_rot_vel": 0.3}),
-    ],
-)
+@pytest.mark.parametrize(("planner", "given"), [
+    ("teb_local_planner/TebLocalPlannerROS", {"max_vel_x": 0.2, "max_vel_theta": 0.3}),
+    ("dwa_local_planner/DWAPlannerROS", {"max_vel_x": 0.2, "max_trans_vel": 0.2, "max_rot_vel": 0.3}),
+])  # fmt: skip
 def test_limits_hold_that_another_planner_or_another_name_had_before(
-    ros: RosSystem, planner: str, given: dict[str, float]
+    unlinked: Unlinked, planner: str, given: dict[str, float]
 ) -> None:
-    ros.serve_master()
     costmap: Any = SimpleNamespace(global_frame="odom")
     ours = "dwa_local_planner/DWAPlannerROS"
     limits = {
-        "max_vel_x": 0.2,
-        "max_vel_trans": 0.2,
-        "max_vel_y": 0.0,
-        "max_vel_theta": 0.3,
-        "min_vel_y": 0.0,
-    }
+        "max_vel_x": 0.2, "max_vel_trans": 0.2, "max_vel_y": 0.0, "max_vel_theta": 0.3, "min_vel_y": 0.0,
+    }  # fmt: skip
     for each, values in ((planner, given), (ours, limits)):
-        node = UnlinkedNode("move_base", environment=Environment(master_uri=ros.master_uri))
-        node.start()
+        node = unlinked("move_base", {})
         for old in given:
             with contextlib.suppress(LookupError):
                 node.params.delete(f"~DWAPlannerROS/{old}")
@@ -144,26 +127,18 @@ def test_limits_hold_that_another_planner_or_another_name_had_before(
 
 
 @pytest.mark.parametrize("name", ["DWAPlannerROS", "TrajectoryPlannerROS"])
-@pytest.mark.parametrize(
-    ("limits", "named"),
-    [
-        ({"max_vel_x": float("nan")}, "max_vel_x must be a finite number, got nan"),
-        ({"max_vel_x": float("inf")}, "max_vel_x must be a finite number, got inf"),
-        ({"min_vel_x": 0.3, "max_vel_x": 0.2}, "max_vel_x must be >= min_vel_x (0.3), got 0.2"),
-        ({"acc_lim_x": 0.0}, "acc_lim_x must be > 0, got 0"),
-        ({"acc_lim_theta": -1.0}, "acc_lim_theta must be"),
-    ],
-)
+@pytest.mark.parametrize(("limits", "named"), [
+    ({"max_vel_x": float("nan")}, "max_vel_x must be a finite number, got nan"),
+    ({"max_vel_x": float("inf")}, "max_vel_x must be a finite number, got inf"),
+    ({"min_vel_x": 0.3, "max_vel_x": 0.2}, "max_vel_x must be >= min_vel_x (0.3), got 0.2"),
+    ({"acc_lim_x": 0.0}, "acc_lim_x must be > 0, got 0"), ({"acc_lim_theta": -1.0}, "acc_lim_theta must be"),
+])  # fmt: skip
 def test_limits_that_cannot_hold_end_the_start_instead_of_leaving_the_defaults(
-    ros: RosSystem, name: str, limits: dict[str, float], named: str
+    unlinked: Unlinked, name: str, limits: dict[str, float], named: str
 ) -> None:
-    ros.serve_master()
     costmap: Any = SimpleNamespace(global_frame="odom")
     planner = next(each for each in plugins.LOCAL_PLANNERS if each.endswith(name))
-    node = UnlinkedNode("move_base", environment=Environment(master_uri=ros.master_uri))
-    node.start()
-    for limit, value in limits.items():
-        node.params.set(f"~{name}/{limit}", value)
+    node = unlinked("move_base", {f"{name}/{limit}": value for limit, value in limits.items()})
 
     with pytest.raises(InvalidParameter) as raised:
         plugins.local_planner(node, logging.getLogger("quiet"), costmap, planner, planner)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros_robot.navigation import plane
 from pipros_robot.navigation.pose_ekf.pose_ekf_node import PoseEkfNode
+from tests.graph.unlinked import Unlinked
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import Cycles, UnlinkedNode, endures, finite, message, now, variances
@@ -28,25 +29,13 @@ STEPS = round(math.tau / TURN / PERIOD_S)
 
 
 @pytest.fixture
-def make(ros: RosSystem) -> Iterator[Callable[..., tuple[UnlinkedNode, Cycles]]]:
-    ros.serve_master()
-    nodes = []
-
+def make(unlinked: Unlinked) -> Callable[..., tuple[UnlinkedNode, Cycles]]:
     def made(**parameters: Any) -> tuple[UnlinkedNode, Cycles]:
-        node, cycles = (
-            UnlinkedNode("robot_pose_ekf", environment=Environment(master_uri=ros.master_uri)),
-            Cycles(),
-        )
-        nodes.append(node)
-        node.start()
-        for key, value in parameters.items():
-            node.params.set(f"~{key}", value)
+        node, cycles = unlinked("robot_pose_ekf", parameters), Cycles()
         PoseEkfNode(node, LOG, cycles)  # type: ignore[arg-type]
         return node, cycles
 
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return made
 
 
 def odometry(x: float = 1.0, y: float = 0.0, yaw: float = 0.0, z: float = 0.0) -> Any:

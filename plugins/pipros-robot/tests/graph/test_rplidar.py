@@ -92,8 +92,7 @@ def test_without_compensation_a_scan_has_the_points_of_a_turn(
         "rplidar_ros", "rplidarNode", f"_serial_port:={lidar.path}", "_inverted:=true"
     )
     scan = scans.wait()[0]
-    assert scan.header.frame_id == "laser_frame"
-    assert len(scan.ranges) == 360
+    assert (scan.header.frame_id, len(scan.ranges)) == ("laser_frame", 360)
     assert scan.angle_min == pytest.approx(math.pi - math.radians(359))
     assert scan.angle_max == pytest.approx(math.pi)
     expected = [room(angle) / 1000 or math.inf for angle in range(360)]
@@ -135,8 +134,7 @@ def test_services_stop_and_start_the_motor(
     scans.wait(before + 2)
     assert lidar.requests.count(starts) == seen + 1
     node.press_ctrl_c()
-    assert node.wait() == 0
-    assert lidar.requests[-2] == stops
+    assert (node.wait(), lidar.requests[-2]) == (0, stops)
 
 
 def test_a_lidar_without_motor_control_of_its_own_has_a_line_for_it(tmp_path: Path) -> None:
@@ -187,8 +185,7 @@ def test_a_node_with_garbage_goes_on_when_it_ends(
     lidar.garbage = b""
     scans.wait(3)
     node.press_ctrl_c()
-    assert node.wait() == 0
-    assert node.output.count("Trying again") == 1
+    assert (node.wait(), node.output.count("Trying again")) == (0, 1)
     assert "Traceback" not in node.output
 
 
@@ -331,6 +328,5 @@ def test_without_the_extra_one_line_names_it(ros: RosSystem, tmp_path: Path) -> 
     (tmp_path / "none").mkdir()
     (tmp_path / "none" / "serial.py").write_text('raise ModuleNotFoundError("no serial", name="serial")')
     node = ros.pipros.start(*ros.pipros.node("rplidar_ros", "rplidarNode"), PYTHONPATH=str(tmp_path / "none"))
-    assert node.wait() == 1
-    assert len(node.lines) == 1
+    assert (node.wait(), len(node.lines)) == (1, 1)
     node.wait_for(r"serial ports need pyserial, which is not installed. Try: .*pip install .*\[drivers\]")

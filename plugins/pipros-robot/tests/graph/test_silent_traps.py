@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.node.clock import SimulatedClock
 from pipros_libraries.nodes.frames import Frames
 from pipros_libraries.nodes.params import InvalidParameter
@@ -17,34 +16,17 @@ from pipros_libraries.nodes.schedule import Schedule
 from pipros_robot.navigation.costmap.costmap import Costmap
 from pipros_robot.navigation.move_base import plugins
 from pipros_robot.navigation.world_parameters import PARAMETERS
-from tests.support.ros import RosSystem
+from tests.graph.unlinked import Unlinked
 from tests.support.unlinked_node import BASE, UnlinkedNode, Work, message, scan, transforms
 from tests.support.waiting import wait_until
 
 LOG = logging.getLogger("traps")
-COSTMAP = {
-    **PARAMETERS["move_base"]["local_costmap"],
-    "global_frame": "odom",
-    "transform_tolerance": 60.0,
-}
+COSTMAP = {**PARAMETERS["move_base"]["local_costmap"], "global_frame": "odom", "transform_tolerance": 60.0}
 
 
 @pytest.fixture
-def make(ros: RosSystem) -> Iterator[Callable[..., UnlinkedNode]]:
-    ros.serve_master()
-    nodes = []
-
-    def made(**parameters: Any) -> UnlinkedNode:
-        node = UnlinkedNode("move_base", environment=Environment(master_uri=ros.master_uri), log=LOG)
-        nodes.append(node)
-        node.start()
-        for key, value in parameters.items():
-            node.params.set(f"~{key}", value)
-        return node
-
-    yield made
-    for node in nodes:
-        node.shutdown()
+def make(unlinked: Unlinked) -> Callable[..., UnlinkedNode]:
+    return lambda **parameters: unlinked("move_base", parameters, log=LOG)
 
 
 def costmap_of(node: UnlinkedNode) -> Costmap:
@@ -54,8 +36,7 @@ def costmap_of(node: UnlinkedNode) -> Costmap:
 
 
 @pytest.mark.parametrize(
-    ("given", "expected"),
-    [("/arm/outline", "/arm/outline"), ("outline", "/move_base/local_costmap/outline")],
+    ("given", "expected"), [("/arm/outline", "/arm/outline"), ("outline", "/move_base/local_costmap/outline")]
 )
 def test_the_topics_of_footprints_may_be_absolute(make: Any, given: str, expected: str) -> None:
     topics = {"footprint_topic": given, "published_footprint_topic": f"{given}_now"}
@@ -93,13 +74,10 @@ def test_a_tolerance_that_a_period_passes_is_named(
     assert ("yaw_goal_tolerance is 0.03, and the robot may not come to rest" in caplog.text) == is_named
 
 
-@pytest.mark.parametrize(
-    ("planner", "namespace"),
-    [
-        ("dwa_local_planner/DWAPlannerROS", "DWAPlannerROS"),
-        ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS"),
-    ],
-)
+@pytest.mark.parametrize(("planner", "namespace"), [
+    ("dwa_local_planner/DWAPlannerROS", "DWAPlannerROS"),
+    ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS"),
+])  # fmt: skip
 def test_names_that_sound_like_limits_are_named(
     make: Any, caplog: pytest.LogCaptureFixture, planner: str, namespace: str
 ) -> None:
@@ -109,20 +87,17 @@ def test_names_that_sound_like_limits_are_named(
     assert "these names are not understood: max_speed, max_vel_turn" in caplog.text
 
 
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ({"observation_sources": ["scan"]}, r"observation_sources must be a text with names.*got \['scan'\]"),
-        (
-            {"scan": {"data_type": "LaserScan", "expected_update_rate": -1}},
-            "scan/expected_update_rate must be",
-        ),
-        (
-            {"scan": {"data_type": "LaserScan", "observation_persistence": math.nan}},
-            "scan/observation_persistence must be",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("given", "text"), [
+    ({"observation_sources": ["scan"]}, r"observation_sources must be a text with names.*got \['scan'\]"),
+    (
+        {"scan": {"data_type": "LaserScan", "expected_update_rate": -1}},
+        "scan/expected_update_rate must be",
+    ),
+    (
+        {"scan": {"data_type": "LaserScan", "observation_persistence": math.nan}},
+        "scan/observation_persistence must be",
+    ),
+])  # fmt: skip
 def test_sources_that_see_nothing_are_refused(make: Any, given: dict[str, Any], text: str) -> None:
     layer = {"observation_sources": "scan", "scan": {"data_type": "LaserScan"}, **given}
     node = make(local_costmap={**COSTMAP, "obstacles": layer})

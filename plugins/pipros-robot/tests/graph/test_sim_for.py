@@ -56,13 +56,10 @@ def test_the_robot_of_a_wrapper_reaches_a_goal(ros: RosSystem, name: str) -> Non
     assert "Traceback" not in launched.output
 
 
-@pytest.mark.parametrize(
-    ("name", "scan", "frame", "reader"),
-    [
-        ("in_a_group", "/robot1/laser/scan", "robot1/base_scan", "/robot1/amcl"),
-        ("slam", "/base_scan", "base_scan", "/slam_gmapping"),
-    ],
-)
+@pytest.mark.parametrize(("name", "scan", "frame", "reader"), [
+    ("in_a_group", "/robot1/laser/scan", "robot1/base_scan", "/robot1/amcl"),
+    ("slam", "/base_scan", "base_scan", "/slam_gmapping"),
+])  # fmt: skip
 def test_the_nodes_of_a_wrapper_get_their_scans(
     ros: RosSystem, name: str, scan: str, frame: str, reader: str
 ) -> None:

@@ -8,12 +8,11 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.node.clock import SimulatedClock
@@ -33,7 +32,7 @@ from pipros_robot.navigation.move_base.move_base_node import MoveBase
 from pipros_robot.navigation.pose_ekf.pose_ekf_node import PoseEkfNode
 from pipros_robot.navigation.world_parameters import PARAMETERS
 from pipros_robot.perception.imu.nodes import MadgwickNode
-from tests.support.ros import RosSystem
+from tests.graph.unlinked import Unlinked
 from tests.support.unlinked_node import (
     BASE,
     UnlinkedNode,
@@ -72,25 +71,10 @@ def moment(monkeypatch: pytest.MonkeyPatch) -> Moment:
 
 
 @pytest.fixture
-def make(
-    ros: RosSystem, moment: Moment, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Callable[..., UnlinkedNode]]:
-    ros.serve_master()
+def make(unlinked: Unlinked, moment: Moment, monkeypatch: pytest.MonkeyPatch) -> Callable[..., UnlinkedNode]:
     for module in (amcl_node, gmapping_node):  # transforms that are not there will not arrive
         monkeypatch.setattr(module, "TRANSFORM_S", 0.0)
-    nodes = []
-
-    def made(**parameters: Any) -> UnlinkedNode:
-        node = UnlinkedNode("tested", environment=Environment(master_uri=ros.master_uri))
-        nodes.append(node)
-        node.start()
-        for key, value in parameters.items():
-            node.params.set(f"~{key}", value)
-        return node
-
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return lambda **parameters: unlinked("tested", parameters)
 
 
 def see(node: UnlinkedNode, x: float = 0.0) -> None:

@@ -84,8 +84,7 @@ def test_a_scan_is_that_of_hokuyolx(ros: RosSystem, urg: SimulatedUrg, scans: In
     assert np.allclose(scan.ranges, distances, equal_nan=True)
     assert np.array_equal(scan.intensities, np.where(theirs[:, 0] == 0, 0, theirs[:, 1]))
     assert scan.angle_min + np.arange(1081) * scan.angle_increment == pytest.approx(angles, abs=1e-5)
-    assert scan.angle_max == pytest.approx(angles[-1])
-    assert scan.header.frame_id == "laser"
+    assert (scan.angle_max, scan.header.frame_id) == (pytest.approx(angles[-1]), "laser")
     assert (scan.range_min, scan.range_max) == (pytest.approx(client.dmin / 1000), client.dmax / 1000)
     assert scan.scan_time == pytest.approx(1 / client.scan_freq)
     assert scan.time_increment == pytest.approx(scan.scan_time / client.ares)
@@ -193,16 +192,11 @@ def test_losing_the_connection_is_reported_once(ros: RosSystem, urg: SimulatedUr
 HALF = scan_block("ME0000108001000", "99", 0, [room(step) for step in range(1081)], is_intense=True)[:3000]
 
 
-@pytest.mark.parametrize(
-    ("garbage", "text"),
-    [
-        (b"\xff" * 1000, "sends no scans"),
-        (HALF, "sends no scans"),
-        (HALF + b"\n\n", "sends too many invalid replies"),
-        (block("ME0000108001000", "0L"), "stopped its scans with status 0L"),
-        (b"", "sends no scans"),
-    ],
-)
+@pytest.mark.parametrize(("garbage", "text"), [
+    (b"\xff" * 1000, "sends no scans"), (HALF, "sends no scans"),
+    (HALF + b"\n\n", "sends too many invalid replies"),
+    (block("ME0000108001000", "0L"), "stopped its scans with status 0L"), (b"", "sends no scans"),
+])  # fmt: skip
 def test_faults_of_a_stream_end_it_but_not_the_node(
     ros: RosSystem, urg: SimulatedUrg, scans: Inbox, garbage: bytes, text: str
 ) -> None:
@@ -233,8 +227,7 @@ def test_diagnostics_tell_the_state_and_the_rate(ros: RosSystem, urg: SimulatedU
     hardware, rate = newest()["urg_node: Hardware Status"], newest()["urg_node: Laser Scan topic status"]
     assert (hardware.message, hardware.hardware_id) == ("Streaming", "H1234567")
     values = {each.key: each.value for each in hardware.values}
-    assert values["IP Address"] == "127.0.0.1"
-    assert values["Product Name"] == "UST-10LX"
+    assert (values["IP Address"], values["Product Name"]) == ("127.0.0.1", "UST-10LX")
     assert {each.key: each.value for each in rate.values}["Target frequency (Hz)"] == "40.000000"
     urg.unplug()
     wait_until(lambda: newest()["urg_node: Hardware Status"].level == 2)

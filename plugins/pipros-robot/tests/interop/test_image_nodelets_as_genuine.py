@@ -14,14 +14,7 @@ from pipros.node import Node
 from pipros_libraries.nodelets.hosting import Hosting
 from pipros_robot.perception.images.arrays import array_of
 from tests.support.nodes import Inbox, wait_until_connected
-from tests.support.pictures_of_cameras import (
-    camera_info,
-    depths,
-    image,
-    picture,
-    right_info,
-    stereo_pair,
-)
+from tests.support.pictures_of_cameras import camera_info, depths, image, picture, right_info, stereo_pair
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -160,13 +153,10 @@ def test_depths_and_colors_become_points_as_by_depth_image_proc(pair: Pair) -> N
     inputs = {"depth_registered/image_rect": IMAGE, "rgb/image_rect_color": IMAGE, "rgb/camera_info": INFO}
     pair.start("depth_image_proc/point_cloud_xyzrgb", inputs, {"depth_registered/points": CLOUD})
     cases: list[tuple[str, str, Any]] = [
-        ("16UC1", "rgb8", picture()),
-        ("32FC1", "bgra8", picture(4)),
-        ("16UC1", "mono8", picture(1)),
-        ("32FC1", "rgb16", picture(3, dtype=np.uint16)),
-        ("16UC1", "rgb8", picture(3, (240, 320))),
+        ("16UC1", "rgb8", picture()), ("32FC1", "bgra8", picture(4)), ("16UC1", "mono8", picture(1)),
+        ("32FC1", "rgb16", picture(3, dtype=np.uint16)), ("16UC1", "rgb8", picture(3, (240, 320))),
         ("32FC1", "bgr8", picture(3, (1024, 1280))),
-    ]
+    ]  # fmt: skip
     for number, (encoding, colors, pixels) in enumerate(cases, 1):
         info = camera_info(number, size=pixels.shape[:2])
         pair.send(image(depths(encoding), encoding, number), image(pixels, colors, number), info)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -33,16 +34,13 @@ def small_room(angle: float) -> float:
 
 
 def own_turn(path: Path) -> list[Point]:
-    stream = serial_port(str(path), 115200).open()
-    try:
+    with closing(serial_port(str(path), 115200).open()) as stream:
         lidar, turns, found = Lidar(stream, "lidar", lambda: False), TurnCollector(), []
         modes, typical = lidar.modes()
         decoder = lidar.start(next(mode for mode in modes if mode.number == typical))
         while len(found) < TURNS:
             found += [turn for segment in decoder.feed(lidar.read()) if (turn := turns.add(segment))]
         lidar.stop()
-    finally:
-        stream.close()
     return found[-1]
 
 

@@ -8,15 +8,11 @@ from pipros_libraries.transforms.pose import IDENTITY
 from pipros_robot.navigation.navsat.alignment import Alignment
 
 
-@pytest.mark.parametrize(
-    ("start", "ends"),
-    [
-        ((0.001, 9.0), [(-0.001, 9.0)]),
-        ((-0.001, 9.0), [(0.001, 9.0)]),
-        ((45.0, 5.999), [(45.0, 6.001)]),  # into another zone
-        ((45.0, 179.999), [(45.0, -179.999), (45.0, 180.0), (45.0, -180.0), (45.0, 180.001)]),
-    ],
-)
+@pytest.mark.parametrize(("start", "ends"), [
+    ((0.001, 9.0), [(-0.001, 9.0)]), ((-0.001, 9.0), [(0.001, 9.0)]),
+    ((45.0, 5.999), [(45.0, 6.001)]),  # into another zone
+    ((45.0, 179.999), [(45.0, -179.999), (45.0, 180.0), (45.0, -180.0), (45.0, 180.001)]),
+])  # fmt: skip
 def test_positions_beyond_a_border_stay_near(
     start: tuple[float, float], ends: list[tuple[float, float]]
 ) -> None:

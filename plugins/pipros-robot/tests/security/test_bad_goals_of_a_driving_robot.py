@@ -8,6 +8,7 @@ import math
 import random
 import re
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -84,11 +85,8 @@ class Drive:
 def drive(ros: RosSystem) -> Iterator[Drive]:
     ros.serve_master()
     logging.getLogger("navigation_world").setLevel(logging.CRITICAL)
-    made = NavigationWorld(ros.master_uri, APARTMENT, start=START)
-    try:
+    with closing(NavigationWorld(ros.master_uri, APARTMENT, start=START)) as made:
         yield Drive(made)
-    finally:
-        made.close()
 
 
 def orientation(**values: float) -> Callable[[Any], None]:
@@ -100,17 +98,12 @@ def position(**values: float) -> Callable[[Any], None]:
 
 
 BAD = {
-    "no quaternion": orientation(w=0.0),
-    "nan quaternion": orientation(z=math.nan),
-    "infinite quaternion": orientation(x=math.inf),
-    "large quaternion": orientation(w=1e200),
-    "lying quaternion": orientation(w=0.0, x=1.0),
-    "nan": position(x=math.nan),
-    "far away": position(x=1e300),
-    "off the map": position(y=-500.0),
-    "in a wall": position(x=4.05, y=0.6),
+    "no quaternion": orientation(w=0.0), "nan quaternion": orientation(z=math.nan),
+    "infinite quaternion": orientation(x=math.inf), "large quaternion": orientation(w=1e200),
+    "lying quaternion": orientation(w=0.0, x=1.0), "nan": position(x=math.nan), "far away": position(x=1e300),
+    "off the map": position(y=-500.0), "in a wall": position(x=4.05, y=0.6),
     "unknown frame": lambda goal: setattr(goal.header, "frame_id", "nowhere"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -168,17 +161,10 @@ def test_fifty_hostile_messages_end_no_node_and_cause_no_wild_command(drive: Dri
     drive.reaches_the_study()
 
 
-@pytest.mark.parametrize(
-    ("part", "method"),
-    [
-        (DwaLocalPlanner, "command"),
-        (DwaLocalPlanner, "is_goal_reached"),
-        (DwaLocalPlanner, "set_plan"),
-        (NavfnPlanner, "make_plan"),
-        (MoveBase, "_publish_feedback"),
-        (MoveBase, "_make_plan"),
-    ],
-)
+@pytest.mark.parametrize(("part", "method"), [
+    (DwaLocalPlanner, "command"), (DwaLocalPlanner, "is_goal_reached"), (DwaLocalPlanner, "set_plan"),
+    (NavfnPlanner, "make_plan"), (MoveBase, "_publish_feedback"), (MoveBase, "_make_plan"),
+])  # fmt: skip
 def test_an_error_of_the_control_or_the_planner_stops_the_robot_and_not_the_node(
     drive: Drive, monkeypatch: pytest.MonkeyPatch, part: type, method: str
 ) -> None:
@@ -219,8 +205,7 @@ def test_a_cancellation_ends_a_turning_recovery(drive: Drive, monkeypatch: pytes
     drive.runs_until(lambda: drive.commands[-1] == 0.7)
     cancels.publish(cancel())
     drive.world.run_for(PERIODS_S)
-    assert drive.commands[-1] == 0
-    assert drive.statuses[-1] == PREEMPTED
+    assert (drive.commands[-1], drive.statuses[-1]) == (0, PREEMPTED)
 
 
 def test_the_robot_stops_if_its_local_costmap_is_not_updated(drive: Drive) -> None:

@@ -7,7 +7,7 @@ periodic work is called directly, so an exception in a callback or a cycle fails
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from copy import deepcopy
 from functools import partial
 from typing import Any
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.basics.errors import Unreachable
 from pipros_libraries.nodes.frames import Frames
 from pipros_robot.navigation.amcl import amcl_node
@@ -28,11 +27,10 @@ from pipros_robot.navigation.mapping.gmapping_node import GmappingNode
 from pipros_robot.navigation.move_base.move_base_node import MoveBase
 from pipros_robot.navigation.navsat.navsat_node import NavsatNode
 from pipros_robot.navigation.world_parameters import PARAMETERS
+from tests.graph.unlinked import Unlinked
 from tests.support.edge_values import edge_messages
-from tests.support.ros import RosSystem
 from tests.support.unlinked_node import (
     BASE,
-    UnlinkedNode,
     Work,
     endures,
     finite,
@@ -52,24 +50,11 @@ LOG.setLevel(logging.CRITICAL + 1)
 
 
 @pytest.fixture
-def make(ros: RosSystem, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., UnlinkedNode]]:
-    ros.serve_master()
+def make(unlinked: Unlinked, monkeypatch: pytest.MonkeyPatch) -> Unlinked:
     for module in (amcl_node, gmapping_node):  # transforms that are not there will not arrive
         monkeypatch.setattr(module, "TRANSFORM_S", 0.0)
     monkeypatch.setattr(amcl_node, "INITIAL_POSE_S", 0.0)
-    nodes = []
-
-    def made(name: str, parameters: Any) -> UnlinkedNode:
-        node = UnlinkedNode(name, environment=Environment(master_uri=ros.master_uri))
-        nodes.append(node)
-        node.start()
-        for key, value in parameters.items():
-            node.params.set(f"~{key}", value)
-        return node
-
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return unlinked
 
 
 FILTER = {
@@ -92,14 +77,10 @@ def twist_with_covariance() -> Any:
 
 
 FILTER_INPUTS: dict[str, Callable[[], Any]] = {
-    "/odom": odometry,
-    "/pose": partial(posed, "odom"),
-    "/relative": partial(posed, "odom"),
-    "/twist": twist_with_covariance,
-    "/imu": imu,
-    "/cmd_vel": partial(message, "geometry_msgs/Twist"),
+    "/odom": odometry, "/pose": partial(posed, "odom"), "/relative": partial(posed, "odom"),
+    "/twist": twist_with_covariance, "/imu": imu, "/cmd_vel": partial(message, "geometry_msgs/Twist"),
     "/set_pose": partial(posed, "odom"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("topic", FILTER_INPUTS)
@@ -254,12 +235,8 @@ def test_navsat_goes_on(make: Any, topic: str, is_first: bool) -> None:
 def test_gmapping_goes_on(make: Any, topic: str, is_first: bool) -> None:
     sides = {"xmin": -3.0, "xmax": 3.0, "ymin": -3.0, "ymax": 3.0}
     small = {
-        "particles": 2,
-        "temporalUpdate": 0.0,
-        "maxUrange": 4.0,
-        "map_update_interval": 0.0,
-        "delta": 0.1,
-    }
+        "particles": 2, "temporalUpdate": 0.0, "maxUrange": 4.0, "map_update_interval": 0.0, "delta": 0.1,
+    }  # fmt: skip
     node = make("slam", {"base_frame": BASE, **small, **sides})
     inputs = {"/scan": scan, "/tf": partial(transforms, "odom", BASE)}
 

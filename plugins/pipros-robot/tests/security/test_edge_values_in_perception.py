@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib import import_module
 from types import SimpleNamespace
@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.basics.env import Environment
 from pipros.packages.nodelets import python_nodelet, shipped_nodelets
 from pipros_robot.perception.clouds.points import cloud_of
 from pipros_robot.perception.imu.nodes import ComplementaryNode
@@ -28,7 +27,7 @@ from pipros_simulation.robots.settings import RobotSettings
 from pipros_simulation.robots.simulation import Simulation
 from pipros_simulation.robots.world import World
 from pipros_simulation.turtlesim.turtlesim_node import Turtlesim
-from tests.support.ros import RosSystem
+from tests.graph.unlinked import Unlinked
 from tests.support.unlinked_node import UnlinkedNode, endures, finite, message, now, posed, scan, transforms
 
 Inputs = Mapping[str, Callable[[], Any]]
@@ -169,22 +168,13 @@ NODELETS: Mapping[str, tuple[Inputs, str, Mapping[str, Any]]] = {
 
 
 @pytest.fixture
-def make(ros: RosSystem) -> Iterator[Callable[..., UnlinkedNode]]:
-    ros.serve_master()
-    nodes = []
-
+def make(unlinked: Unlinked) -> Callable[..., UnlinkedNode]:
     def made(parameters: Mapping[str, Any]) -> UnlinkedNode:
-        node = UnlinkedNode("nodelet", environment=Environment(master_uri=ros.master_uri))
+        node = unlinked("nodelet", parameters)
         node.log.setLevel(logging.CRITICAL + 1)
-        nodes.append(node)
-        node.start()
-        for key, value in parameters.items():
-            node.params.set(f"~{key}", value)
         return node
 
-    yield made
-    for node in nodes:
-        node.shutdown()
+    return made
 
 
 def has_effect(node: UnlinkedNode, inputs: Inputs, output: str) -> bool:

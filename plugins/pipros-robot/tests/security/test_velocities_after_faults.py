@@ -37,21 +37,18 @@ def test_no_value_of_a_parameter_leaves_a_base_driving(ros: RosSystem, name: str
     assert not [(label, wrong) for label, wrong in sweep(name, ros.master_uri) if wrong]
 
 
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ({"min_vel_theta": 0.6, "max_vel_theta": 0.5}, r"max_vel_theta must be >= min_vel_theta \(0.6\)"),
-        ({"min_rot_vel": 0.6, "max_rot_vel": 0.5}, r"max_vel_theta must be >= min_vel_theta \(0.6\)"),
-        ({"min_vel_trans": 0.6, "max_vel_trans": 0.5}, r"max_vel_trans must be >= min_vel_trans \(0.6\)"),
-        ({"min_trans_vel": 0.6, "max_trans_vel": 0.5}, r"max_vel_trans must be >= min_vel_trans \(0.6\)"),
-        ({"max_vel_theta": -1.0}, "max_vel_theta must be a finite number >= 0, got -1"),
-        ({"acc_lim_theta": -1.0}, "acc_lim_theta must be a finite number >= 0, got -1"),
-        ({"max_rot_vel": math.nan}, "max_vel_theta must be a finite number, got nan"),
-        ({"max_vel_x": "0.2"}, "max_vel_x must be a number, got '0.2'"),
-        ({"max_rot_vel": [0.2]}, r"max_vel_theta must be a number, got \[0.2\]"),
-        ({"acc_lim_x": 1e-4}, "acc_lim_x must be at least 0.00833, got 0.0001: the robot could not brake"),
-    ],
-)
+@pytest.mark.parametrize(("given", "text"), [
+    ({"min_vel_theta": 0.6, "max_vel_theta": 0.5}, r"max_vel_theta must be >= min_vel_theta \(0.6\)"),
+    ({"min_rot_vel": 0.6, "max_rot_vel": 0.5}, r"max_vel_theta must be >= min_vel_theta \(0.6\)"),
+    ({"min_vel_trans": 0.6, "max_vel_trans": 0.5}, r"max_vel_trans must be >= min_vel_trans \(0.6\)"),
+    ({"min_trans_vel": 0.6, "max_trans_vel": 0.5}, r"max_vel_trans must be >= min_vel_trans \(0.6\)"),
+    ({"max_vel_theta": -1.0}, "max_vel_theta must be a finite number >= 0, got -1"),
+    ({"acc_lim_theta": -1.0}, "acc_lim_theta must be a finite number >= 0, got -1"),
+    ({"max_rot_vel": math.nan}, "max_vel_theta must be a finite number, got nan"),
+    ({"max_vel_x": "0.2"}, "max_vel_x must be a number, got '0.2'"),
+    ({"max_rot_vel": [0.2]}, r"max_vel_theta must be a number, got \[0.2\]"),
+    ({"acc_lim_x": 1e-4}, "acc_lim_x must be at least 0.00833, got 0.0001: the robot could not brake"),
+])  # fmt: skip
 def test_limits_of_a_planner_that_cannot_hold_are_refused(
     ros: RosSystem, given: dict[str, Any], text: str
 ) -> None:
@@ -69,8 +66,7 @@ def test_a_file_with_a_greatest_velocity_below_the_usual_least_one_is_accepted(
     ros.serve_master()
     made = planner(ros.master_uri, {"max_vel_x": 0.5, name: greatest})
     index = 2 if name in ("max_vel_theta", "max_rot_vel") else 0
-    assert made.greatest()[index] == greatest
-    assert abs(made.limited((9.0, 9.0, -9.0))[index]) == greatest
+    assert (made.greatest()[index], abs(made.limited((9.0, 9.0, -9.0))[index])) == (greatest, greatest)
 
 
 def planner(master_uri: str, given: dict[str, float]) -> DwaLocalPlanner:

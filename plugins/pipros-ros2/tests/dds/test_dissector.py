@@ -17,14 +17,9 @@ LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=20)
 TALKER, LISTENER = (bytes(11) + bytes([number]) for number in (1, 2))
 """The prefixes of the first two participants of a simulated network."""
 NAMES = {
-    "0x06": "ACKNACK",
-    "0x07": "HEARTBEAT",
-    "0x08": "GAP",
-    "0x0e": "INFO_DST",
-    "0x12": "NACK_FRAG",
-    "0x15": "DATA",
-    "0x16": "DATA_FRAG",
-}
+    "0x06": "ACKNACK", "0x07": "HEARTBEAT", "0x08": "GAP", "0x0e": "INFO_DST", "0x12": "NACK_FRAG",
+    "0x15": "DATA", "0x16": "DATA_FRAG",
+}  # fmt: skip
 
 
 def write_capture(file: Path, datagrams: list[bytes]) -> None:

@@ -34,12 +34,9 @@ def ros(peers: Peers, tmp_path: Path) -> Run:
     (package / "msg" / "Blob.msg").write_text("uint32 number\nuint8[] data\n")
     (tmp_path / "rules.yaml").write_text(RULES)
     variables = [
-        f"ROS_HOME={tmp_path}",
-        f"ROS_PACKAGE_PATH={package.parent}",
-        "ROS_MASTER_URI=http://localhost:11311",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET",
-        "PYTHONUNBUFFERED=1",
-    ]
+        f"ROS_HOME={tmp_path}", f"ROS_PACKAGE_PATH={package.parent}", "ROS_MASTER_URI=http://localhost:11311",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET", "PYTHONUNBUFFERED=1",
+    ]  # fmt: skip
 
     def run(command: str, *words: object) -> Process:
         return peers.run("env", *variables, Path(sys.executable).parent / command, *words)

@@ -52,13 +52,7 @@ from tests.support.constants import changed
 
 TOPIC, TYPE = "rt/a", "T"
 LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=5)
-LIMITS = Limits(
-    tables=(
-        Ros2Limits(
-            ros2_sample_bytes=500_000,
-        ),
-    )
-)
+LIMITS = Limits(tables=(Ros2Limits(ros2_sample_bytes=500_000),))
 MEMORY_BYTES = 8_000_000
 RUN_ONCE_IN = 20
 """All inputs are decoded; running an engine takes 50 times as long."""
@@ -121,17 +115,9 @@ INTRODUCTION = introduction()
 LARGE = bytes(70_000)
 KNOWN = frozenset(mutation.corpus("rtps"))
 WORDS = [
-    *(each[20:] for each in (*INTRODUCTION, *samples())),
-    b"\x07\x01\x1c\x00",
-    b"\x15\x05",
-    b"\x16\x01",
-    b"\x08\x01",
-    b"\x5a\x00\x10\x00",
-    PEER,
-    US,
-    WRITER,
-    READER,
-]
+    *(each[20:] for each in (*INTRODUCTION, *samples())), b"\x07\x01\x1c\x00", b"\x15\x05", b"\x16\x01",
+    b"\x08\x01", b"\x5a\x00\x10\x00", PEER, US, WRITER, READER,
+]  # fmt: skip
 
 
 @changed(

@@ -12,12 +12,7 @@ from __future__ import annotations
 import sys
 
 from pipros.basics.limits import process_limits
-from pipros_ros2.rtps.announcements import (
-    EndpointData,
-    ParticipantData,
-    write_endpoint,
-    write_participant,
-)
+from pipros_ros2.rtps.announcements import EndpointData, ParticipantData, write_endpoint, write_participant
 from pipros_ros2.rtps.encoding import data_head, datagram_head, heartbeat
 from pipros_ros2.rtps.events import RtpsSettings
 from pipros_ros2.rtps.identity import (

@@ -50,31 +50,24 @@ def test_a_gateway_runs_as_a_command(ros: RosSystem) -> None:
         assert "Traceback" not in gateway.output
 
 
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (["--domain", "300"], "ERROR: the ROS 2 domain must be from 0 to 101, got 300"),
-        (["--distro", "foxy"], "ERROR: --distro must be one of humble, jazzy, kilted, lyrical, got [foxy]"),
-        (["--rules", "missing.yaml"], "ERROR: cannot read missing.yaml: No such file or directory"),
-    ],
-)
+@pytest.mark.parametrize(("words", "text"), [
+    (["--domain", "300"], "ERROR: the ROS 2 domain must be from 0 to 101, got 300"),
+    (["--distro", "foxy"], "ERROR: --distro must be one of humble, jazzy, kilted, lyrical, got [foxy]"),
+    (["--rules", "missing.yaml"], "ERROR: cannot read missing.yaml: No such file or directory"),
+])  # fmt: skip
 def test_invalid_options_are_one_line(ros: RosSystem, words: list[str], text: str) -> None:
     result = ros.pipros.run("pipros", "ros2", *words)
 
-    assert result.returncode == 1
-    assert result.output.strip() == text
+    assert (result.returncode, result.output.strip()) == (1, text)
 
 
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (["--engine", "zenoh"], "--engine must be dds or rclpy, got zenoh"),
-        (
-            ["--ros2-python", "python3", "--zenoh"],
-            "--zenoh and --router are not for --engine rclpy; set RMW_IMPLEMENTATION instead",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("words", "text"), [
+    (["--engine", "zenoh"], "--engine must be dds or rclpy, got zenoh"),
+    (
+        ["--ros2-python", "python3", "--zenoh"],
+        "--zenoh and --router are not for --engine rclpy; set RMW_IMPLEMENTATION instead",
+    ),
+])  # fmt: skip
 def test_engines_that_contradict_each_other_are_refused(ros: RosSystem, words: list[str], text: str) -> None:
     result = ros.pipros.run("pipros", "ros2", *words)
 
@@ -100,7 +93,7 @@ def test_parameters_of_a_node_are_written_for_ros2(ros: RosSystem) -> None:
 
     dumped = ros.pipros.run("rosparam", "dump", "--ros2", "/camera")
     assert dumped.stdout == [
-        *("/camera:", "  ros__parameters:", "    gains:", "    - 1.0", "    - 2.5", "    rate: 30"),
+        *("/camera:", "  ros__parameters:", "    gains:", "    - 1.0", "    - 2.5", "    rate: 30")
     ]
     assert dumped.stderr == [
         "WARNING: /camera/table is left out: arrays in ROS 2 have at least one element, and elements of one "

@@ -11,12 +11,7 @@ import pytest
 
 from pipros.msg import load_message_class, load_service_class
 from pipros.node.service_link import ServiceFailed
-from pipros_ros2.interface import (
-    Durability,
-    EndpointKind,
-    Sample,
-    TopicQos,
-)
+from pipros_ros2.interface import Durability, EndpointKind, Sample, TopicQos
 from pipros_ros2.rtps.engine import RtpsEngine
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System

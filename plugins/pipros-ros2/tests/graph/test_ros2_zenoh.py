@@ -213,12 +213,7 @@ def test_remembered_endpoints_are_limited(
     for number in range(20):
         peer.declare("MP", f"/topic{number}", "std_msgs::msg::dds_::String_", STRING)
     constants(ROS2_GRAPH_BYTES=4000)
-    engine = ZenohEngine(
-        0,
-        "/gateway",
-        [router.address],
-        timeout_s=60,
-    )
+    engine = ZenohEngine(0, "/gateway", [router.address], timeout_s=60)
 
     wait_until(lambda: "too many endpoints in ROS 2" in caplog.text, what="the warning")
 

@@ -12,7 +12,7 @@ import re
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -146,15 +146,11 @@ class System:
 
 @contextmanager
 def running(distro: str, engine: str, folder: Path) -> Iterator[System]:
-    network = LoneNetwork("127.0.0.1 localhost\n")
-    try:
-        system = System(distro, engine, folder, network)
-        try:
-            yield system
-        finally:
-            system.close()
-    finally:
-        network.close()
+    with (
+        closing(LoneNetwork("127.0.0.1 localhost\n")) as network,
+        closing(System(distro, engine, folder, network)) as system,
+    ):
+        yield system
 
 
 @pytest.fixture(scope="module", params=itertools.product(DISTROS, ACTIONS), ids="-".join)

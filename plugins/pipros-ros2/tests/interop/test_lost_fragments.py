@@ -29,13 +29,9 @@ def test_rclpy_takes_later_messages_and_ends_after_lost_fragments(
         python = str(environment(distro) / "bin" / "python")
         private = 'mount -t tmpfs shm /dev/shm && exec "$@"'
         words = (
-            "sh",
-            "-c",
-            private,
-            "sh",
-            python,
+            "sh", "-c", private, "sh", python,
             str(file_of_tests("interop/programs/genuine_ros2_listener.py")),
-        )
+        )  # fmt: skip
         listener = processes.start(*network.command(*words))
         listener.wait_for("^ready$")
         talker = processes.start(

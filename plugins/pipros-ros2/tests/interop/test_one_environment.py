@@ -136,16 +136,12 @@ class Shared:
         tools = make_tool_folder(folder / "tools")
         self.processes = Processes(
             {
-                "PATH": f"{self.bin}:{tools}",
-                "HOME": str(folder),
-                "ROS_HOME": str(folder / ".ros"),
-                "ROS_MASTER_URI": "http://localhost:11311",
-                "ROS_IP": "127.0.0.1",
-                "PYTHONUNBUFFERED": "1",
+                "PATH": f"{self.bin}:{tools}", "HOME": str(folder), "ROS_HOME": str(folder / ".ros"),
+                "ROS_MASTER_URI": "http://localhost:11311", "ROS_IP": "127.0.0.1", "PYTHONUNBUFFERED": "1",
                 "ROS_PACKAGE_PATH": str(folder / "ws"),
             },
             folder,
-        )
+        )  # fmt: skip
         other = FIRST.replace("/usr/bin/env python3", "/usr/bin/python3")
         make_programs(
             folder / "ws" / "programs",
@@ -305,10 +301,7 @@ def test_a_node_that_is_half_rospy_and_half_rclpy_passes_200_messages_a_second(s
 
 
 def test_the_example_of_the_document_passes_messages_to_ros2(shared: Shared) -> None:
-    (example,) = re.findall(
-        r"(?ms)^```python\n(.*?)^```",
-        documents.text_of("guides/ros2.md"),
-    )
+    (example,) = re.findall(r"(?ms)^```python\n(.*?)^```", documents.text_of("guides/ros2.md"))
     processes = [
         shared.start("python", "-c", example),
         shared.start("python", "-c", LISTENER),

@@ -221,15 +221,10 @@ def test_calls_fail_and_the_engine_says_so_if_rclpy_ends(domain: Domain) -> None
         domain.rclpy.advertise("/t", *STRING, TopicQos())
 
 
-@pytest.mark.parametrize(
-    "stop",
-    [
-        "os.kill(os.getpid(), 9)",
-        "os._exit(0)",
-        "engine.close(); input()",
-        "os.kill(engine.pid, 19); engine.close(); input()",  # 19 is SIGSTOP
-    ],
-)
+@pytest.mark.parametrize("stop", [
+    "os.kill(os.getpid(), 9)", "os._exit(0)", "engine.close(); input()",
+    "os.kill(engine.pid, 19); engine.close(); input()",  # 19 is SIGSTOP
+])  # fmt: skip
 def test_rclpy_ends_with_the_gateway(stop: str, processes: Processes, tmp_path: Path) -> None:
     program = (
         "import os, sys; from pipros_ros2.agent.engine import RclpyEngine; "

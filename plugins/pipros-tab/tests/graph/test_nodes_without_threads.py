@@ -64,8 +64,7 @@ def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
     assert shown.wait() == 2
     assert "rosmsg: error: you must specify" in shown.output
     missing = tab.run("rosfoo")
-    assert missing.wait() == 127
-    assert missing.output == "rosfoo: command not found\n"
+    assert (missing.wait(), missing.output) == (127, "rosfoo: command not found\n")
 
 
 def test_a_loop_that_never_sleeps_gets_messages(tab: TabHub) -> None:
@@ -133,15 +132,12 @@ def test_an_interrupt_ends_a_program_that_computes_only_the_second_time(tab: Tab
 
 
 WAITS: Final = {
-    "sleep": "rospy.sleep(1000)",
-    "time": "time.sleep(1000)",
-    "event": "threading.Event().wait()",
+    "sleep": "rospy.sleep(1000)", "time": "time.sleep(1000)", "event": "threading.Event().wait()",
     "loop": "while True: rospy.sleep(1000)",
     "rate": "while not rospy.is_shutdown(): rospy.Rate(0.01).sleep()",
-    "message": "rospy.wait_for_message('/silent', String)",
-    "service": "rospy.wait_for_service('/nobody')",
+    "message": "rospy.wait_for_message('/silent', String)", "service": "rospy.wait_for_service('/nobody')",
     "call": "rospy.ServiceProxy('~slow', Empty)()",
-}
+}  # fmt: skip
 """What a callback waits for."""
 
 

@@ -34,12 +34,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
 def wheels(installed: Installed, ros: RosSystem, bare_tools: Path) -> Iterator[Side]:
     """Programs of the environment. No variable of ROS is set but the address of the master."""
     variables = {
-        "HOME": str(ros.home),
-        "PATH": f"{installed.programs}:{bare_tools}",
-        "ROS_MASTER_URI": ros.master_uri,
-        "LANG": "C.UTF-8",
-        "PYTHONUNBUFFERED": "1",
-    }
+        "HOME": str(ros.home), "PATH": f"{installed.programs}:{bare_tools}", "ROS_MASTER_URI": ros.master_uri,
+        "LANG": "C.UTF-8", "PYTHONUNBUFFERED": "1",
+    }  # fmt: skip
     side = Side(variables, ros.home)
     yield side
     side.close()

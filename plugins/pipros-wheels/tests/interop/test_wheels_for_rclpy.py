@@ -127,15 +127,12 @@ def talker(built: Built, tmp_path: Path) -> Iterator[Process]:
     network = LoneNetwork("127.0.0.1 localhost\n")
     processes = Processes(
         {
-            "PATH": f"{VENV_BIN}:/usr/bin:/bin",
-            "HOME": str(tmp_path),
-            "ROS_HOME": str(tmp_path / ".ros"),
-            "ROS_MASTER_URI": "http://localhost:11311",
-            "ROS_IP": "127.0.0.1",
+            "PATH": f"{VENV_BIN}:/usr/bin:/bin", "HOME": str(tmp_path), "ROS_HOME": str(tmp_path / ".ros"),
+            "ROS_MASTER_URI": "http://localhost:11311", "ROS_IP": "127.0.0.1",
             "ROS_PACKAGE_PATH": str(EXAMPLES),
         },
         tmp_path,
-    )
+    )  # fmt: skip
     try:
         enable_multicast(network)
         processes.start(*network.command(str(VENV_BIN / "rosmaster"), "--core"))
@@ -156,10 +153,5 @@ def test_each_change_to_a_definition_is_printed(built: Built) -> None:
 
 
 def test_messages_services_and_actions_pass_the_gateway_without_its_option_msgs(talker: Process) -> None:
-    for line in (
-        "^base 12 1 heard 87 %$",
-        r"^frame battery 1\.5$",
-        "^sum 42$",
-        "^result 0 1 2 3$",
-    ):
+    for line in ("^base 12 1 heard 87 %$", r"^frame battery 1\.5$", "^sum 42$", "^result 0 1 2 3$"):
         talker.wait_for(line)

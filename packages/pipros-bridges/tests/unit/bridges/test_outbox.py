@@ -46,8 +46,7 @@ def test_messages_and_answers_keep_their_order() -> None:
     client.outbox.answer(text_frame("4"))
     client.put("a", b"5")
 
-    assert client.taken() == [b"1", b"2", b"3", b"4", b"5"]
-    assert client.wakes == 1
+    assert (client.taken(), client.wakes) == ([b"1", b"2", b"3", b"4", b"5"], 1)
 
 
 def test_the_loop_is_woken_again_after_the_outbox_was_empty() -> None:
@@ -76,8 +75,7 @@ def test_more_bytes_than_the_limit_drop_the_oldest_messages_of_all() -> None:
     client.put("b", b"bbbb")
     client.put("a", b"AAAA")
 
-    assert client.outbox.waiting_bytes == 8
-    assert client.taken() == [b"bbbb", b"AAAA"]
+    assert (client.outbox.waiting_bytes, client.taken()) == (8, [b"bbbb", b"AAAA"])
     assert client.outbox.total == ClientTraffic(2, 8, 1)
 
 
@@ -105,8 +103,7 @@ def test_a_client_whose_answers_do_not_fit_is_overrun() -> None:
     client.outbox.answer(WebSocketFrame((b"too much",)))
 
     assert client.outbox.is_overrun
-    assert client.wakes == 2
-    assert client.taken() == []
+    assert (client.wakes, client.taken()) == (2, [])
 
 
 def test_frames_of_one_message_are_dropped_together() -> None:
@@ -125,9 +122,7 @@ def test_messages_of_ended_subscriptions_are_not_sent() -> None:
     client.outbox.forget("a")
     client.put("a", b"3")
 
-    assert client.outbox.waiting_bytes == 1
-    assert client.taken() == [b"2"]
-    assert client.outbox.total.lost == 0
+    assert (client.outbox.waiting_bytes, client.taken(), client.outbox.total.lost) == (1, [b"2"], 0)
 
 
 def test_a_closed_outbox_accepts_nothing() -> None:
@@ -137,8 +132,7 @@ def test_a_closed_outbox_accepts_nothing() -> None:
     client.put("a", b"2")
     client.outbox.answer(WebSocketFrame((b"3",)))
 
-    assert client.taken() == []
-    assert client.outbox.waiting_bytes == 0
+    assert (client.taken(), client.outbox.waiting_bytes) == ([], 0)
 
 
 def test_only_responses_count_as_answers() -> None:
@@ -199,8 +193,7 @@ def test_without_budget_the_oldest_messages_are_dropped_before_the_limit() -> No
     for size in (UNCOUNTED_BYTES, 50_001):
         outbox.put("a", WebSocketFrame((bytes(size),)))
 
-    assert outbox.total.lost == 1
-    assert outbox.waiting_bytes == 50_001
+    assert (outbox.total.lost, outbox.waiting_bytes) == (1, 50_001)
 
 
 def test_clients_share_a_budget_and_a_closed_one_returns_its_part() -> None:

@@ -23,6 +23,5 @@ def test_the_turtle_comes_back_to_where_it_began() -> None:
         now_s += TICK_S
     assert lines[0] == "New goal [7.544445 5.544445, 0.000000]"
     assert lines[1::2] == ["Reached goal"] * 8
-    assert turtle.x == pytest.approx(5.544, abs=0.2)
-    assert turtle.y == pytest.approx(5.544, abs=0.2)
+    assert (turtle.x, turtle.y) == (pytest.approx(5.544, abs=0.2), pytest.approx(5.544, abs=0.2))
     assert now_s == pytest.approx(4 * (1.9 + 3.9), abs=2)

@@ -52,8 +52,7 @@ def test_parts_outside_are_left_out() -> None:
 
 def test_colors_are_those_of_the_nearest_pixel() -> None:
     picture = drawn(((10, 10), (10, 10), 1))
-    assert picture.color_at((10.4, 9.6)) == RED
-    assert picture.color_at((10.6, 10)) == BLUE
+    assert (picture.color_at((10.4, 9.6)), picture.color_at((10.6, 10))) == (RED, BLUE)
 
 
 def test_filling_removes_lines() -> None:
@@ -64,8 +63,7 @@ def test_filling_removes_lines() -> None:
 
 def test_the_png_has_the_pixels() -> None:
     png = drawn(((3, 7), (3, 7), 1)).to_png()
-    assert png[:8] == b"\x89PNG\r\n\x1a\n"
-    assert struct.unpack(">II", png[16:24]) == (SIDE, SIDE)
+    assert (png[:8], struct.unpack(">II", png[16:24])) == (b"\x89PNG\r\n\x1a\n", (SIDE, SIDE))
     length = struct.unpack(">I", png[33:37])[0]
     rows = zlib.decompress(png[41 : 41 + length])
     start = 7 * (1 + SIDE * 3) + 1 + 3 * 3

@@ -109,8 +109,7 @@ def test_the_wall_clamps_with_a_warning_in_picture_coordinates(simulation: Simul
     simulation.go_to(20.0, 3.0)
     simulation.tick()
     assert simulation.lines[-1] == "Oh no! I hit the wall! (Clamping from [x=20.000000, y=8.088889])"
-    assert simulation.turtle.pose.x == SIDE_M
-    assert simulation.turtle.pose.y == 3.0
+    assert (simulation.turtle.pose.x, simulation.turtle.pose.y) == (SIDE_M, 3.0)
 
 
 def test_the_wall_does_not_stop_the_velocity(simulation: Simulation) -> None:
@@ -124,8 +123,7 @@ def test_the_wall_does_not_stop_the_velocity(simulation: Simulation) -> None:
 def test_an_absolute_teleport_stays_below_the_top_edge_without_a_warning(simulation: Simulation) -> None:
     simulation.go_to(1.0, 50.0, 1.0)
     simulation.tick()
-    assert len(simulation.lines) == 1
-    assert simulation.turtle.pose.y == SIDE_M
+    assert (len(simulation.lines), simulation.turtle.pose.y) == (1, SIDE_M)
     simulation.go_to(1.0, -1.0, 1.0)
     simulation.tick()
     assert simulation.lines[-1] == "Oh no! I hit the wall! (Clamping from [x=1.000000, y=12.088889])"
@@ -171,8 +169,7 @@ def test_new_names_skip_taken_ones_and_those_of_killed_turtles(simulation: Simul
     world.kill("turtle2")
     assert world.spawn("", 1, 1, 0).name == "turtle4"
     world.reset()
-    assert list(world.turtles) == ["turtle1"]
-    assert world.spawn("", 1, 1, 0).name == "turtle2"
+    assert (list(world.turtles), world.spawn("", 1, 1, 0).name) == (["turtle1"], "turtle2")
 
 
 def test_names_are_unique_and_only_turtles_die(simulation: Simulation) -> None:
@@ -204,8 +201,7 @@ def test_reset_starts_again(simulation: Simulation) -> None:
     simulation.go_to(1.0, 1.0)
     simulation.tick()
     first = simulation.world.reset()
-    assert first.pose.x == MIDDLE
-    assert simulation.world.lines_drawn == 0
+    assert (first.pose.x, simulation.world.lines_drawn) == (MIDDLE, 0)
     assert simulation.lines[1:] == [
         "Resetting turtlesim.",
         "Spawning turtle [turtle1] at x=[5.544445], y=[5.544445], theta=[0.000000]",
@@ -240,24 +236,16 @@ def test_lines_for_pages_are_limited(simulation: Simulation) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "digest"),
-    [
-        ("Pose", "863b248d5016ca62ea2e895ae5265cf9"),
-        ("Color", "353891e354491c51aabe32df673fb446"),
-    ],
+    [("Pose", "863b248d5016ca62ea2e895ae5265cf9"), ("Color", "353891e354491c51aabe32df673fb446")],
 )
 def test_messages_have_the_genuine_digests(kind: str, digest: str) -> None:
     assert load_message_class(f"turtlesim/{kind}")._md5sum == digest
 
 
-@pytest.mark.parametrize(
-    ("kind", "digest"),
-    [
-        ("Spawn", "0b2d2e872a8e2887d5ed626f2bf2c561"),
-        ("Kill", "c1f3d28f1b044c871e6eff2e9fc3c667"),
-        ("SetPen", "9f452acce566bf0c0954594f69a8e41b"),
-        ("TeleportAbsolute", "a130bc60ee6513855dc62ea83fcc5b20"),
-        ("TeleportRelative", "9d5c2dcd348ac8f76ce2a4307bd63a13"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "digest"), [
+    ("Spawn", "0b2d2e872a8e2887d5ed626f2bf2c561"), ("Kill", "c1f3d28f1b044c871e6eff2e9fc3c667"),
+    ("SetPen", "9f452acce566bf0c0954594f69a8e41b"), ("TeleportAbsolute", "a130bc60ee6513855dc62ea83fcc5b20"),
+    ("TeleportRelative", "9d5c2dcd348ac8f76ce2a4307bd63a13"),
+])  # fmt: skip
 def test_services_have_the_genuine_digests(kind: str, digest: str) -> None:
     assert load_service_class(f"turtlesim/{kind}")._md5sum == digest

@@ -65,8 +65,7 @@ def test_a_repeated_run_converts_what_is_missing_or_unfinished(
 
     assert main([*command, *names]) == 0
 
-    assert made() == EXPECTED
-    assert first.stat().st_mtime_ns == before
+    assert (made(), first.stat().st_mtime_ns) == (EXPECTED, before)
     assert "3 of 4 bags converted: " in (out := capsys.readouterr().out)
     assert out.endswith("; 1 skipped, because they are complete\n")
     assert main([*command, "-f", "-q", *names]) == 0
@@ -116,8 +115,7 @@ def test_the_progress_of_all_bags_is_shown_on_a_terminal_only(
     monkeypatch.setattr("pipros_tools.cli.rosbag.progress._PERIOD_S", 0.0)
     command = ["convert", "--output-dir", "out", "--jobs", "1", "-f", *names]
 
-    assert main(command) == 0
-    assert shown == []
+    assert (main(command), shown) == (0, [])
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     assert main(command) == 0
 

@@ -143,19 +143,16 @@ def test_samples_are_in_the_order_of_png() -> None:
     assert image_file(jpeg) == (".jpg", b"\xff\xd8x")
 
 
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        (image("yuv423"), r"Unrecognized image encoding \[yuv423\]"),
-        (Image(encoding="mono8"), "the image is empty: 0 x 0 pixels"),
-        (Image(encoding="32FC1"), "the image is empty: 0 x 0 pixels"),
-        (CompressedImage(format="jpeg"), "the image is empty"),
-        (CompressedImage(format="jpeg", data=b"no image"), "begins like no known format: 6e 6f 20"),
-        (CompressedImage(format="16UC1; compressedDepth png", data=bytes(12)), "more than 12 bytes, got 12"),
-        (image("rgb8", b"x"), "need 2 rows of 6 bytes, got 1 bytes in rows of 6"),
-        (image("rgba8"), "need 2 rows of 8 bytes"),
-    ],
-)
+@pytest.mark.parametrize(("wrong", "words"), [
+    (image("yuv423"), r"Unrecognized image encoding \[yuv423\]"),
+    (Image(encoding="mono8"), "the image is empty: 0 x 0 pixels"),
+    (Image(encoding="32FC1"), "the image is empty: 0 x 0 pixels"),
+    (CompressedImage(format="jpeg"), "the image is empty"),
+    (CompressedImage(format="jpeg", data=b"no image"), "begins like no known format: 6e 6f 20"),
+    (CompressedImage(format="16UC1; compressedDepth png", data=bytes(12)), "more than 12 bytes, got 12"),
+    (image("rgb8", b"x"), "need 2 rows of 6 bytes, got 1 bytes in rows of 6"),
+    (image("rgba8"), "need 2 rows of 8 bytes"),
+])  # fmt: skip
 def test_images_that_cannot_be_written_are_refused(wrong: Image, words: str) -> None:
     with pytest.raises(BagError, match=words):
         image_file(wrong)
@@ -182,17 +179,10 @@ def depth_image(encoding: str, values: Any, **more: Any) -> Image:
     )
 
 
-@pytest.mark.parametrize(
-    ("encoding", "dtype", "is_bigendian"),
-    [
-        ("32FC1", "<f4", 0),
-        ("32FC1", ">f4", 1),
-        ("16SC1", "<i2", 0),
-        ("64FC1", "<f8", 0),
-        ("32SC1", "<i4", 0),
-        ("8SC1", "|i1", 0),
-    ],
-)
+@pytest.mark.parametrize(("encoding", "dtype", "is_bigendian"), [
+    ("32FC1", "<f4", 0), ("32FC1", ">f4", 1), ("16SC1", "<i2", 0), ("64FC1", "<f8", 0),
+    ("32SC1", "<i4", 0), ("8SC1", "|i1", 0),
+])  # fmt: skip
 def test_pixels_that_png_cannot_store_become_arrays(encoding: str, dtype: str, is_bigendian: int) -> None:
     values = numpy.array([[1, 2, -3], [4, 5, 6]], dtype)
 
@@ -254,18 +244,10 @@ def test_the_last_row_of_an_odd_nv12_image_has_its_own_colours(height: int, has_
         image_file(Image(encoding="nv12", width=2, height=height, step=2, data=data[: 2 * height - 1]))
 
 
-@pytest.mark.parametrize(
-    ("start", "suffix"),
-    [
-        (b"\xff\xd8\xff\xe0", ".jpg"),
-        (b"\x89PNG\r\n\x1a\n", ".png"),
-        (b"II*\0", ".tiff"),
-        (b"MM\0*", ".tiff"),
-        (b"BM6\0", ".bmp"),
-        (b"RIFF\x24\0\0\0WEBP", ".webp"),
-        (b"GIF89a", ".gif"),
-    ],
-)
+@pytest.mark.parametrize(("start", "suffix"), [
+    (b"\xff\xd8\xff\xe0", ".jpg"), (b"\x89PNG\r\n\x1a\n", ".png"), (b"II*\0", ".tiff"),
+    (b"MM\0*", ".tiff"), (b"BM6\0", ".bmp"), (b"RIFF\x24\0\0\0WEBP", ".webp"), (b"GIF89a", ".gif"),
+])  # fmt: skip
 def test_the_first_bytes_determine_the_suffix(start: bytes, suffix: str) -> None:
     message = CompressedImage(format="jpeg", data=start + bytes(20))
 

@@ -40,10 +40,7 @@ def test_frames_may_have_many_blocks() -> None:
     assert decompress_frame(lz4.frame.compress(data, block_size=4), len(data), "x") == data
 
 
-@pytest.mark.parametrize(
-    ("data", "value"),
-    [(b"", 0x02CC5D05), (b"a", 0x550D7456), (b"a" * 40, 0x6A9616D6)],
-)
+@pytest.mark.parametrize(("data", "value"), [(b"", 0x02CC5D05), (b"a", 0x550D7456), (b"a" * 40, 0x6A9616D6)])
 def test_the_checksum_is_xxh32(data: bytes, value: int) -> None:
     assert xxh32(data) == value
 

@@ -106,13 +106,10 @@ def test_a_channel_that_cannot_be_read_affects_only_itself(
     assert f"left out:     {wrong}: the " in shown.out
     assert "messages:     4\n" in shown.out
     commands = {
-        "bag": ["convert", "run.mcap", "out.bag"],
-        "filter": ["filter", "run.mcap", "few.bag", "m.data > 0"],
-        "check": ["check", "run.mcap"],
-        "fix": ["fix", "run.mcap", "fixed.bag"],
-        "export": ["export", "run.mcap", "out"],
-        "all": ["table", "run.mcap", "/*", "-o", "all.csv"],
-    }
+        "bag": ["convert", "run.mcap", "out.bag"], "filter": ["filter", "run.mcap", "few.bag", "m.data > 0"],
+        "check": ["check", "run.mcap"], "fix": ["fix", "run.mcap", "fixed.bag"],
+        "export": ["export", "run.mcap", "out"], "all": ["table", "run.mcap", "/*", "-o", "all.csv"],
+    }  # fmt: skip
     for name, command in commands.items():
         assert main(command) == 1, name
         assert f"WARNING: {wrong} is left out: the " in capsys.readouterr().err, name
@@ -145,8 +142,7 @@ def test_a_definition_that_cannot_be_used_affects_only_its_topic(
     good = write_bag(bad, _definition(text))
     wrong = names(bad)[0][bad]
 
-    assert main(["info", "run.bag"]) == 0
-    assert main(["check", "run.bag"]) == 0
+    assert (main(["info", "run.bag"]), main(["check", "run.bag"])) == (0, 0)
     assert main(["filter", "run.bag", "same.bag", "t.to_sec() > 0"]) == 0
     with open_bag("same.bag") as reader:
         assert reader.message_count == 6  # copied as they are
@@ -472,8 +468,7 @@ def test_a_topic_of_ros2_that_cannot_be_read_affects_only_itself(
             ]
     assert main(["export", "run.db3", "out"]) == 1
     assert sorted(os.listdir("out")) == [f"{topic[1:]}.csv" for topic in good]
-    assert main(["check", "run.db3"]) == 1
-    assert main(["table", "run.db3", *good, "-o", "both.csv"]) == 0
+    assert (main(["check", "run.db3"]), main(["table", "run.db3", *good, "-o", "both.csv"])) == (1, 0)
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
@@ -588,15 +583,11 @@ def test_topics_that_differ_only_in_case_have_separate_tables(capsys: pytest.Cap
     Path("run.bag").write_bytes(bag_bytes(rows))
 
     for sql, expected in {
-        'SELECT data FROM "/a_b"': "1",
-        'SELECT data FROM "/A_B"': "2",
-        "SELECT data FROM a_b": "1",
-        "SELECT data FROM A_B": "2",
-        "SELECT data FROM C": '"x"',
+        'SELECT data FROM "/a_b"': "1", 'SELECT data FROM "/A_B"': "2", "SELECT data FROM a_b": "1",
+        "SELECT data FROM A_B": "2", "SELECT data FROM C": '"x"',
         """SELECT "/A_B".data - "/a_b".data || '"/a_b"' AS data FROM "/A_B", "/a_b" """: '"1""/a_b"""',
-    }.items():
-        assert main(["query", "run.bag", sql]) == 0
-        assert capsys.readouterr().out == f'"data"\n{expected}\n'
+    }.items():  # fmt: skip
+        assert (main(["query", "run.bag", sql]), capsys.readouterr().out) == (0, f'"data"\n{expected}\n')
     assert main(["query", "run.bag", 'SELECT * FROM "/a_B"']) == 1
     assert "/A_B, /a_b, /c" in capsys.readouterr().err
 
@@ -647,8 +638,7 @@ def test_only_the_messages_of_a_damaged_chunk_are_left_out(
         with open_bag(next(name for name in command[2:] if name.endswith(".bag") and name != path)) as bag:
             assert [message.data for _, message, _, _ in bag.messages()] == good
 
-    assert main(["export", path, "out"]) == 1
-    assert main(["table", path, "/a", "-q", "-o", "a.csv"]) == 1
+    assert (main(["export", path, "out"]), main(["table", path, "/a", "-q", "-o", "a.csv"])) == (1, 1)
     of_a = [str(value) for value in good if value % 2 == 0]
     assert [line.split(",")[-1] for line in Path("a.csv").read_text().splitlines()[1:]] == of_a
     assert len(Path("out/c.csv").read_text().splitlines()) == 1 + sum(value % 2 for value in good)

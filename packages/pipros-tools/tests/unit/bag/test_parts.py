@@ -144,16 +144,13 @@ def test_each_part_begins_with_the_latched_messages_of_each_publisher() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        (["--every", "0"], "Duration specification invalid: 0"),
-        (["--size", "big"], "--size must be like 500M, got big"),
-        (["--at", "noon"], "--at must be like 1700000000.5 or +90s, got noon"),
-        ([], "You must specify one of --every, --size and --at."),
-        (["--every", "1s", "--size", "1M"], "You must specify one of --every, --size and --at."),
-    ],
-)
+@pytest.mark.parametrize(("options", "reason"), [
+    (["--every", "0"], "Duration specification invalid: 0"),
+    (["--size", "big"], "--size must be like 500M, got big"),
+    (["--at", "noon"], "--at must be like 1700000000.5 or +90s, got noon"),
+    ([], "You must specify one of --every, --size and --at."),
+    (["--every", "1s", "--size", "1M"], "You must specify one of --every, --size and --at."),
+])  # fmt: skip
 def test_invalid_options_are_explained(
     options: list[str], reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

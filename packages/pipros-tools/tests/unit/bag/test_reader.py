@@ -127,8 +127,7 @@ def test_only_overlapping_chunks_are_kept_in_memory(monkeypatch: pytest.MonkeyPa
         kept.append(len(self._kept))
 
     monkeypatch.setattr(chunk_data_module.ChunkStore, "_keep", watch)
-    assert len(rows_of(bag)) == 200
-    assert max(kept) == 1
+    assert (len(rows_of(bag)), max(kept)) == (200, 1)
 
 
 def test_overlapping_chunks_beyond_the_cache_are_read_again() -> None:
@@ -249,18 +248,15 @@ def test_a_bag_without_messages_has_no_times() -> None:
         _ = bag.start
 
 
-@pytest.mark.parametrize(
-    ("data", "error", "words"),
-    [
-        (b"", BagError, "is an empty file"),
-        (b"#!/bin/sh\n", BagError, "is not a bag: it must begin with #ROSBAG V2.0"),
-        (b"#ROSBAG V3.0\n", BagFormatError, "bag version must be 1.2 or 2.0, got 3.0"),
-        (b"#ROSBAG V2.0\n", NotIndexed, "Run rosbag reindex"),
-        (bag_bytes(some_rows(), is_finished=False), NotIndexed, "has no index"),
-        (bag_bytes(some_rows())[:-1], NotIndexed, "damaged index"),
-        (bag_bytes(some_rows())[:4500], NotIndexed, "ends before its index"),
-    ],
-)
+@pytest.mark.parametrize(("data", "error", "words"), [
+    (b"", BagError, "is an empty file"),
+    (b"#!/bin/sh\n", BagError, "is not a bag: it must begin with #ROSBAG V2.0"),
+    (b"#ROSBAG V3.0\n", BagFormatError, "bag version must be 1.2 or 2.0, got 3.0"),
+    (b"#ROSBAG V2.0\n", NotIndexed, "Run rosbag reindex"),
+    (bag_bytes(some_rows(), is_finished=False), NotIndexed, "has no index"),
+    (bag_bytes(some_rows())[:-1], NotIndexed, "damaged index"),
+    (bag_bytes(some_rows())[:4500], NotIndexed, "ends before its index"),
+])  # fmt: skip
 def test_an_incomplete_bag_is_refused(data: bytes, error: type[Exception], words: str) -> None:
     with pytest.raises(error) as raised:
         read(data)
@@ -378,8 +374,7 @@ def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Pat
         file.write(MAGIC + file_header(end, 1, 1))
 
     with BagReader(path) as bag:
-        assert rows_of(bag) == [("/a", 7, 5, 0)]
-        assert bag.chunk_header(0).size == size
+        assert (rows_of(bag), bag.chunk_header(0).size) == ([("/a", 7, 5, 0)], size)
 
 
 def test_the_connections_of_each_topic_are_found_without_a_search_through_all(
@@ -432,5 +427,4 @@ def test_a_definition_that_nothing_understands_is_an_error_or_reported() -> None
         list(bag.decoded())
     reported: list[str] = []
     bag.on_bad_message = lambda topic, _: reported.append(topic)
-    assert list(bag.decoded()) == []
-    assert reported == ["/a"]
+    assert (list(bag.decoded()), reported) == ([], ["/a"])

@@ -89,8 +89,7 @@ def test_files_are_active_until_they_are_complete(tmp_path: Path, monkeypatch: p
 
     assert [path.name for path in tmp_path.iterdir()] == ["run.bag"]
     with BagReader(tmp_path / "run.bag") as bag:
-        assert rows_of(bag) == [("/a", 1, 5, 0)]
-        assert bag.connections[0].header["topic"] == b"/a"
+        assert (rows_of(bag), bag.connections[0].header["topic"]) == ([("/a", 1, 5, 0)], b"/a")
     assert reports == ["Recording to 'run.bag'."]
 
 

@@ -53,12 +53,8 @@ def encrypted() -> bytes:
     more = field_bytes({"encryptor": b"rosbag/AesCbcEncryptor"})
     header = data[len(MAGIC) + 4 : end - 4] + more
     parts = (
-        MAGIC,
-        U32.pack(len(header)),
-        header,
-        U32.pack(padding - len(more)),
-        b" " * (padding - len(more)),
-    )
+        MAGIC, U32.pack(len(header)), header, U32.pack(padding - len(more)), b" " * (padding - len(more)),
+    )  # fmt: skip
     return b"".join(parts) + data[end + padding :]
 
 
@@ -169,19 +165,12 @@ def beside(path: str) -> tuple[list[Any], list[Any]]:
         return list(reader.iter_attachments()), list(reader.iter_metadata())
 
 
-@pytest.mark.parametrize(
-    ("command", "keeps"),
-    [
-        (["convert", "run.mcap", "out.mcap"], True),
-        (["filter", "run.mcap", "out.mcap", "topic == '/a'"], True),
-        (["fix", "-n", "run.mcap", "out.mcap"], True),
-        (["merge", "run.mcap", "run.bag", "-o", "out.mcap"], True),
-        (["convert", "run.mcap", "out.bag"], False),
-        (["filter", "run.mcap", "out.bag", "m.data < 3"], False),
-        (["merge", "run.mcap", "-o", "out.bag"], False),
-        (["split", "-q", "run.mcap", "--every", "1s"], True),
-    ],
-)
+@pytest.mark.parametrize(("command", "keeps"), [
+    (["convert", "run.mcap", "out.mcap"], True), (["filter", "run.mcap", "out.mcap", "topic == '/a'"], True),
+    (["fix", "-n", "run.mcap", "out.mcap"], True), (["merge", "run.mcap", "run.bag", "-o", "out.mcap"], True),
+    (["convert", "run.mcap", "out.bag"], False), (["filter", "run.mcap", "out.bag", "m.data < 3"], False),
+    (["merge", "run.mcap", "-o", "out.bag"], False), (["split", "-q", "run.mcap", "--every", "1s"], True),
+])  # fmt: skip
 def test_attachments_and_metadata_are_kept_or_named(
     command: list[str], keeps: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -89,8 +89,7 @@ def messages() -> dict[str, Any]:
 def test_messages_become_the_kinds_of_rerun() -> None:
     rows: list[Row] = [(topic, message, 2, 250_000_000) for topic, message in messages().items()]
     Path("run.bag").write_bytes(bag_bytes(rows))
-    assert rosbag(["convert", "run.bag", "run.rrd"]) == 0
-    assert Path("run.rrd").read_text() == "complete"
+    assert (rosbag(["convert", "run.bag", "run.rrd"]), Path("run.rrd").read_text()) == (0, "complete")
     assert sorted(each.name for each in Path().iterdir()) == ["run.bag", "run.rrd"]
     (recording,) = recordings
     assert recording.names == ("pipros", "run")

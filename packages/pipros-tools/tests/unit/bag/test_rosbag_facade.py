@@ -62,8 +62,7 @@ def test_raw_messages_can_be_copied(tmp_path: Path) -> None:
             out.write(topic, raw, t, raw=True, connection_header=header)
             out.write("/short" + topic, (*raw[:3], raw[4]), t, raw=True)
     with rosbag.Bag(str(tmp_path / "out.bag")) as bag:
-        assert rows(bag, topics=["/a", "/b"]) == expected
-        assert bag.get_message_count() == 40
+        assert (rows(bag, topics=["/a", "/b"]), bag.get_message_count()) == (expected, 40)
         assert bag.get_message_count("/a") == bag.get_message_count(["/short/a"]) == 10
 
 
@@ -75,8 +74,7 @@ def test_reading_while_writing_sees_what_was_written(tmp_path: Path) -> None:
         bag.write("/a", Int32(1), rospy.Time(5))
         assert rows(bag) == [("/a", 1, 5)]
         bag.write("/a", Int32(2), rospy.Time(6))
-        assert rows(bag) == [("/a", 1, 5), ("/a", 2, 6)]
-        assert bag.get_end_time() == 6.0
+        assert (rows(bag), bag.get_end_time()) == ([("/a", 1, 5), ("/a", 2, 6)], 6.0)
     with rosbag.Bag(str(tmp_path / "run.bag")) as bag:
         assert rows(bag) == [("/a", 1, 5), ("/a", 2, 6)]
 
@@ -169,18 +167,14 @@ def test_using_a_closed_bag_raises(tmp_path: Path) -> None:
             use()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "words"),
-    [
-        ({"f": ""}, ValueError, "filename (or stream) is invalid"),
-        ({"mode": "q"}, ValueError, 'mode "q" is invalid'),
-        ({"compression": "zip"}, ValueError, "compression must be one of: none, bz2, lz4"),
-        ({"chunk_threshold": -1}, ValueError, "chunk_threshold must be greater than or equal to zero"),
-        ({"options": 3}, ValueError, "options must be of type dict"),
-        ({"mode": "r"}, FileNotFoundError, "No such file"),
-        ({"mode": "a"}, rosbag.ROSBagException, "empty file"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "error", "words"), [
+    ({"f": ""}, ValueError, "filename (or stream) is invalid"),
+    ({"mode": "q"}, ValueError, 'mode "q" is invalid'),
+    ({"compression": "zip"}, ValueError, "compression must be one of: none, bz2, lz4"),
+    ({"chunk_threshold": -1}, ValueError, "chunk_threshold must be greater than or equal to zero"),
+    ({"options": 3}, ValueError, "options must be of type dict"),
+    ({"mode": "r"}, FileNotFoundError, "No such file"), ({"mode": "a"}, rosbag.ROSBagException, "empty file"),
+])  # fmt: skip
 def test_wrong_arguments_are_refused(
     arguments: dict[str, Any], error: type[Exception], words: str, tmp_path: Path
 ) -> None:
@@ -189,18 +183,14 @@ def test_wrong_arguments_are_refused(
     assert words in str(raised.value)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "words"),
-    [
-        (("", Int32(1)), ValueError, "topic is invalid"),
-        (("/a", None), ValueError, "msg is invalid"),
-        (("/a", "text"), AttributeError, "no attribute 'serialize'"),
-        (("/a", Int32(1), 5.0), TypeError, "t must be a rospy.Time"),
-        (("/a", String(5)), genpy.SerializationError, "field data must be of type"),  # type: ignore[arg-type]
-        (("/a", ("std_msgs/String", b""), None, True), ValueError, "msg must be of length 4 or 5"),
-        (("/a", ("no/Type", b"", "0", None), None, True), rosbag.ROSBagException, "cannot locate"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "error", "words"), [
+    (("", Int32(1)), ValueError, "topic is invalid"), (("/a", None), ValueError, "msg is invalid"),
+    (("/a", "text"), AttributeError, "no attribute 'serialize'"),
+    (("/a", Int32(1), 5.0), TypeError, "t must be a rospy.Time"),
+    (("/a", String(5)), genpy.SerializationError, "field data must be of type"),  # type: ignore[arg-type]
+    (("/a", ("std_msgs/String", b""), None, True), ValueError, "msg must be of length 4 or 5"),
+    (("/a", ("no/Type", b"", "0", None), None, True), rosbag.ROSBagException, "cannot locate"),
+])  # fmt: skip
 def test_wrong_messages_are_refused_and_leave_nothing(
     arguments: tuple[Any, ...], error: type[Exception], words: str, tmp_path: Path
 ) -> None:
@@ -278,8 +268,7 @@ def test_subcommands_are_functions(
     for command, compression in ((compress_cmd, "bz2"), (decompress_cmd, "none"), (reindex_cmd, "none")):
         command(["-f", "-q", "run.bag"])
         with rosbag.Bag("run.bag") as bag:
-            assert rows(bag) == expected
-            assert bag.get_compression_info().compression == compression
+            assert (rows(bag), bag.get_compression_info().compression) == (expected, compression)
     info_cmd(["run.bag"])
     check_cmd(["run.bag"])
     filter_cmd(["run.bag", "some.bag", "topic == '/a'"])

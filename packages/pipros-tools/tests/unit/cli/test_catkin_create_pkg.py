@@ -7,14 +7,11 @@ import pytest
 from pipros_tools.cli import catkin_create_pkg
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["a", "-V", "bad"], 'Package version "bad" does not follow version conventions'),
-        (["a/b"], 'Package name "a/b" does not follow naming conventions'),
-        (["a", "a"], 'The package "a" must not'),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["a", "-V", "bad"], 'Package version "bad" does not follow version conventions'),
+    (["a/b"], 'Package name "a/b" does not follow naming conventions'),
+    (["a", "a"], 'The package "a" must not'),
+])  # fmt: skip
 def test_a_package_that_cannot_be_made_is_reported_in_one_line(
     arguments: list[str],
     message: str,

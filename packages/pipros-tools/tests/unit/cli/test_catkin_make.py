@@ -32,31 +32,23 @@ def base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_spaces_are_announced_as_in_noetic(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert catkin_make.main([]) == 0
     assert capsys.readouterr().out.splitlines()[:5] == [
-        f"Base path: {base}",
-        f"Source space: {base}/src",
-        f"Build space: {base}/build",
-        f"Devel space: {base}/devel",
-        f"Install space: {base}/install",
-    ]
+        f"Base path: {base}", f"Source space: {base}/src", f"Build space: {base}/build",
+        f"Devel space: {base}/devel", f"Install space: {base}/install",
+    ]  # fmt: skip
     assert (base / ".catkin_workspace").is_file()
     assert (base / "devel" / "setup.bash").is_file()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "built"),
-    [
-        (["--pkg", "one"], ["one"]),
-        (["--only-pkg-with-deps", "two"], ["two"]),
-        (["-DCATKIN_WHITELIST_PACKAGES=one"], ["one"]),
-        (["-DCATKIN_BLACKLIST_PACKAGES=one"], ["two"]),
-        (
-            ["-DCATKIN_WHITELIST_PACKAGES=", "-j4", "-l2", "--cmake-args", "-DCMAKE_BUILD_TYPE=Release"],
-            ["one", "two"],
-        ),
-        (["-j", "4", "--jobs=2", "-k", "VERBOSE=1", "-l", "2.5", "--make-args", "-s", "all"], ["one", "two"]),
-        (["--pkg", "one", "nope"], ["one"]),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "built"), [
+    (["--pkg", "one"], ["one"]), (["--only-pkg-with-deps", "two"], ["two"]),
+    (["-DCATKIN_WHITELIST_PACKAGES=one"], ["one"]), (["-DCATKIN_BLACKLIST_PACKAGES=one"], ["two"]),
+    (
+        ["-DCATKIN_WHITELIST_PACKAGES=", "-j4", "-l2", "--cmake-args", "-DCMAKE_BUILD_TYPE=Release"],
+        ["one", "two"],
+    ),
+    (["-j", "4", "--jobs=2", "-k", "VERBOSE=1", "-l", "2.5", "--make-args", "-s", "all"], ["one", "two"]),
+    (["--pkg", "one", "nope"], ["one"]),
+])  # fmt: skip
 def test_packages_are_chosen(
     base: Path, arguments: list[str], built: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -82,17 +74,13 @@ def test_clean_makes_the_next_build_a_full_one(base: Path, capsys: pytest.Captur
     assert "Nothing has changed" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--pkg", "nope"], 'Packages "nope" not found in the workspace'),
-        (["--only-pkg-with-deps", "b", "a"], 'Packages "a, b" not found in the workspace'),
-        (["-C", "nowhere"], '/nowhere" does not exist'),
-        (["-C", "src"], 'The specified source space "'),
-        (["-C", "src/one"], 'contains a package but "catkin_make" must be invoked in the root of workspace'),
-        (["-DCATKIN_ENABLE_TESTING=0", "run_tests"], "No rule to make target 'run_tests'"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--pkg", "nope"], 'Packages "nope" not found in the workspace'),
+    (["--only-pkg-with-deps", "b", "a"], 'Packages "a, b" not found in the workspace'),
+    (["-C", "nowhere"], '/nowhere" does not exist'), (["-C", "src"], 'The specified source space "'),
+    (["-C", "src/one"], 'contains a package but "catkin_make" must be invoked in the root of workspace'),
+    (["-DCATKIN_ENABLE_TESTING=0", "run_tests"], "No rule to make target 'run_tests'"),
+])  # fmt: skip
 def test_invalid_targets_and_options_exit_with_1(
     base: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

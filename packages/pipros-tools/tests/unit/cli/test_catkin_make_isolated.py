@@ -51,16 +51,11 @@ def test_merged_packages_share_a_devel_space(workspace: Workspace) -> None:
     assert (workspace.base / "install_isolated/share/one/msg/A.msg").is_file()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "processed"),
-    [
-        (["--pkg", "one"], ["one"]),
-        (["--from-pkg", "one"], ["one"]),
-        (["--ignore-pkg", "one"], ["zero"]),
-        (["--merge", "--only-pkg-with-deps", "zero"], ["zero"]),
-        (["-j4", "--cmake-args", "-DX=1", "--make-args", "-l2"], ["zero", "one"]),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "processed"), [
+    (["--pkg", "one"], ["one"]), (["--from-pkg", "one"], ["one"]), (["--ignore-pkg", "one"], ["zero"]),
+    (["--merge", "--only-pkg-with-deps", "zero"], ["zero"]),
+    (["-j4", "--cmake-args", "-DX=1", "--make-args", "-l2"], ["zero", "one"]),
+])  # fmt: skip
 def test_packages_are_chosen(
     workspace: Workspace, arguments: list[str], processed: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -197,8 +192,7 @@ def test_files_are_found_in_workspaces_sources_and_pipros(
     assert f"{prefixes[1]}/share" in found("--share")
     assert catkin_find.main(["nope", "--first-only"]) == 1
     assert f"{prefixes[0]}/share/nope" in capsys.readouterr().err
-    assert catkin_find.main(["one", "--bin"]) == 1
-    assert catkin_find.main(["--libexec"]) == 1
+    assert (catkin_find.main(["one", "--bin"]), catkin_find.main(["--libexec"])) == (1, 1)
 
 
 def test_packages_are_listed_in_the_order_of_their_needs(

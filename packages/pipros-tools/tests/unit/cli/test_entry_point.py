@@ -45,8 +45,7 @@ def test_an_interrupted_command_ends_with_the_code_of_shells_and_prints_nothing(
     def main() -> int:
         raise KeyboardInterrupt
 
-    assert main() == 130
-    assert capsys.readouterr() == ("", "")
+    assert (main(), capsys.readouterr()) == (130, ("", ""))
 
 
 def test_a_missing_library_is_named_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -82,8 +81,7 @@ def test_ctrl_c_while_a_class_is_made_prints_no_traceback(
 
         return 0
 
-    assert main() == code
-    assert capsys.readouterr() == ("", "")
+    assert (main(), capsys.readouterr()) == (code, ("", ""))
 
 
 LACKING = """

@@ -79,14 +79,11 @@ def test_the_survey_of_a_tree_says_who_provides_each_program(
     assert survey("--survey", tree, capsys=capsys)[0] == 0
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("a.launch", "<launch><node></launch>", "a.launch:1:"),
-        ("a.launch", "<robot/>", "a.launch:1:1: no root <launch> tag"),
-        ("a.test", '<!DOCTYPE x [<!ENTITY e "e">]><launch/>', "a.test:1:"),
-    ],
-)
+@pytest.mark.parametrize(("name", "text", "message"), [
+    ("a.launch", "<launch><node></launch>", "a.launch:1:"),
+    ("a.launch", "<robot/>", "a.launch:1:1: no root <launch> tag"),
+    ("a.test", '<!DOCTYPE x [<!ENTITY e "e">]><launch/>', "a.test:1:"),
+])  # fmt: skip
 def test_a_malformed_launch_file_is_named_after_the_table(
     tree: Path, name: str, text: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -95,8 +92,7 @@ def test_a_malformed_launch_file_is_named_after_the_table(
 
     code, output, errors = survey("--survey", tree, capsys=capsys)
 
-    assert code == 2
-    assert owner(output, "amcl/amcl")[0] == "shipped"
+    assert (code, owner(output, "amcl/amcl")[0]) == (2, "shipped")
     assert errors.startswith("ERROR: ")
     assert message in errors
 
@@ -130,17 +126,13 @@ def test_a_csv_file_gives_the_figures_with_and_without_packages(
     assert re.search(r"^    amcl +1 +0$", output, re.M)  # file 1 lacks nothing else
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"", "must start with the line file,in_package"),
-        (b"a,b\n", "must start with the line file,in_package,element,pkg,type,nodelet,language, got 'a,b'"),
-        (HEAD.encode() + b"1,a,node,amcl\n", "line 2: needs 7 columns, got 4"),
-        (HEAD.encode() + b'1,a,node,amcl,"am\n', "is not a CSV file"),
-        (HEAD.encode() + b"\xff\n", "is not a CSV file"),
-        (None, "cannot read"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), [
+    (b"", "must start with the line file,in_package"),
+    (b"a,b\n", "must start with the line file,in_package,element,pkg,type,nodelet,language, got 'a,b'"),
+    (HEAD.encode() + b"1,a,node,amcl\n", "line 2: needs 7 columns, got 4"),
+    (HEAD.encode() + b'1,a,node,amcl,"am\n', "is not a CSV file"),
+    (HEAD.encode() + b"\xff\n", "is not a CSV file"), (None, "cannot read"),
+])  # fmt: skip
 def test_a_malformed_csv_file_is_an_error(
     tmp_path: Path, content: bytes | None, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

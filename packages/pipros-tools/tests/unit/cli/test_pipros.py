@@ -27,8 +27,7 @@ def test_the_usage_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--version"]) == 0
-    assert capsys.readouterr().out == f"{__version__}\n"
+    assert (main(["--version"]), capsys.readouterr().out) == (0, f"{__version__}\n")
 
 
 def test_versions_are_listed_for_a_report(
@@ -37,8 +36,7 @@ def test_versions_are_listed_for_a_report(
     monkeypatch.setenv("ROS_DISTRO", "noetic")
     assert main(["version", "--json"]) == 0
     versions = json.loads(capsys.readouterr().out)
-    assert versions["pipros"] == __version__
-    assert versions["ros"] == "noetic"
+    assert (versions["pipros"], versions["ros"]) == (__version__, "noetic")
     assert versions["python"].startswith(platform.python_version())
     assert Path(versions["location"]).is_dir()
     assert main(["version"]) == 0
@@ -90,8 +88,7 @@ def test_commands_of_plugins_run_and_are_listed_and_completed(
         monkeypatch.setattr(f"{module}.plugins", lambda: iter([SHELF]))
     monkeypatch.setattr(command_map, "installed_programs", lambda: {"rostopic", "rosbag", "shelve"})
 
-    assert main(["shelf", "find", "it"]) == 3
-    assert capsys.readouterr().out == "shelf: find it\n"
+    assert (main(["shelf", "find", "it"]), capsys.readouterr().out) == (3, "shelf: find it\n")
     assert main([]) == 0
     assert "\tpipros shelf\tfind books\n" in capsys.readouterr().out
     text = command_map.command_map()

@@ -38,8 +38,7 @@ def test_the_examples_of_the_documentation_are_valid(name: str, capsys: pytest.C
 def test_the_documentation_shows_what_the_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
     assert TYPED
     for line, expected in TYPED:
-        assert main(shlex.split(line)[2:]) == 0
-        assert capsys.readouterr().out == expected
+        assert (main(shlex.split(line)[2:]), capsys.readouterr().out) == (0, expected)
 
 
 def test_the_names_of_all_units_are_in_the_documentation() -> None:

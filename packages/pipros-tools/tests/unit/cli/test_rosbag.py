@@ -203,8 +203,7 @@ def test_reindex_restores_complete_messages(
     assert Path("cut.orig.bag").read_bytes() == whole[: end + 100]
     assert "WARNING: cut.bag, byte" in capsys.readouterr().err
     main(["reindex", "-q", "-f", "cut.bag"])
-    assert contents("cut.bag") == found
-    assert capsys.readouterr().err == ""
+    assert (contents("cut.bag"), capsys.readouterr().err) == (found, "")
 
 
 def test_reindex_of_a_damaged_bag_keeps_the_chunks_behind_the_damage(bag: Path) -> None:
@@ -256,18 +255,14 @@ def test_filter_prints_and_leaves_nothing_after_an_error(
     assert main(["filter", "run.bag", "run.bag", "True"]) == 3
 
 
-@pytest.mark.parametrize(
-    ("command", "error"),
-    [
-        ("filter run.bag run.bag/b True", "cannot filter: Not a directory: 'run.bag/b.active'"),
-        ("export run.bag run.bag/folder", "cannot export: Not a directory: 'run.bag/folder'"),
-    ],
-)
+@pytest.mark.parametrize(("command", "error"), [
+    ("filter run.bag run.bag/b True", "cannot filter: Not a directory: 'run.bag/b.active'"),
+    ("export run.bag run.bag/folder", "cannot export: Not a directory: 'run.bag/folder'"),
+])  # fmt: skip
 def test_a_file_that_cannot_be_written_is_named(
     command: str, error: str, bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(command.split()) == 1
-    assert capsys.readouterr().err == f"ERROR: {error}\n"
+    assert (main(command.split()), capsys.readouterr().err) == (1, f"ERROR: {error}\n")
     assert contents(bag) == values(ROWS)
 
 

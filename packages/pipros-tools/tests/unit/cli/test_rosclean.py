@@ -77,8 +77,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_packages_of_a_launch_file_are_listed(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch_deps.main([str(file)]) == 0
-    assert capsys.readouterr().out == "declared other\n"
+    assert (roslaunch_deps.main([str(file)]), capsys.readouterr().out) == (0, "declared other\n")
 
 
 def test_undeclared_dependencies_are_reported(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,17 +58,14 @@ def test_an_unknown_level_is_shown_as_its_number() -> None:
     assert printed(log(32, "a")) == ["[ 32    ] [/talker]: a"]
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        (["list"], "you must specify a node to list loggers"),
-        (["list", "a", "b"], "you may only specify one node to list"),
-        (["get", "a"], "you must specify a node and a logger"),
-        (["set", "a", "b"], "you must specify a node, a logger and a level"),
-        (["echo", "-l", "loud"], "invalid choice"),
-        (["echo", "["], "argument FILTER: [[] must be a regular expression"),
-    ],
-)
+@pytest.mark.parametrize(("words", "complaint"), [
+    (["list"], "you must specify a node to list loggers"),
+    (["list", "a", "b"], "you may only specify one node to list"),
+    (["get", "a"], "you must specify a node and a logger"),
+    (["set", "a", "b"], "you must specify a node, a logger and a level"),
+    (["echo", "-l", "loud"], "invalid choice"),
+    (["echo", "["], "argument FILTER: [[] must be a regular expression"),
+])  # fmt: skip
 def test_mistakes_end_with_2(words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
         main(words)

@@ -42,8 +42,7 @@ def test_nodes_lists_full_names(file: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_files_lists_absolute_paths(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--files", str(file)]) == 0
-    assert capsys.readouterr().out == f"{file}\n"
+    assert (roslaunch.main(["--files", str(file)]), capsys.readouterr().out) == (0, f"{file}\n")
 
 
 def test_args_prints_a_command_line_for_a_shell(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -125,8 +124,7 @@ def test_a_launch_file_comes_from_standard_input(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO('<launch><node pkg="p" type="t" name="n"/></launch>'))
-    assert roslaunch.main(["--nodes", "-"]) == 0
-    assert capsys.readouterr().out == "/n\n"
+    assert (roslaunch.main(["--nodes", "-"]), capsys.readouterr().out) == (0, "/n\n")
 
 
 @pytest.mark.parametrize("option", ["--nodes", "--files", "--ros-args", "--dry-run"])
@@ -161,15 +159,10 @@ def test_an_inspection_warns_of_a_defunct_master_and_does_not_look_for_machines(
     assert capsys.readouterr().err.startswith("WARNING: ignoring defunct <master /> tag")
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        ([], "you must specify at least one input file"),
-        (["--foo"], "no such option: --foo"),
-        (["-c", "x", "f"], "--child"),
-        (["-p", "x", "f"], "invalid integer value"),
-    ],
-)
+@pytest.mark.parametrize(("words", "complaint"), [
+    ([], "you must specify at least one input file"), (["--foo"], "no such option: --foo"),
+    (["-c", "x", "f"], "--child"), (["-p", "x", "f"], "invalid integer value"),
+])  # fmt: skip
 def test_a_wrong_command_line_ends_with_2(
     words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -52,37 +52,24 @@ def test_a_file_without_mistakes_passes(
         "",
     )
     (case,) = ElementTree.parse(result).getroot().iter("testcase")  # noqa: S314
-    assert (case.attrib["classname"], case.attrib["name"]) == (
-        "roslaunch.RoslaunchCheck",
-        "robot_one_launch",
-    )
+    assert (case.attrib["classname"], case.attrib["name"]) == ("roslaunch.RoslaunchCheck", "robot_one_launch")
 
 
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ("<node", "Invalid roslaunch XML syntax"),
-        ('<include file="$(find robot)/gone.launch"/>', "gone.launch"),
-        ('<include file="$(find gone)/gone.launch"/>', "gone"),
-        ('<node name="n" pkg="gone" type="node.py"/>', "cannot find package [gone] for node [node.py]"),
-        ('<node name="n" pkg="robot" type="gone.py"/>', "cannot find node [gone.py] in package [robot]"),
-        pytest.param(
-            '<node name="n" pkg="robot" type="plain.py"/>',
-            "plain.py is not executable",
-            marks=pytest.mark.needs("executable files"),
-        ),
-        (
-            '<node name="n" pkg="arm" type="node.py"/>',
-            "Missing package dependencies: robot/package.xml: arm",
-        ),
-        ('<nod name="n"/>', "ROSLaunch config error: unrecognized tag nod"),
-        ('<arg name="level"/>', "No value for arg [level]"),
-        (
-            '<test test-name="t" pkg="robot" type="gone.py"/>',
-            "cannot find node [gone.py] in package [robot]",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("body", "message"), [
+    ("<node", "Invalid roslaunch XML syntax"), ('<include file="$(find robot)/gone.launch"/>', "gone.launch"),
+    ('<include file="$(find gone)/gone.launch"/>', "gone"),
+    ('<node name="n" pkg="gone" type="node.py"/>', "cannot find package [gone] for node [node.py]"),
+    ('<node name="n" pkg="robot" type="gone.py"/>', "cannot find node [gone.py] in package [robot]"),
+    pytest.param(
+        '<node name="n" pkg="robot" type="plain.py"/>',
+        "plain.py is not executable",
+        marks=pytest.mark.needs("executable files"),
+    ),
+    ('<node name="n" pkg="arm" type="node.py"/>', "Missing package dependencies: robot/package.xml: arm"),
+    ('<nod name="n"/>', "ROSLaunch config error: unrecognized tag nod"),
+    ('<arg name="level"/>', "No value for arg [level]"),
+    ('<test test-name="t" pkg="robot" type="gone.py"/>', "cannot find node [gone.py] in package [robot]"),
+])  # fmt: skip
 def test_a_mistake_is_reported_and_ends_with_1(
     package: Path, body: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

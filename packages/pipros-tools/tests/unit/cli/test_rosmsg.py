@@ -90,15 +90,12 @@ def test_a_bag_shows_types_as_their_publishers_defined_them(capsys: pytest.Captu
     assert rosmsg.main(["show", "-b", str(BAG), "std_msgs/Int8"]) == 1
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (b"not a bag", "is not a bag"),
-        (b"#ROSBAG V2.0\n", "Run rosbag reindex"),
-        (b"#ROSBAG V2.0\n\xff\xff\xff\xff", "Run rosbag reindex"),
-        (BAG.read_bytes()[:200], "ends before its index"),
-    ],
-)
+@pytest.mark.parametrize(("content", "words"), [
+    (b"not a bag", "is not a bag"),
+    (b"#ROSBAG V2.0\n", "Run rosbag reindex"),
+    (b"#ROSBAG V2.0\n\xff\xff\xff\xff", "Run rosbag reindex"),
+    (BAG.read_bytes()[:200], "ends before its index"),
+])  # fmt: skip
 def test_a_bag_without_its_index_is_refused(
     content: bytes, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -39,22 +39,15 @@ def ask(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
     return capsys.readouterr().out.splitlines()
 
 
-@pytest.mark.parametrize(
-    ("words", "answer"),
-    [
-        (["depends1", "a"], ["b"]),
-        (["depends", "a"], ["c", "b"]),
-        (["deps", "a"], ["c", "b"]),
-        (["depends-indent", "a"], ["b", "  c"]),
-        (["depends-on1", "c"], ["b"]),
-        (["depends-on", "c"], ["b", "a"]),
-        (["depends-why", "--target=c", "a"], ["Dependency chains from a to c:", "* a -> b -> c "]),
-        (["depends-why", "--target", "a", "c"], ["Dependency chains from c to a:"]),
-        (["rosdep0", "a"], ["name: b", "name: boost", "name: d"]),
-        (["rosdep", "a"], ["name: b", "name: boost", "name: c", "name: d"]),
-        (["vcs", "a"], []),
-    ],
-)
+@pytest.mark.parametrize(("words", "answer"), [
+    (["depends1", "a"], ["b"]), (["depends", "a"], ["c", "b"]), (["deps", "a"], ["c", "b"]),
+    (["depends-indent", "a"], ["b", "  c"]), (["depends-on1", "c"], ["b"]),
+    (["depends-on", "c"], ["b", "a"]),
+    (["depends-why", "--target=c", "a"], ["Dependency chains from a to c:", "* a -> b -> c "]),
+    (["depends-why", "--target", "a", "c"], ["Dependency chains from c to a:"]),
+    (["rosdep0", "a"], ["name: b", "name: boost", "name: d"]),
+    (["rosdep", "a"], ["name: b", "name: boost", "name: c", "name: d"]), (["vcs", "a"], []),
+])  # fmt: skip
 def test_queries_of_dependencies(
     words: list[str], answer: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -92,18 +85,12 @@ def test_profile_lists_folders_by_their_cost(source: Path, capsys: pytest.Captur
     assert len(lines) == 9
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        (["find", "nope"], "package 'nope' not found"),
-        (["find"], "no package given"),
-        (["nope"], "command nope not implemented"),
-        (["find", "a", "b"], "too many positional options"),
-        (["depends-why", "a"], "no package or target given"),
-        (["find", "--nope"], "unrecognised option '--nope'"),
-        (["cflags-only-I", "a"], "pkg-config"),
-    ],
-)
+@pytest.mark.parametrize(("words", "complaint"), [
+    (["find", "nope"], "package 'nope' not found"), (["find"], "no package given"),
+    (["nope"], "command nope not implemented"), (["find", "a", "b"], "too many positional options"),
+    (["depends-why", "a"], "no package or target given"),
+    (["find", "--nope"], "unrecognised option '--nope'"), (["cflags-only-I", "a"], "pkg-config"),
+])  # fmt: skip
 def test_invalid_queries_exit_with_1(
     words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -111,8 +98,7 @@ def test_invalid_queries_exit_with_1(
     captured = capsys.readouterr()
     assert captured.err.startswith("[rospack] Error: ")
     assert complaint in captured.err
-    assert rospack.main(["-q", *words]) == 1
-    assert capsys.readouterr().err == ""
+    assert (rospack.main(["-q", *words]), capsys.readouterr().err) == (1, "")
 
 
 def test_packages_that_need_each_other_are_reported(source: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -79,15 +79,10 @@ def test_an_offset_is_taken_off_points_in_time() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("expression", "passes"),
-    [
-        ("m.data == 'hello'", True),
-        ("topic == '/chatter' and len(m.data) > 3", True),
-        ("m.data == 'x'", False),
-        ("'ell' in m.data", True),
-    ],
-)
+@pytest.mark.parametrize(("expression", "passes"), [
+    ("m.data == 'hello'", True), ("topic == '/chatter' and len(m.data) > 3", True), ("m.data == 'x'", False),
+    ("'ell' in m.data", True),
+])  # fmt: skip
 def test_a_filter_gets_the_message_and_its_topic(expression: str, passes: bool) -> None:
     assert MessageFilter(expression)(String("hello"), "/chatter") is passes
 
@@ -98,21 +93,10 @@ def test_a_filter_may_compare_times() -> None:
     assert MessageFilter("to_sec(m.header.stamp) > 4.5 and m.header.stamp.secs == 5")(scan, "/scan")
 
 
-@pytest.mark.parametrize(
-    "expression",
-    [
-        "m.__class__",
-        "m._connection_header",
-        "m.data.__class__",
-        "m.serialize",
-        "().__class__",
-        "__import__('os')",
-        "open('/etc/passwd')",
-        "[x.__class__ for x in (1,)]",
-        "(",
-        "m.nope",
-    ],
-)
+@pytest.mark.parametrize("expression", [
+    "m.__class__", "m._connection_header", "m.data.__class__", "m.serialize", "().__class__",
+    "__import__('os')", "open('/etc/passwd')", "[x.__class__ for x in (1,)]", "(", "m.nope",
+])  # fmt: skip
 def test_a_filter_can_only_read_fields(expression: str, capsys: pytest.CaptureFixture[str]) -> None:
     passes = MessageFilter(expression)
     assert not passes(String("hello"), "/chatter")
@@ -143,16 +127,9 @@ def test_a_missing_definition_is_a_plain_error(kind: str) -> None:
         RawDecoder().decode(raw(type=kind, md5sum="x"))
 
 
-@pytest.mark.parametrize(
-    ("text", "cell"),
-    [
-        ('grüß "dich"', 'grüß "dich"'),  # like genuine rostopic
-        ("", ""),
-        ("a,b", '"a,b"'),
-        ('a,"b"', '"a,""b"""'),
-        ('"a"', '"""a"""'),
-        ("a\n0,b\x1b", '"a\\n0,b\\x1b"'),
-    ],
-)
+@pytest.mark.parametrize(("text", "cell"), [
+    ('grüß "dich"', 'grüß "dich"'),  # like genuine rostopic
+    ("", ""), ("a,b", '"a,b"'), ('a,"b"', '"a,""b"""'), ('"a"', '"""a"""'), ("a\n0,b\x1b", '"a\\n0,b\\x1b"'),
+])  # fmt: skip
 def test_a_text_is_one_cell_of_its_row(text: str, cell: str) -> None:
     assert MessageRows().row(Part(text, "string"), 1) == f"1,{cell}"

@@ -14,23 +14,10 @@ from pipros_tools.cli.yaml_args import documents_of, value_of
 from pipros_tools.graph.output import bullets
 
 HEAVY = {
-    "argparse",
-    "asyncio",
-    "catkin_pkg",
-    "concurrent.futures",
-    "dataclasses",
-    "email",
-    "http.client",
-    "logging",
-    "numpy",
-    "optparse",
-    "pipros.msg.base",
-    "pipros.node",
-    "pipros.wire.xmlrpc_fast",
-    "rospkg",
-    "xmlrpc.client",
-    "yaml",
-}
+    "argparse", "asyncio", "catkin_pkg", "concurrent.futures", "dataclasses", "email", "http.client",
+    "logging", "numpy", "optparse", "pipros.msg.base", "pipros.node", "pipros.wire.xmlrpc_fast", "rospkg",
+    "xmlrpc.client", "yaml",
+}  # fmt: skip
 """What a command that only asks the master has no need of, and a person would wait for."""
 
 
@@ -38,8 +25,7 @@ def test_an_error_is_one_line_and_a_code(capsys: pytest.CaptureFixture[str]) -> 
     def fail() -> int:
         raise CommandError("the thing does not exist")
 
-    assert run(fail) == 1
-    assert run(fail, error_code=2) == 2
+    assert (run(fail), run(fail, error_code=2)) == (1, 2)
     assert capsys.readouterr().err == "ERROR: the thing does not exist\n" * 2
 
 
@@ -47,8 +33,7 @@ def test_a_missing_master_is_reported_with_noetics_text(capsys: pytest.CaptureFi
     def fail() -> int:
         raise Unreachable("master [http://127.0.0.1:1]", "Connection refused", "Is roscore running?")
 
-    assert run(fail) == 1
-    assert capsys.readouterr().err == "ERROR: Unable to communicate with master!\n"
+    assert (run(fail), capsys.readouterr().err) == (1, "ERROR: Unable to communicate with master!\n")
 
 
 def test_on_a_terminal_the_error_suggests_a_remedy(
@@ -66,8 +51,7 @@ def test_ctrl_c_ends_silently(capsys: pytest.CaptureFixture[str]) -> None:
     def interrupted() -> int:
         raise KeyboardInterrupt
 
-    assert run(interrupted) == 0
-    assert capsys.readouterr() == ("", "")
+    assert (run(interrupted), capsys.readouterr()) == (0, ("", ""))
 
 
 def test_an_unknown_subcommand_prints_the_overview(capsys: pytest.CaptureFixture[str]) -> None:
@@ -100,17 +84,10 @@ def test_documents_cannot_construct_objects() -> None:
         list(documents_of(["!!python/object/apply:os.getpid []\n"]))
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "rostopic list",
-        "rostopic info /x",
-        "rosnode list",
-        "rosparam list",
-        "rosparam get /x",
-        "complete 2 rostopic echo /",
-    ],
-)
+@pytest.mark.parametrize("command", [
+    "rostopic list", "rostopic info /x", "rosnode list", "rosparam list", "rosparam get /x",
+    "complete 2 rostopic echo /",
+])  # fmt: skip
 def test_quick_commands_import_nothing_heavy(command: str) -> None:
     program, *arguments = command.split()
     script = (

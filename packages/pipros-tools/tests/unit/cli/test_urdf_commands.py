@@ -56,19 +56,14 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_check_urdf_prints_the_tree_of_links(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert check_urdf.main([str(robot)]) == 0
-    assert capsys.readouterr().out == TREE
+    assert (check_urdf.main([str(robot)]), capsys.readouterr().out) == (0, TREE)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ('<robot name="x"><link name="a"/><link name="b"/></robot>', "must have no parent, got a and b"),
-        ("<robot", "not XML"),
-        ('<robot><link name="a"/></robot>', "must have a name attribute"),
-        ("\xff", "can't decode"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ('<robot name="x"><link name="a"/><link name="b"/></robot>', "must have no parent, got a and b"),
+    ("<robot", "not XML"), ('<robot><link name="a"/></robot>', "must have a name attribute"),
+    ("\xff", "can't decode"),
+])  # fmt: skip
 def test_an_invalid_description_is_named_in_one_line(
     robot: Path, capsys: pytest.CaptureFixture[str], text: str, reason: str
 ) -> None:
@@ -86,8 +81,7 @@ def test_a_missing_file_and_a_missing_argument_are_errors(
 ) -> None:
     assert check_urdf.main(["missing.urdf"]) == 255
     assert capsys.readouterr().err == "ERROR: cannot read missing.urdf: No such file or directory\n"
-    assert check_urdf.main([]) == 255
-    assert capsys.readouterr().err == "Usage: check_urdf FILE\n"
+    assert (check_urdf.main([]), capsys.readouterr().err) == (255, "Usage: check_urdf FILE\n")
     assert urdf_to_graphviz.main([]) == 255
     assert "Usage: urdf_to_graphviz FILE" in capsys.readouterr().err
 

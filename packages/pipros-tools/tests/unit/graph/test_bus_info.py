@@ -36,8 +36,7 @@ def test_a_malformed_row_is_not_a_connection(row: object) -> None:
 
 def test_connections_that_are_not_established_are_left_out() -> None:
     rows = [[1, "/x", "o", "TCPROS", "/t", state] for state in (False, 0, True, 1)]
-    assert len(list(established(rows))) == 2
-    assert list(established("rows")) == []
+    assert (len(list(established(rows))), list(established("rows"))) == (2, [])
 
 
 @pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
@@ -48,8 +47,7 @@ def test_an_unexpected_response_is_an_error_that_names_the_method(answer: Any) -
 
 def test_malformed_counts_are_ignored() -> None:
     statistics = [[["/t", 0, [[1, 10, 2], [2, "x", 3], None]], None, [], ["/u", 0, None]], 5]
-    assert dict(sent_counts(statistics)) == {"1": (2, 10)}
-    assert dict(sent_counts([])) == {}
+    assert (dict(sent_counts(statistics)), dict(sent_counts([]))) == ({"1": (2, 10)}, {})
 
 
 @pytest.mark.parametrize("number", [math.inf, -math.inf, math.nan, -1, 2**63, 2.0**70, True])

@@ -40,11 +40,8 @@ def test_after_a_y_the_silent_nodes_are_removed() -> None:
 
     assert run.removed == ["/bad"]
     assert run.lines == [
-        "Unable to contact the following nodes:\n * /bad",
-        WARNING,
-        "Unregistering /bad",
-        "done",
-    ]
+        "Unable to contact the following nodes:\n * /bad", WARNING, "Unregistering /bad", "done",
+    ]  # fmt: skip
 
 
 def test_invalid_answers_are_asked_again() -> None:
@@ -55,8 +52,7 @@ def test_invalid_answers_are_asked_again() -> None:
 def test_no_and_the_end_of_input_remove_nothing(answers: tuple[str, ...]) -> None:
     run = Run(*answers)
 
-    assert run.removed == []
-    assert run.lines[-1] == "aborting"
+    assert (run.removed, run.lines[-1]) == ([], "aborting")
 
 
 def test_without_dead_nodes_there_is_no_question() -> None:

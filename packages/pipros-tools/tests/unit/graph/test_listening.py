@@ -62,8 +62,7 @@ def test_a_topic_of_an_unknown_type_may_have_any_field() -> None:
 def test_a_malformed_index_warns_and_selects_the_whole_message() -> None:
     waiting = Waiting([STRING])
 
-    assert waiting.of("/chatter/data[x]") == ("/chatter", "")
-    assert len(waiting.warnings) == 1
+    assert (waiting.of("/chatter/data[x]"), len(waiting.warnings)) == (("/chatter", ""), 1)
 
 
 class FakeNode:

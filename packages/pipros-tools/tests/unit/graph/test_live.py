@@ -51,8 +51,7 @@ def test_connections_are_found_from_both_ends() -> None:
     assert (graph.topics, graph.services) == ({vertex_of_topic("/chatter")}, {"/add"})
     assert graph.links == {GraphLink("/talker", "/listener", "/chatter")}
     assert graph.topic_links == {GraphLink("/talker", " /chatter"), GraphLink(" /chatter", "/listener")}
-    assert graph.topic_links == graph.registered_links
-    assert graph.silent == {}
+    assert (graph.topic_links, graph.silent) == (graph.registered_links, {})
 
 
 def test_nodes_are_not_polled_again_before_responses_are_stale() -> None:
@@ -69,17 +68,11 @@ def test_nodes_are_not_polled_again_before_responses_are_stale() -> None:
     assert graph.asked_at["/talker"] == clock.now_s
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        "nonsense",
-        [0, "no", []],
-        [1, "", 5],
-        [1, "", [[1, "/listener", "o"]]],
-        [1, "", [[1, "/listener", "o", "TCPROS", 5]]],
-        [1, "", [[1, ["/listener"], "o", "TCPROS", "/chatter"]]],
-    ],
-)
+@pytest.mark.parametrize("answer", [
+    "nonsense", [0, "no", []], [1, "", 5], [1, "", [[1, "/listener", "o"]]],
+    [1, "", [[1, "/listener", "o", "TCPROS", 5]]],
+    [1, "", [[1, ["/listener"], "o", "TCPROS", "/chatter"]]],
+])  # fmt: skip
 def test_a_node_with_a_malformed_response_is_silent_and_the_others_are_still_called(answer: Any) -> None:
     graph = graph_of({**ROWS, API["/listener"]: answer})
 

@@ -21,13 +21,10 @@ STATE = [
 ]
 TYPES = [["/chatter", "std_msgs/String"], ["/chatter/extra", "std_msgs/Int32"], ["/odd", "*"]]
 ANSWERS: Answers = {
-    ("getSystemState",): STATE,
-    ("getTopicTypes",): TYPES,
-    ("getPublishedTopics", ""): TYPES[:1],
-    ("lookupNode", "/talker"): "http://one:1/",
-    ("lookupNode", "/listener"): "http://two:2/",
+    ("getSystemState",): STATE, ("getTopicTypes",): TYPES, ("getPublishedTopics", ""): TYPES[:1],
+    ("lookupNode", "/talker"): "http://one:1/", ("lookupNode", "/listener"): "http://two:2/",
     ("lookupService", "/add"): "rosrpc://one:3",
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -35,16 +32,11 @@ def master() -> TableMaster:
     return TableMaster(ANSWERS)
 
 
-@pytest.mark.parametrize(
-    ("name", "found"),
-    [
-        ("/chatter", ("std_msgs/String", "/chatter")),
-        ("/chatter/data", ("std_msgs/String", "/chatter")),
-        ("/chatter/extra/data", ("std_msgs/Int32", "/chatter/extra")),
-        ("/odd", (None, "/odd")),
-        ("/nothing/here", (None, "/nothing/here")),
-    ],
-)
+@pytest.mark.parametrize(("name", "found"), [
+    ("/chatter", ("std_msgs/String", "/chatter")), ("/chatter/data", ("std_msgs/String", "/chatter")),
+    ("/chatter/extra/data", ("std_msgs/Int32", "/chatter/extra")), ("/odd", (None, "/odd")),
+    ("/nothing/here", (None, "/nothing/here")),
+])  # fmt: skip
 def test_a_field_belongs_to_the_longest_topic(
     master: TableMaster, name: str, found: tuple[str | None, str]
 ) -> None:

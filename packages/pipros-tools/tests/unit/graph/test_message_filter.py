@@ -18,17 +18,12 @@ def pose(x: float) -> object:
     return message
 
 
-@pytest.mark.parametrize(
-    ("expression", "selected"),
-    [
-        ("m.pose.position.x > 1", [2.0, 3.0]),
-        ("m.pose.position.x in (1, 3)", [1.0, 3.0]),
-        ("m.header.stamp.secs == 3 and topic == '/goal'", [1.0, 2.0, 3.0]),
-        ("m.header.stamp.to_sec() > 3.4", [1.0, 2.0, 3.0]),
-        ("m._type == 'geometry_msgs/PoseStamped'", [1.0, 2.0, 3.0]),
-        ("False", []),
-    ],
-)
+@pytest.mark.parametrize(("expression", "selected"), [
+    ("m.pose.position.x > 1", [2.0, 3.0]), ("m.pose.position.x in (1, 3)", [1.0, 3.0]),
+    ("m.header.stamp.secs == 3 and topic == '/goal'", [1.0, 2.0, 3.0]),
+    ("m.header.stamp.to_sec() > 3.4", [1.0, 2.0, 3.0]),
+    ("m._type == 'geometry_msgs/PoseStamped'", [1.0, 2.0, 3.0]), ("False", []),
+])  # fmt: skip
 def test_an_expression_selects(expression: str, selected: list[float]) -> None:
     passes = MessageFilter(expression)
 

@@ -19,17 +19,13 @@ DiagnosticArray = load_message_class("diagnostic_msgs/DiagnosticArray")
 DiagnosticStatus = load_message_class("diagnostic_msgs/DiagnosticStatus")
 
 
-@pytest.mark.parametrize(
-    ("text", "steps"),
-    [
-        ("", []),
-        ("/header/stamp", [PathStep("header", "header"), PathStep("stamp", "stamp")]),
-        ("/ranges[2]", [PathStep("ranges[2]", "ranges", 2)]),
-        ("/ranges[-1]", [PathStep("ranges[-1]", "ranges", -1)]),
-        ("/ranges[1:]", [PathStep("ranges[1:]", "ranges", slice(1, None))]),
-        ("/ranges[::2]", [PathStep("ranges[::2]", "ranges", slice(None, None, 2))]),
-    ],
-)
+@pytest.mark.parametrize(("text", "steps"), [
+    ("", []), ("/header/stamp", [PathStep("header", "header"), PathStep("stamp", "stamp")]),
+    ("/ranges[2]", [PathStep("ranges[2]", "ranges", 2)]),
+    ("/ranges[-1]", [PathStep("ranges[-1]", "ranges", -1)]),
+    ("/ranges[1:]", [PathStep("ranges[1:]", "ranges", slice(1, None))]),
+    ("/ranges[::2]", [PathStep("ranges[::2]", "ranges", slice(None, None, 2))]),
+])  # fmt: skip
 def test_a_path_is_fields_with_indices_and_slices(text: str, steps: list[PathStep]) -> None:
     assert parse_path(text) == steps
 
@@ -47,16 +43,11 @@ def test_a_path_is_formatted_as_it_was_parsed(text: str) -> None:
     assert describe_path(parse_path(text)) == text
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "type_name"),
-    [
-        ("/ranges", (1.0, 2.0, 3.0), "float32[]"),
-        ("/ranges[1]", 2.0, "float32"),
-        ("/ranges[1:]", (2.0, 3.0), "float32[]"),
-        ("/header/frame_id", "laser", "string"),
-        ("/header/stamp/secs", 7, "int32"),
-    ],
-)
+@pytest.mark.parametrize(("path", "value", "type_name"), [
+    ("/ranges", (1.0, 2.0, 3.0), "float32[]"), ("/ranges[1]", 2.0, "float32"),
+    ("/ranges[1:]", (2.0, 3.0), "float32[]"), ("/header/frame_id", "laser", "string"),
+    ("/header/stamp/secs", 7, "int32"),
+])  # fmt: skip
 def test_a_part_comes_with_its_type(path: str, value: object, type_name: str) -> None:
     message = LaserScan(ranges=(1.0, 2.0, 3.0))
     message.header.frame_id = "laser"
@@ -92,16 +83,10 @@ def test_an_index_beyond_the_array_is_an_index_error() -> None:
         extract(LaserScan(), parse_path("/ranges[0]"))
 
 
-@pytest.mark.parametrize(
-    ("path", "exists"),
-    [
-        ("/header/stamp/nsecs", True),
-        ("/ranges[100]", True),
-        ("", True),
-        ("/header/nope", False),
-        ("/ranges/x", False),
-    ],
-)
+@pytest.mark.parametrize(("path", "exists"), [
+    ("/header/stamp/nsecs", True), ("/ranges[100]", True), ("", True), ("/header/nope", False),
+    ("/ranges/x", False),
+])  # fmt: skip
 def test_a_class_resolves_paths_to_fields(path: str, exists: bool) -> None:
     assert has_field(LaserScan, parse_path(path)) is exists
 

@@ -20,12 +20,9 @@ from pipros_tools.graph.message_tree import LEAVES, message_tree
 def test_fields_by_name() -> None:
     tree = message_tree(JointState(Header(1, Time(5, 6), "base"), ["a"], [1.5], [], [float("nan")]))
     assert tree == {
-        "header": {"seq": 1, "stamp": {"secs": 5, "nsecs": 6}, "frame_id": "base"},
-        "name": ["a"],
-        "position": [1.5],
-        "velocity": [],
-        "effort": ["nan"],
-    }
+        "header": {"seq": 1, "stamp": {"secs": 5, "nsecs": 6}, "frame_id": "base"}, "name": ["a"],
+        "position": [1.5], "velocity": [], "effort": ["nan"],
+    }  # fmt: skip
 
 
 def test_large_arrays_and_texts_are_shortened() -> None:
@@ -54,29 +51,22 @@ def test_fields_that_are_named_like_those_of_a_time_are_not_one() -> None:
     assert message_tree(message) == {"secs": "inf", "nsecs": "nan"}
 
 
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (Float64(float("inf")), '{"data": "inf"}'),
-        ({"a": float("-inf")}, '{"a": "-inf"}'),
-        ([float("nan")], '["nan"]'),
-    ],
-)
+@pytest.mark.parametrize(("value", "shown"), [
+    (Float64(float("inf")), '{"data": "inf"}'), ({"a": float("-inf")}, '{"a": "-inf"}'),
+    ([float("nan")], '["nan"]'),
+])  # fmt: skip
 def test_infinity_and_nan_are_texts_in_json(value: Any, shown: str) -> None:
     assert json.dumps(message_tree(value), allow_nan=False) == shown
 
 
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (math.nan, {"#": "nan"}),
-        (-math.inf, {"#": "-inf"}),
-        ("nan", "nan"),
-        (2**64 - 1, {"#": "18446744073709551615"}),
-        ([-(2**53) - 1, 2**53], [{"#": "-9007199254740993"}, 2**53]),
-        (numpy.array([2**63 - 1], numpy.int64), [{"#": "9223372036854775807"}]),
-        ([True, None, 0.5], [True, None, 0.5]),
-    ],
-)
+@pytest.mark.parametrize(("value", "shown"), [
+    (math.nan, {"#": "nan"}),
+    (-math.inf, {"#": "-inf"}),
+    ("nan", "nan"),
+    (2**64 - 1, {"#": "18446744073709551615"}),
+    ([-(2**53) - 1, 2**53], [{"#": "-9007199254740993"}, 2**53]),
+    (numpy.array([2**63 - 1], numpy.int64), [{"#": "9223372036854775807"}]),
+    ([True, None, 0.5], [True, None, 0.5]),
+])  # fmt: skip
 def test_numbers_that_javascript_cannot_read_are_marked_for_browsers(value: Any, shown: Any) -> None:
     assert message_tree(value, for_browser=True) == shown

@@ -92,8 +92,7 @@ def test_connections_are_reported_by_either_end(nodes: Nodes, observer: SystemOb
     nodes.silent = {"/talker"}
     nodes.now_s += 10
     found = observer.poll()
-    assert dict(found.connections) == {LEVEL: None}
-    assert found.unreachable == {"/talker"}
+    assert (dict(found.connections), found.unreachable) == ({LEVEL: None}, {"/talker"})
 
 
 def test_rates_are_differences_over_several_responses(nodes: Nodes, observer: SystemObserver) -> None:
@@ -210,8 +209,7 @@ def test_without_its_master_the_last_state_is_kept(nodes: Nodes, observer: Syste
     nodes.is_up = False
     found = observer.poll()
     assert found.error
-    assert found.state == before.state
-    assert found.connections == before.connections
+    assert (found.state, found.connections) == (before.state, before.connections)
 
 
 @pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])

@@ -60,18 +60,10 @@ def test_keys_that_are_not_strings_are_refused() -> None:
         list(leaves("/", {"a": {1: 2}}))
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (3, "3\n"),
-        (True, "true\n"),
-        ("hello", "hello\n"),
-        ("", "''\n\n"),
-        ("3", "'3'\n\n"),
-        ([], "[]\n\n"),
-        ({"b": [1], "a": 2.5}, "a: 2.5\nb:\n- 1\n\n"),
-    ],
-)
+@pytest.mark.parametrize(("value", "text"), [
+    (3, "3\n"), (True, "true\n"), ("hello", "hello\n"), ("", "''\n\n"), ("3", "'3'\n\n"), ([], "[]\n\n"),
+    ({"b": [1], "a": 2.5}, "a: 2.5\nb:\n- 1\n\n"),
+])  # fmt: skip
 def test_values_are_shown_as_noetic_shows_them(value: object, text: str) -> None:
     assert as_shown(value) == text
 
@@ -113,16 +105,10 @@ def test_a_repeated_list_is_written_like_pyyaml() -> None:
     assert as_document({"a": twice, "b": twice}) == "a: &id001\n- 1\nb: *id001\n"
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        1.5,
-        "1.16.0\n",
-        "noetic\n",
-        {"rate": 10.0, "names": ["a", "b c"], "on_boot": None, "x": {}},
-        [[1], [2]],
-    ],
-)
+@pytest.mark.parametrize("value", [
+    1.5, "1.16.0\n", "noetic\n", {"rate": 10.0, "names": ["a", "b c"], "on_boot": None, "x": {}},
+    [[1], [2]],
+])  # fmt: skip
 def test_common_values_are_written_without_pyyaml(value: object, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = yaml.safe_dump(value)
     monkeypatch.setitem(sys.modules, "yaml", None)

@@ -65,8 +65,7 @@ def test_each_response_is_printed_with_its_time_and_finally_the_mean() -> None:
         *[f"xmlrpc reply from {API}\ttime=2.000000ms"] * 3,
         "ping average: 2.000000ms",
     ]
-    assert run.pauses == [1.0, 1.0]
-    assert run.complaints == []
+    assert (run.pauses, run.complaints) == ([1.0, 1.0], [])
 
 
 def test_a_fault_is_a_valid_response() -> None:
@@ -76,15 +75,12 @@ def test_a_fault_is_a_valid_response() -> None:
     assert Run(ask).of()
 
 
-@pytest.mark.parametrize(
-    ("cause", "complaint"),
-    [
-        (ConnectionRefusedError(), f"ERROR: connection refused to [{API}]"),
-        (gaierror(), "ERROR: Unknown host [robot] for node [/node]"),
-        (TimeoutError(), "connection to [/node] timed out"),
-        (ConnectionResetError(), "ERROR: communication with node [/node] failed: cannot reach"),
-    ],
-)
+@pytest.mark.parametrize(("cause", "complaint"), [
+    (ConnectionRefusedError(), f"ERROR: connection refused to [{API}]"),
+    (gaierror(), "ERROR: Unknown host [robot] for node [/node]"),
+    (TimeoutError(), "connection to [/node] timed out"),
+    (ConnectionResetError(), "ERROR: communication with node [/node] failed: cannot reach"),
+])  # fmt: skip
 def test_the_reason_of_a_missing_answer_is_printed(cause: BaseException, complaint: str) -> None:
     run = Run(failing(cause))
 
@@ -97,8 +93,7 @@ def test_an_unknown_node_is_not_pinged() -> None:
     run = Run(failing(AssertionError("asked")))
 
     assert not run.of("/nobody")
-    assert run.complaints == ["cannot ping [/nobody]: unknown node"]
-    assert run.lines == []
+    assert (run.complaints, run.lines) == (["cannot ping [/nobody]: unknown node"], [])
 
 
 def test_a_node_that_moved_is_pinged_at_its_new_address_after_a_pause() -> None:

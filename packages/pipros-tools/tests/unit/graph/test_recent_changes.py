@@ -22,8 +22,7 @@ def test_a_removed_node_keeps_its_connections_for_two_minutes() -> None:
     changes.add(WITHOUT_TALKER, 101.0)
     assert changes.removed() == {("node", "/talker"): 101.0}
     found = changes.with_removed(WITHOUT_TALKER)
-    assert found.state == ALL.state
-    assert found.connections == {LEVEL: None}
+    assert (found.state, found.connections) == (ALL.state, {LEVEL: None})
     for second in range(int(SHOWN_S)):
         changes.add(WITHOUT_TALKER, 102.0 + second)
     assert changes.removed() == {}

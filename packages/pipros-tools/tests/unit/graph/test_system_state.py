@@ -37,16 +37,9 @@ def test_the_topics_of_all_nodes_are_found_without_a_search_for_each_node() -> N
     assert by_node(publishers) == {"/a": ["/chatter"], "/b": ["/chatter", "/scan"]}
 
 
-@pytest.mark.parametrize(
-    ("name", "ns", "is_in"),
-    [
-        ("/a/b", "/a", True),
-        ("/a", "/a", True),
-        ("/ab", "/a", False),
-        ("/a/b", "/", True),
-        ("/a/b", "/a/", True),
-        ("/a", "/a/b", False),
-    ],
-)
+@pytest.mark.parametrize(("name", "ns", "is_in"), [
+    ("/a/b", "/a", True), ("/a", "/a", True), ("/ab", "/a", False), ("/a/b", "/", True),
+    ("/a/b", "/a/", True), ("/a", "/a/b", False),
+])  # fmt: skip
 def test_namespaces_end_at_a_slash(name: str, ns: str, is_in: bool) -> None:
     assert is_below(name, ns) is is_in

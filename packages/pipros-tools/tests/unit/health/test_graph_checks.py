@@ -185,22 +185,19 @@ def test_a_misspelt_topic_is_reported() -> None:
     assert "with similar names: /chatter." in finding.cure
 
 
-@pytest.mark.parametrize(
-    ("readers", "others", "cure"),
-    [
-        ([], [], "If [/image_raw] is the intended topic, use this name."),
-        (["/view"], [], "[/image_rav] is wrong: correct it in /view, or remap /image_rav:=/image_raw there."),
-        (["/view", "/view"], [], "[/image_rav] is wrong: correct it in /view, or remap"),
-        (["/view"], ["/log"], "[/image_rav] is wrong: correct it in /view, or"),
-        (["/a", "/b"], ["/a"], "[/image_rav] is wrong: correct it in /a, /b, or remap"),
-        (
-            ["/a", "/b"],
-            [],
-            "[/image_raw] is wrong: correct it in /camera, or remap /image_raw:=/image_rav there.",
-        ),
-        (["/a", "/b", "/c"], ["/d"], "[/image_raw] is wrong: correct it in /camera, /d, or"),
-    ],
-)
+@pytest.mark.parametrize(("readers", "others", "cure"), [
+    ([], [], "If [/image_raw] is the intended topic, use this name."),
+    (["/view"], [], "[/image_rav] is wrong: correct it in /view, or remap /image_rav:=/image_raw there."),
+    (["/view", "/view"], [], "[/image_rav] is wrong: correct it in /view, or remap"),
+    (["/view"], ["/log"], "[/image_rav] is wrong: correct it in /view, or"),
+    (["/a", "/b"], ["/a"], "[/image_rav] is wrong: correct it in /a, /b, or remap"),
+    (
+        ["/a", "/b"],
+        [],
+        "[/image_raw] is wrong: correct it in /camera, or remap /image_raw:=/image_rav there.",
+    ),
+    (["/a", "/b", "/c"], ["/d"], "[/image_raw] is wrong: correct it in /camera, /d, or"),
+])  # fmt: skip
 def test_the_name_that_fewer_nodes_use_is_to_be_corrected(
     readers: list[str], others: list[str], cure: str
 ) -> None:
@@ -210,9 +207,5 @@ def test_the_name_that_fewer_nodes_use_is_to_be_corrected(
 
 
 def test_names_of_peers_cannot_forge_lines() -> None:
-    system = replace(
-        HEALTHY,
-        state=SystemState({}, {"/evil\nERROR": [LISTENER]}, {}),
-        publishers={},
-    )
+    system = replace(HEALTHY, state=SystemState({}, {"/evil\nERROR": [LISTENER]}, {}), publishers={})
     assert "\n" not in check_graph(system)[0].summary

@@ -96,35 +96,28 @@ def test_a_loopback_master_asks_for_no_addresses() -> None:
     assert check_machine(lonely) == []
 
 
-@pytest.mark.parametrize(
-    ("uri", "cure"),
-    [
-        ("http://localhost:11311", "Start it: roscore"),
-        ("http://localhost:11312", "Start it: roscore -p 11312"),
-        ("http://robot:11311", "Start roscore on [robot]"),
-    ],
-)
+@pytest.mark.parametrize(("uri", "cure"), [
+    ("http://localhost:11311", "Start it: roscore"), ("http://localhost:11312", "Start it: roscore -p 11312"),
+    ("http://robot:11311", "Start roscore on [robot]"),
+])  # fmt: skip
 def test_advice_for_a_missing_master_depends_on_its_host(uri: str, cure: str) -> None:
     (finding,) = check_machine(machine({"ROS_MASTER_URI": uri}, master_error="Connection refused"))
     assert finding.cure.startswith(cure)
 
 
-@pytest.mark.parametrize(
-    ("uri", "other", "cure"),
-    [
-        (
-            "http://localhost:11311",
-            "http://10.0.0.2:11311",
-            "export ROS_MASTER_URI=http://10.0.0.2:11311 in each",
-        ),
-        (
-            "http://10.0.0.2:11311",
-            DEFAULT_MASTER_URI,
-            "or, to let other machines connect, restart that master",
-        ),
-        ("http://robot:11311", DEFAULT_MASTER_URI, "ROS_MASTER_URI is probably outdated"),
-    ],
-)
+@pytest.mark.parametrize(("uri", "other", "cure"), [
+    (
+        "http://localhost:11311",
+        "http://10.0.0.2:11311",
+        "export ROS_MASTER_URI=http://10.0.0.2:11311 in each",
+    ),
+    (
+        "http://10.0.0.2:11311",
+        DEFAULT_MASTER_URI,
+        "or, to let other machines connect, restart that master",
+    ),
+    ("http://robot:11311", DEFAULT_MASTER_URI, "ROS_MASTER_URI is probably outdated"),
+])  # fmt: skip
 def test_advice_if_another_master_runs_here_never_starts_a_second_one(
     uri: str, other: str, cure: str
 ) -> None:
@@ -182,13 +175,10 @@ def test_the_addresses_of_this_machine_include_the_one_that_the_cure_names() -> 
     assert finding.cure.startswith("export ROS_IP=10.0.0.2")
 
 
-@pytest.mark.parametrize(
-    "harmless",
-    [
-        machine(windows=WindowsReport(blocking_rules=("python.exe",)), bound_host="127.0.0.1"),
-        machine(windows=WindowsReport(wsl_network="mirrored")),
-        machine({"ROS_MASTER_URI": "http://localhost:11311"}, windows=WindowsReport(wsl_network="nat")),
-    ],
-)
+@pytest.mark.parametrize("harmless", [
+    machine(windows=WindowsReport(blocking_rules=("python.exe",)), bound_host="127.0.0.1"),
+    machine(windows=WindowsReport(wsl_network="mirrored")),
+    machine({"ROS_MASTER_URI": "http://localhost:11311"}, windows=WindowsReport(wsl_network="nat")),
+])  # fmt: skip
 def test_what_does_no_harm_on_windows_is_not_found(harmless: MachineReport) -> None:
     assert check_machine(harmless) == []

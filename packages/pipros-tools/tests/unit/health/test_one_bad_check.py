@@ -39,8 +39,7 @@ def test_of_the_doctor(place: int) -> None:
 )
 def test_both_parts_of_the_doctor_go_on(module: Any, check: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "CHECKS", (broken, good))
-    rules = [each.rule for each in getattr(module, check)("report")]
-    assert rules == ["half", "check-failed", "good"]
+    assert [each.rule for each in getattr(module, check)("report")] == ["half", "check-failed", "good"]
 
 
 @PLACES

@@ -32,16 +32,10 @@ def context(system: SystemReport | None = None) -> roswtf.context.WtfContext:
     return found
 
 
-@pytest.mark.parametrize(
-    ("result", "text"),
-    [
-        ("bad", "about None:bad"),
-        (["a", "b"], "about None:\n * a\n * b\n"),
-        (("a",), "about None:\n * a\n"),
-        (True, "about None:"),
-        ({"k": 1}, "about None:"),
-    ],
-)
+@pytest.mark.parametrize(("result", "text"), [
+    ("bad", "about None:bad"), (["a", "b"], "about None:\n * a\n * b\n"), (("a",), "about None:\n * a\n"),
+    (True, "about None:"), ({"k": 1}, "about None:"),
+])  # fmt: skip
 def test_results_of_rules_are_formatted_as_text(result: Any, text: str) -> None:
     ctx = context()
     roswtf.rules.error_rule(RULE, result, ctx)
@@ -65,8 +59,7 @@ def test_a_healthy_system_passes_all_rules() -> None:
     assert ctx.unconnected_subscriptions == {"/listener": ["/rosout"]}  # the example has no publisher of it
     assert ctx.expected_edges == ctx.actual_edges == {("/talker", "/listener", "/chatter")}
     assert ctx.uri_node_map == {"http://10.0.0.1:1001/": "/talker", "http://10.0.0.2:1002/": "/listener"}
-    assert ctx.topics == ["/chatter", "/rosout"]
-    assert ctx.service_providers == ["/talker"]
+    assert (ctx.topics, ctx.service_providers) == (["/chatter", "/rosout"], ["/talker"])
 
 
 def test_a_missing_connection_is_an_error_with_its_remedy() -> None:

@@ -16,37 +16,15 @@ from pipros_tools.launch.model import Argument, Launch, LaunchNode, Machine
 
 def test_the_summary_is_the_one_of_noetic() -> None:
     params = {
-        "/b": 1,
-        "/a": "012345678901234567890",
-        "/exact": "01234567890123456789",
-        "/lines": "a\nb",
-        "/l": ["aaaaaaa", "bbbbbbbb", "c"],
-        "/u": "ä",
-        "/bin": b"5\n",
-    }
+        "/b": 1, "/a": "012345678901234567890", "/exact": "01234567890123456789", "/lines": "a\nb",
+        "/l": ["aaaaaaa", "bbbbbbbb", "c"], "/u": "ä", "/bin": b"5\n",
+    }  # fmt: skip
     nodes = [LaunchNode("p", "t", "z"), LaunchNode("p", "t", "a"), LaunchNode("p", "t", "n", "/g/")]
     assert summary(params, nodes).split("\n") == [
-        "",
-        "SUMMARY",
-        "========",
-        "",
-        "PARAMETERS",
-        " * /a: 01234567890123456...",
-        " * /b: 1",
-        " * /bin: 5",
-        " * /exact: 01234567890123456789",
-        " * /l: ['aaaaaaa', 'bbbb...",
-        " * /lines: <...>",
-        " * /u: <...>",
-        "",
-        "NODES",
-        "  /",
-        "    a (p/t)",
-        "    z (p/t)",
-        "  /g/",
-        "    n (p/t)",
-        "",
-    ]
+        "", "SUMMARY", "========", "", "PARAMETERS", " * /a: 01234567890123456...", " * /b: 1", " * /bin: 5",
+        " * /exact: 01234567890123456789", " * /l: ['aaaaaaa', 'bbbb...", " * /lines: <...>", " * /u: <...>",
+        "", "NODES", "  /", "    a (p/t)", "    z (p/t)", "  /g/", "    n (p/t)", "",
+    ]  # fmt: skip
 
 
 class Recorder(Console):
@@ -101,18 +79,15 @@ def test_a_launch_from_standard_input_declares_what_it_likes() -> None:
     assert console.errors == []
 
 
-@pytest.mark.parametrize(
-    ("master_uri", "password", "warnings"),
-    [
-        ("http://robot:11311", "", []),
-        (
-            "http://127.0.0.1:11311",
-            "",
-            ["nodes on other machines cannot reach the master at http://127.0.0.1"],
-        ),
-        ("http://robot:11311", "secret", [r"the password of machine \[base\] is ignored"]),
-    ],
-)
+@pytest.mark.parametrize(("master_uri", "password", "warnings"), [
+    ("http://robot:11311", "", []),
+    (
+        "http://127.0.0.1:11311",
+        "",
+        ["nodes on other machines cannot reach the master at http://127.0.0.1"],
+    ),
+    ("http://robot:11311", "secret", [r"the password of machine \[base\] is ignored"]),
+])  # fmt: skip
 def test_obstacles_for_nodes_on_other_machines_are_warned_about(
     master_uri: str, password: str, warnings: list[str]
 ) -> None:

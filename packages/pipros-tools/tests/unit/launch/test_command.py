@@ -77,25 +77,22 @@ def test_the_working_folder_is_the_requested_one(
     assert command.folder == (talker.parent if choice is WorkingFolder.NODE else tmp_path / "home")
 
 
-@pytest.mark.parametrize(
-    ("node", "complaint"),
-    [
-        (LaunchNode("taker", "talker", "n"), r"package \[taker\] not found.*; did you mean talkers\?"),
-        (LaunchNode("talkers", "taker", "n"), r"of type \[taker\] in package .* Did you mean talker\?"),
-        (LaunchNode("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
-        (LaunchNode("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
-        (
-            LaunchNode("slam_karto", "slam_karto", "map"),
-            r": package \[slam_karto\] not found. The programs of slam_karto .* ros-noetic-slam-karto",
+@pytest.mark.parametrize(("node", "complaint"), [
+    (LaunchNode("taker", "talker", "n"), r"package \[taker\] not found.*; did you mean talkers\?"),
+    (LaunchNode("talkers", "taker", "n"), r"of type \[taker\] in package .* Did you mean talker\?"),
+    (LaunchNode("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
+    (LaunchNode("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
+    (
+        LaunchNode("slam_karto", "slam_karto", "map"),
+        r": package \[slam_karto\] not found. The programs of slam_karto .* ros-noetic-slam-karto",
+    ),
+    (
+        LaunchNode(
+            "nodelet", "nodelet", "cloud", arguments="load velodyne_pointcloud/CloudNodelet manager"
         ),
-        (
-            LaunchNode(
-                "nodelet", "nodelet", "cloud", arguments="load velodyne_pointcloud/CloudNodelet manager"
-            ),
-            "The nodelet velodyne_pointcloud/CloudNodelet is a C.* plugin",
-        ),
-    ],
-)
+        "The nodelet velodyne_pointcloud/CloudNodelet is a C.* plugin",
+    ),
+])  # fmt: skip
 def test_nodes_that_cannot_be_launched_are_explained(
     maker: CommandMaker, node: LaunchNode, complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

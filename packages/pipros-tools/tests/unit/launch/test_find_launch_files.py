@@ -26,23 +26,19 @@ def test_launch_files_are_found_by_package_and_by_path(index: PackageIndex, tmp_
     assert resolve_files([found], index) == [found]
     assert resolve_files([found, found], index) == [found, found]
     assert resolve_files(["talkers", "a.launch", found], index) == [found, found]
-    assert resolve_files(["-"], index) == ["-"]
-    assert resolve_files([], index) == []
+    assert (resolve_files(["-"], index), resolve_files([], index)) == (["-"], [])
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        (["nope.launch"], r"^\[nope.launch\] is not a launch file name"),
-        (
-            ["talkers", "nope.launch"],
-            r"^\[nope.launch\] is neither a launch file in package \[talkers\] nor is \[talkers\] a launch",
-        ),
-        (["nope", "a.launch"], r"^\[a.launch\] is neither a launch file in package \[nope\]"),
-        (["talkers", "hidden.launch"], "is neither"),
-        (["talkers", "twice.launch"], r"^multiple files named \[twice.launch\] in package \[talkers\]:\n- "),
-    ],
-)
+@pytest.mark.parametrize(("words", "complaint"), [
+    (["nope.launch"], r"^\[nope.launch\] is not a launch file name"),
+    (
+        ["talkers", "nope.launch"],
+        r"^\[nope.launch\] is neither a launch file in package \[talkers\] nor is \[talkers\] a launch",
+    ),
+    (["nope", "a.launch"], r"^\[a.launch\] is neither a launch file in package \[nope\]"),
+    (["talkers", "hidden.launch"], "is neither"),
+    (["talkers", "twice.launch"], r"^multiple files named \[twice.launch\] in package \[talkers\]:\n- "),
+])  # fmt: skip
 def test_launch_files_that_are_not_found_are_refused_in_noetics_words(
     index: PackageIndex, words: list[str], complaint: str
 ) -> None:
@@ -55,13 +51,10 @@ def test_without_folders_to_search_the_error_says_what_to_set() -> None:
         resolve_files(["nope", "a.launch"], PackageIndex([SHARED_PACKAGES]))
 
 
-@pytest.mark.parametrize(
-    ("words", "suggestion"),
-    [
-        (["talkers", "twice.lauch"], r"launch file name\nDid you mean twice.launch\?$"),
-        (["talker", "a.launch"], r"launch file name\nDid you mean talkers\?$"),
-    ],
-)
+@pytest.mark.parametrize(("words", "suggestion"), [
+    (["talkers", "twice.lauch"], r"launch file name\nDid you mean twice.launch\?$"),
+    (["talker", "a.launch"], r"launch file name\nDid you mean talkers\?$"),
+])  # fmt: skip
 def test_similar_names_are_suggested(index: PackageIndex, words: list[str], suggestion: str) -> None:
     with pytest.raises(LaunchError, match=suggestion):
         resolve_files(words, index)

@@ -26,18 +26,10 @@ def test_a_running_process_is_described_under_noetics_names(managed: ManagedNode
     managed.process = managed.latest = process()
     managed.spawn_count = 2
     assert managed.info().as_struct() == {
-        "name": "n-1",
-        "package": "talkers",
-        "pid": 4711,
-        "alive": True,
-        "spawn_count": 2,
-        "args": ["/bin/talker", "x"],
-        "env": {"A": "1"},
-        "respawn": True,
-        "respawn_delay": 2.5,
-        "required": False,
-        "log_output": True,
-    }
+        "name": "n-1", "package": "talkers", "pid": 4711, "alive": True, "spawn_count": 2,
+        "args": ["/bin/talker", "x"], "env": {"A": "1"}, "respawn": True, "respawn_delay": 2.5,
+        "required": False, "log_output": True,
+    }  # fmt: skip
 
 
 def test_a_process_that_has_ended_has_an_exit_code() -> None:

@@ -20,17 +20,13 @@ NAMED = Environment(hostname="me.example")
 ANYWHERE = "0.0.0.0"  # noqa: S104
 
 
-@pytest.mark.parametrize(
-    ("environment", "port", "bind", "uri"),
-    [
-        (Environment(), None, None, "http://127.0.0.1:11311/"),
-        (ELSEWHERE, 5, None, "http://127.0.0.1:5/"),
-        (NAMED, None, None, "http://me.example:11311/"),
-        (Environment(), None, "192.168.0.7", "http://192.168.0.7:11311/"),
-        (NAMED, None, ANYWHERE, "http://me.example:11311/"),
-        (Environment(), None, ANYWHERE, f"http://{socket.gethostname()}:11311/"),
-    ],
-)
+@pytest.mark.parametrize(("environment", "port", "bind", "uri"), [
+    (Environment(), None, None, "http://127.0.0.1:11311/"), (ELSEWHERE, 5, None, "http://127.0.0.1:5/"),
+    (NAMED, None, None, "http://me.example:11311/"),
+    (Environment(), None, "192.168.0.7", "http://192.168.0.7:11311/"),
+    (NAMED, None, ANYWHERE, "http://me.example:11311/"),
+    (Environment(), None, ANYWHERE, f"http://{socket.gethostname()}:11311/"),
+])  # fmt: skip
 def test_roscore_is_reached_by_the_name_that_this_computer_advertises(
     environment: Environment, port: int | None, bind: str | None, uri: str
 ) -> None:
@@ -43,15 +39,12 @@ def test_roslaunch_uses_the_master_of_the_environment_unless_given_a_port() -> N
     assert elsewhere.master_uri == "http://robot:7"
 
 
-@pytest.mark.parametrize(
-    ("requested", "announced"),
-    [
-        ("http://laptop:7", "laptop"),  # this computer's name: it means the network
-        ("http://127.0.1.1:7", "127.0.0.1"),
-        ("http://robot:7", "127.0.0.1"),  # another computer: not meant for a master here
-        ("nonsense", "127.0.0.1"),
-    ],
-)
+@pytest.mark.parametrize(("requested", "announced"), [
+    ("http://laptop:7", "laptop"),  # this computer's name: it means the network
+    ("http://127.0.1.1:7", "127.0.0.1"),
+    ("http://robot:7", "127.0.0.1"),  # another computer: not meant for a master here
+    ("nonsense", "127.0.0.1"),
+])  # fmt: skip
 def test_a_uri_with_the_name_of_this_computer_opens_the_master(
     monkeypatch: pytest.MonkeyPatch, constants: Constants, requested: str, announced: str
 ) -> None:
@@ -75,15 +68,10 @@ class FakeClient:
         return self._answer
 
 
-@pytest.mark.parametrize(
-    ("answer", "run_id"),
-    [
-        ("0fb2803c", "0fb2803c"),
-        (5, "5"),
-        (Refused("the master", -1, "Parameter [/run_id] is not set"), ""),
-        (Unreachable("the master", "Connection refused"), None),
-    ],
-)
+@pytest.mark.parametrize(("answer", "run_id"), [
+    ("0fb2803c", "0fb2803c"), (5, "5"), (Refused("the master", -1, "Parameter [/run_id] is not set"), ""),
+    (Unreachable("the master", "Connection refused"), None),
+])  # fmt: skip
 def test_a_master_with_a_run_one_without_and_no_master_are_distinguished(
     answer: object, run_id: str | None
 ) -> None:

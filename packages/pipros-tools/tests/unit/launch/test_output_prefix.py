@@ -16,19 +16,13 @@ if sys.platform != "win32":
     import tty
 
 
-@pytest.mark.parametrize(
-    ("pieces", "shown"),
-    [
-        ([b"one\ntwo\n"], b"[n] one\n[n] two\n"),
-        ([b"on", b"e\nt", b"wo\n"], b"[n] one\n[n] two\n"),
-        ([b"\n\n"], b"[n] \n[n] \n"),
-        ([b"prompt> ", b"answer\n", b"next\n"], b"[n] prompt> answer\n[n] next\n"),
-        ([b"10 %\r20 %\r", b"done\n"], b"[n] 10 %\r20 %\rdone\n"),
-        ([b"one\ntwo", b" more\nthree\n"], b"[n] one\n[n] two more\n[n] three\n"),
-        ([b"\033[33mwarned\n", b"\033[0m", b"next\n"], b"[n] \033[33mwarned\n\033[0m[n] next\n"),
-        ([b""], b""),
-    ],
-)
+@pytest.mark.parametrize(("pieces", "shown"), [
+    ([b"one\ntwo\n"], b"[n] one\n[n] two\n"), ([b"on", b"e\nt", b"wo\n"], b"[n] one\n[n] two\n"),
+    ([b"\n\n"], b"[n] \n[n] \n"), ([b"prompt> ", b"answer\n", b"next\n"], b"[n] prompt> answer\n[n] next\n"),
+    ([b"10 %\r20 %\r", b"done\n"], b"[n] 10 %\r20 %\rdone\n"),
+    ([b"one\ntwo", b" more\nthree\n"], b"[n] one\n[n] two more\n[n] three\n"),
+    ([b"\033[33mwarned\n", b"\033[0m", b"next\n"], b"[n] \033[33mwarned\n\033[0m[n] next\n"), ([b""], b""),
+])  # fmt: skip
 def test_each_line_has_one_prefix_even_if_it_arrives_in_pieces(pieces: list[bytes], shown: bytes) -> None:
     prefix = LinePrefix(b"[n] ")
     assert b"".join(map(prefix.format, pieces)) == shown

@@ -66,13 +66,10 @@ def test_a_dump_that_cannot_be_written_names_parameter_and_file(tmp_path: Path) 
         upload(Launch(commands=(dump("/a", tmp_path / "missing" / "a.yaml"),)), FakeServer(a=1))
 
 
-@pytest.mark.parametrize(
-    ("value", "complaint"),
-    [
-        (object(), r"cannot set the parameter \[/p\] to <object .*cannot marshal"),
-        ("too large", r"the parameter \[/p\] was not set: there is no room for it"),
-    ],
-)
+@pytest.mark.parametrize(("value", "complaint"), [
+    (object(), r"cannot set the parameter \[/p\] to <object .*cannot marshal"),
+    ("too large", r"the parameter \[/p\] was not set: there is no room for it"),
+])  # fmt: skip
 def test_a_value_that_is_not_accepted_is_named(value: object, complaint: str) -> None:
     with pytest.raises(LaunchError, match=complaint):
         upload(Launch(params={"/p": value}), FakeServer())

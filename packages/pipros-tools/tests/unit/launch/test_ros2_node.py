@@ -45,35 +45,19 @@ def test_name_namespace_and_remappings_become_arguments() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (True, "true"),
-        (3, "3"),
-        (3.0, "3.0"),
-        (math.inf, ".inf"),
-        (-math.inf, "-.inf"),
-        (math.nan, ".nan"),
-        ("3", '"3"'),
-        ("on: ü", '"on: ü"'),
-        ([1, 2], "[1, 2]"),
-        ([1, 2.5], "[1.0, 2.5]"),
-        (["a", "b c"], '["a", "b c"]'),
-        ([], "[]"),
-    ],
-)
+@pytest.mark.parametrize(("value", "text"), [
+    (True, "true"), (3, "3"), (3.0, "3.0"), (math.inf, ".inf"), (-math.inf, "-.inf"), (math.nan, ".nan"),
+    ("3", '"3"'), ("on: ü", '"on: ü"'), ([1, 2], "[1, 2]"), ([1, 2.5], "[1.0, 2.5]"),
+    (["a", "b c"], '["a", "b c"]'), ([], "[]"),
+])  # fmt: skip
 def test_values_keep_their_types(value: Any, text: str) -> None:
     assert values({"/n/x": value}) == [f"x:={text}"]
 
 
 def test_only_the_nodes_own_parameters_are_given_with_dots_for_slashes() -> None:
     params = {
-        "/n/gains": {"p": 1, "deep": {"i": 2}},
-        "/n/a/b": 3,
-        "/other": 4,
-        "/nn/x": 5,
-        "/n": {"whole": 6},
-    }
+        "/n/gains": {"p": 1, "deep": {"i": 2}}, "/n/a/b": 3, "/other": 4, "/nn/x": 5, "/n": {"whole": 6},
+    }  # fmt: skip
     assert values(params) == ["gains.p:=1", "gains.deep.i:=2", "a.b:=3", "whole:=6"]
 
 

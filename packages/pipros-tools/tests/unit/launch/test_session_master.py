@@ -29,13 +29,10 @@ def test_a_run_id_of_the_master_that_is_not_a_folder_name_is_not_used(
     assert "/run_id on the parameter server must be" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("requested", "running", "complaint"),
-    [
-        ("../../etc", None, "--run_id must be up to 64 letters"),
-        ("one", "two", "run_id on parameter server does not match declared run_id: two vs one"),
-    ],
-)
+@pytest.mark.parametrize(("requested", "running", "complaint"), [
+    ("../../etc", None, "--run_id must be up to 64 letters"),
+    ("one", "two", "run_id on parameter server does not match declared run_id: two vs one"),
+])  # fmt: skip
 def test_an_invalid_requested_run_id_is_refused(requested: str, running: str | None, complaint: str) -> None:
     with pytest.raises(LaunchError, match=complaint):
         choose_run_id(requested, running, Console())

@@ -73,10 +73,8 @@ def end_all(*processes: FakeProcess, **timeouts: float) -> tuple[Recorder, list[
 def test_all_processes_get_sigint_and_only_remaining_ones_stronger_signals() -> None:
     polite, stubborn, deaf = FakeProcess("a-1"), FakeProcess("b-2", SIGTERM), FakeProcess("c-3", SIGKILL)
     console, waits = end_all(polite, stubborn, deaf)
-    assert polite.signals == [SIGINT]
-    assert stubborn.signals == [SIGINT, SIGTERM]
-    assert deaf.signals == [SIGINT, SIGTERM, SIGKILL]
-    assert waits[:2] == [15, 2]
+    assert (polite.signals, stubborn.signals) == ([SIGINT], [SIGINT, SIGTERM])
+    assert (deaf.signals, waits[:2]) == ([SIGINT, SIGTERM, SIGKILL], [15, 2])
     assert console.lines == [f"[{name}] killing on exit" for name in ("a-1", "b-2", "c-3")]
     assert console.errors == [
         "[b-2] escalating to SIGTERM",

@@ -93,8 +93,7 @@ def test_an_unset_argument_is_named_with_its_file(tmp_path: Path) -> None:
     with pytest.raises(LaunchError) as error:
         load([file])
     assert error.value.reason == f"[{file}] requires the 'x' arg to be set"
-    assert load([file], {"x": "7"}).params == {"/p": 7}
-    assert load([file], unset_as="").params == {"/p": ""}
+    assert (load([file], {"x": "7"}).params, load([file], unset_as="").params) == ({"/p": 7}, {"/p": ""})
 
 
 def test_warnings_name_the_place(tmp_path: Path) -> None:
@@ -119,8 +118,7 @@ def test_several_files_make_one_launch(tmp_path: Path) -> None:
     two = write(tmp_path, "2.launch", '<launch><node pkg="p" type="t" name="b"/></launch>')
     launch = load([one, two], texts=['<launch><param name="c" value="1"/></launch>'])
     assert [node.full_name for node in launch.nodes] == ["/a", "/b"]
-    assert launch.files == (one, two)
-    assert launch.params == {"/c": 1}
+    assert (launch.files, launch.params) == ((one, two), {"/c": 1})
 
 
 def test_the_namespace_of_the_environment_is_around_everything(
@@ -252,8 +250,7 @@ def test_an_expression_converts_only_the_arguments_that_it_names(monkeypatch: py
     arguments = "".join(f'<arg name="x{number}" default="{number}"/>' for number in range(100))
     text = f'<launch>{arguments}<param name="p" value="$(eval x7 + arg(\'x9\'))"/></launch>'
 
-    assert load([], texts=[text]).params == {"/p": 16}
-    assert converted == ["7", "9"]
+    assert (load([], texts=[text]).params, converted) == ({"/p": 16}, ["7", "9"])
 
 
 def test_the_last_of_many_remappings_of_a_name_wins() -> None:

@@ -25,9 +25,7 @@ FOLDER = file_of_tests("golden/launch_language")
 GENUINE = [json.loads(line) for line in (FOLDER / "genuine.jsonl").read_text().splitlines()]
 
 # Deliberate differences, with their reasons.
-REFUSED_HERE = {
-    '<group ns="/" clear_params="true"/>': "it would delete every parameter there is",
-}
+REFUSED_HERE = {'<group ns="/" clear_params="true"/>': "it would delete every parameter there is"}
 DIFFERENT_HERE = {
     '<rosparam>{"~p": 1}</rosparam>': "genuine sets a parameter that is literally named ~p",
     '<rosparam ns="~x">5</rosparam>': "likewise",
@@ -142,16 +140,13 @@ def test_each_case_has_the_outcome_of_genuine_roslaunch(outcome: dict[str, Any],
     assert len(launch.warnings) >= warned
 
 
-@pytest.mark.parametrize(
-    ("rosparam", "found"),
-    [
-        ('<rosparam ns="~p">{a: 1}</rosparam>', {"/g/n/p/a": 1}),
-        ('<rosparam ns="/x">{~a: 1, b: {~c: 2}}</rosparam>', {"/g/n/a": 1, "/g/n/c": 2}),
-        ('<rosparam ns="x" param="~a">1</rosparam>', {"/g/n/a": 1}),
-        ('<rosparam param="~">{a: 1}</rosparam>', {"/g/n/a": 1}),
-        ('<rosparam>{~/a: 1, "~": 2}</rosparam>', {"/g/n/a": 1, "/g/n": 2}),
-    ],
-)
+@pytest.mark.parametrize(("rosparam", "found"), [
+    ('<rosparam ns="~p">{a: 1}</rosparam>', {"/g/n/p/a": 1}),
+    ('<rosparam ns="/x">{~a: 1, b: {~c: 2}}</rosparam>', {"/g/n/a": 1, "/g/n/c": 2}),
+    ('<rosparam ns="x" param="~a">1</rosparam>', {"/g/n/a": 1}),
+    ('<rosparam param="~">{a: 1}</rosparam>', {"/g/n/a": 1}),
+    ('<rosparam>{~/a: 1, "~": 2}</rosparam>', {"/g/n/a": 1, "/g/n": 2}),
+])  # fmt: skip
 @pytest.mark.parametrize("where", ["before", "inside"])
 def test_private_names_of_rosparam_belong_to_nodes(
     rosparam: str, found: dict[str, Any], where: str, folder: Path

@@ -99,16 +99,12 @@ def test_the_steps_are_printed_with_the_texts_of_rostest(index: PackageIndex, tm
     file = tmp_path / "pkg" / "rosunit-a.xml"
     assert printed.splitlines() == [
         "[ROSTEST]setup[/ws/pkg/a.test] run_id[an-id] starting",
-        "[ROSTEST]setup[/ws/pkg/a.test] run_id[an-id] done",
-        "[ROSTEST]Running test [a]",
-        "[ROSTEST]running test a",
-        "[ROSTEST]test [a] finished",
-        f"[ROSTEST]test [a] results are in [{file}]",
+        "[ROSTEST]setup[/ws/pkg/a.test] run_id[an-id] done", "[ROSTEST]Running test [a]",
+        "[ROSTEST]running test a", "[ROSTEST]test [a] finished", f"[ROSTEST]test [a] results are in [{file}]",
         "[ROSTEST]test [a] results summary: 0 errors, 0 failures, 1 tests",
-        "[ROSTEST][ROSTEST] test [a] done",
-        "[ROSTEST]tearDown[/ws/pkg/a.test]",
+        "[ROSTEST][ROSTEST] test [a] done", "[ROSTEST]tearDown[/ws/pkg/a.test]",
         "[ROSTEST]rostest teardown /ws/pkg/a.test complete",
-    ]
+    ]  # fmt: skip
 
 
 def test_a_test_program_whose_cases_failed_did_run(index: PackageIndex, tmp_path: Path) -> None:
@@ -140,19 +136,16 @@ def test_the_last_failure_counts_when_no_retry_is_left(index: PackageIndex, tmp_
     assert [suite.failures for _, suite in rostest.results] == [1]
 
 
-@pytest.mark.parametrize(
-    ("tests", "report"),
-    [
-        ([a_test(package="nopkg")], "Package [nopkg] for test node [nopkg/a.py] does not exist"),
-        ([a_test(type="aa.py")], f"Test node [pkg/aa.py] {ABSENT}\nDid you mean a.py?"),
-        pytest.param(
-            [a_test(type="plain.py")],
-            f"Test node [pkg/plain.py] {ABSENT}\nThere is SRC/pkg/plain.py",
-            marks=pytest.mark.needs("executable files"),
-        ),
-        ([a_test(), a_test(type="b.py")], "Duplicate tests named [a] in rostest suite"),
-    ],
-)
+@pytest.mark.parametrize(("tests", "report"), [
+    ([a_test(package="nopkg")], "Package [nopkg] for test node [nopkg/a.py] does not exist"),
+    ([a_test(type="aa.py")], f"Test node [pkg/aa.py] {ABSENT}\nDid you mean a.py?"),
+    pytest.param(
+        [a_test(type="plain.py")],
+        f"Test node [pkg/plain.py] {ABSENT}\nThere is SRC/pkg/plain.py",
+        marks=pytest.mark.needs("executable files"),
+    ),
+    ([a_test(), a_test(type="b.py")], "Duplicate tests named [a] in rostest suite"),
+])  # fmt: skip
 def test_tests_that_cannot_run_are_failures_with_a_reason(
     index: PackageIndex, tmp_path: Path, tests: list[model.Test], report: str
 ) -> None:

@@ -85,15 +85,10 @@ Expected: true</failure>
     assert topics.cases[0].text == "a.cpp:3\nExpected: true\nsecond"
 
 
-@pytest.mark.parametrize(
-    ("content", "reason"),
-    [
-        (b"", "not XML"),
-        (b"<testsuite", "not XML"),
-        (b"<!DOCTYPE t [<!ENTITY a 'b'>]><testsuite/>", "DOCTYPE"),
-        (b"<html/>", "r.xml:1: test results must start with <testsuite> or <testsuites>, got <html>"),
-    ],
-)
+@pytest.mark.parametrize(("content", "reason"), [
+    (b"", "not XML"), (b"<testsuite", "not XML"), (b"<!DOCTYPE t [<!ENTITY a 'b'>]><testsuite/>", "DOCTYPE"),
+    (b"<html/>", "r.xml:1: test results must start with <testsuite> or <testsuites>, got <html>"),
+])  # fmt: skip
 def test_a_file_of_another_kind_is_refused_with_its_name(content: bytes, reason: str) -> None:
     with pytest.raises(UnreadableResults, match=r"r\.xml") as caught:
         parse_suites(content, "r.xml")

@@ -14,48 +14,34 @@ def in_source(path: str) -> str:
     return os.path.normpath(os.path.join("/source", path))
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        ("a b DESTINATION d", [("/source/a", "d"), ("/source/b", "d")]),
-        ("DESTINATION d a", [("/source/a", "d")]),
-        ("x/ DESTINATION d", [("/source/x/", "d")]),
-        ("/abs/a DESTINATION /d", [("/abs/a", "/d")]),
-        ("DESTINATION d", []),
-        ("a DESTINATION d COMPONENT c CONFIGURATIONS Debug Release", [("/source/a", "d")]),
-    ],
-)
+@pytest.mark.parametrize(("words", "expected"), [
+    ("a b DESTINATION d", [("/source/a", "d"), ("/source/b", "d")]),
+    ("DESTINATION d a", [("/source/a", "d")]), ("x/ DESTINATION d", [("/source/x/", "d")]),
+    ("/abs/a DESTINATION /d", [("/abs/a", "/d")]), ("DESTINATION d", []),
+    ("a DESTINATION d COMPONENT c CONFIGURATIONS Debug Release", [("/source/a", "d")]),
+])  # fmt: skip
 def test_sources_and_target_are_read(words: str, expected: list[tuple[str, str]]) -> None:
     assert [(item.source, item.target) for item in read_copies(words.split(), in_source)] == expected
 
 
-@pytest.mark.parametrize(
-    ("words", "attributes"),
-    [
-        ("a DESTINATION d", {"mode": 0o644, "is_optional": False, "rename": "", "keeps_permissions": False}),
-        ("a DESTINATION d RENAME b OPTIONAL", {"rename": "b", "is_optional": True}),
-        ("a DESTINATION d PERMISSIONS OWNER_READ OWNER_EXECUTE GROUP_READ", {"mode": 0o540}),
-        ("a DESTINATION d FILE_PERMISSIONS OWNER_READ DIRECTORY_PERMISSIONS OWNER_WRITE", {"mode": 0o400}),
-        ("a DESTINATION d USE_SOURCE_PERMISSIONS", {"keeps_permissions": True}),
-        ("a DESTINATION d FILES_MATCHING PATTERN *.x", {"only_matching": True}),
-    ],
-)
+@pytest.mark.parametrize(("words", "attributes"), [
+    ("a DESTINATION d", {"mode": 0o644, "is_optional": False, "rename": "", "keeps_permissions": False}),
+    ("a DESTINATION d RENAME b OPTIONAL", {"rename": "b", "is_optional": True}),
+    ("a DESTINATION d PERMISSIONS OWNER_READ OWNER_EXECUTE GROUP_READ", {"mode": 0o540}),
+    ("a DESTINATION d FILE_PERMISSIONS OWNER_READ DIRECTORY_PERMISSIONS OWNER_WRITE", {"mode": 0o400}),
+    ("a DESTINATION d USE_SOURCE_PERMISSIONS", {"keeps_permissions": True}),
+    ("a DESTINATION d FILES_MATCHING PATTERN *.x", {"only_matching": True}),
+])  # fmt: skip
 def test_options_are_read(words: str, attributes: dict[str, object]) -> None:
     (item,) = read_copies(words.split(), in_source)
     assert {name: getattr(item, name) for name in attributes} == attributes
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        ("a", "DESTINATION"),
-        ("a DESTINATION", "DESTINATION"),
-        ("a DESTINATION d RENAME", "RENAME"),
-        ("a DESTINATION d EXCLUDE", "EXCLUDE"),
-        ("a DESTINATION d PATTERN", "PATTERN"),
-        ("a DESTINATION d REGEX (", "cannot be compiled"),
-    ],
-)
+@pytest.mark.parametrize(("words", "complaint"), [
+    ("a", "DESTINATION"), ("a DESTINATION", "DESTINATION"), ("a DESTINATION d RENAME", "RENAME"),
+    ("a DESTINATION d EXCLUDE", "EXCLUDE"), ("a DESTINATION d PATTERN", "PATTERN"),
+    ("a DESTINATION d REGEX (", "cannot be compiled"),
+])  # fmt: skip
 def test_wrong_words_are_refused(words: str, complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         read_copies(words.split(), in_source)
@@ -73,21 +59,17 @@ def copied(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if not path.is_dir()}
 
 
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        ("s DESTINATION t", {"s/a.py", "s/b.sh", "s/sub/c.py", "s/sub/d.txt"}),
-        ("s/ DESTINATION t", {"a.py", "b.sh", "sub/c.py", "sub/d.txt"}),
-        ("s/ DESTINATION t PATTERN *.py EXCLUDE", {"b.sh", "sub/d.txt"}),
-        ("s/ DESTINATION t PATTERN sub EXCLUDE", {"a.py", "b.sh"}),
-        ("s/ DESTINATION t FILES_MATCHING PATTERN *.py", {"a.py", "sub/c.py"}),
-        ("s/ DESTINATION t FILES_MATCHING PATTERN *.py PATTERN sub EXCLUDE", {"a.py"}),
-        ("s/ DESTINATION t REGEX /sub/.*txt$ EXCLUDE", {"a.py", "b.sh", "sub/c.py"}),
-        ("s/ DESTINATION t FILES_MATCHING REGEX [.]sh$", {"b.sh"}),
-        ("s/sub/ DESTINATION t", {"c.py", "d.txt"}),
-        ("nowhere DESTINATION t", set()),
-    ],
-)
+@pytest.mark.parametrize(("words", "expected"), [
+    ("s DESTINATION t", {"s/a.py", "s/b.sh", "s/sub/c.py", "s/sub/d.txt"}),
+    ("s/ DESTINATION t", {"a.py", "b.sh", "sub/c.py", "sub/d.txt"}),
+    ("s/ DESTINATION t PATTERN *.py EXCLUDE", {"b.sh", "sub/d.txt"}),
+    ("s/ DESTINATION t PATTERN sub EXCLUDE", {"a.py", "b.sh"}),
+    ("s/ DESTINATION t FILES_MATCHING PATTERN *.py", {"a.py", "sub/c.py"}),
+    ("s/ DESTINATION t FILES_MATCHING PATTERN *.py PATTERN sub EXCLUDE", {"a.py"}),
+    ("s/ DESTINATION t REGEX /sub/.*txt$ EXCLUDE", {"a.py", "b.sh", "sub/c.py"}),
+    ("s/ DESTINATION t FILES_MATCHING REGEX [.]sh$", {"b.sh"}), ("s/sub/ DESTINATION t", {"c.py", "d.txt"}),
+    ("nowhere DESTINATION t", set()),
+])  # fmt: skip
 def test_folders_are_copied_by_their_patterns(tmp_path: Path, words: str, expected: set[str]) -> None:
     tree(tmp_path / "s", "a.py", "b.sh", "sub/c.py", "sub/d.txt", "__pycache__/a.pyc")
     (item,) = read_copies(words.split(), lambda path: os.path.normpath(tmp_path / path), is_folder=True)
@@ -95,15 +77,12 @@ def test_folders_are_copied_by_their_patterns(tmp_path: Path, words: str, expect
     assert copied(tmp_path / "base" / "t") == expected
 
 
-@pytest.mark.parametrize(
-    ("words", "modes"),
-    [
-        ("s/ DESTINATION t", {"a.py": 0o644, "b.sh": 0o644}),
-        ("s/ DESTINATION t USE_SOURCE_PERMISSIONS", {"a.py": 0o644, "b.sh": 0o755}),
-        ("s/ DESTINATION t PATTERN *.sh PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE",
-         {"a.py": 0o644, "b.sh": 0o700}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("words", "modes"), [
+    ("s/ DESTINATION t", {"a.py": 0o644, "b.sh": 0o644}),
+    ("s/ DESTINATION t USE_SOURCE_PERMISSIONS", {"a.py": 0o644, "b.sh": 0o755}),
+    ("s/ DESTINATION t PATTERN *.sh PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE",
+     {"a.py": 0o644, "b.sh": 0o700}),
+])  # fmt: skip
 def test_permissions_are_the_requested_ones(tmp_path: Path, words: str, modes: dict[str, int]) -> None:
     tree(tmp_path / "s", "a.py", "b.sh")
     (item,) = read_copies(words.split(), lambda path: os.path.normpath(tmp_path / path), is_folder=True)

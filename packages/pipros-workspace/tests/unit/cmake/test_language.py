@@ -28,45 +28,24 @@ def test_commands_have_names_arguments_and_lines() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("f(a b\tc)", ["a", "b", "c"]),
-        ('f("a b" c)', ["a b", "c"]),
-        ('f("say \\"x\\"")', ['say "x"']),
-        ("f(a;b;;c)", ["a", "b", "c"]),
-        ('f("a;b")', ["a;b"]),
-        ("f(${V}/x)", ["v/x"]),
-        ("f(${L})", ["1", "2"]),
-        ('f("${L}")', ["1;2"]),
-        ("f(${NOPE}x ${NOPE})", ["x"]),
-        ("f($ENV{HOME}/x)", ["/home/ada/x"]),
-        ("f(${A_${V}})", ["nested"]),
-        ("f([[raw ${V} ;]])", ["raw ${V} ;"]),
-        ("f([=[a]]b]=])", ["a]]b"]),
-        ("f(a #[[ block\n comment ]] b)", ["a", "b"]),
-        ("f(a # to the end\n b)", ["a", "b"]),
-        ("f((a) b)", ["(", "a", ")", "b"]),
-        ('f(-DX="a b")', ['-DX="a b"']),
-        ("f(a\\ b)", ["a b"]),
-        ("f()", []),
-    ],
-)
+@pytest.mark.parametrize(("text", "expected"), [
+    ("f(a b\tc)", ["a", "b", "c"]), ('f("a b" c)', ["a b", "c"]), ('f("say \\"x\\"")', ['say "x"']),
+    ("f(a;b;;c)", ["a", "b", "c"]), ('f("a;b")', ["a;b"]), ("f(${V}/x)", ["v/x"]), ("f(${L})", ["1", "2"]),
+    ('f("${L}")', ["1;2"]), ("f(${NOPE}x ${NOPE})", ["x"]), ("f($ENV{HOME}/x)", ["/home/ada/x"]),
+    ("f(${A_${V}})", ["nested"]), ("f([[raw ${V} ;]])", ["raw ${V} ;"]), ("f([=[a]]b]=])", ["a]]b"]),
+    ("f(a #[[ block\n comment ]] b)", ["a", "b"]),
+    ("f(a # to the end\n b)", ["a", "b"]),
+    ("f((a) b)", ["(", "a", ")", "b"]), ('f(-DX="a b")', ['-DX="a b"']), ("f(a\\ b)", ["a b"]), ("f()", []),
+])  # fmt: skip
 def test_arguments_are_read_as_cmake_reads_them(text: str, expected: list[str]) -> None:
     assert words(text, V="v", L="1;2", A_v="nested") == expected
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("f(a", "CMakeLists.txt:1 (f)"),
-        ("\n\nf(a\n", "CMakeLists.txt:3 (f)"),
-        ("f\n", "CMakeLists.txt:1 (f)"),
-        ("f() )", "CMakeLists.txt:1"),
-        ("f()\n 5x()", "CMakeLists.txt:2"),
-        ('f("open)', "CMakeLists.txt:1"),
-    ],
-)
+@pytest.mark.parametrize(("text", "place"), [
+    ("f(a", "CMakeLists.txt:1 (f)"), ("\n\nf(a\n", "CMakeLists.txt:3 (f)"),
+    ("f\n", "CMakeLists.txt:1 (f)"), ("f() )", "CMakeLists.txt:1"), ("f()\n 5x()", "CMakeLists.txt:2"),
+    ('f("open)', "CMakeLists.txt:1"),
+])  # fmt: skip
 def test_malformed_text_is_reported_with_its_line(text: str, place: str) -> None:
     with pytest.raises(CMakeError) as error:
         parse(text, "CMakeLists.txt")
@@ -84,45 +63,18 @@ def test_any_text_is_parsed_or_refused(text: str) -> None:
         assert all(isinstance(argument, str) for argument in expand(command.arguments, {}, {}, 1_000))
 
 
-@pytest.mark.parametrize(
-    ("condition", "expected"),
-    [
-        ("ON", True),
-        ("0", False),
-        ("2", True),
-        ("SET", True),
-        ("UNSET", False),
-        ("OFFVAR", False),
-        ("x-NOTFOUND", False),
-        ('"SET"', False),
-        ("NOT UNSET", True),
-        ("SET AND UNSET", False),
-        ("SET OR UNSET AND UNSET", False),
-        ("( SET OR UNSET ) AND UNSET", False),
-        ("DEFINED SET", True),
-        ("DEFINED NOPE", False),
-        ("COMMAND add_rostest", True),
-        ("EXISTS /", True),
-        ("IS_DIRECTORY /nope", False),
-        ("SET STREQUAL value", True),
-        ('"SET" STREQUAL "value"', False),
-        ("NUMBER GREATER 3", True),
-        ("NUMBER LESS_EQUAL 3", False),
-        ("SET EQUAL 3", False),
-        ("VERSION VERSION_GREATER_EQUAL 3.2", True),
-        ("VERSION VERSION_LESS 3.10", True),
-        ("a IN_LIST LIST", True),
-        ("z IN_LIST LIST", False),
-        ("SET MATCHES ^va", True),
-        ("", False),
-        ("NOT", False),
-        ("SET AND NOT", False),
-        ("NOT NOT", True),
-        ("( )", False),
-        ("SET OR ( NOT )", True),
-        ("NOT ( NOT )", True),
-    ],
-)
+@pytest.mark.parametrize(("condition", "expected"), [
+    ("ON", True), ("0", False), ("2", True), ("SET", True), ("UNSET", False), ("OFFVAR", False),
+    ("x-NOTFOUND", False), ('"SET"', False), ("NOT UNSET", True), ("SET AND UNSET", False),
+    ("SET OR UNSET AND UNSET", False), ("( SET OR UNSET ) AND UNSET", False), ("DEFINED SET", True),
+    ("DEFINED NOPE", False), ("COMMAND add_rostest", True), ("EXISTS /", True),
+    ("IS_DIRECTORY /nope", False), ("SET STREQUAL value", True), ('"SET" STREQUAL "value"', False),
+    ("NUMBER GREATER 3", True), ("NUMBER LESS_EQUAL 3", False), ("SET EQUAL 3", False),
+    ("VERSION VERSION_GREATER_EQUAL 3.2", True), ("VERSION VERSION_LESS 3.10", True),
+    ("a IN_LIST LIST", True), ("z IN_LIST LIST", False), ("SET MATCHES ^va", True), ("", False),
+    ("NOT", False), ("SET AND NOT", False), ("NOT NOT", True), ("( )", False), ("SET OR ( NOT )", True),
+    ("NOT ( NOT )", True),
+])  # fmt: skip
 def test_conditions_hold_as_in_cmake(condition: str, expected: bool) -> None:
     variables = {"SET": "value", "OFFVAR": "OFF", "NUMBER": "7", "VERSION": "3.2.0", "LIST": "a;b"}
     written = [(word.strip('"'), word.startswith('"')) for word in condition.split()]

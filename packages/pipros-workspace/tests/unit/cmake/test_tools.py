@@ -22,27 +22,15 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("command", "files"),
-    [
-        ("copy a b", {"b": "a"}),
-        ("copy a d", {"d/a": "a"}),
-        ("copy a d/sub/x d", {"d/a": "a", "d/x": "x"}),
-        ("copy a new/b", {"new/b": "a"}),
-        ("copy_if_different a b", {"b": "a"}),
-        ("copy_directory d e", {"e/sub/x": "x"}),
-        ("rename a b", {"b": "a", "a": None}),
-        ("remove a nope", {"a": None}),
-        ("remove -f a", {"a": None}),
-        ("rm -rf d nope", {"d/sub/x": None}),
-        ("rm -r d", {"d/sub/x": None}),
-        ("remove_directory d", {"d/sub/x": None}),
-        ("touch a b", {"a": "a", "b": ""}),
-        ("touch_nocreate b", {"b": None}),
-        ("create_symlink a l", {"l": "a"}),
-        ("make_directory e/f e/f", {}),
-    ],
-)
+@pytest.mark.parametrize(("command", "files"), [
+    ("copy a b", {"b": "a"}), ("copy a d", {"d/a": "a"}), ("copy a d/sub/x d", {"d/a": "a", "d/x": "x"}),
+    ("copy a new/b", {"new/b": "a"}), ("copy_if_different a b", {"b": "a"}),
+    ("copy_directory d e", {"e/sub/x": "x"}), ("rename a b", {"b": "a", "a": None}),
+    ("remove a nope", {"a": None}), ("remove -f a", {"a": None}), ("rm -rf d nope", {"d/sub/x": None}),
+    ("rm -r d", {"d/sub/x": None}), ("remove_directory d", {"d/sub/x": None}),
+    ("touch a b", {"a": "a", "b": ""}), ("touch_nocreate b", {"b": None}),
+    ("create_symlink a l", {"l": "a"}), ("make_directory e/f e/f", {}),
+])  # fmt: skip
 def test_files_are_changed(folder: Path, command: str, files: dict[str, str | None]) -> None:
     name, *words = command.split()
     assert run_tool(name, words) == 0
@@ -51,19 +39,13 @@ def test_files_are_changed(folder: Path, command: str, files: dict[str, str | No
         assert (file.read_text() if file.is_file() else None) == content
 
 
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        (["true"], 0),
-        (["false"], 1),
-        (["compare_files", "a", "a"], 0),
-        (["compare_files", "a", "d/sub/x"], 1),
-        (["env", "CODE=3", sys.executable, "-c", EXIT], 3),
-        (["env", "--unset=CODE", "A=b", "--", sys.executable, "-c", EXIT], 9),
-        (["chdir", "d", sys.executable, "-c", "import os, sys; sys.exit(os.path.isdir('sub'))"], 1),
-        (["sleep", "0"], 0),
-    ],
-)
+@pytest.mark.parametrize(("words", "code"), [
+    (["true"], 0), (["false"], 1), (["compare_files", "a", "a"], 0),
+    (["compare_files", "a", "d/sub/x"], 1), (["env", "CODE=3", sys.executable, "-c", EXIT], 3),
+    (["env", "--unset=CODE", "A=b", "--", sys.executable, "-c", EXIT], 9),
+    (["chdir", "d", sys.executable, "-c", "import os, sys; sys.exit(os.path.isdir('sub'))"], 1),
+    (["sleep", "0"], 0),
+])  # fmt: skip
 def test_codes_are_returned(words: list[str], code: int) -> None:
     assert run_tool(words[0], words[1:]) == code
 
@@ -75,15 +57,10 @@ def test_texts_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == "a b c\ndaa"
 
 
-@pytest.mark.parametrize(
-    ("words", "error"),
-    [
-        (["nope"], ToolFailed),
-        (["rename", "a"], ToolFailed),
-        (["sleep", "x"], ToolFailed),
-        (["copy", "nope", "b"], OSError),
-    ],
-)
+@pytest.mark.parametrize(("words", "error"), [
+    (["nope"], ToolFailed), (["rename", "a"], ToolFailed), (["sleep", "x"], ToolFailed),
+    (["copy", "nope", "b"], OSError),
+])  # fmt: skip
 def test_mistakes_are_refused(words: list[str], error: type[Exception]) -> None:
     with pytest.raises(error):
         run_tool(words[0], words[1:])

@@ -107,43 +107,35 @@ def test_the_modules_of_a_setup_py_are_importable(
     assert names["__path__"] == [str(source)]
 
 
-@pytest.mark.parametrize(
-    ("cmake", "depends", "message", "complaint"),
-    [
-        ("generate_message()", "", "string x", r"CMakeLists.txt:3 \(generate_message\):\n  Unknown CMake"),
-        ("generate_message()", "", "string x", "Did you mean generate_messages?"),
-        ("add_message_files(FILES Level.msg)", "", "string x", "add message_generation to find_package"),
-        (
-            MESSAGES.replace("Level", "Nope"),
-            "message_runtime",
-            "string x",
-            "a file that does not exist: .*Nope",
-        ),
-        (MESSAGES, "", "string x", "must therefore be listed as a run dependency in the package.xml"),
-        (MESSAGES, "message_runtime", "strin x", r"Level.msg:1: there is no message type \[talkers/strin\]"),
-        (
-            MESSAGES,
-            "message_runtime",
-            "string x\nNope y",
-            r"Level.msg:2: there is no message type \[talkers/Nope\]",
-        ),
-        (
-            MESSAGES.replace("DEPENDENCIES std_msgs", ""),
-            "message_runtime",
-            "geometry_msgs/Point p",
-            r"Did you forget to specify generate_messages\(DEPENDENCIES geometry_msgs\)",
-        ),
-        (
-            "find_package(catkin REQUIRED rospi)\nadd_executable(a b.cpp)",
-            "",
-            "",
-            'provided by "rospi"',
-        ),
-        ("catkin_python_setup()", "", "", "without 'setup.py'"),
-        ("catkin_package(", "", "", r"CMakeLists.txt:3 \(catkin_package\):\n  Parse error"),
-        ('message(FATAL_ERROR "no way")', "", "", "no way"),
-    ],
-)
+@pytest.mark.parametrize(("cmake", "depends", "message", "complaint"), [
+    ("generate_message()", "", "string x", r"CMakeLists.txt:3 \(generate_message\):\n  Unknown CMake"),
+    ("generate_message()", "", "string x", "Did you mean generate_messages?"),
+    ("add_message_files(FILES Level.msg)", "", "string x", "add message_generation to find_package"),
+    (
+        MESSAGES.replace("Level", "Nope"),
+        "message_runtime",
+        "string x",
+        "a file that does not exist: .*Nope",
+    ),
+    (MESSAGES, "", "string x", "must therefore be listed as a run dependency in the package.xml"),
+    (MESSAGES, "message_runtime", "strin x", r"Level.msg:1: there is no message type \[talkers/strin\]"),
+    (
+        MESSAGES,
+        "message_runtime",
+        "string x\nNope y",
+        r"Level.msg:2: there is no message type \[talkers/Nope\]",
+    ),
+    (
+        MESSAGES.replace("DEPENDENCIES std_msgs", ""),
+        "message_runtime",
+        "geometry_msgs/Point p",
+        r"Did you forget to specify generate_messages\(DEPENDENCIES geometry_msgs\)",
+    ),
+    ("find_package(catkin REQUIRED rospi)\nadd_executable(a b.cpp)", "", "", 'provided by "rospi"'),
+    ("catkin_python_setup()", "", "", "without 'setup.py'"),
+    ("catkin_package(", "", "", r"CMakeLists.txt:3 \(catkin_package\):\n  Parse error"),
+    ('message(FATAL_ERROR "no way")', "", "", "no way"),
+])  # fmt: skip
 def test_mistakes_are_reported_with_file_and_line(
     workspace: Workspace, cmake: str, depends: str, message: str, complaint: str
 ) -> None:
@@ -194,8 +186,7 @@ def test_a_failed_package_skips_only_its_dependents(workspace: Workspace) -> Non
     workspace.add("user", depends="bad")
     workspace.add("other")
     result = workspace.build()
-    assert result.built == ["other"]
-    assert result.skipped == {"user": "bad"}
+    assert (result.built, result.skipped) == (["other"], {"user": "bad"})
 
 
 def test_the_previous_build_stays_usable_when_a_build_fails(workspace: Workspace) -> None:
@@ -213,8 +204,7 @@ def test_two_packages_of_one_name_skip_only_their_dependents(workspace: Workspac
     workspace.add("user", depends="one")
     workspace.add("other")
     result = workspace.build()
-    assert result.built == ["other"]
-    assert result.skipped == {"user": "one"}
+    assert (result.built, result.skipped) == (["other"], {"user": "one"})
     assert "Multiple packages found with the same name 'one'" in "".join(result.errors)
 
 
@@ -292,16 +282,10 @@ def test_install_copies_what_is_to_be_installed(workspace: Workspace) -> None:
     install = workspace.layout.install
     made = {str(path.relative_to(install)) for path in install.rglob("*") if path.is_file()}
     assert {
-        "share/talkers/package.xml",
-        "share/talkers/msg/Level.msg",
-        "share/talkers/notes.txt",
-        "share/talkers/launch/x.launch",
-        "share/talkers/flat/x.launch",
-        "lib/talkers/talk.py",
-        "lib/python3/dist-packages/talkers/__init__.py",
-        ".catkin",
-        "setup.bash",
-    } <= made
+        "share/talkers/package.xml", "share/talkers/msg/Level.msg", "share/talkers/notes.txt",
+        "share/talkers/launch/x.launch", "share/talkers/flat/x.launch", "lib/talkers/talk.py",
+        "lib/python3/dist-packages/talkers/__init__.py", ".catkin", "setup.bash",
+    } <= made  # fmt: skip
     assert (install / "lib/talkers/talk.py").stat().st_mode & 0o111
     assert (install / ".catkin").read_text() == ""
 

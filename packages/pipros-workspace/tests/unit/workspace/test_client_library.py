@@ -13,20 +13,14 @@ from pipros_workspace.client_library import beside_ros2, is_ros1_script, without
 GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
 
 
-@pytest.mark.parametrize(
-    ("text", "is_ros1"),
-    [
-        ("import rospy\n", True),
-        ("import os, rospy as ros\n", True),
-        ("    from rospy.topics import Publisher\n", True),
-        ("import rclpy\nfrom rclpy.node import Node\n", False),
-        ("import sys, rclpy.qos\n", False),
-        ("import rospy\nimport rclpy\n", False),
-        ("import rospy_helpers\n# import rclpy\n", False),
-        ("text = 'from rclpy'\n", False),
-        ("\udcff\n", False),
-    ],
-)
+@pytest.mark.parametrize(("text", "is_ros1"), [
+    ("import rospy\n", True), ("import os, rospy as ros\n", True),
+    ("    from rospy.topics import Publisher\n", True),
+    ("import rclpy\nfrom rclpy.node import Node\n", False), ("import sys, rclpy.qos\n", False),
+    ("import rospy\nimport rclpy\n", False),
+    ("import rospy_helpers\n# import rclpy\n", False),
+    ("text = 'from rclpy'\n", False), ("\udcff\n", False),
+])  # fmt: skip
 def test_scripts_of_ros1_import_rospy_and_not_rclpy(tmp_path: Path, text: str, is_ros1: bool) -> None:
     script = tmp_path / "node.py"
     script.write_bytes(text.encode("utf-8", "surrogateescape"))

@@ -108,8 +108,7 @@ def test_commands_read_the_variables_of_noetic_in_a_bare_shell(
     monkeypatch.delenv("ROS_DISTRO", raising=False)
     code = f"{sys.executable} -c \"import os; open('distro', 'w').write(os.environ['ROS_DISTRO'])\""
     workspace.add("p", f"add_custom_target(t ALL COMMAND {code})")
-    assert workspace.build().errors == []
-    assert (workspace.base / "build/p/distro").read_text() == "noetic"
+    assert (workspace.build().errors, (workspace.base / "build/p/distro").read_text()) == ([], "noetic")
 
 
 def test_a_missing_file_without_a_rule_is_named(workspace: Workspace) -> None:
@@ -119,21 +118,17 @@ def test_a_missing_file_without_a_rule_is_named(workspace: Workspace) -> None:
     assert "nope.txt', needed by 'bad'" in error
 
 
-@pytest.mark.parametrize(
-    ("line", "what"),
-    [
-        (
-            "add_custom_target(t ALL COMMAND echo $<TARGET_FILE:x>)",
-            "the generator expression $<TARGET_FILE:x>",
-        ),
-        ("add_custom_target(t ALL COMMAND a | b)", "the shell that [a | b] needs"),
-        ("file(GENERATE OUTPUT x CONTENT y)", "file(GENERATE)"),
-        ("string(JSON x GET y z)", "string(JSON)"),
-        ("try_compile(x y z)", "try_compile()"),
-        ("find_package(Foo)\nfoo_make(x)", "foo_make(), which another package provides"),
-        ("include(ExternalProject)\nExternalProject_Add(x)", "ExternalProject_Add(), which another package"),
-    ],
-)
+@pytest.mark.parametrize(("line", "what"), [
+    (
+        "add_custom_target(t ALL COMMAND echo $<TARGET_FILE:x>)",
+        "the generator expression $<TARGET_FILE:x>",
+    ),
+    ("add_custom_target(t ALL COMMAND a | b)", "the shell that [a | b] needs"),
+    ("file(GENERATE OUTPUT x CONTENT y)", "file(GENERATE)"), ("string(JSON x GET y z)", "string(JSON)"),
+    ("try_compile(x y z)", "try_compile()"),
+    ("find_package(Foo)\nfoo_make(x)", "foo_make(), which another package provides"),
+    ("include(ExternalProject)\nExternalProject_Add(x)", "ExternalProject_Add(), which another package"),
+])  # fmt: skip
 def test_commands_that_only_cmake_can_run_are_refused_without_it(
     workspace: Workspace, line: str, what: str
 ) -> None:
@@ -259,20 +254,11 @@ def test_folders_are_installed_as_cmake_installs_them(workspace: Workspace) -> N
         if path.is_file() and path.name != "package.xml"
     }
     assert modes == {
-        "b.txt": "0o644",
-        "data/a.txt": "0o644",
-        "data/.hidden": "0o644",
-        "data/run.sh": "0o644",
-        "data/deep/d.txt": "0o644",
-        "flat/run.sh": "0o500",
-        "flat/deep/d.txt": "0o644",
-        "kept/a.txt": "0o644",
-        "kept/a.bak": "0o644",
-        "kept/.hidden": "0o644",
-        "kept/run.sh": "0o755",
-        "kept/no/n.txt": "0o644",
+        "b.txt": "0o644", "data/a.txt": "0o644", "data/.hidden": "0o644", "data/run.sh": "0o644",
+        "data/deep/d.txt": "0o644", "flat/run.sh": "0o500", "flat/deep/d.txt": "0o644", "kept/a.txt": "0o644",
+        "kept/a.bak": "0o644", "kept/.hidden": "0o644", "kept/run.sh": "0o755", "kept/no/n.txt": "0o644",
         "kept/deep/d.txt": "0o644",
-    }
+    }  # fmt: skip
     assert (workspace.layout.install / "code.txt").read_text() == "p"
 
 
@@ -355,21 +341,12 @@ def test_a_test_that_does_not_exist_is_named(workspace: Workspace, line: str) ->
     assert "does not exist" in error
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "printed"),
-    [
-        (["-E", "echo", "a", "b"], 0, "a b\n"),
-        (["-E", "true"], 0, ""),
-        (["-E", "false"], 1, ""),
-        (["-E", "copy", "a.txt", "b.txt"], 0, ""),
-        (["-E", "cat", "a.txt"], 0, "a"),
-        (["-E", "compare_files", "a.txt", "a.txt"], 0, ""),
-        (["-E", "copy", "nope", "b"], 1, ""),
-        (["-E", "rename", "a.txt"], 1, ""),
-        (["-E", "nonsense"], 1, ""),
-        (["--build", "."], 1, ""),
-    ],
-)
+@pytest.mark.parametrize(("words", "code", "printed"), [
+    (["-E", "echo", "a", "b"], 0, "a b\n"), (["-E", "true"], 0, ""), (["-E", "false"], 1, ""),
+    (["-E", "copy", "a.txt", "b.txt"], 0, ""), (["-E", "cat", "a.txt"], 0, "a"),
+    (["-E", "compare_files", "a.txt", "a.txt"], 0, ""), (["-E", "copy", "nope", "b"], 1, ""),
+    (["-E", "rename", "a.txt"], 1, ""), (["-E", "nonsense"], 1, ""), (["--build", "."], 1, ""),
+])  # fmt: skip
 def test_the_stand_in_for_cmake(
     words: list[str],
     code: int,
@@ -380,8 +357,7 @@ def test_the_stand_in_for_cmake(
 ) -> None:
     (tmp_path / "a.txt").write_text("a")
     monkeypatch.chdir(tmp_path)
-    assert cmake_command.main(words) == code
-    assert capsys.readouterr().out == printed
+    assert (cmake_command.main(words), capsys.readouterr().out) == (code, printed)
 
 
 HOOK = """\
@@ -428,14 +404,10 @@ def test_a_package_expands_templates_itself(workspace: Workspace) -> None:
     assert (workspace.base / "build/p/made/t.txt").read_text() == "HELLO\n"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ("a b c", "incorrect number of arguments"),
-        ("a b c d", "does not exist"),
-        ("c.in c.py bad.em t", "the template .*bad.em failed:.*ZeroDivisionError"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "words"), [
+    ("a b c", "incorrect number of arguments"), ("a b c d", "does not exist"),
+    ("c.in c.py bad.em t", "the template .*bad.em failed:.*ZeroDivisionError"),
+])  # fmt: skip
 def test_a_template_that_fails_is_named_with_its_line(
     workspace: Workspace, arguments: str, words: str
 ) -> None:
@@ -444,14 +416,10 @@ def test_a_template_that_fails_is_named_with_its_line(
     assert re.search(rf"CMakeLists\.txt:3.*{words}", error, re.DOTALL), error
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "catkin_add_env_hooks(25.p SHELLS sh)",
-        "em_expand(c.in c.py env-hooks/25.p.sh.em t)",
-        "find_package(catkin REQUIRED tools)\nsay_it(x)",
-    ],
-)
+@pytest.mark.parametrize("line", [
+    "catkin_add_env_hooks(25.p SHELLS sh)", "em_expand(c.in c.py env-hooks/25.p.sh.em t)",
+    "find_package(catkin REQUIRED tools)\nsay_it(x)",
+])  # fmt: skip
 def test_without_empy_3_one_error_says_how_to_get_it(
     workspace: Workspace, monkeypatch: pytest.MonkeyPatch, line: str
 ) -> None:

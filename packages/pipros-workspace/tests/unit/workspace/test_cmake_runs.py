@@ -17,20 +17,17 @@ def script(path: Path, content: str) -> Path:
 
 
 @pytest.mark.needs("first lines")
-@pytest.mark.parametrize(
-    ("printed", "failed"),
-    [
-        ("CMake Error at b/CMakeLists.txt:4 (find_package):\n  No x.\n\n  More.", {"b": ["No x."]}),
-        ("CMake Error at /usr/share/catkin/cmake/all.cmake:8 (message):\n  No y.", {"a": ["No y."]}),
-        ("-- Configuring done\nCMake Error in b/CMakeLists.txt:\n  No z.\n", {"b": ["No z."]}),
-        (
-            "CMake Error at a/CMakeLists.txt:1 (f):\n  one\n\nCMake Error at a/CMakeLists.txt:2 (f):\n  two\n"
-            + PROCESSING.format(name="b")
-            + "CMake Error at /x.cmake:1 (message):\n  three\n",
-            {"a": ["one"], "b": ["three"]},
-        ),
-    ],
-)
+@pytest.mark.parametrize(("printed", "failed"), [
+    ("CMake Error at b/CMakeLists.txt:4 (find_package):\n  No x.\n\n  More.", {"b": ["No x."]}),
+    ("CMake Error at /usr/share/catkin/cmake/all.cmake:8 (message):\n  No y.", {"a": ["No y."]}),
+    ("-- Configuring done\nCMake Error in b/CMakeLists.txt:\n  No z.\n", {"b": ["No z."]}),
+    (
+        "CMake Error at a/CMakeLists.txt:1 (f):\n  one\n\nCMake Error at a/CMakeLists.txt:2 (f):\n  two\n"
+        + PROCESSING.format(name="b")
+        + "CMake Error at /x.cmake:1 (message):\n  three\n",
+        {"a": ["one"], "b": ["three"]},
+    ),
+])  # fmt: skip
 def test_the_rejected_packages_are_found_with_the_reason(
     tmp_path: Path, printed: str, failed: dict[str, list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -45,15 +42,12 @@ def test_the_rejected_packages_are_found_with_the_reason(
 
 
 @pytest.mark.needs("first lines")
-@pytest.mark.parametrize(
-    "printed",
-    [
-        'CMake Error: Cannot determine link language for target "b_node".',
-        "CMake Error: CMake can not determine linker language for target: b_node",
-        'CMake Error: Variables are set to NOTFOUND:\nX\n    linked by target "b_node" in directory /b',
-        'CMake Error: Cannot determine link language for target "main".',
-    ],
-)
+@pytest.mark.parametrize("printed", [
+    'CMake Error: Cannot determine link language for target "b_node".',
+    "CMake Error: CMake can not determine linker language for target: b_node",
+    'CMake Error: Variables are set to NOTFOUND:\nX\n    linked by target "b_node" in directory /b',
+    'CMake Error: Cannot determine link language for target "main".',
+])  # fmt: skip
 def test_a_target_that_cannot_be_generated_rejects_the_package_that_adds_it(
     tmp_path: Path, printed: str
 ) -> None:

@@ -37,24 +37,18 @@ def graph(tmp_path: Path) -> DependencyGraph:
     return DependencyGraph(PackageIndex([tmp_path]))
 
 
-@pytest.mark.parametrize(
-    ("name", "direct", "everything"),
-    [
-        ("top", ["left", "right"], ["bottom", "left", "right"]),
-        ("left", ["bottom"], ["bottom"]),
-        ("bottom", [], []),
-    ],
-)
+@pytest.mark.parametrize(("name", "direct", "everything"), [
+    ("top", ["left", "right"], ["bottom", "left", "right"]), ("left", ["bottom"], ["bottom"]),
+    ("bottom", [], []),
+])  # fmt: skip
 def test_dependencies_at_run_time(
     graph: DependencyGraph, name: str, direct: list[str], everything: list[str]
 ) -> None:
-    assert graph.direct(name) == direct
-    assert graph.all(name) == everything
+    assert (graph.direct(name), graph.all(name)) == (direct, everything)
 
 
 def test_names_in_a_manifest_are_listed_whatever_they_are(graph: DependencyGraph) -> None:
-    assert graph.named("top") == ["boost", "left", "right"]
-    assert graph.named("left") == ["bottom", "right"]
+    assert (graph.named("top"), graph.named("left")) == (["boost", "left", "right"], ["bottom", "right"])
     assert graph.rosdeps("left") == ["bottom", "right"]
     assert graph.rosdeps("top") == ["boost", "bottom", "left", "right", "rostest"]
     assert graph.rosdeps("top", only_direct=True) == ["boost", "left", "right"]
@@ -68,8 +62,7 @@ def test_chains_are_all_paths(graph: DependencyGraph) -> None:
 
 def test_dependents_leave_broken_manifests_out(graph: DependencyGraph) -> None:
     assert graph.dependents("bottom", only_direct=True) == ["left", "right"]
-    assert graph.dependents("bottom") == ["left", "right", "top"]
-    assert graph.dependents("nowhere") == []
+    assert (graph.dependents("bottom"), graph.dependents("nowhere")) == (["left", "right", "top"], [])
 
 
 def test_exports_name_the_package_and_its_folder(graph: DependencyGraph, tmp_path: Path) -> None:

@@ -110,12 +110,8 @@ def test_an_installed_package_has_its_manifest_modules_and_scripts(workspace: Wo
         if path.is_file() and path.parent != install
     }
     assert found == {
-        "share/p/package.xml",
-        f"{MODULES}/p/__init__.py",
-        f"{MODULES}/p/words.py",
-        "lib/p/tool",
-        "bin/tool",
-    }
+        "share/p/package.xml", f"{MODULES}/p/__init__.py", f"{MODULES}/p/words.py", "lib/p/tool", "bin/tool",
+    }  # fmt: skip
     assert os.access(install / "lib/p/tool", os.X_OK)
 
 
@@ -164,17 +160,13 @@ def test_a_script_that_a_setup_py_names_must_exist(workspace: Workspace) -> None
     assert result.built == ["q"]
 
 
-@pytest.mark.parametrize(
-    ("definition", "dependencies", "complaint"),
-    [
-        ("nope/X x\n", "nope", "p/msg/A.msg:1: there is no message type [nope/X]"),
-        ("int32 a\n\nB b\n", "", "p/msg/A.msg:3: there is no message type [p/B]"),
-        ("sensor_msgs/Image i\n", "", "generate_messages(DEPENDENCIES sensor_msgs)?"),
-        ("int32\n", "", "p/msg/A.msg:1:"),
-        ("Header h\nstd_msgs/String s\nduration d\n", "", ""),
-        ("sensor_msgs/Image i\n", "sensor_msgs", ""),
-    ],
-)
+@pytest.mark.parametrize(("definition", "dependencies", "complaint"), [
+    ("nope/X x\n", "nope", "p/msg/A.msg:1: there is no message type [nope/X]"),
+    ("int32 a\n\nB b\n", "", "p/msg/A.msg:3: there is no message type [p/B]"),
+    ("sensor_msgs/Image i\n", "", "generate_messages(DEPENDENCIES sensor_msgs)?"),
+    ("int32\n", "", "p/msg/A.msg:1:"), ("Header h\nstd_msgs/String s\nduration d\n", "", ""),
+    ("sensor_msgs/Image i\n", "sensor_msgs", ""),
+])  # fmt: skip
 def test_interfaces_are_checked(
     workspace: Workspace, definition: str, dependencies: str, complaint: str
 ) -> None:

@@ -30,17 +30,12 @@ def underlay(tmp_path: Path) -> Path:
 def test_a_workspace_sets_what_noetics_setup_files_set(devel: Path, tmp_path: Path) -> None:
     changes = workspace_environment(devel, [], {"PATH": "/bin", "PYTHONPATH": "/mine"})
     assert changes == {
-        "CMAKE_PREFIX_PATH": str(devel),
-        "LD_LIBRARY_PATH": f"{devel}/lib",
+        "CMAKE_PREFIX_PATH": str(devel), "LD_LIBRARY_PATH": f"{devel}/lib",
         "PYTHONPATH": f"{devel}/lib/python3/dist-packages:/mine",
-        "ROS_PACKAGE_PATH": f"{tmp_path}/ws/src:{SHIPPED}",
-        "ROS_DISTRO": "noetic",
-        "ROS_VERSION": "1",
-        "ROS_PYTHON_VERSION": "3",
-        "ROS_ROOT": f"{SHARED_PACKAGES}/ros",
-        "ROS_ETC_DIR": f"{SHARED_PACKAGES.parent}/etc/ros",
-        "ROS_MASTER_URI": "http://localhost:11311",
-    }
+        "ROS_PACKAGE_PATH": f"{tmp_path}/ws/src:{SHIPPED}", "ROS_DISTRO": "noetic", "ROS_VERSION": "1",
+        "ROS_PYTHON_VERSION": "3", "ROS_ROOT": f"{SHARED_PACKAGES}/ros",
+        "ROS_ETC_DIR": f"{SHARED_PACKAGES.parent}/etc/ros", "ROS_MASTER_URI": "http://localhost:11311",
+    }  # fmt: skip
 
 
 def test_the_folders_of_ros_exist(devel: Path) -> None:
@@ -104,13 +99,9 @@ def test_the_underlays_of_a_build_are_the_workspaces_that_are_set_up(devel: Path
     assert underlays_of_build(variables, devel) == [underlay]
 
 
-@pytest.mark.parametrize(
-    ("shell", "code"),
-    [
-        ("sh", "export A='it'\\''s $x'\n"),
-        ("fish", "set -gx A 'it\\'s $x'\n"),
-        ("powershell", "$env:A = 'it''s $x'\n"),
-    ],
-)
+@pytest.mark.parametrize(("shell", "code"), [
+    ("sh", "export A='it'\\''s $x'\n"), ("fish", "set -gx A 'it\\'s $x'\n"),
+    ("powershell", "$env:A = 'it''s $x'\n"),
+])  # fmt: skip
 def test_values_are_quoted_for_each_shell(shell: str, code: str) -> None:
     assert shell_code({"A": "it's $x"}, shell) == code

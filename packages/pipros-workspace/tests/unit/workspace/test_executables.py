@@ -74,8 +74,7 @@ def test_a_built_program_comes_first_and_relays_to_its_source(
     source = program(package.path / "scripts" / "talker.py")
     built = program(workspace.executables_of("p") / "talker.py")
     found = find_executables(package, "talker.py", [workspace])
-    assert found.runnable == (built, source)
-    assert found.relay == built
+    assert (found.runnable, found.relay) == ((built, source), built)
 
 
 def test_two_built_programs_are_not_a_relay(package: Package, workspace: BuiltWorkspace) -> None:

@@ -76,15 +76,11 @@ def programs(folder: Path, *names: str, code: int = 0) -> dict[str, str]:
     return {"PATH": str(folder)}
 
 
-@pytest.mark.parametrize(
-    ("names", "advice"),
-    [
-        ((), "apt install cmake make g++ catkin libroscpp-dev ros-message-generation"),
-        (("cmake", "make"), "apt install make g++"),
-        (("cmake", "c++"), "apt install make g++"),
-        (("cmake", "make", "c++"), "apt install catkin libroscpp-dev ros-message-generation"),
-    ],
-)
+@pytest.mark.parametrize(("names", "advice"), [
+    ((), "apt install cmake make g++ catkin libroscpp-dev ros-message-generation"),
+    (("cmake", "make"), "apt install make g++"), (("cmake", "c++"), "apt install make g++"),
+    (("cmake", "make", "c++"), "apt install catkin libroscpp-dev ros-message-generation"),
+])  # fmt: skip
 def test_missing_tools_are_named_with_the_packages_to_install(
     tmp_path: Path, names: tuple[str, ...], advice: str
 ) -> None:
@@ -173,8 +169,7 @@ def test_a_python_package_of_pipros_is_found_by_cmake_and_not_built(tmp_path: Pa
     assert sorted(path.name for path in (native / "src").iterdir()) == ["CMakeLists.txt", "arm"]
     configuration = native / "provided" / "share" / name / "cmake" / f"{name}Config.cmake"
     assert f"set({name}_FOUND_CATKIN_PROJECT TRUE)" in configuration.read_text()
-    prefix_path = (tmp_path / "prefix_path").read_text().strip()
-    assert prefix_path == f"{tmp_path / 'opt'}:{native / 'provided'}"
+    assert (tmp_path / "prefix_path").read_text().strip() == f"{tmp_path / 'opt'}:{native / 'provided'}"
     assert not any("is not installed" in line for line in lines)
 
 
@@ -213,12 +208,8 @@ def test_only_the_genuine_package_provides_cmake_commands(tmp_path: Path, name: 
 def test_genuine_catkin_gets_the_environment_of_its_own_distribution(prefix: str, distribution: str) -> None:
     """A hook of Debian's packages complains about another one, and its output would end the build."""
     sourced = {
-        "ROS_DISTRO": "noetic",
-        "ROS_ROOT": "/p/ros",
-        "ROS_ETC_DIR": "/p/etc",
-        "VIRTUAL_ENV": "/v",
-        "A": "b",
-    }
+        "ROS_DISTRO": "noetic", "ROS_ROOT": "/p/ros", "ROS_ETC_DIR": "/p/etc", "VIRTUAL_ENV": "/v", "A": "b",
+    }  # fmt: skip
 
     variables = native_environment(NativeTools("/usr/bin/cmake", Path(prefix)), sourced)
 

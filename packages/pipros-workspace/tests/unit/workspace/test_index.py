@@ -43,16 +43,11 @@ def test_a_name_inside_a_comment_is_not_the_name(tmp_path: Path) -> None:
     assert [package.name for package in PackageIndex([tmp_path])] == ["new"]
 
 
-@pytest.mark.parametrize(
-    "manifest",
-    [
-        "<package><name>two words</name><name>right</name>",
-        "<name><b>bold</b></name><name>\n right\t</name>",
-        "<!-- <name>a</name> --><!----><name>right</name><!-- <name>b</name>",
-        "<!-- never closed <name>right</name>",
-        "<na<!-- -->me>right</name>",
-    ],
-)
+@pytest.mark.parametrize("manifest", [
+    "<package><name>two words</name><name>right</name>", "<name><b>bold</b></name><name>\n right\t</name>",
+    "<!-- <name>a</name> --><!----><name>right</name><!-- <name>b</name>",
+    "<!-- never closed <name>right</name>", "<na<!-- -->me>right</name>",
+])  # fmt: skip
 def test_the_name_is_found_in_unusual_manifests(tmp_path: Path, manifest: str) -> None:
     add_package(tmp_path / "folder")
     (tmp_path / "folder" / "package.xml").write_text(manifest)
@@ -68,8 +63,7 @@ def test_a_package_without_a_name_has_that_of_its_folder(tmp_path: Path) -> None
 def test_the_earlier_folder_wins_and_the_duplicate_is_listed(tmp_path: Path) -> None:
     first, second = add_package(tmp_path / "overlay" / "p"), add_package(tmp_path / "underlay" / "p")
     index = PackageIndex([tmp_path / "overlay", tmp_path / "underlay"])
-    assert index.find("p").path == first
-    assert index.duplicates() == {"p": [first, second]}
+    assert (index.find("p").path, index.duplicates()) == (first, {"p": [first, second]})
 
 
 def test_packages_are_not_nested(tmp_path: Path) -> None:

@@ -29,17 +29,12 @@ def test_packages_follow_their_dependencies(tmp_path: Path) -> None:
     assert names(tmp_path) == ["d", "c", "b", "a"]
 
 
-@pytest.mark.parametrize(
-    ("condition", "variables", "is_needed"),
-    [
-        ("$ROS_PYTHON_VERSION == 3", {}, True),
-        ("$ROS_PYTHON_VERSION == 2", {}, False),
-        ("$ROS_DISTRO == noetic and $ROS_VERSION == 1", {}, True),
-        ("$ROS_DISTRO == noetic", {"ROS_DISTRO": "melodic"}, False),
-        ("$WITH_ARM == yes", {"WITH_ARM": "yes"}, True),
-        ("$WITH_ARM == yes", {}, False),
-    ],
-)
+@pytest.mark.parametrize(("condition", "variables", "is_needed"), [
+    ("$ROS_PYTHON_VERSION == 3", {}, True), ("$ROS_PYTHON_VERSION == 2", {}, False),
+    ("$ROS_DISTRO == noetic and $ROS_VERSION == 1", {}, True),
+    ("$ROS_DISTRO == noetic", {"ROS_DISTRO": "melodic"}, False),
+    ("$WITH_ARM == yes", {"WITH_ARM": "yes"}, True), ("$WITH_ARM == yes", {}, False),
+])  # fmt: skip
 def test_conditions_decide_what_a_package_depends_on(
     tmp_path: Path, condition: str, variables: dict[str, str], is_needed: bool
 ) -> None:
@@ -64,8 +59,7 @@ def test_the_closure_has_direct_and_indirect_dependencies(tmp_path: Path) -> Non
     add(tmp_path, "c")
     add(tmp_path, "other")
     packages = read_source_space(tmp_path, {}).packages
-    assert closure(packages, {"a"}) == {"a", "b", "c"}
-    assert closure(packages, {"c", "nope"}) == {"c"}
+    assert (closure(packages, {"a"}), closure(packages, {"c", "nope"})) == ({"a", "b", "c"}, {"c"})
     assert closure(packages, set()) == set()
 
 
@@ -77,22 +71,18 @@ def test_metapackages_are_built_and_dry_packages_are_not(tmp_path: Path) -> None
     assert package.is_metapackage
 
 
-@pytest.mark.parametrize(
-    ("manifest", "complaint"),
-    [
-        ("<package", "package.xml:1:"),
-        ("<package format='2'>\n<name>x</name>\n<oops>\n</package>", "package.xml:4:"),
-        ("<package format='2'><name>x</name></package>", "package.xml:1:"),
-        (
-            "<package format='9'><name>x</name></package>",
-            "package.xml:1:1: format must be 1, 2 or 3, got [9]",
-        ),
-        ("<package format='two'/>", "format must be 1, 2 or 3, got [two]"),
-        ("<other/>", "package.xml"),
-        ("<!DOCTYPE x []><package/>", "package.xml:1:"),
-        (MANIFEST.format(name="bad", rest="<depend>x</depend>" * 997), "at most 1000 elements, got 1002"),
-    ],
-)
+@pytest.mark.parametrize(("manifest", "complaint"), [
+    ("<package", "package.xml:1:"),
+    ("<package format='2'>\n<name>x</name>\n<oops>\n</package>", "package.xml:4:"),
+    ("<package format='2'><name>x</name></package>", "package.xml:1:"),
+    (
+        "<package format='9'><name>x</name></package>",
+        "package.xml:1:1: format must be 1, 2 or 3, got [9]",
+    ),
+    ("<package format='two'/>", "format must be 1, 2 or 3, got [two]"), ("<other/>", "package.xml"),
+    ("<!DOCTYPE x []><package/>", "package.xml:1:"),
+    (MANIFEST.format(name="bad", rest="<depend>x</depend>" * 997), "at most 1000 elements, got 1002"),
+])  # fmt: skip
 def test_a_broken_manifest_is_reported_with_its_place(tmp_path: Path, manifest: str, complaint: str) -> None:
     add(tmp_path, "good")
     add(tmp_path, "bad")

@@ -31,18 +31,12 @@ def test_missing_elements_are_empty_and_the_name_is_that_of_the_folder(tmp_path:
     assert (manifest.name, manifest.version, manifest.dependencies, manifest.exports) == ("robot", "", (), ())
 
 
-@pytest.mark.parametrize(
-    ("element", "kinds"),
-    [
-        ("run_depend", {"build_export_depends", "exec_depends"}),
-        ("depend", {"build_depends", "build_export_depends", "exec_depends"}),
-        ("exec_depend", {"exec_depends"}),
-        ("test_depend", {"test_depends"}),
-        ("doc_depend", {"doc_depends"}),
-        ("buildtool_depend", {"buildtool_depends"}),
-        ("conflict", set()),
-    ],
-)
+@pytest.mark.parametrize(("element", "kinds"), [
+    ("run_depend", {"build_export_depends", "exec_depends"}),
+    ("depend", {"build_depends", "build_export_depends", "exec_depends"}),
+    ("exec_depend", {"exec_depends"}), ("test_depend", {"test_depends"}), ("doc_depend", {"doc_depends"}),
+    ("buildtool_depend", {"buildtool_depends"}), ("conflict", set()),
+])  # fmt: skip
 def test_elements_are_parsed_to_these_lists(tmp_path: Path, element: str, kinds: set[str]) -> None:
     manifest = read_manifest(write(tmp_path, f"<package><{element}> x </{element}><{element}/></package>"))
     assert {kind for kind, _ in manifest.dependencies} == kinds
@@ -50,17 +44,11 @@ def test_elements_are_parsed_to_these_lists(tmp_path: Path, element: str, kinds:
     assert manifest.depends("exec_depends") == (["x"] if "exec_depends" in kinds else [])
 
 
-@pytest.mark.parametrize(
-    ("condition", "holds"),
-    [
-        ("$ROS_PYTHON_VERSION == 3", True),
-        ("$ROS_PYTHON_VERSION==2", False),
-        ("$ROS_VERSION != 2", True),
-        ("$ROS_DISTRO == 'noetic' and $ROS_VERSION == \"1\"", True),
-        ("$ROS_DISTRO == noetic and $ROS_PYTHON_VERSION == 2", False),
-        ("", True),
-    ],
-)
+@pytest.mark.parametrize(("condition", "holds"), [
+    ("$ROS_PYTHON_VERSION == 3", True), ("$ROS_PYTHON_VERSION==2", False), ("$ROS_VERSION != 2", True),
+    ("$ROS_DISTRO == 'noetic' and $ROS_VERSION == \"1\"", True),
+    ("$ROS_DISTRO == noetic and $ROS_PYTHON_VERSION == 2", False), ("", True),
+])  # fmt: skip
 def test_conditions_have_the_values_of_noetic(tmp_path: Path, condition: str, holds: bool) -> None:
     quoted = condition.replace('"', "&quot;")
     manifest = read_manifest(write(tmp_path, f'<package><depend condition="{quoted}">x</depend></package>'))
@@ -74,8 +62,7 @@ def test_a_dry_manifest_has_other_tags(tmp_path: Path) -> None:
     )
     manifest = read_manifest(write(tmp_path / "old", content, "manifest.xml"))
     assert (manifest.name, manifest.is_dry, manifest.rosdeps) == ("old", True, ("boost",))
-    assert manifest.depends("exec_depends") == ["a"]
-    assert manifest.exports[0].attributes == {"cflags": "-I"}
+    assert (manifest.depends("exec_depends"), manifest.exports[0].attributes) == (["a"], {"cflags": "-I"})
 
 
 @pytest.mark.parametrize("content", ["<package", "<other/>", "", "<!DOCTYPE a []><package/>"])
@@ -97,10 +84,7 @@ def test_the_profile_marks_folders_without_packages(tmp_path: Path) -> None:
     assert lines[0].startswith("Full tree crawl took ")
     marks = {line[11:]: line[9] for line in lines[6:]}
     assert marks == {
-        f"{tmp_path}/": " ",
-        f"{tmp_path}/a": " ",
-        f"{tmp_path}/b": "*",
-        f"{tmp_path}/nowhere/": "*",
-    }
+        f"{tmp_path}/": " ", f"{tmp_path}/a": " ", f"{tmp_path}/b": "*", f"{tmp_path}/nowhere/": "*",
+    }  # fmt: skip
     assert len(crawl_times([tmp_path], 1)) == 7
     assert crawl_times([tmp_path], 20, only_empty=True) == [f"{tmp_path}/b"]

@@ -10,8 +10,7 @@ from pipros_workspace.overlays import BuiltWorkspace, built_workspaces
 
 
 @pytest.mark.parametrize(
-    ("marker", "sources"),
-    [("", ()), ("/a", ("/a",)), ("/a;/b", ("/a", "/b")), (" /a ; ;/b\n", ("/a", "/b"))],
+    ("marker", "sources"), [("", ()), ("/a", ("/a",)), ("/a;/b", ("/a", "/b")), (" /a ; ;/b\n", ("/a", "/b"))]
 )
 def test_the_marker_lists_the_source_folders(tmp_path: Path, marker: str, sources: tuple[str, ...]) -> None:
     (tmp_path / ".catkin").write_text(marker)
@@ -29,8 +28,7 @@ def test_folders_without_a_marker_are_left_out_and_the_order_stays(tmp_path: Pat
     prefixes = [
         workspace.prefix.name for workspace in built_workspaces({"CMAKE_PREFIX_PATH": f"{path}{os.pathsep}"})
     ]
-    assert prefixes == ["upper", "lower"]
-    assert built_workspaces({}) == ()
+    assert (prefixes, built_workspaces({})) == (["upper", "lower"], ())
 
 
 def hook(workspace: Path, name: str) -> None:
@@ -39,16 +37,12 @@ def hook(workspace: Path, name: str) -> None:
     file.touch()
 
 
-@pytest.mark.parametrize(
-    ("shell", "expected"),
-    [
-        ("sh", ["lower/05.b.sh", "upper/00.z.sh", "upper/10.a.sh"]),
-        ("bash", ["lower/05.b.sh", "upper/00.z.sh", "upper/10.a.sh", "lower/10.a.bash"]),
-        ("zsh", ["lower/05.b.sh", "upper/00.z.sh", "upper/10.a.sh"]),
-        ("fish", ["upper/10.a.fish"]),
-        ("powershell", []),
-    ],
-)
+@pytest.mark.parametrize(("shell", "expected"), [
+    ("sh", ["lower/05.b.sh", "upper/00.z.sh", "upper/10.a.sh"]),
+    ("bash", ["lower/05.b.sh", "upper/00.z.sh", "upper/10.a.sh", "lower/10.a.bash"]),
+    ("zsh", ["lower/05.b.sh", "upper/00.z.sh", "upper/10.a.sh"]), ("fish", ["upper/10.a.fish"]),
+    ("powershell", []),
+])  # fmt: skip
 def test_hooks_run_from_the_underlay_up_and_each_name_once(
     tmp_path: Path, shell: str, expected: list[str]
 ) -> None:

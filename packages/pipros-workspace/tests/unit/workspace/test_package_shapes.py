@@ -31,56 +31,44 @@ def workspace(
     return Workspace(tmp_path)
 
 
-@pytest.mark.parametrize(
-    "cmake",
-    [
-        "find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()",
-        "find_package(catkin REQUIRED)\ncatkin_package()\ncatkin_python_setup()",
-        "find_package(catkin REQUIRED message_generation)\ncatkin_python_setup()\n"
-        f"{MESSAGES}catkin_package()",
-    ],
-)
+@pytest.mark.parametrize("cmake", [
+    "find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()",
+    "find_package(catkin REQUIRED)\ncatkin_package()\ncatkin_python_setup()",
+    "find_package(catkin REQUIRED message_generation)\ncatkin_python_setup()\n"
+    f"{MESSAGES}catkin_package()",
+])  # fmt: skip
 def test_python_setup_may_come_anywhere_before_messages(workspace: Workspace, cmake: str) -> None:
     workspace.add("p", cmake, msg__A_dot_msg="int32 a\n", setup_dot_py=SETUP, src__p__a_dot_py="")
     assert workspace.build().errors == []
     assert (workspace.layout.devel / "lib/python3/dist-packages/p/__init__.py").is_file()
 
 
-@pytest.mark.parametrize(
-    ("cmake", "complaint"),
-    [
-        (
-            f"find_package(catkin REQUIRED message_generation)\n{MESSAGES}catkin_python_setup()",
-            "generate_messages() must be called after catkin_python_setup()",
-        ),
-        (
-            "find_package(catkin REQUIRED dynamic_reconfigure)\n"
-            "generate_dynamic_reconfigure_options(cfg/P.cfg)\ncatkin_python_setup()",
-            "generate_dynamic_reconfigure_options() must be called after catkin_python_setup()",
-        ),
-        ("find_package(catkin REQUIRED)\ncatkin_python_setup(p)", "called with unused arguments: p"),
-        ("find_package(catkin rospy)", 'invalid argument "rospy"'),
-        ("find_package(catkin REQUIRED QUIET rospy)", 'invalid argument "rospy"'),
-    ],
-)
+@pytest.mark.parametrize(("cmake", "complaint"), [
+    (
+        f"find_package(catkin REQUIRED message_generation)\n{MESSAGES}catkin_python_setup()",
+        "generate_messages() must be called after catkin_python_setup()",
+    ),
+    (
+        "find_package(catkin REQUIRED dynamic_reconfigure)\n"
+        "generate_dynamic_reconfigure_options(cfg/P.cfg)\ncatkin_python_setup()",
+        "generate_dynamic_reconfigure_options() must be called after catkin_python_setup()",
+    ),
+    ("find_package(catkin REQUIRED)\ncatkin_python_setup(p)", "called with unused arguments: p"),
+    ("find_package(catkin rospy)", 'invalid argument "rospy"'),
+    ("find_package(catkin REQUIRED QUIET rospy)", 'invalid argument "rospy"'),
+])  # fmt: skip
 def test_packages_refused_by_catkin_are_refused(workspace: Workspace, cmake: str, complaint: str) -> None:
     workspace.add("p", cmake, msg__A_dot_msg="int32 a\n", setup_dot_py=SETUP)
     (error,) = workspace.build().errors
     assert complaint in error
 
 
-@pytest.mark.parametrize(
-    ("arguments", "found"),
-    [
-        ("REQUIRED rospy std_msgs", "1 1"),
-        ("REQUIRED COMPONENTS rospy std_msgs", "1 1"),
-        ("COMPONENTS rospy REQUIRED std_msgs", "1 1"),
-        ("0.5 EXACT REQUIRED COMPONENTS rospy OPTIONAL_COMPONENTS std_msgs", "1 1"),
-        ("0.5...<2.0 REQUIRED rospy NO_MODULE", "1 "),
-        ("QUIET COMPONENTS rospy nope", "1 "),
-        ("REQUIRED", " "),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "found"), [
+    ("REQUIRED rospy std_msgs", "1 1"), ("REQUIRED COMPONENTS rospy std_msgs", "1 1"),
+    ("COMPONENTS rospy REQUIRED std_msgs", "1 1"),
+    ("0.5 EXACT REQUIRED COMPONENTS rospy OPTIONAL_COMPONENTS std_msgs", "1 1"),
+    ("0.5...<2.0 REQUIRED rospy NO_MODULE", "1 "), ("QUIET COMPONENTS rospy nope", "1 "), ("REQUIRED", " "),
+])  # fmt: skip
 def test_components_are_found_wherever_they_are_named(
     workspace: Workspace, arguments: str, found: str
 ) -> None:
@@ -104,8 +92,7 @@ def test_versions_of_what_was_found_are_known(workspace: Workspace) -> None:
 
 
 @pytest.mark.parametrize(
-    ("environment", "printed"),
-    [({}, "noetic 1 3"), ({"ROS_DISTRO": "one", "ROS_VERSION": "1"}, "one 1 3")],
+    ("environment", "printed"), [({}, "noetic 1 3"), ({"ROS_DISTRO": "one", "ROS_VERSION": "1"}, "one 1 3")]
 )
 def test_the_distribution_is_in_the_environment(
     workspace: Workspace, environment: dict[str, str], printed: str
@@ -188,8 +175,7 @@ def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
     assert f"{folder / 'CMakeLists.txt'}:5: the package [cfg] " in error
     assert "and has `.cfg` files, but" in error
     assert "genuine dynamic_reconfigure is not installed" in error
-    assert result.skipped == {"cpp_user": "cfg"}
-    assert set(result.built) == {"cpp", "user"}
+    assert (result.skipped, set(result.built)) == ({"cpp_user": "cfg"}, {"cpp", "user"})
 
     config = tmp_path / "opt/lib/x86_64-linux-gnu/cmake/dynamic_reconfigure/dynamic_reconfigureConfig.cmake"
     config.parent.mkdir(parents=True)
@@ -221,7 +207,6 @@ def test_packages_may_use_actions_and_parameters_of_packages_in_their_workspace(
         cfg__P_dot_cfg=CFG,
     )
     result = workspace.build()
-    assert result.errors == []
-    assert result.built == ["actionlib_msgs", "dynamic_reconfigure", "p"]
+    assert (result.errors, result.built) == ([], ["actionlib_msgs", "dynamic_reconfigure", "p"])
     assert "Generating Python from ACTION p/Go" in workspace.lines
     assert "Generating dynamic reconfigure files from cfg/P.cfg" in "\n".join(workspace.lines)

@@ -57,12 +57,8 @@ def test_the_setup_file_is_powershell(tmp_path: Path, monkeypatch: pytest.Monkey
     write_setup_files(tmp_path, [tmp_path / "src"], [])
     root = read((tmp_path / "setup.ps1").read_text("utf-8"))
     assert texts(root, "command_name") == [
-        "Test-Path",
-        "Where-Object",
-        "Out-String",
-        "Invoke-Expression",
-        "Remove-Variable",
-    ]
+        "Test-Path", "Where-Object", "Out-String", "Invoke-Expression", "Remove-Variable",
+    ]  # fmt: skip
     assert python in values_of(root)
     for literal in texts(root, "verbatim_string_characters"):
         assert '"' not in literal, "PowerShell before 7.3 loses such quotes on the way to a program"

@@ -47,14 +47,10 @@ def test_a_script_without_a_first_line_is_run_by_the_shell(tmp_path: Path) -> No
     assert command_of(script) == ["/bin/sh", str(script)]
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "is_python"),
-    [
-        ("talker", "#!/usr/bin/env python3\n", True),
-        ("talker.py", "import rospy\n", True),
-        ("talker.exe", "MZ python", False),
-    ],
-)
+@pytest.mark.parametrize(("name", "content", "is_python"), [
+    ("talker", "#!/usr/bin/env python3\n", True),
+    ("talker.py", "import rospy\n", True), ("talker.exe", "MZ python", False),
+])  # fmt: skip
 def test_windows_runs_python_scripts_with_the_own_interpreter(
     name: str, content: str, is_python: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -83,14 +79,11 @@ def test_on_windows_a_program_can_print_any_text(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.needs("first lines")
-@pytest.mark.parametrize(
-    ("content", "complaint"),
-    [
-        ("import rospy\n", "make '#!/usr/bin/env python3' its first line"),
-        ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line endings"),
-        ("#!/opt/none/ruby\n", "/opt/none/ruby, which does not exist"),
-    ],
-)
+@pytest.mark.parametrize(("content", "complaint"), [
+    ("import rospy\n", "make '#!/usr/bin/env python3' its first line"),
+    ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line endings"),
+    ("#!/opt/none/ruby\n", "/opt/none/ruby, which does not exist"),
+])  # fmt: skip
 def test_a_bad_first_line_is_explained(tmp_path: Path, content: str, complaint: str) -> None:
     assert complaint in (why_not_startable(program(tmp_path / "talker.py", content)) or "")
 

@@ -45,76 +45,61 @@ def test_every_ros_package_that_cmake_finds_on_debian_is_found(folder: Path, nam
     assert ([component for component, _ in project.components], project.needs_cmake) == ([name], [])
 
 
-@pytest.mark.parametrize(
-    ("text", "interfaces"),
-    [
-        ("add_message_files(FILES A.msg B.msg)", ["msg A msg", "msg B msg"]),
-        ("add_message_files()", ["msg A msg", "msg B msg"]),
-        ("add_message_files(DIRECTORY msg FILES B.msg NOINSTALL)", ["msg B None"]),
-        ("add_service_files(FILES S.srv)\nadd_message_files(FILES A.msg)", ["srv S srv", "msg A msg"]),
-        ("add_action_files(DIRECTORY action)", ["action D action"]),
-        ("set(M A.msg)\nadd_message_files(FILES ${M} ${NOPE})", ["msg A msg"]),
-    ],
-)
+@pytest.mark.parametrize(("text", "interfaces"), [
+    ("add_message_files(FILES A.msg B.msg)", ["msg A msg", "msg B msg"]),
+    ("add_message_files()", ["msg A msg", "msg B msg"]),
+    ("add_message_files(DIRECTORY msg FILES B.msg NOINSTALL)", ["msg B None"]),
+    ("add_service_files(FILES S.srv)\nadd_message_files(FILES A.msg)", ["srv S srv", "msg A msg"]),
+    ("add_action_files(DIRECTORY action)", ["action D action"]),
+    ("set(M A.msg)\nadd_message_files(FILES ${M} ${NOPE})", ["msg A msg"]),
+])  # fmt: skip
 def test_interfaces(folder: Path, text: str, interfaces: list[str]) -> None:
     found = read(folder, FIND + text).interfaces
     assert [f"{interface.kind} {interface.name} {interface.folder}" for interface in found] == interfaces
     assert all(Path(interface.path).is_file() for interface in found)
 
 
-@pytest.mark.parametrize(
-    ("text", "tests"),
-    [
-        ("add_rostest(test/x.test)", [("rostest", "test/x.test", ())]),
-        ("add_rostest(test/x.test ARGS a:=1 DEPENDENCIES d)", [("rostest", "test/x.test", ("a:=1",))]),
-        ("catkin_add_nosetests(test)", [("python", "test", ())]),
-        ("catkin_add_nosetests(test/test_it.py)", [("python", "test/test_it.py", ())]),
-        (
-            "roslaunch_add_file_check(launch a:=1 IGNORE_UNSET_ARGS)",
-            [("roslaunch", "launch", ("-i", "a:=1"))],
-        ),
-        ("add_rostest_gtest(mine test/x.test x.cpp)", [("rostest", "test/x.test", ())]),
-        ("catkin_add_gtest(mine x.cpp)", [("gtest", "", ())]),
-        ("if(NOT CATKIN_ENABLE_TESTING)\nadd_rostest(test/x.test)\nendif()", []),
-    ],
-)
+@pytest.mark.parametrize(("text", "tests"), [
+    ("add_rostest(test/x.test)", [("rostest", "test/x.test", ())]),
+    ("add_rostest(test/x.test ARGS a:=1 DEPENDENCIES d)", [("rostest", "test/x.test", ("a:=1",))]),
+    ("catkin_add_nosetests(test)", [("python", "test", ())]),
+    ("catkin_add_nosetests(test/test_it.py)", [("python", "test/test_it.py", ())]),
+    (
+        "roslaunch_add_file_check(launch a:=1 IGNORE_UNSET_ARGS)",
+        [("roslaunch", "launch", ("-i", "a:=1"))],
+    ),
+    ("add_rostest_gtest(mine test/x.test x.cpp)", [("rostest", "test/x.test", ())]),
+    ("catkin_add_gtest(mine x.cpp)", [("gtest", "", ())]),
+    ("if(NOT CATKIN_ENABLE_TESTING)\nadd_rostest(test/x.test)\nendif()", []),
+])  # fmt: skip
 def test_tests(folder: Path, text: str, tests: list[tuple[str, str, tuple[str, ...]]]) -> None:
     found = read(folder, FIND + text).tests
     assert [(test.kind, test.written, test.arguments) for test in found] == tests
     assert all(test.place == f"{folder / 'CMakeLists.txt'}:2" for test in found)
 
 
-@pytest.mark.parametrize(
-    ("text", "sources"),
-    [
-        ("install(FILES a b DESTINATION d)", ["a", "b"]),
-        ("install(DIRECTORY launch DESTINATION d)", ["launch"]),
-        ("catkin_install_python(PROGRAMS scripts/a.py DESTINATION d)", ["scripts/a.py"]),
-        ("install(TARGETS x RUNTIME DESTINATION d)", []),
-        ('install(CODE "message(x)")', [""]),
-        ("install(SCRIPT cmake/p.cmake)", ["cmake/p.cmake"]),
-    ],
-)
+@pytest.mark.parametrize(("text", "sources"), [
+    ("install(FILES a b DESTINATION d)", ["a", "b"]), ("install(DIRECTORY launch DESTINATION d)", ["launch"]),
+    ("catkin_install_python(PROGRAMS scripts/a.py DESTINATION d)", ["scripts/a.py"]),
+    ("install(TARGETS x RUNTIME DESTINATION d)", []), ('install(CODE "message(x)")', [""]),
+    ("install(SCRIPT cmake/p.cmake)", ["cmake/p.cmake"]),
+])  # fmt: skip
 def test_installations(folder: Path, text: str, sources: list[str]) -> None:
     found = read(folder, text).installations
     assert [item.source.removeprefix(f"{folder.as_posix()}/") for item in found] == sources
     assert all(item.is_python == text.startswith("catkin_install") for item in found)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("add_executable(x x.cpp)", "compiles [x]"),
-        ("add_library(y SHARED y.cpp)", "compiles [y]"),
-        ("try_run(A B . x.cpp)", "needs try_run(), which only CMake itself can execute"),
-        ("add_custom_target(t ALL COMMAND a | b)", "needs the shell that [a | b] needs"),
-        ("add_custom_target(t COMMAND $<TARGET_FILE:x>)", "needs the generator expression $<TARGET_FILE:x>"),
-        (
-            "find_package(Foreign)\nforeign_command()",
-            "needs foreign_command(), which another package provides",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("add_executable(x x.cpp)", "compiles [x]"), ("add_library(y SHARED y.cpp)", "compiles [y]"),
+    ("try_run(A B . x.cpp)", "needs try_run(), which only CMake itself can execute"),
+    ("add_custom_target(t ALL COMMAND a | b)", "needs the shell that [a | b] needs"),
+    ("add_custom_target(t COMMAND $<TARGET_FILE:x>)", "needs the generator expression $<TARGET_FILE:x>"),
+    (
+        "find_package(Foreign)\nforeign_command()",
+        "needs foreign_command(), which another package provides",
+    ),
+])  # fmt: skip
 def test_targets_that_need_genuine_catkin_are_found_with_their_line(
     folder: Path, text: str, reason: str
 ) -> None:
@@ -124,41 +109,31 @@ def test_targets_that_need_genuine_catkin_are_found_with_their_line(
     assert (target.file, target.line) == (project.file, text.count("\n") + 1)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "include_directories(${catkin_INCLUDE_DIRS})\nadd_definitions(-DX)",
-        "set_target_properties(x PROPERTIES A b)",
-        "add_library(headers INTERFACE)",
-        "add_library(x ALIAS y)",
-        "find_package(catkin REQUIRED COMPONENTS nodelet)\nclass_loader_hide_library_symbols(x)",
-        "find_package(Boost REQUIRED)\nfind_package(Python3)",
-        "enable_testing()\ninclude(CTest)",
-    ],
-)
+@pytest.mark.parametrize("text", [
+    "include_directories(${catkin_INCLUDE_DIRS})\nadd_definitions(-DX)",
+    "set_target_properties(x PROPERTIES A b)", "add_library(headers INTERFACE)", "add_library(x ALIAS y)",
+    "find_package(catkin REQUIRED COMPONENTS nodelet)\nclass_loader_hide_library_symbols(x)",
+    "find_package(Boost REQUIRED)\nfind_package(Python3)", "enable_testing()\ninclude(CTest)",
+])  # fmt: skip
 def test_commands_for_compilers_have_no_effect(folder: Path, text: str) -> None:
     assert read(folder, text).needs_cmake == []
 
 
-@pytest.mark.parametrize(
-    ("text", "complaint", "line"),
-    [
-        ("project(other)", "The project is named [other], but package.xml names the package [p]", 1),
-        ("add_message_files(FILES A.msg)", "It comes with message_generation", 1),
-        (FIND + "add_message_files(FILES Nope.msg)", "was given a file that does not exist", 2),
-        (FIND + "catkin_package()\ngenerate_messages()", "must be called before catkin_package()", 3),
-        ("catkin_package(INCLUDE_DIRS nope)", "include dir 'nope' does not exist", 1),
-        ("catkin_package(CFG_EXTRAS nope.cmake)", "could not find CFG_EXTRAS file", 1),
-        ("catkin_python_setup()", "called without 'setup.py'", 1),
-        ("catkin_add_env_hooks(99.nope SHELLS sh)", "could not find environment hook", 1),
-        ("catkin_install_python(PROGRAMS nope.py DESTINATION d)", "cannot find the script", 1),
-        ("install(FILES a)", "given no DESTINATION", 1),
-        ("add_rostest(test/x.test)", "It comes with rostest", 1),
-        (FIND + "add_rostest(nope.test)", "was given a file that does not exist", 2),
-        ("\nadd_mesage_files()", "Did you mean add_message_files?", 2),
-        ('message(FATAL_ERROR "a reason")', "a reason", 1),
-    ],
-)
+@pytest.mark.parametrize(("text", "complaint", "line"), [
+    ("project(other)", "The project is named [other], but package.xml names the package [p]", 1),
+    ("add_message_files(FILES A.msg)", "It comes with message_generation", 1),
+    (FIND + "add_message_files(FILES Nope.msg)", "was given a file that does not exist", 2),
+    (FIND + "catkin_package()\ngenerate_messages()", "must be called before catkin_package()", 3),
+    ("catkin_package(INCLUDE_DIRS nope)", "include dir 'nope' does not exist", 1),
+    ("catkin_package(CFG_EXTRAS nope.cmake)", "could not find CFG_EXTRAS file", 1),
+    ("catkin_python_setup()", "called without 'setup.py'", 1),
+    ("catkin_add_env_hooks(99.nope SHELLS sh)", "could not find environment hook", 1),
+    ("catkin_install_python(PROGRAMS nope.py DESTINATION d)", "cannot find the script", 1),
+    ("install(FILES a)", "given no DESTINATION", 1), ("add_rostest(test/x.test)", "It comes with rostest", 1),
+    (FIND + "add_rostest(nope.test)", "was given a file that does not exist", 2),
+    ("\nadd_mesage_files()", "Did you mean add_message_files?", 2),
+    ('message(FATAL_ERROR "a reason")', "a reason", 1),
+])  # fmt: skip
 def test_mistakes_have_their_line(folder: Path, text: str, complaint: str, line: int) -> None:
     with pytest.raises(CMakeError) as error:
         read(folder, text)

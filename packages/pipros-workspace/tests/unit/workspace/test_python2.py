@@ -12,19 +12,12 @@ from tests.support.environments import SOURCES, files_below
 TABS = "def f():\n    if True:\n\treturn 1\n        return 2\n"
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "print 'hello'\n",
-        'import rospy\nprint "x = %d" % 3\n',
-        "import sys\nprint >>sys.stderr, 1\nprint 1\n",
-        "try:\n    f()\nexcept ValueError, error:\n    pass\n",
-        "raise ValueError, 'x'\n",
-        "if 1 <> 2: pass\n",
-        "x = `1`\n",
-        "import os\nos.chmod('x', 0755)\n",
-    ],
-)
+@pytest.mark.parametrize("text", [
+    "print 'hello'\n", 'import rospy\nprint "x = %d" % 3\n',
+    "import sys\nprint >>sys.stderr, 1\nprint 1\n",
+    "try:\n    f()\nexcept ValueError, error:\n    pass\n", "raise ValueError, 'x'\n",
+    "if 1 <> 2: pass\n", "x = `1`\n", "import os\nos.chmod('x', 0755)\n",
+])  # fmt: skip
 def test_python_2_is_recognised(tmp_path: Path, text: str) -> None:
     script = tmp_path / "script.py"
     script.write_text(text)
@@ -52,10 +45,7 @@ def test_tabs_are_converted_first(tmp_path: Path) -> None:
     assert advice.index("expand -t 8") < advice.index("fissix")
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["print('x')\n", "print ('x')\n", "def f(:\n", "x = '<>'\n", "\tprint(1)\n"],
-)
+@pytest.mark.parametrize("text", ["print('x')\n", "print ('x')\n", "def f(:\n", "x = '<>'\n", "\tprint(1)\n"])
 def test_python_3_gets_no_advice(tmp_path: Path, text: str) -> None:
     script = tmp_path / "script.py"
     script.write_text(text)

@@ -35,16 +35,10 @@ def test_an_option_in_the_first_line_is_kept(tmp_path: Path, first_line: str) ->
     assert command_of(talker, variables={}) == [sys.executable, "-u", str(talker)]
 
 
-@pytest.mark.parametrize(
-    "rospy_in",
-    [
-        "lib/python3/dist-packages",
-        "lib/python3.11/site-packages",
-        "lib/python3.11/dist-packages",
-        "lib64/python3.11/site-packages",
-        "local/lib/python3.11/dist-packages",
-    ],
-)
+@pytest.mark.parametrize("rospy_in", [
+    "lib/python3/dist-packages", "lib/python3.11/site-packages", "lib/python3.11/dist-packages",
+    "lib64/python3.11/site-packages", "local/lib/python3.11/dist-packages",
+])  # fmt: skip
 def test_an_interpreter_with_rospy_is_used(tmp_path: Path, rospy_in: str) -> None:
     other = make_interpreter(tmp_path / "usr", rospy_in=rospy_in)
     talker = script(tmp_path / "ws", f"#!{other}")

@@ -16,22 +16,19 @@ def write(folder: Path, text: str, *packages: str) -> str:
     return str(folder)
 
 
-@pytest.mark.parametrize(
-    ("text", "packages"),
-    [
-        ("from setuptools import setup\nsetup(packages=['a'])", {"a": "a"}),
-        ("from distutils.core import setup\nsetup(packages=['a'], package_dir={'': 'src'})", {"a": "src/a"}),
-        ("import setuptools\nsetuptools.setup(packages=['a', 'a.b'], package_dir={'a': 'x'})",
-         {"a": "x", "a.b": "x/b"}),
-        ("from setuptools import setup\nsetup(packages=['a.b'], package_dir={'': 'src/'})",
-         {"a.b": "src/a/b"}),
-        ("from setuptools import setup, find_packages\n"
-         "setup(packages=find_packages('src'), package_dir={'': 'src'})",
-         {"found": "src/found"}),
-        ("from setuptools import setup\nsetup()", {}),
-        ("print('talks')\nfrom setuptools import setup\nsetup(packages=['a'])\nprint('a lot')", {"a": "a"}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "packages"), [
+    ("from setuptools import setup\nsetup(packages=['a'])", {"a": "a"}),
+    ("from distutils.core import setup\nsetup(packages=['a'], package_dir={'': 'src'})", {"a": "src/a"}),
+    ("import setuptools\nsetuptools.setup(packages=['a', 'a.b'], package_dir={'a': 'x'})",
+     {"a": "x", "a.b": "x/b"}),
+    ("from setuptools import setup\nsetup(packages=['a.b'], package_dir={'': 'src/'})",
+     {"a.b": "src/a/b"}),
+    ("from setuptools import setup, find_packages\n"
+     "setup(packages=find_packages('src'), package_dir={'': 'src'})",
+     {"found": "src/found"}),
+    ("from setuptools import setup\nsetup()", {}),
+    ("print('talks')\nfrom setuptools import setup\nsetup(packages=['a'])\nprint('a lot')", {"a": "a"}),
+])  # fmt: skip
 def test_packages_are_in_the_folders_of_the_setup(
     tmp_path: Path, text: str, packages: dict[str, str]
 ) -> None:
@@ -57,8 +54,7 @@ def test_packages_are_found_without_setuptools(tmp_path: Path) -> None:
         environment.setenv("PYTHONPATH", str(tmp_path))
         found = read_setup_py(folder).packages
 
-    assert set(found) == {"a", "a.b"}
-    assert found == with_setuptools
+    assert (set(found), found) == ({"a", "a.b"}, with_setuptools)
 
 
 def test_scripts_are_absolute(tmp_path: Path) -> None:
@@ -91,14 +87,10 @@ def test_a_setup_reads_the_variables_of_noetic_in_a_bare_shell(
     assert set(read_setup_py(write(tmp_path, text)).packages) == {"one", "noetic", "3"}
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("raise RuntimeError('no way')", "no way"),
-        ("def", "SyntaxError"),
-        ("import sys\nsys.exit(3)", "it ended with exit status 3"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("raise RuntimeError('no way')", "no way"), ("def", "SyntaxError"),
+    ("import sys\nsys.exit(3)", "it ended with exit status 3"),
+])  # fmt: skip
 def test_a_setup_that_fails_is_quoted(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(SetupPyError, match=r"setup\.py failed") as error:
         read_setup_py(write(tmp_path, text))
@@ -110,22 +102,19 @@ def test_a_setup_without_an_end_is_ended(tmp_path: Path) -> None:
         read_setup_py(write(tmp_path, "import threading\nthreading.Event().wait()"), limit_s=0.2)
 
 
-@pytest.mark.parametrize(
-    ("text", "packages"),
-    [
-        ("from setuptools import find_namespace_packages, setup\n"
-         "setup(packages=find_namespace_packages('src'), package_dir={'': 'src'})",
-         {"found": "src/found"}),
-        ("from setuptools import Command, setup\nfrom setuptools.command.install import install\n"
-         "class Mine(install): pass\nsetup(packages=['found'], cmdclass={'install': Mine})",
-         {"found": "found"}),
-        ("from pathlib import Path\nfrom setuptools import setup\n"
-         "setup(packages=('found',), package_dir={'': Path('src')})", {"found": "src/found"}),
-        ("from distutils.core import setup\nfrom distutils.util import convert_path\n"
-         "setup(packages={'found': 1}.keys(), package_dir={'': convert_path('src')})",
-         {"found": "src/found"}),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "packages"), [
+    ("from setuptools import find_namespace_packages, setup\n"
+     "setup(packages=find_namespace_packages('src'), package_dir={'': 'src'})",
+     {"found": "src/found"}),
+    ("from setuptools import Command, setup\nfrom setuptools.command.install import install\n"
+     "class Mine(install): pass\nsetup(packages=['found'], cmdclass={'install': Mine})",
+     {"found": "found"}),
+    ("from pathlib import Path\nfrom setuptools import setup\n"
+     "setup(packages=('found',), package_dir={'': Path('src')})", {"found": "src/found"}),
+    ("from distutils.core import setup\nfrom distutils.util import convert_path\n"
+     "setup(packages={'found': 1}.keys(), package_dir={'': convert_path('src')})",
+     {"found": "src/found"}),
+])  # fmt: skip
 def test_a_setup_may_use_all_of_setuptools(tmp_path: Path, text: str, packages: dict[str, str]) -> None:
     setup = read_setup_py(write(tmp_path, text, "src/found"))
     assert setup.packages == {name: str(tmp_path / path) for name, path in packages.items()}
@@ -142,7 +131,7 @@ def test_modules_data_files_and_entry_points_are_read(tmp_path: Path) -> None:
     )
     assert setup.modules == {"lone": f"{tmp_path}/src/lone.py"}
     assert [(target, path.removeprefix(f"{tmp_path}/")) for target, path in setup.data_files] == [
-        *(("share/p", "x.txt"), ("share/p", "y/z.txt"), ("", "top.txt")),
+        *(("share/p", "x.txt"), ("share/p", "y/z.txt"), ("", "top.txt"))
     ]
     assert setup.entry_points == {"arm": "a.cli:main"}
     assert setup.left_out == [
@@ -150,22 +139,19 @@ def test_modules_data_files_and_entry_points_are_read(tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    "declared",
-    [
-        {"console_scripts": ["arm = a.cli:main", "leg=a.leg:Leg.main [fast]"], "other": ["x = a:b"]},
-        {
-            "console_scripts": "\n  arm = a.cli:main\n# a comment\n\n leg=a.leg:Leg.main [fast]",
-            "other": "x = a:b",
-        },
-        {
-            "console_scripts": ("arm = a.cli:main",),
-            "gui_scripts": "leg = a.leg:Leg.main",
-            "other": ["x = a:b"],
-        },
-        "[console_scripts]\narm = a.cli:main\n\n[ gui_scripts ]\n  leg = a.leg:Leg.main\n[other]\nx = a:b\n",
-    ],
-)
+@pytest.mark.parametrize("declared", [
+    {"console_scripts": ["arm = a.cli:main", "leg=a.leg:Leg.main [fast]"], "other": ["x = a:b"]},
+    {
+        "console_scripts": "\n  arm = a.cli:main\n# a comment\n\n leg=a.leg:Leg.main [fast]",
+        "other": "x = a:b",
+    },
+    {
+        "console_scripts": ("arm = a.cli:main",),
+        "gui_scripts": "leg = a.leg:Leg.main",
+        "other": ["x = a:b"],
+    },
+    "[console_scripts]\narm = a.cli:main\n\n[ gui_scripts ]\n  leg = a.leg:Leg.main\n[other]\nx = a:b\n",
+])  # fmt: skip
 def test_entry_points_are_read_in_all_forms_of_setuptools(
     tmp_path: Path, declared: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -176,14 +162,11 @@ def test_entry_points_are_read_in_all_forms_of_setuptools(
     assert setup.left_out == ["setup.py: the entry point [x = a:b] is left out, because it is in [other]"]
 
 
-@pytest.mark.parametrize(
-    ("file", "content"),
-    [
-        ("setup.cfg", "[metadata]\nname = p\n[options]\npackages = find:\n"),
-        ("pyproject.toml", '[tool.setuptools]\npackages = ["p"]\n'),
-        ("pyproject.toml", '[tool.setuptools.packages.find]\nwhere = ["src"]\n'),
-    ],
-)
+@pytest.mark.parametrize(("file", "content"), [
+    ("setup.cfg", "[metadata]\nname = p\n[options]\npackages = find:\n"),
+    ("pyproject.toml", '[tool.setuptools]\npackages = ["p"]\n'),
+    ("pyproject.toml", '[tool.setuptools.packages.find]\nwhere = ["src"]\n'),
+])  # fmt: skip
 def test_packages_that_only_another_file_names_are_not_lost_in_silence(
     tmp_path: Path, file: str, content: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

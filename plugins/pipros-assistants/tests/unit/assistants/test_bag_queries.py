@@ -17,15 +17,10 @@ def test_rows_are_selected_with_sql(assistant: LocalAssistant) -> None:
 
 
 # Of the statements in the tests of `rosbag query`, one that reads and one that writes; then its options.
-@pytest.mark.parametrize(
-    "sql",
-    [
-        "SELECT * FROM '{secret}'",
-        "COPY a TO '{folder}/written.csv'",
-        "-o {folder}/written.csv",
-        "--output={folder}/written.csv",
-    ],
-)
+@pytest.mark.parametrize("sql", [
+    "SELECT * FROM '{secret}'", "COPY a TO '{folder}/written.csv'", "-o {folder}/written.csv",
+    "--output={folder}/written.csv",
+])  # fmt: skip
 def test_sql_reads_and_writes_no_files(assistant: LocalAssistant, folder: Path, sql: str) -> None:
     before = sorted(folder.iterdir())
     reply = assistant.call(

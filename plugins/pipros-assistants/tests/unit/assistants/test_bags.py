@@ -41,16 +41,12 @@ def test_messages_are_chosen_by_their_texts_and_values(assistant: LocalAssistant
     assert [row["message"] for row in read(topic="/b", where=f"data == '{texts[3]}'").data] == [texts[3]]
 
 
-@pytest.mark.parametrize(
-    ("where", "rule"),
-    [
-        ("data", "where must be PART OPERATOR VALUE"),
-        ("__import__('os')", "where must be PART OPERATOR VALUE"),
-        ("data > 1 or data < 0", "where must be PART OPERATOR VALUE"),
-        ("data == 'a'", "where compares numbers with numbers"),
-        ("date > 1", "the messages do not have this part"),
-    ],
-)
+@pytest.mark.parametrize(("where", "rule"), [
+    ("data", "where must be PART OPERATOR VALUE"), ("__import__('os')", "where must be PART OPERATOR VALUE"),
+    ("data > 1 or data < 0", "where must be PART OPERATOR VALUE"),
+    ("data == 'a'", "where compares numbers with numbers"),
+    ("date > 1", "the messages do not have this part"),
+])  # fmt: skip
 def test_a_malformed_condition_is_a_short_error(assistant: LocalAssistant, where: str, rule: str) -> None:
     reply = assistant.call("read_bag", bag="run.bag", topic="/a", where=where)
 
@@ -68,29 +64,14 @@ def test_numbers_are_plotted(assistant: LocalAssistant) -> None:
     assert assistant.call("plot_bag", bag="run.bag", topic="/b", parts=["data"]).is_error, "texts"
 
 
-@pytest.mark.parametrize(
-    "bag",
-    [
-        "../secret.bag",
-        "link.bag",
-        "/etc/passwd",
-        "package://rospy/../../secret.bag",
-        "$(find rospy)/../secret.bag",
-        "file:///etc/passwd.bag",
-        "*.bag",
-        "run.bag/../../secret.bag",
-    ],
-)
-@pytest.mark.parametrize(
-    ("tool", "more"),
-    [
-        ("describe_bag", {}),
-        ("read_bag", {"topic": "/a"}),
-        ("show_bag", {"topic": "/a"}),
-        ("plot_bag", {"topic": "/a", "parts": ["data"]}),
-        ("query_bag", {"sql": "SELECT 1"}),
-    ],
-)
+@pytest.mark.parametrize("bag", [
+    "../secret.bag", "link.bag", "/etc/passwd", "package://rospy/../../secret.bag",
+    "$(find rospy)/../secret.bag", "file:///etc/passwd.bag", "*.bag", "run.bag/../../secret.bag",
+])  # fmt: skip
+@pytest.mark.parametrize(("tool", "more"), [
+    ("describe_bag", {}), ("read_bag", {"topic": "/a"}), ("show_bag", {"topic": "/a"}),
+    ("plot_bag", {"topic": "/a", "parts": ["data"]}), ("query_bag", {"sql": "SELECT 1"}),
+])  # fmt: skip
 def test_no_other_file_is_opened(assistant: LocalAssistant, tool: str, more: Any, bag: str) -> None:
     reply = assistant.call(tool, bag=bag, **more)
     assert reply.is_error

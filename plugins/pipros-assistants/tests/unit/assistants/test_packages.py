@@ -49,20 +49,11 @@ def test_launch_files_are_shown_but_not_evaluated(assistant: LocalAssistant, wor
     assert not (workspace / "touched").exists()
 
 
-@pytest.mark.parametrize(
-    "file",
-    [
-        "../secret.launch",
-        "launch/../../secret.launch",
-        "launch/out.launch",
-        "package://robot/../secret.launch",
-        "$(find robot)/../secret.launch",
-        "/etc/passwd",
-        "mesh.stl",
-        "package://robot/mesh.stl",
-        "package.xml",
-    ],
-)
+@pytest.mark.parametrize("file", [
+    "../secret.launch", "launch/../../secret.launch", "launch/out.launch",
+    "package://robot/../secret.launch", "$(find robot)/../secret.launch", "/etc/passwd", "mesh.stl",
+    "package://robot/mesh.stl", "package.xml",
+])  # fmt: skip
 def test_other_files_are_refused(assistant: LocalAssistant, file: str) -> None:
     reply = assistant.call("read_launch_file", package="robot", file=file)
     assert reply.is_error

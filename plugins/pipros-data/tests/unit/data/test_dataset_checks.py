@@ -61,29 +61,25 @@ FROZEN_EYE: dict[int, float] = {}
 STILL = dict.fromkeys(range(10, 21), 0.5)
 
 
-@pytest.mark.parametrize(
-    ("times", "values", "late", "expected"),
-    [
-        ({}, {}, -1, []),
-        ({"eye": GAP}, {}, -1, ["missing cameras.eye: 3 missing in 0.400 s"]),
-        (
-            {},
-            {},
-            5,
-            ["clock observations.joint: stamps jump by +1.000 s; stamps jump by -1.000 s"],
-        ),
-        ({}, STILL, -1, ["frozen observations.joint: a does not change for 1.0 s"]),
-        (
-            {},
-            {n: 1 + n / 100 for n in range(10, 15)},
-            -1,
-            ["saturated observations.joint: a is at or beyond a limit for 0.4 s"],
-        ),
-        ({"joint": STEADY[:21]}, {}, -1, ["stopped observations.joint: no message in the last 2.0 s"]),
-        ({}, FROZEN_EYE, -1, ["frozen cameras.eye: picture does not change for 4.0 s"]),
-    ],
-    ids=["sound", "missing", "clock", "frozen", "saturated", "stopped", "frozen picture"],
-)  # fmt: skip
+@pytest.mark.parametrize(("times", "values", "late", "expected"), [
+    ({}, {}, -1, []),
+    ({"eye": GAP}, {}, -1, ["missing cameras.eye: 3 missing in 0.400 s"]),
+    (
+        {},
+        {},
+        5,
+        ["clock observations.joint: stamps jump by +1.000 s; stamps jump by -1.000 s"],
+    ),
+    ({}, STILL, -1, ["frozen observations.joint: a does not change for 1.0 s"]),
+    (
+        {},
+        {n: 1 + n / 100 for n in range(10, 15)},
+        -1,
+        ["saturated observations.joint: a is at or beyond a limit for 0.4 s"],
+    ),
+    ({"joint": STEADY[:21]}, {}, -1, ["stopped observations.joint: no message in the last 2.0 s"]),
+    ({}, FROZEN_EYE, -1, ["frozen cameras.eye: picture does not change for 4.0 s"]),
+], ids=["sound", "missing", "clock", "frozen", "saturated", "stopped", "frozen picture"])  # fmt: skip
 def test_each_check_finds_its_defect_and_nothing_else(
     times: dict[str, list[float]], values: dict[int, float], late: int, expected: list[str], tmp_path: Path
 ) -> None:

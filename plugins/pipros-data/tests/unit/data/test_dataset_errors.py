@@ -46,28 +46,25 @@ def test_a_damaged_data_set_needs_another_folder(text: str, capsys: pytest.Captu
     assert re.search(r"out/dataset\.json is damaged: .*\. Choose a new folder", capsys.readouterr().err)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "reason"),
-    [
-        ("rate: 10\n", "", "bad.yaml: rate: is missing"),
-        ("rate: 10", "rate: fast", "rate: must be a number from 0.001 to 10000, got 'fast'"),
-        ("scale: 10", "scale: 0", "observations.joints.scale: must not be 0"),
-        ("rate: 10", "rat: 10", "bad.yaml:1: rat: unknown key. Did you mean rate?"),
-        ("names: [b, a]", "name: [b, a]", "joints.name: unknown key. Did you mean names"),
-        ("names: [b, a]", "names: [b, c]", "left out: observations.joints has no"),
-        ("max: [1000, 1000]", "max: -1000", "joints.min: must be < max, got"),
-        ("max: [1000, 1000]", "max: [1, 2, 3]", "joints.max: must be one number or 2, got 3"),
-        ("topic: /joints", "topic: /jonts", "joints.topic: no bag has /jonts. Did you mean /joints"),
-        ("fields: [linear.x, ", "fields: [linear.w, ", "9: actions.base.fields: geometry_msgs/Twist has no"),
-        (", time: receipt", "", "9: actions.base: geometry_msgs/Twist has no header. Add time"),
-        ("topic: /episode", "topic: /joints", "must be std_msgs/String or std_msgs/Bool, got sensor"),
-        ("{topic: /episode}", "once", "episodes: must be file, {topic: …} or {service: …}, got 'once'"),
-        ("front: {topic: /camera/compressed}", "front: {topic: /joints}", "front.topic: must be sensor_msgs"),
-        ("tolerance: 0.15", "tolerance: -1", "bad.yaml:2: tolerance: must be a finite number >= 0, got -1"),
-        ("observations:\n", "observations: [\n", "invalid YAML"),
-        ("actions:\n", "checks: {frosen: 1}\nactions:\n", "8: checks.frosen: unknown key. Did you mean fro"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "reason"), [
+    ("rate: 10\n", "", "bad.yaml: rate: is missing"),
+    ("rate: 10", "rate: fast", "rate: must be a number from 0.001 to 10000, got 'fast'"),
+    ("scale: 10", "scale: 0", "observations.joints.scale: must not be 0"),
+    ("rate: 10", "rat: 10", "bad.yaml:1: rat: unknown key. Did you mean rate?"),
+    ("names: [b, a]", "name: [b, a]", "joints.name: unknown key. Did you mean names"),
+    ("names: [b, a]", "names: [b, c]", "left out: observations.joints has no"),
+    ("max: [1000, 1000]", "max: -1000", "joints.min: must be < max, got"),
+    ("max: [1000, 1000]", "max: [1, 2, 3]", "joints.max: must be one number or 2, got 3"),
+    ("topic: /joints", "topic: /jonts", "joints.topic: no bag has /jonts. Did you mean /joints"),
+    ("fields: [linear.x, ", "fields: [linear.w, ", "9: actions.base.fields: geometry_msgs/Twist has no"),
+    (", time: receipt", "", "9: actions.base: geometry_msgs/Twist has no header. Add time"),
+    ("topic: /episode", "topic: /joints", "must be std_msgs/String or std_msgs/Bool, got sensor"),
+    ("{topic: /episode}", "once", "episodes: must be file, {topic: …} or {service: …}, got 'once'"),
+    ("front: {topic: /camera/compressed}", "front: {topic: /joints}", "front.topic: must be sensor_msgs"),
+    ("tolerance: 0.15", "tolerance: -1", "bad.yaml:2: tolerance: must be a finite number >= 0, got -1"),
+    ("observations:\n", "observations: [\n", "invalid YAML"),
+    ("actions:\n", "checks: {frosen: 1}\nactions:\n", "8: checks.frosen: unknown key. Did you mean fro"),
+])  # fmt: skip
 def test_errors_name_the_line_and_the_key(
     old: str, new: str, reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -105,41 +102,38 @@ def test_a_missing_library_is_named_in_one_line(library: str, kind: str) -> None
     assert len(ended.stderr.splitlines()) == 1
 
 
-@pytest.mark.parametrize(
-    ("files", "name", "text"),
-    [
-        ({}, "robots", "needs robots, which is not installed. Try: pip install robots"),
-        ({}, "robots.arm", "needs robots, which is not installed. Try: pip install robots"),
-        (
-            {"__init__": ""},
-            "robots.arm.left",
-            "needs robots.arm, which the installed robots lacks. Try: pip install --upgrade robots",
-        ),
-        (
-            {"__init__": "", "arm": "\nimport absent_library.part"},
-            "robots.arm",
-            "needs robots, which cannot be imported: ModuleNotFoundError: No module named 'absent_library' "
-            "(arm.py:2). Try: pip install absent_library",
-        ),
-        (
-            {"__init__": "from json import absent_name"},
-            "robots",
-            "needs robots, which cannot be imported: ImportError: cannot import name 'absent_name' from "
-            "'json' (__init__.py:1)",
-        ),
-        (
-            {"__init__": "", "arm": "\n1 +"},
-            "robots.arm",
-            "needs robots, which cannot be imported: SyntaxError: invalid syntax (arm.py, line 2) (arm.py:2)",
-        ),
-        (
-            {"__init__": "\n\nint('x')"},
-            "robots.arm",
-            "needs robots, which cannot be imported: ValueError: invalid literal for int() with base 10: 'x' "
-            "(__init__.py:3)",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("files", "name", "text"), [
+    ({}, "robots", "needs robots, which is not installed. Try: pip install robots"),
+    ({}, "robots.arm", "needs robots, which is not installed. Try: pip install robots"),
+    (
+        {"__init__": ""},
+        "robots.arm.left",
+        "needs robots.arm, which the installed robots lacks. Try: pip install --upgrade robots",
+    ),
+    (
+        {"__init__": "", "arm": "\nimport absent_library.part"},
+        "robots.arm",
+        "needs robots, which cannot be imported: ModuleNotFoundError: No module named 'absent_library' "
+        "(arm.py:2). Try: pip install absent_library",
+    ),
+    (
+        {"__init__": "from json import absent_name"},
+        "robots",
+        "needs robots, which cannot be imported: ImportError: cannot import name 'absent_name' from "
+        "'json' (__init__.py:1)",
+    ),
+    (
+        {"__init__": "", "arm": "\n1 +"},
+        "robots.arm",
+        "needs robots, which cannot be imported: SyntaxError: invalid syntax (arm.py, line 2) (arm.py:2)",
+    ),
+    (
+        {"__init__": "\n\nint('x')"},
+        "robots.arm",
+        "needs robots, which cannot be imported: ValueError: invalid literal for int() with base 10: 'x' "
+        "(__init__.py:3)",
+    ),
+])  # fmt: skip
 def test_a_library_that_cannot_be_imported_is_told_apart_from_a_missing_one(
     files: dict[str, str], name: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

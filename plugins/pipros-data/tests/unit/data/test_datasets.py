@@ -45,8 +45,7 @@ def test_rows_have_the_last_message_before_them() -> None:
     commands = [n // 5 * 5 for n in range(21)]
     assert table["actions.base"].to_pylist() == [[n, -n] for n in commands]
     described = table.schema.field("observations.joints").metadata
-    assert described[b"unit"] == b"deg"
-    assert described[b"names"] == b"['b', 'a']"
+    assert (described[b"unit"], described[b"names"]) == (b"deg", b"['b', 'a']")
     assert described[b"max"] == b"[1000.0, 1000.0]"
 
 
@@ -72,8 +71,7 @@ def test_jpeg_pictures_are_kept_as_they_are() -> None:
     assert dataset(["run.bag", "--config", "robot.yaml", "-o", "hdf5", "--format=hdf5"]) == 0
     with h5py.File("hdf5/data/episode_000000.hdf5") as file:
         assert [cell.tobytes() for cell in file["cameras/front/jpeg"]] == kept
-        assert file.attrs["task"] == "lift the cup"
-        assert file["observations/joints"].attrs["unit"] == "deg"
+        assert (file.attrs["task"], file["observations/joints"].attrs["unit"]) == ("lift the cup", "deg")
         assert file["observations/joints"][3].tolist() == pytest.approx([-1003, 1003])
         assert file["actions/base"][:, 0].tolist() == [n // 5 * 5 for n in range(21)]
         assert np.diff(file["time"][:]).tolist() == [10**8] * 20
@@ -97,8 +95,7 @@ def test_raw_images_of_odd_size_become_videos() -> None:
 
     with av.open("out/videos/eye/episode_000000.mp4") as video:
         frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
-    assert len(frames) == 10
-    assert frames[0].shape == (32, 48, 3)
+    assert (len(frames), frames[0].shape) == (10, (32, 48, 3))
     assert frames[0].mean(axis=(0, 1)).tolist() == pytest.approx([200, 0, 0], abs=12)
 
 

@@ -105,8 +105,7 @@ def test_arrays_of_equal_length_are_one_array_when_they_are_used() -> None:
     ranges = columns_of("sensor_msgs/LaserScan", scans)["ranges"]
 
     assert [each.tolist() for each in ranges[5:7]] == [[5, 0.5, 5], [6, 0.5, 6]]
-    assert ranges.values.shape == (120,)
-    assert ranges.values[18:21].tolist() == [6, 0.5, 6]
+    assert (ranges.values.shape, ranges.values[18:21].tolist()) == ((120,), [6, 0.5, 6])
 
 
 @pytest.mark.parametrize(

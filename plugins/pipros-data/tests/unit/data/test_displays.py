@@ -28,17 +28,8 @@ def test_bags_and_tables_show_topics_and_rows(tmp_path: Path) -> None:
     text = table._repr_html_()
     assert "<th>_time</th><th>data</th>" in text
     assert re.findall(r"<td>&lt;(\d+)&gt;</td>", text) == [
-        "1",
-        "2",
-        "3",
-        "4",
-        "5",
-        "26",
-        "27",
-        "28",
-        "29",
-        "30",
-    ]
+        "1", "2", "3", "4", "5", "26", "27", "28", "29", "30",
+    ]  # fmt: skip
     assert table.take(slice(0))._repr_html_().count("<tr>") == 1
 
 

@@ -79,11 +79,8 @@ def joined() -> Any:
 @pytest.fixture
 def library(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in (
-        "lerobot",
-        "lerobot.datasets",
-        "lerobot.datasets.lerobot_dataset",
-        "lerobot.datasets.aggregate",
-    ):
+        "lerobot", "lerobot.datasets", "lerobot.datasets.lerobot_dataset", "lerobot.datasets.aggregate",
+    ):  # fmt: skip
         monkeypatch.setitem(sys.modules, name, ModuleType(name))
     modules: Any = sys.modules
     modules["lerobot.datasets.lerobot_dataset"].LeRobotDataset = RecordedDataset
@@ -111,8 +108,7 @@ def test_lerobot_gets_all_frames_of_all_episodes() -> None:
     }
     assert [len(frames) for frames in episodes] == [21, 11]
     frame = episodes[0][7]
-    assert frame["observation.state"].tolist() == [-1007, 1007]
-    assert frame["action"].tolist() == [5, -5]
+    assert (frame["observation.state"].tolist(), frame["action"].tolist()) == ([-1007, 1007], [5, -5])
     assert frame["task"] == "lift the cup"
     assert abs(float(frame["observation.images.front"].mean()) - 70) < 2
 
@@ -145,8 +141,7 @@ def test_a_run_continues_after_an_interruption(moment: str, monkeypatch: pytest.
         assert dataset(COMMAND) == 130
     assert not Path("out/lerobot").exists()
     assert len(list(Path("out/checks").glob("*.json"))) == (2 if moment == "join" else 1)
-    assert dataset(COMMAND) == 0
-    assert Path("out/lerobot/data").read_bytes() == complete
+    assert (dataset(COMMAND), Path("out/lerobot/data").read_bytes()) == (0, complete)
 
 
 @pytest.mark.usefixtures("library")

@@ -37,15 +37,8 @@ def test_what_is_left_out_of_a_ros_2_bag_is_shown(tmp_path: Path, monkeypatch: p
     monkeypatch.chdir(tmp_path)
     Path("run.bag").write_bytes(bag_bytes([("/t", Twist(), 3, 4), ("/s", String("x"), 3, 5)]))
     command = [
-        "convert",
-        "-q",
-        "--ros2",
-        Distribution.HUMBLE.value,
-        "--storage",
-        "sqlite3",
-        "run.bag",
-        "ros2",
-    ]
+        "convert", "-q", "--ros2", Distribution.HUMBLE.value, "--storage", "sqlite3", "run.bag", "ros2",
+    ]  # fmt: skip
     assert rosbag(command) == 0
     with closing(sqlite3.connect(next(Path("ros2").glob("*.db3")))) as database, database:
         database.execute("UPDATE topics SET type = 'lab_msgs/msg/Odd' WHERE name = '/s'")

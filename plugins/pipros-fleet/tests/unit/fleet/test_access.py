@@ -28,19 +28,16 @@ def may(name: str, message: str, key: str) -> bool:
     )
 
 
-@pytest.mark.parametrize(
-    ("message", "own", "of_another"),
-    [
-        ("put", keys.topic("robot", "/x"), keys.topic("other", "/x")),
-        ("put", keys.directory("robot"), keys.directory("other")),
-        ("put", keys.into("robot", "other", "/cmd"), keys.into("other", "robot", "/cmd")),
-        ("query", keys.service("other", "robot", "/reset"), keys.service("other", "visitor", "/reset")),
-        ("query", keys.parameters("other", "set", "robot"), keys.parameters("other", "set", "visitor")),
-        ("declare_queryable", keys.statistics("robot"), keys.statistics("other")),
-        ("liveliness_token", keys.live("robot", 1, "0" * 16), keys.live("other", 1, "0" * 16)),
-        ("declare_subscriber", keys.into("other", "robot", "/x"), keys.into("robot", "other", "/x")),
-    ],
-)
+@pytest.mark.parametrize(("message", "own", "of_another"), [
+    ("put", keys.topic("robot", "/x"), keys.topic("other", "/x")),
+    ("put", keys.directory("robot"), keys.directory("other")),
+    ("put", keys.into("robot", "other", "/cmd"), keys.into("other", "robot", "/cmd")),
+    ("query", keys.service("other", "robot", "/reset"), keys.service("other", "visitor", "/reset")),
+    ("query", keys.parameters("other", "set", "robot"), keys.parameters("other", "set", "visitor")),
+    ("declare_queryable", keys.statistics("robot"), keys.statistics("other")),
+    ("liveliness_token", keys.live("robot", 1, "0" * 16), keys.live("other", 1, "0" * 16)),
+    ("declare_subscriber", keys.into("other", "robot", "/x"), keys.into("robot", "other", "/x")),
+])  # fmt: skip
 def test_a_member_may_only_use_its_own_keys(message: str, own: str, of_another: str) -> None:
     assert may("robot", message, own)
     assert not may("robot", message, of_another)

@@ -54,18 +54,10 @@ def test_a_directory_that_is_too_large_raises() -> None:
 def test_invalid_entries_are_omitted() -> None:
     good = {"name": "/ok", "type": "a/B", "md5sum": MD5}
     wrong = [
-        1,
-        {},
-        {**good, "name": "relative"},
-        {**good, "name": "/a//b"},
-        {**good, "name": "/a/"},
-        {**good, "name": "/a\nb"},
-        {**good, "name": "/~a"},
-        {**good, "type": "nothing"},
-        {**good, "type": "*"},
-        {**good, "md5sum": "*"},
-        {**good, "md5sum": 5},
-    ]
+        1, {}, {**good, "name": "relative"}, {**good, "name": "/a//b"}, {**good, "name": "/a/"},
+        {**good, "name": "/a\nb"}, {**good, "name": "/~a"}, {**good, "type": "nothing"},
+        {**good, "type": "*"}, {**good, "md5sum": "*"}, {**good, "md5sum": 5},
+    ]  # fmt: skip
     document = {"member": "r1", "instance": "i", "revision": 1, "shared": [*wrong, good], "services": 4}
     document["accepted"] = [
         {**good, "timeout_s": value} for value in (-1, 1e9, "1", None, float("nan"), True)

@@ -66,19 +66,16 @@ def test_the_container_runs_a_pipros_command(tmp_path: Path) -> None:
     assert address == f"tls/0.0.0.0:{instructions['EXPOSE']}"
     ended = subprocess.run(
         [
-            sys.executable,
-            "-c",
-            f"import sys; from {module} import {function}; sys.exit({function}(sys.argv[1:]))",
-            *arguments,
-            address,
-            *keys,
+            sys.executable, "-c",
+            f"import sys; from {module} import {function}; sys.exit({function}(sys.argv[1:]))", *arguments,
+            address, *keys,
         ],
         capture_output=True,
         text=True,
         timeout=60,
         cwd=tmp_path,
         env={**os.environ, "HOME": "/nonexistent"},
-    )
+    )  # fmt: skip
     assert (ended.returncode, ended.stderr) == (
         1,
         "ERROR: [/fleet] has no authority; `pipros fleet keys create /fleet` creates one\n",

@@ -78,63 +78,48 @@ def test_logs_are_shared_only_by_name() -> None:
     assert parse_fleet_file("share: {topics: [/rosout]}").shared_topic("/rosout") is not None
 
 
-@pytest.mark.parametrize(
-    ("pattern", "name", "expected"),
-    [
-        ("/a/*", "/a/b", True),
-        ("/a/*", "/a/b/c", False),
-        ("/a/**", "/a/b/c", True),
-        ("/**", "/a", True),
-        ("/*/x", "/a/x", True),
-        ("/a", "/ab", False),
-        ("robot*", "robot12", True),
-        ("/a.b", "/axb", False),
-    ],
-)
+@pytest.mark.parametrize(("pattern", "name", "expected"), [
+    ("/a/*", "/a/b", True), ("/a/*", "/a/b/c", False), ("/a/**", "/a/b/c", True), ("/**", "/a", True),
+    ("/*/x", "/a/x", True), ("/a", "/ab", False), ("robot*", "robot12", True), ("/a.b", "/axb", False),
+])  # fmt: skip
 def test_wildcards(pattern: str, name: str, expected: bool) -> None:
     assert matches(pattern, name) is expected
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        (
-            "[1, 2]",
-            "f.yaml: the file must be a mapping with the keys accept, bandwidth_kbit, router, share, show",
-        ),
-        ("shares: {}", "f.yaml: unknown key [shares]; the keys are"),
-        ("share: {topics: /a}", "f.yaml: share.topics must be a list, got '/a'"),
-        ("share: {topics: [a b]}", "share.topics[0] must be a global name such as /camera/**, got 'a b'"),
-        ("share: {topics: [{rate_hz: 1}]}", "share.topics[0]: missing required key [name]"),
-        (
-            "share: {topics: [{name: /a, rate_hz: -1}]}",
-            "share.topics[0].rate_hz must be a finite number >= 0, got -1",
-        ),
-        ("share: {topics: [{name: /a, rate_hz: .nan}]}", "rate_hz must be a finite number >= 0, got nan"),
-        ("share: {topics: [{name: /a, rate_hz: true}]}", "rate_hz must be a finite number >= 0, got True"),
-        ("accept: {services: [{name: /a, timeout_s: 0}]}", "timeout_s must be > 0, got 0"),
-        (
-            "share: {topics: [{name: /a, priority: top}]}",
-            "priority must be one of high, normal, low, got 'top'",
-        ),
-        (
-            "share: {topics: [{name: /a, priority: [1]}]}",
-            "priority must be one of high, normal, low, got [1]",
-        ),
-        ("share: {topics: [{name: /a, compress: 1}]}", "compress must be true or false, got 1"),
-        ("share: {topics: [{name: /a, from: [b]}]}", "share.topics[0]: unknown key [from]"),
-        (
-            "accept: {topics: [{name: /a, from: b}]}",
-            "accept.topics[0].from must be a list of strings, got 'b'",
-        ),
-        ("router: 7447", "router must be a string, got 7447"),
-        ("a: !!python/object:os.system {}", "f.yaml"),
-        ("{", "f.yaml"),
-        ("&a [*a, *a]", "f.yaml"),
-        ("[" * 100_000, "f.yaml"),
-        (f"share: {{topics: [{'&a [' + ', '.join(['x'] * 9) + ']'}, [*a, *a]]}}", "f.yaml"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    (
+        "[1, 2]",
+        "f.yaml: the file must be a mapping with the keys accept, bandwidth_kbit, router, share, show",
+    ),
+    ("shares: {}", "f.yaml: unknown key [shares]; the keys are"),
+    ("share: {topics: /a}", "f.yaml: share.topics must be a list, got '/a'"),
+    ("share: {topics: [a b]}", "share.topics[0] must be a global name such as /camera/**, got 'a b'"),
+    ("share: {topics: [{rate_hz: 1}]}", "share.topics[0]: missing required key [name]"),
+    (
+        "share: {topics: [{name: /a, rate_hz: -1}]}",
+        "share.topics[0].rate_hz must be a finite number >= 0, got -1",
+    ),
+    ("share: {topics: [{name: /a, rate_hz: .nan}]}", "rate_hz must be a finite number >= 0, got nan"),
+    ("share: {topics: [{name: /a, rate_hz: true}]}", "rate_hz must be a finite number >= 0, got True"),
+    ("accept: {services: [{name: /a, timeout_s: 0}]}", "timeout_s must be > 0, got 0"),
+    (
+        "share: {topics: [{name: /a, priority: top}]}",
+        "priority must be one of high, normal, low, got 'top'",
+    ),
+    (
+        "share: {topics: [{name: /a, priority: [1]}]}",
+        "priority must be one of high, normal, low, got [1]",
+    ),
+    ("share: {topics: [{name: /a, compress: 1}]}", "compress must be true or false, got 1"),
+    ("share: {topics: [{name: /a, from: [b]}]}", "share.topics[0]: unknown key [from]"),
+    (
+        "accept: {topics: [{name: /a, from: b}]}",
+        "accept.topics[0].from must be a list of strings, got 'b'",
+    ),
+    ("router: 7447", "router must be a string, got 7447"), ("a: !!python/object:os.system {}", "f.yaml"),
+    ("{", "f.yaml"), ("&a [*a, *a]", "f.yaml"), ("[" * 100_000, "f.yaml"),
+    (f"share: {{topics: [{'&a [' + ', '.join(['x'] * 9) + ']'}, [*a, *a]]}}", "f.yaml"),
+])  # fmt: skip
 def test_errors_name_the_file_and_the_place(text: str, reason: str) -> None:
     with pytest.raises(BadFleetFile) as caught:
         parse_fleet_file(text, "f.yaml")

@@ -21,18 +21,10 @@ def test_names_survive_a_key(name: str) -> None:
     assert not set("*$#?@") & set(key)
 
 
-@pytest.mark.parametrize(
-    ("members", "pattern"),
-    [
-        ("*", "*"),
-        ("**", "*"),
-        ("robot*", "robot$*"),
-        ("*_a", "$*_a"),
-        ("a/b*", "a_b$*"),
-        ("", "_"),
-        ("r1", "r1"),
-    ],
-)
+@pytest.mark.parametrize(("members", "pattern"), [
+    ("*", "*"), ("**", "*"), ("robot*", "robot$*"), ("*_a", "$*_a"), ("a/b*", "a_b$*"), ("", "_"),
+    ("r1", "r1"),
+])  # fmt: skip
 def test_members_with_wildcards_become_patterns(members: str, pattern: str) -> None:
     assert keys.pattern_of(members) == pattern
 
@@ -47,18 +39,14 @@ def test_tokens_are_read_strictly() -> None:
     assert keys.parts("pipros") is None
 
 
-@pytest.mark.parametrize(
-    ("key", "expected"),
-    [
-        (keys.directory("r1"), ("r1", "directory", [])),
-        (keys.wanted("r1", "op"), ("r1", "wanted", ["op"])),
-        (keys.into("op", "r1", "/cmd vel"), ("op", "in", ["r1", "cmd%20vel"])),
-        (keys.service("r1", "op", "/arm/move"), ("r1", "s", ["op", "arm", "move"])),
-        (keys.parameters("r1", "get", "op"), ("r1", "get", ["op"])),
-        (keys.definition("r1", "std_msgs/String"), ("r1", "definition", ["std_msgs%2FString"])),
-        (keys.statistics("r1"), ("r1", "statistics", [])),
-    ],
-)
+@pytest.mark.parametrize(("key", "expected"), [
+    (keys.directory("r1"), ("r1", "directory", [])), (keys.wanted("r1", "op"), ("r1", "wanted", ["op"])),
+    (keys.into("op", "r1", "/cmd vel"), ("op", "in", ["r1", "cmd%20vel"])),
+    (keys.service("r1", "op", "/arm/move"), ("r1", "s", ["op", "arm", "move"])),
+    (keys.parameters("r1", "get", "op"), ("r1", "get", ["op"])),
+    (keys.definition("r1", "std_msgs/String"), ("r1", "definition", ["std_msgs%2FString"])),
+    (keys.statistics("r1"), ("r1", "statistics", [])),
+])  # fmt: skip
 def test_keys_begin_with_the_member_that_publishes_or_answers(
     key: str, expected: tuple[str, str, list[str]]
 ) -> None:

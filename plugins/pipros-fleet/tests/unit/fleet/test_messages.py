@@ -18,9 +18,7 @@ def numbered(sequence: int, instance: str = FIRST.instance) -> MessageAttachment
 
 def test_an_attachment_survives_its_encoding() -> None:
     latched = replace(FIRST, is_latched=True, is_compressed=True)
-    assert unpack(pack(FIRST)) == FIRST
-    assert unpack(pack(latched)) == latched
-    assert len(pack(FIRST)) == 48
+    assert (unpack(pack(FIRST)), unpack(pack(latched)), len(pack(FIRST))) == (FIRST, latched, 48)
 
 
 @pytest.mark.parametrize("content", [b"", b"x" * 48, pack(FIRST)[:-1], pack(FIRST) + b"x"])

@@ -54,8 +54,7 @@ def test_a_member_leaves_a_moment_after_its_token() -> None:
     found.remove_departed(is_connected=True, now_s=1 + LEAVE_S / 2)
     assert found.present().keys() == {"robot1"}
     found.remove_departed(is_connected=True, now_s=1 + LEAVE_S)
-    assert events == ["robot1 5 joined", "robot1 away", "robot1 left"]
-    assert found.present() == {}
+    assert (events, found.present()) == (["robot1 5 joined", "robot1 away", "robot1 left"], {})
 
 
 def test_a_token_that_is_back_at_once_is_a_return() -> None:
@@ -80,13 +79,8 @@ def test_members_stay_while_the_link_is_down_and_have_time_to_return() -> None:
     found.update(robot(), is_present=True, now_s=101)
     found.remove_departed(is_connected=True, now_s=100 + RETURN_S)
     assert events == [
-        "robot1 5 joined",
-        "robot1 away",
-        "robot2 5 joined",
-        "robot2 away",
-        "robot1 returned",
-        "robot2 left",
-    ]
+        "robot1 5 joined", "robot1 away", "robot2 5 joined", "robot2 away", "robot1 returned", "robot2 left",
+    ]  # fmt: skip
 
 
 def test_a_member_whose_agent_was_restarted_has_not_left() -> None:
@@ -113,8 +107,7 @@ def test_other_versions_and_malformed_tokens_are_not_present() -> None:
     found.update("pipros/a/live/1/nonsense", is_present=True, now_s=0)
     found.update("pipros/a/live/1/nonsense", is_present=False, now_s=0)
     found.remove_departed(is_connected=True, now_s=10)
-    assert events == [f"future version {keys.VERSION + 1}"]
-    assert found.present() == {}
+    assert (events, found.present()) == ([f"future version {keys.VERSION + 1}"], {})
 
 
 def test_many_tokens_of_one_member_hide_no_other() -> None:

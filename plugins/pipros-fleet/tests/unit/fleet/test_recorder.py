@@ -186,8 +186,7 @@ def test_a_definition_with_lone_surrogates_is_ignored(
     link.send("robot2", TALK, 1, body("hello"))
     wait_until(lambda: files.written == 2, DEADLINE_S, "both messages")
     recorder.close()
-    assert recorded(tmp_path / "robot2") == ["hello"]
-    assert len(list((tmp_path / "robot1").iterdir())) == 1
+    assert (recorded(tmp_path / "robot2"), len(list((tmp_path / "robot1").iterdir()))) == (["hello"], 1)
 
 
 def test_an_unexpected_error_ends_no_recording_and_is_logged_once(
@@ -328,8 +327,7 @@ def test_definitions_of_all_members_together_are_limited(
             (connection,) = bag.connections
             return connection.header["message_definition"].decode()
 
-    assert definition_of("robot1") == text
-    assert definition_of("robot2") == ""
+    assert (definition_of("robot1"), definition_of("robot2")) == (text, "")
     assert [each.partition(";")[0] for each in caplog.messages] == [
         "there are too many definitions of members"
     ]

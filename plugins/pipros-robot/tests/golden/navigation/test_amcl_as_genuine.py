@@ -106,15 +106,10 @@ def apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return difference
 
 
-@pytest.mark.parametrize(
-    ("laser", "odometry"),
-    [
-        ("likelihood_field", "diff"),
-        ("beam", "diff-corrected"),
-        ("likelihood_field_prob", "omni"),
-        ("likelihood_field", "omni-corrected"),
-    ],
-)
+@pytest.mark.parametrize(("laser", "odometry"), [
+    ("likelihood_field", "diff"), ("beam", "diff-corrected"), ("likelihood_field_prob", "omni"),
+    ("likelihood_field", "omni-corrected"),
+])  # fmt: skip
 def test_the_pose_is_within_the_covariance_of_genuine(
     ros: RosSystem, recording: Recording, laser: str, odometry: str
 ) -> None:

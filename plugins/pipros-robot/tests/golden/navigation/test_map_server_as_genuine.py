@@ -88,15 +88,10 @@ def test_maps_are_saved_byte_by_byte(ros: RosSystem, recording: Recording, optio
         assert (ros.home / name).read_bytes() == content.tobytes(), name
 
 
-@pytest.mark.parametrize(
-    ("program", "arguments"),
-    [
-        ("map_saver", ["-h"]),
-        ("map_saver", ["--occ", "0"]),
-        ("map_server", []),
-        ("map_server", ["missing.yaml"]),
-    ],
-)
+@pytest.mark.parametrize(("program", "arguments"), [
+    ("map_saver", ["-h"]), ("map_saver", ["--occ", "0"]), ("map_server", []),
+    ("map_server", ["missing.yaml"]),
+])  # fmt: skip
 def test_exit_codes(ros: RosSystem, recording: Recording, program: str, arguments: list[str]) -> None:
     ros.serve_master()
     recording.give("arguments", arguments)

@@ -89,14 +89,11 @@ def _publish(publisher: Any, message: Any, inbox: Inbox, timeout_s: float = 60.0
     wait_until(lambda: len(inbox.messages) > count, timeout_s, publisher.topic, 0.001)
 
 
-@pytest.mark.parametrize(
-    "parameters",
-    [
-        {"accel_lim_v": 1.0, "accel_lim_w": 3.0, "speed_lim_v": 0.8, "decel_factor": 2.0},
-        {"accel_lim_v": 1.2, "accel_lim_w": 4.0, "robot_feedback": 2, "frequency": 40.0},
-        {"accel_lim_v": 1.6, "robot_feedback": 1, "decel_factor": 0.5},
-    ],
-)
+@pytest.mark.parametrize("parameters", [
+    {"accel_lim_v": 1.0, "accel_lim_w": 3.0, "speed_lim_v": 0.8, "decel_factor": 2.0},
+    {"accel_lim_v": 1.2, "accel_lim_w": 4.0, "robot_feedback": 2, "frequency": 40.0},
+    {"accel_lim_v": 1.6, "robot_feedback": 1, "decel_factor": 0.5},
+])  # fmt: skip
 def test_commands_are_smoothed_as_by_the_genuine_nodelet(
     ros: RosSystem, recording: Recording, parameters: dict[str, Any]
 ) -> None:

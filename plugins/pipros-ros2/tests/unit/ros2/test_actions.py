@@ -56,8 +56,7 @@ def test_results_follow_the_status_of_the_goal() -> None:
 def test_empty_parts_have_one_byte_in_ros2() -> None:
     plan = plans_of(Distribution.HUMBLE).action("tf2_msgs/LookupTransform")
 
-    assert plan.feedback.to_cdr(b"") == b"\0\1\0\0\0"
-    assert plan.feedback.to_ros1(b"\0\1\0\0\0") == b""
+    assert (plan.feedback.to_cdr(b""), plan.feedback.to_ros1(b"\0\1\0\0\0")) == (b"\0\1\0\0\0", b"")
 
 
 def test_an_action_of_ros2_determines_the_rule() -> None:
@@ -85,8 +84,7 @@ def test_rules_of_the_user_name_actions_and_their_fields(tmp_path: Any) -> None:
 
     plan = plans.action(FIBONACCI)
 
-    assert plan.ros2_type == "my_pkg/action/Fib"
-    assert plan.goal.to_cdr(b"\5\0\0\0") == b"\0\1\0\0\5\0\0\0"
+    assert (plan.ros2_type, plan.goal.to_cdr(b"\5\0\0\0")) == ("my_pkg/action/Fib", b"\0\1\0\0\5\0\0\0")
     assert plan.result.to_ros1(b"\0\1\0\0\4\0\0\0" + SEQUENCE) == b"\4" + SEQUENCE
 
 
@@ -140,8 +138,7 @@ def test_statuses_and_cancellations_equal_those_of_rosbags() -> None:
     assert messages.parse_status_array(encoded, 2) == rows
     assert messages.parse_status_array(messages.status_array([]), 2) == []
     request = bytes(store.serialize_cdr(info, "action_msgs/msg/GoalInfo"))
-    assert messages.cancel_request(INFO) == request
-    assert messages.parse_cancel_request(request) == INFO
+    assert (messages.cancel_request(INFO), messages.parse_cancel_request(request)) == (request, INFO)
     reply = bytes(store.serialize_cdr(types["a/msg/Reply"](3, [info]), "a/msg/Reply"))
     assert messages.cancel_reply(CancelCode.GOAL_TERMINATED, [INFO]) == reply
     assert messages.accepted_reply(INFO.stamp_ns, is_accepted=True) == b"\0\1\0\0\1\0\0\0" + request[20:]
@@ -215,16 +212,11 @@ def test_actions_of_ros1_are_found_by_their_topics() -> None:
     assert found == {"/fib": FIBONACCI}
 
 
-@pytest.mark.parametrize(
-    ("name", "kind", "is_part"),
-    [
-        ("/fib/goal", "actionlib_tutorials/FibonacciActionGoal", True),
-        ("/fib/cancel", "actionlib_msgs/GoalID", True),
-        ("/fib/status", "actionlib_msgs/GoalStatusArray", True),
-        ("/goals", "actionlib_tutorials/FibonacciActionGoal", False),
-        ("/fib/goal", "geometry_msgs/PoseStamped", False),
-        ("/status", "std_msgs/String", False),
-    ],
-)
+@pytest.mark.parametrize(("name", "kind", "is_part"), [
+    ("/fib/goal", "actionlib_tutorials/FibonacciActionGoal", True),
+    ("/fib/cancel", "actionlib_msgs/GoalID", True), ("/fib/status", "actionlib_msgs/GoalStatusArray", True),
+    ("/goals", "actionlib_tutorials/FibonacciActionGoal", False),
+    ("/fib/goal", "geometry_msgs/PoseStamped", False), ("/status", "std_msgs/String", False),
+])  # fmt: skip
 def test_topics_of_actions_do_not_pass_as_topics(name: str, kind: str, is_part: bool) -> None:
     assert is_part_of_action(name, kind) is is_part

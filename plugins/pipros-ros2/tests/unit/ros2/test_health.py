@@ -17,20 +17,17 @@ def report(passed: list[object], left_out: dict[str, str]) -> PluginReply:
     return PluginReply(CHECK, True, json.dumps({"passed": passed, "left_out": left_out, "by_rule": []}))
 
 
-@pytest.mark.parametrize(
-    ("reply", "rules", "part"),
-    [
-        (report([], {}), [], ""),
-        (PluginReply(CHECK, failure="no answer"), ["ros2-gateway"], "returned no valid status: no answer"),
-        (PluginReply(CHECK, True, "{"), ["ros2-gateway"], "its status is malformed"),
-        (report([DROPPED], {}), ["ros2-dropped"], "dropped messages of topics: to_ros2: /a: 7: too long"),
-        (
-            report([], {"topics: to_ros1: /a": "unknown"}),
-            ["ros2-left-out"],
-            "leaves out topics: to_ros1: /a: unknown",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("reply", "rules", "part"), [
+    (report([], {}), [], ""),
+    (PluginReply(CHECK, failure="no answer"), ["ros2-gateway"], "returned no valid status: no answer"),
+    (PluginReply(CHECK, True, "{"), ["ros2-gateway"], "its status is malformed"),
+    (report([DROPPED], {}), ["ros2-dropped"], "dropped messages of topics: to_ros2: /a: 7: too long"),
+    (
+        report([], {"topics: to_ros1: /a": "unknown"}),
+        ["ros2-left-out"],
+        "leaves out topics: to_ros1: /a: unknown",
+    ),
+])  # fmt: skip
 def test_each_problem_of_a_gateway_is_found(reply: PluginReply, rules: list[str], part: str) -> None:
     findings = list(CHECK.judge(NODE, reply))
 

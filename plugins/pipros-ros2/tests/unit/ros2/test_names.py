@@ -26,17 +26,13 @@ def test_actions_are_services_and_topics() -> None:
     assert names.dds_topic(found.feedback) == "rt/turn/_action/feedback"
 
 
-@pytest.mark.parametrize(
-    ("name", "in_dds"),
-    [
-        ("std_msgs/msg/String", "std_msgs::msg::dds_::String_"),
-        ("std_srvs/srv/SetBool_Request", "std_srvs::srv::dds_::SetBool_Request_"),
-        ("a/action/Turn_SendGoal_Request", "a::action::dds_::Turn_SendGoal_Request_"),
-    ],
-)
+@pytest.mark.parametrize(("name", "in_dds"), [
+    ("std_msgs/msg/String", "std_msgs::msg::dds_::String_"),
+    ("std_srvs/srv/SetBool_Request", "std_srvs::srv::dds_::SetBool_Request_"),
+    ("a/action/Turn_SendGoal_Request", "a::action::dds_::Turn_SendGoal_Request_"),
+])  # fmt: skip
 def test_types_have_a_form_in_dds(name: str, in_dds: str) -> None:
-    assert names.dds_type(name) == in_dds
-    assert names.type_of_dds(in_dds) == name
+    assert (names.dds_type(name), names.type_of_dds(in_dds)) == (in_dds, name)
 
 
 def test_other_types_are_not_of_ros2() -> None:

@@ -9,14 +9,7 @@ from dataclasses import fields
 import pytest
 
 from pipros_ros2.interface import Durability, Reliability, TopicQos
-from pipros_ros2.qos_table import (
-    dds_qos,
-    qos_of_dds,
-    qos_of_rclpy,
-    qos_of_zenoh,
-    rclpy_qos,
-    zenoh_qos,
-)
+from pipros_ros2.qos_table import dds_qos, qos_of_dds, qos_of_rclpy, qos_of_zenoh, rclpy_qos, zenoh_qos
 from pipros_ros2.rtps.qos import DurabilityKind, Qos
 
 VALUES = {"reliability": Reliability, "durability": Durability, "depth": (0, 1, 10, 42, 1000)}
@@ -32,16 +25,11 @@ def test_every_field_of_a_qos_passes_through_every_engine() -> None:
         assert qos_of_zenoh(zenoh_qos(qos)) == qos
 
 
-@pytest.mark.parametrize(
-    ("qos", "text"),
-    [
-        (TopicQos(depth=42), "::,:,:,:,,"),
-        (TopicQos(depth=10), "::,10:,:,:,,"),
-        (TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1), ":1:,1:,:,:,,"),
-        (TopicQos(Reliability.BEST_EFFORT, depth=5), "2::,5:,:,:,,"),
-        (TopicQos(depth=0), "::2,:,:,:,,"),
-    ],
-)
+@pytest.mark.parametrize(("qos", "text"), [
+    (TopicQos(depth=42), "::,:,:,:,,"), (TopicQos(depth=10), "::,10:,:,:,,"),
+    (TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1), ":1:,1:,:,:,,"),
+    (TopicQos(Reliability.BEST_EFFORT, depth=5), "2::,5:,:,:,,"), (TopicQos(depth=0), "::2,:,:,:,,"),
+])  # fmt: skip
 def test_qos_has_rmw_zenohs_defaults(qos: TopicQos, text: str) -> None:
     assert zenoh_qos(qos) == text
 

@@ -75,17 +75,12 @@ def test_the_agent_gets_only_folders_of_ros2_and_the_range_of_the_gateway() -> N
     assert served["ROS_SUPER_CLIENT"] == "TRUE"
 
 
-@pytest.mark.parametrize(
-    ("variables", "expected"),
-    [
-        ({}, False),
-        ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, False),
-        ({"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}, True),
-        ({"ROS_DISCOVERY_SERVER": "127.0.0.1:11811"}, True),
-        ({"CYCLONEDDS_URI": "file:///home/me/cyclone.xml"}, True),
-        ({"FASTRTPS_DEFAULT_PROFILES_FILE": "/home/me/fast.xml"}, True),
-    ],
-)
+@pytest.mark.parametrize(("variables", "expected"), [
+    ({}, False), ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, False),
+    ({"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}, True), ({"ROS_DISCOVERY_SERVER": "127.0.0.1:11811"}, True),
+    ({"CYCLONEDDS_URI": "file:///home/me/cyclone.xml"}, True),
+    ({"FASTRTPS_DEFAULT_PROFILES_FILE": "/home/me/fast.xml"}, True),
+])  # fmt: skip
 def test_settings_that_may_reach_other_machines_require_an_allow_list(
     variables: dict[str, str], expected: bool
 ) -> None:

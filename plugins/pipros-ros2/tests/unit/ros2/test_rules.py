@@ -46,8 +46,7 @@ def test_subscribers_match_all_publishers() -> None:
     (both,) = requested_qos([a, b])
     assert (both.qos, both.publishers) == (TopicQos(BEST_EFFORT, VOLATILE, 10), {b"a", b"b"})
     (latched,) = requested_qos([publisher(b"c", RELIABLE, LATCHED)])
-    assert latched.qos.depth == 10
-    assert requested_qos([]) == ()
+    assert (latched.qos.depth, requested_qos([])) == (10, ())
 
 
 def test_latched_and_volatile_publishers_need_two_subscribers() -> None:
@@ -59,20 +58,14 @@ def test_latched_and_volatile_publishers_need_two_subscribers() -> None:
     assert (second.qos, second.publishers) == (TopicQos(BEST_EFFORT, VOLATILE, 1), {b"b"})
 
 
-@pytest.mark.parametrize(
-    ("kind", "direction", "is_local", "passes"),
-    [
-        (RuleKind.TOPIC, Direction.TO_ROS2, False, True),
-        (RuleKind.TOPIC, Direction.TO_ROS1, True, True),
-        (RuleKind.TOPIC, Direction.TO_ROS1, False, False),
-        (RuleKind.SERVICE, Direction.TO_ROS1, True, False),
-        (RuleKind.SERVICE, Direction.TO_ROS2, True, True),
-        (RuleKind.SERVICE, Direction.TO_ROS2, False, False),
-        (RuleKind.ACTION, Direction.TO_ROS1, True, False),
-        (RuleKind.ACTION, Direction.TO_ROS2, True, True),
-        (RuleKind.ACTION, Direction.TO_ROS2, False, False),
-    ],
-)
+@pytest.mark.parametrize(("kind", "direction", "is_local", "passes"), [
+    (RuleKind.TOPIC, Direction.TO_ROS2, False, True), (RuleKind.TOPIC, Direction.TO_ROS1, True, True),
+    (RuleKind.TOPIC, Direction.TO_ROS1, False, False), (RuleKind.SERVICE, Direction.TO_ROS1, True, False),
+    (RuleKind.SERVICE, Direction.TO_ROS2, True, True),
+    (RuleKind.SERVICE, Direction.TO_ROS2, False, False),
+    (RuleKind.ACTION, Direction.TO_ROS1, True, False), (RuleKind.ACTION, Direction.TO_ROS2, True, True),
+    (RuleKind.ACTION, Direction.TO_ROS2, False, False),
+])  # fmt: skip
 def test_little_enters_ros1_by_default(
     kind: RuleKind, direction: Direction, is_local: bool, passes: bool
 ) -> None:
@@ -94,26 +87,23 @@ services:
 """
 
 
-@pytest.mark.parametrize(
-    ("kind", "direction", "name", "reason"),
-    [
-        (RuleKind.TOPIC, Direction.TO_ROS2, "/camera/image", ""),
-        (
-            RuleKind.TOPIC,
-            Direction.TO_ROS2,
-            "/camera/debug_image",
-            "the deny list (topics: to_ros2) contains",
-        ),
-        (RuleKind.TOPIC, Direction.TO_ROS1, "/cmd_vel", ""),
-        (RuleKind.TOPIC, Direction.TO_ROS1, "/scan", "the allow list (topics: to_ros1) does not match it"),
-        (RuleKind.TOPIC, Direction.TO_ROS1, "/rosout", ""),
-        (RuleKind.TOPIC, Direction.TO_ROS2, "/rosout", "an internal name"),
-        (RuleKind.TOPIC, Direction.TO_ROS2, "/turn/_action/status", "an internal name"),
-        (RuleKind.SERVICE, Direction.TO_ROS1, "/reset", ""),
-        (RuleKind.SERVICE, Direction.TO_ROS1, "/shutdown", "the deny list"),
-        (RuleKind.SERVICE, Direction.TO_ROS1, "/node/get_loggers", "an internal name"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "direction", "name", "reason"), [
+    (RuleKind.TOPIC, Direction.TO_ROS2, "/camera/image", ""),
+    (
+        RuleKind.TOPIC,
+        Direction.TO_ROS2,
+        "/camera/debug_image",
+        "the deny list (topics: to_ros2) contains",
+    ),
+    (RuleKind.TOPIC, Direction.TO_ROS1, "/cmd_vel", ""),
+    (RuleKind.TOPIC, Direction.TO_ROS1, "/scan", "the allow list (topics: to_ros1) does not match it"),
+    (RuleKind.TOPIC, Direction.TO_ROS1, "/rosout", ""),
+    (RuleKind.TOPIC, Direction.TO_ROS2, "/rosout", "an internal name"),
+    (RuleKind.TOPIC, Direction.TO_ROS2, "/turn/_action/status", "an internal name"),
+    (RuleKind.SERVICE, Direction.TO_ROS1, "/reset", ""),
+    (RuleKind.SERVICE, Direction.TO_ROS1, "/shutdown", "the deny list"),
+    (RuleKind.SERVICE, Direction.TO_ROS1, "/node/get_loggers", "an internal name"),
+])  # fmt: skip
 def test_lists_decide(kind: RuleKind, direction: Direction, name: str, reason: str) -> None:
     verdict = parse_gateway_rules(RULES, "rules.yaml").verdict(kind, direction, name, is_local=False)
 
@@ -143,27 +133,24 @@ def test_static_rules_rename_topics() -> None:
     assert (odom.ros2, odom.directions) == ("/odom", frozenset(Direction))
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("[1]", "expected a mapping, got list"),
-        ("topic: {}", "unknown key topic; the keys are actions, services, topics"),
-        ("topics: {to_ros1: {allow: /a}}", "expected a list, got str"),
-        ("topics: {to_ros1: {allow: [a]}}", "must begin with / or"),
-        ("actions: {static: []}", "unknown key static"),
-        ("services: {static: [{name: plan, timeout_s: 1}]}", "name must be the full name of a service"),
-        ("services: {static: [{name: /plan}]}", "timeout_s must be greater than 0"),
-        ("services: {static: [{name: /plan, timeout_s: true}]}", "timeout_s must be greater than 0"),
-        ("services: {static: [{name: /plan, timeout_s: 1.0e+6}]}", "and at most 86400"),
-        ("topics: {static: [{}]}", "must be a full topic name"),
-        ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a full ROS 2 name"),
-        ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, both, got 'up'"),
-        ("topics: {static: [{ros1: /a, rate: 0}]}", "rate must be a number greater than zero"),
-        ("topics: {static: [{ros1: /a, qos: {depth: -1}}]}", "depth must be a whole number"),
-        ("topics: {static: [{ros1: /a, qos: {reliability: x}}]}", "expected one of reliable, best_effort"),
-        ("{", "rules.yaml"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("[1]", "expected a mapping, got list"),
+    ("topic: {}", "unknown key topic; the keys are actions, services, topics"),
+    ("topics: {to_ros1: {allow: /a}}", "expected a list, got str"),
+    ("topics: {to_ros1: {allow: [a]}}", "must begin with / or"),
+    ("actions: {static: []}", "unknown key static"),
+    ("services: {static: [{name: plan, timeout_s: 1}]}", "name must be the full name of a service"),
+    ("services: {static: [{name: /plan}]}", "timeout_s must be greater than 0"),
+    ("services: {static: [{name: /plan, timeout_s: true}]}", "timeout_s must be greater than 0"),
+    ("services: {static: [{name: /plan, timeout_s: 1.0e+6}]}", "and at most 86400"),
+    ("topics: {static: [{}]}", "must be a full topic name"),
+    ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a full ROS 2 name"),
+    ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, both, got 'up'"),
+    ("topics: {static: [{ros1: /a, rate: 0}]}", "rate must be a number greater than zero"),
+    ("topics: {static: [{ros1: /a, qos: {depth: -1}}]}", "depth must be a whole number"),
+    ("topics: {static: [{ros1: /a, qos: {reliability: x}}]}", "expected one of reliable, best_effort"),
+    ("{", "rules.yaml"),
+])  # fmt: skip
 def test_malformed_rules_raise(text: str, reason: str) -> None:
     with pytest.raises(InvalidRules, match=reason):
         parse_gateway_rules(text, "rules.yaml")

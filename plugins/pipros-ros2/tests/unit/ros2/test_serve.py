@@ -18,22 +18,15 @@ from pipros_rosbag2.distribution import Distribution
 from tests.support.ros2_domains import free_domain
 
 
-@pytest.mark.parametrize(
-    ("variables", "is_local"),
-    [
-        ({}, True),
-        ({"ROS_DOMAIN_ID": "7"}, True),
-        ({"ROS_LOCALHOST_ONLY": "1"}, True),
-        ({"ROS_LOCALHOST_ONLY": "0"}, False),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, False),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, False),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, True),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_STATIC_PEERS": "192.168.1.5"}, True),
-        ({"ROS_STATIC_PEERS": "127.0.0.1;localhost"}, True),
-        ({"ROS_STATIC_PEERS": "192.168.1.5"}, False),
-        ({"ROS_STATIC_PEERS": "robot"}, False),
-    ],
-)
+@pytest.mark.parametrize(("variables", "is_local"), [
+    ({}, True), ({"ROS_DOMAIN_ID": "7"}, True), ({"ROS_LOCALHOST_ONLY": "1"}, True),
+    ({"ROS_LOCALHOST_ONLY": "0"}, False), ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, False),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, False),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, True),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_STATIC_PEERS": "192.168.1.5"}, True),
+    ({"ROS_STATIC_PEERS": "127.0.0.1;localhost"}, True), ({"ROS_STATIC_PEERS": "192.168.1.5"}, False),
+    ({"ROS_STATIC_PEERS": "robot"}, False),
+])  # fmt: skip
 def test_other_machines_are_reached_as_the_variables_say(variables: dict[str, str], is_local: bool) -> None:
     pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
     discovery = Discovery.from_environment(variables)

@@ -20,12 +20,9 @@ ADD_TWO_INTS = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858
 """Both are in the design document of rmw_zenoh."""
 
 WITH_CHAR = {
-    "std_msgs/msg/Char",
-    "rmw_dds_common/msg/Gid",
-    "rmw_dds_common/msg/NodeEntitiesInfo",
-    "rmw_dds_common/msg/ParticipantEntitiesInfo",
-    "service_msgs/msg/ServiceEventInfo",
-}
+    "std_msgs/msg/Char", "rmw_dds_common/msg/Gid", "rmw_dds_common/msg/NodeEntitiesInfo",
+    "rmw_dds_common/msg/ParticipantEntitiesInfo", "service_msgs/msg/ServiceEventInfo",
+}  # fmt: skip
 """rosbags gives `char` the number 13. That of uint8 gives the published hash of AddTwoInts."""
 
 

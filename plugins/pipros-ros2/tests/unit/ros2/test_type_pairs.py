@@ -50,8 +50,7 @@ def test_received_definitions_are_used_for_types_that_are_not_installed() -> Non
 
     pair = pairs.of_ros1(POSE)
 
-    assert pair.plan.ros2_type == "my_msgs/msg/Pose"
-    assert pair.plan.to_cdr(b"\7") == b"\0\1\0\0\7"
+    assert (pair.plan.ros2_type, pair.plan.to_cdr(b"\7")) == ("my_msgs/msg/Pose", b"\0\1\0\0\7")
     assert pairs.of_ros2("my_msgs/msg/Pose") is pair
 
 

@@ -21,10 +21,7 @@ class Connection:
     def __init__(self, gids: list[bytes], log: list[str]) -> None:
         kinds = SimpleNamespace(PUT="put")
         self.library = SimpleNamespace(
-            ZError=Closed,
-            SampleKind=kinds,
-            ext=None,
-            handlers=SimpleNamespace(RingChannel=lambda _: None),
+            ZError=Closed, SampleKind=kinds, ext=None, handlers=SimpleNamespace(RingChannel=lambda _: None)
         )
         samples = [
             SimpleNamespace(

@@ -32,8 +32,7 @@ def test_tokens_equal_the_published_ones() -> None:
     qos = TopicQos(depth=7)
     token = endpoint_token(NODE, 10, EndpointKind.PUBLISHER, "/chatter", "std_msgs/msg/String", STRING, qos)
 
-    assert token == TALKER
-    assert node_token(NODE) == f"@ros2_lv/2/{SESSION}/0/0/NN/%/%/talker"
+    assert (token, node_token(NODE)) == (TALKER, f"@ros2_lv/2/{SESSION}/0/0/NN/%/%/talker")
     assert graph_key(2) == "@ros2_lv/2/**"
     assert gid_of_hash(xxhash.xxh3_128_intdigest(token.encode())).hex() == "ac170f31eadcd9ff0cd86d7a17907d1c"
 
@@ -91,8 +90,7 @@ def test_gaps_in_the_sequences_of_a_publisher_are_counted() -> None:
     received = ((b"a", 5), (b"b", 1), (b"a", 6), (b"a", 9), (b"b", 2), (b"a", 7), (b"a", 10))
     firsts = [arrivals.add(*each) for each in received]
 
-    assert arrivals.missing == 2
-    assert firsts == [True, True, False, False, False, False, False]
+    assert (arrivals.missing, firsts) == (2, [True, True, False, False, False, False, False])
 
 
 def test_arrivals_of_many_publishers_take_little_memory() -> None:

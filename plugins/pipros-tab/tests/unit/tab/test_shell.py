@@ -52,8 +52,7 @@ def test_help_names_the_commands_and_nothing_needs_to_be_installed(
 
 
 def test_output_is_appended_and_files_are_removed(home: Path) -> None:
-    assert typed("echo one > a", "echo two >> a") == [0, 0]
-    assert (home / "a").read_text() == "one\ntwo\n"
+    assert (typed("echo one > a", "echo two >> a"), (home / "a").read_text()) == ([0, 0], "one\ntwo\n")
     assert typed("mkdir b build", "rm a", "rm -r b", "rm -rf devel build", "rm devel") == [0, 0, 0, 0, 1]
     assert list(home.iterdir()) == []
 
@@ -77,10 +76,8 @@ def test_programs_get_their_arguments_without_quotes(home: Path) -> None:
 
     os.environ["NAME"] = "world"
     line = """rostopic pub -1 /chatter std_msgs/String "data: 'hello $NAME'" """
-    assert run_line(line, run) == 3
-    assert run_line("rosbag info *.bag ~/c && rosrun never", run) == 3
-    assert run_line("", run) == 0
-    assert run_line("""rosparam set /a '$NAME "x"'""", run) == 3
+    assert (run_line(line, run), run_line("rosbag info *.bag ~/c && rosrun never", run)) == (3, 3)
+    assert (run_line("", run), run_line("""rosparam set /a '$NAME "x"'""", run)) == (0, 3)
     assert started == [
         ["rostopic", "pub", "-1", "/chatter", "std_msgs/String", "data: 'hello world'"],
         ["rosbag", "info", "a.bag", "b.bag", f"{home}/c"],
@@ -181,11 +178,8 @@ def test_variables_are_set_for_one_command_or_for_the_shell(capsys: pytest.Captu
         return 0
 
     for line in (
-        'ROS_NAMESPACE="robot 1" rosrun a b _c:="d e"',
-        "NAME=x",
-        "rosrun a $NAME ${NONE}",
-        "printenv NAME",
-    ):
+        'ROS_NAMESPACE="robot 1" rosrun a b _c:="d e"', "NAME=x", "rosrun a $NAME ${NONE}", "printenv NAME",
+    ):  # fmt: skip
         run_line(line, run)
     assert started == [(["rosrun", "a", "b", "_c:=d e"], "robot 1"), (["rosrun", "a", "x"], None)]
     assert typed("export NAME; printenv NAME", "A=1 env | grep ^A=") == [0, 0]
@@ -213,20 +207,12 @@ def test_a_brace_after_a_variable_is_kept(capsys: pytest.CaptureFixture[str]) ->
     assert capsys.readouterr().out == "{data: 5} {5} 5} 5 $X\n"
 
 
-@pytest.mark.parametrize(
-    ("line", "code", "printed"),
-    [
-        ("cat a none b", 1, "one\ntwo\n"),
-        ("grep -h a none b", 2, ""),
-        ("grep o a none b", 2, "a:one\nb:two\n"),
-        ("head -1 a none b", 1, "==> a <==\none\n==> b <==\ntwo\n"),
-        ("grep a a", 1, ""),
-        ("ls a none b", 1, "a\nb\n"),
-        ("mkdir a c; ls", 0, "a  b  c\n"),
-        ("rm none a; ls", 0, "b\n"),
-        ("mkdir c; cp none a c; ls c", 0, "a\n"),
-    ],
-)
+@pytest.mark.parametrize(("line", "code", "printed"), [
+    ("cat a none b", 1, "one\ntwo\n"), ("grep -h a none b", 2, ""),
+    ("grep o a none b", 2, "a:one\nb:two\n"), ("head -1 a none b", 1, "==> a <==\none\n==> b <==\ntwo\n"),
+    ("grep a a", 1, ""), ("ls a none b", 1, "a\nb\n"), ("mkdir a c; ls", 0, "a  b  c\n"),
+    ("rm none a; ls", 0, "b\n"), ("mkdir c; cp none a c; ls c", 0, "a\n"),
+])  # fmt: skip
 def test_a_missing_file_does_not_affect_the_others(
     line: str, code: int, printed: str, home: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -251,29 +237,22 @@ def print_topics(_: list[str], output: str | None = None, /, **more: Any) -> int
         return run_before(more["filters"], lambda: print("/odom\n/scan\n/Odom/x") or 0, out)
 
 
-@pytest.mark.parametrize(
-    ("line", "code", "printed"),
-    [
-        ("rostopic list | grep odom", 0, "/odom\n"),
-        ("rostopic list | grep -i -n ODOM", 0, "1:/odom\n3:/Odom/x\n"),
-        ("rostopic list | grep -v odom | head -1", 0, "/scan\n"),
-        ("rostopic list | head -n 2 | tail -n 1", 0, "/scan\n"),
-        ("rostopic list | tail -n 1; echo 2; echo 1&&ls", 0, "/Odom/x\n2\n1\n"),
-        ("rostopic list | grep nothing", 1, ""),
-        ("rostopic list | grep -v nothing | wc -l", 0, "3\n"),
-        ("rostopic list | wc", 0, "3 3 20\n"),
-        (r"rostopic list | grep '^/o\|^/s'", 0, "/odom\n/scan\n"),
-        ("rostopic list | grep -E '^/(o|s)' > found; cat found", 0, "/odom\n/scan\n"),
-        ("touch a b; ls | grep -n b", 0, "2:b\n"),
-        ("A=1 env | grep ^A= && printenv A", 1, "A=1\n"),
-        ("rostopic list | grep -Z", 2, ""),
-    ],
-)
+@pytest.mark.parametrize(("line", "code", "printed"), [
+    ("rostopic list | grep odom", 0, "/odom\n"),
+    ("rostopic list | grep -i -n ODOM", 0, "1:/odom\n3:/Odom/x\n"),
+    ("rostopic list | grep -v odom | head -1", 0, "/scan\n"),
+    ("rostopic list | head -n 2 | tail -n 1", 0, "/scan\n"),
+    ("rostopic list | tail -n 1; echo 2; echo 1&&ls", 0, "/Odom/x\n2\n1\n"),
+    ("rostopic list | grep nothing", 1, ""), ("rostopic list | grep -v nothing | wc -l", 0, "3\n"),
+    ("rostopic list | wc", 0, "3 3 20\n"), (r"rostopic list | grep '^/o\|^/s'", 0, "/odom\n/scan\n"),
+    ("rostopic list | grep -E '^/(o|s)' > found; cat found", 0, "/odom\n/scan\n"),
+    ("touch a b; ls | grep -n b", 0, "2:b\n"), ("A=1 env | grep ^A= && printenv A", 1, "A=1\n"),
+    ("rostopic list | grep -Z", 2, ""),
+])  # fmt: skip
 def test_filters_read_what_commands_print(
     line: str, code: int, printed: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_line(line, print_topics) == code
-    assert capsys.readouterr().out == printed
+    assert (run_line(line, print_topics), capsys.readouterr().out) == (code, printed)
 
 
 def test_a_program_ends_if_head_needs_no_more_lines(capsys: pytest.CaptureFixture[str]) -> None:
@@ -325,8 +304,7 @@ def test_filters_read_files(home: Path, capsys: pytest.CaptureFixture[str]) -> N
 
 def test_the_lines_of_other_files_are_run(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (home / ".bashrc").write_text("# mine\nsource /opt/ros/noetic/setup.bash\nexport A=b\n")
-    assert typed("source ~/.bashrc", "echo $A") == [0, 0]
-    assert capsys.readouterr().out == "b\n"
+    assert (typed("source ~/.bashrc", "echo $A"), capsys.readouterr().out) == ([0, 0], "b\n")
 
 
 def test_source_names_a_setup_file_that_is_missing(

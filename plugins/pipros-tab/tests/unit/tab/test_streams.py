@@ -44,13 +44,10 @@ def read(stream: TabStream, count: int = 1 << 20) -> bytes:
 
 
 def test_bytes_arrive_in_order_in_both_directions(ends: Ends) -> None:
-    assert ends.client.write(memoryview(b"one ")) == 4
-    assert ends.client.write(memoryview(b"two")) == 3
+    assert (ends.client.write(memoryview(b"one ")), ends.client.write(memoryview(b"two"))) == (4, 3)
     assert ends.server.write(memoryview(b"answer")) == 6
     ends.pass_packets()
-    assert read(ends.server, 2) == b"on"
-    assert read(ends.server) == b"e two"
-    assert read(ends.client) == b"answer"
+    assert (read(ends.server, 2), read(ends.server), read(ends.client)) == (b"on", b"e two", b"answer")
 
 
 def test_a_stream_without_bytes_would_block(ends: Ends) -> None:
@@ -92,8 +89,7 @@ def test_what_was_sent_before_the_end_can_be_read(ends: Ends) -> None:
     ends.client.close()
     ends.client.close()
     ends.pass_packets()
-    assert read(ends.server) == b"last"
-    assert read(ends.server) == b""
+    assert (read(ends.server), read(ends.server)) == (b"last", b"")
     with pytest.raises(BrokenPipeError):
         ends.server.write(memoryview(b"x"))
     ends.server.close()
@@ -108,8 +104,7 @@ def test_after_finish_the_other_direction_works(ends: Ends) -> None:
     assert read(ends.server) == b""
     ends.server.write(memoryview(b"answer"))
     ends.pass_packets()
-    assert read(ends.client) == b"answer"
-    assert ends.ports[0].sent.count(PacketKind.FINISH) == 1
+    assert (read(ends.client), ends.ports[0].sent.count(PacketKind.FINISH)) == (b"answer", 1)
 
 
 def test_a_stream_that_stopped_receiving_discards_data(ends: Ends) -> None:
@@ -130,8 +125,7 @@ def test_a_port_belongs_to_one_worker_until_it_is_closed(switch: Switch) -> None
     first.receive(0.0)
     first.close_port(11311)
     second.receive(0.0)
-    assert read(waiting) == b""
-    assert second.listen(11311)[0] == 11311
+    assert (read(waiting), second.listen(11311)[0]) == (b"", 11311)
 
 
 def test_a_listener_that_does_not_accept_gets_a_limited_number_of_connections(switch: Switch) -> None:

@@ -113,7 +113,7 @@ def test_keys_are_requirements(tmp_path: Path) -> None:
     assert PYTHON_KEYS["python3-serial"] == PYTHON_KEYS["python-serial"] == PYTHON_KEYS["python3-serial-pip"]
     named = ("click", "colorama", "progressbar", "texttable", "github")  # the keys of jsk_common
     assert [PYTHON_KEYS[f"python3-{name}"] for name in named] == [
-        *("click", "colorama", "progressbar2", "texttable", "PyGithub"),
+        *("click", "colorama", "progressbar2", "texttable", "PyGithub")
     ]
     file = tmp_path / "keys.yaml"
     file.write_text("my_key: pyserial>=3.5\npython3-yaml: ruamel.yaml\n")
@@ -145,15 +145,10 @@ def test_a_plan_names_what_provides_each_dependency(workspace: Workspace, tmp_pa
     packages = source_packages([workspace.base]).packages
     steps = {step.name: step for step in make_plan(packages, Places((), None, PYTHON_KEYS), [])}
     assert {name: step.provider for name, step in steps.items()} == {
-        "arm": Provider.SOURCE,
-        "far_msgs": Provider.UNKNOWN,
-        "hand": Provider.SOURCE,
-        "libarm": Provider.DEBIAN,
-        "python3-semver": Provider.PYPI,
-        "python3-yaml": Provider.PIPROS,
-        "rospy": Provider.PIPROS,
-        "strange": Provider.UNKNOWN,
-    }
+        "arm": Provider.SOURCE, "far_msgs": Provider.UNKNOWN, "hand": Provider.SOURCE,
+        "libarm": Provider.DEBIAN, "python3-semver": Provider.PYPI, "python3-yaml": Provider.PIPROS,
+        "rospy": Provider.PIPROS, "strange": Provider.UNKNOWN,
+    }  # fmt: skip
     assert (steps["libarm"].target, steps["hand"].needed_by) == ("libarm-dev", ("arm",))
     add_wheel(tmp_path / "wheels", "ros1_far_msgs", "1.0")
     places = Places((tmp_path / "wheels",), lambda name: name == "ros1-strange", PYTHON_KEYS)
@@ -168,19 +163,13 @@ def step_of(workspace: Workspace, places: Places, name: str, errors: list[str] |
     return found
 
 
-@pytest.mark.parametrize(
-    ("limit", "version"),
-    [
-        *(
-            ("~=1.2", "1.9"),
-            ("~=1.2.0", "1.2.3"),
-            ("==1.2.*", "1.2.3"),
-            ("!=1.*", "2.0"),
-            ("===1.2.0", "1.2.0"),
-        ),
-        *(("<1.9,!=1.2.3", "1.2.0"), (">=1.2,<2", "1.9"), ("", "2.0"), ("==3", None), ("=>1", None)),
-    ],
-)
+@pytest.mark.parametrize(("limit", "version"), [
+    *(
+        ("~=1.2", "1.9"), ("~=1.2.0", "1.2.3"), ("==1.2.*", "1.2.3"), ("!=1.*", "2.0"),
+        ("===1.2.0", "1.2.0"),
+    ),
+    *(("<1.9,!=1.2.3", "1.2.0"), (">=1.2,<2", "1.9"), ("", "2.0"), ("==3", None), ("=>1", None)),
+])  # fmt: skip
 def test_a_wheel_in_a_folder_is_within_the_limits_of_the_wheel_that_requires_it(
     workspace: Workspace, tmp_path: Path, limit: str, version: str | None
 ) -> None:
@@ -226,12 +215,8 @@ def test_the_index_is_asked_once_for_each_requirement_with_its_limits(
     step = step_of(workspace, Places((tmp_path / "wheels",), has_in_index, {}), "strange")
     assert (step.provider, step.target) == (Provider.INDEX, "ros1-strange>=1.2,<2")
     assert sorted(asked) == [
-        "ros1-libarm",
-        "ros1-lost",
-        "ros1-python3-semver",
-        "ros1-python3-yaml",
-        "ros1-strange>=1.2,<2",
-    ]
+        "ros1-libarm", "ros1-lost", "ros1-python3-semver", "ros1-python3-yaml", "ros1-strange>=1.2,<2",
+    ]  # fmt: skip
 
 
 def test_an_installed_wheel_outside_of_the_limits_is_replaced_or_reported(
@@ -275,8 +260,7 @@ def test_apt_is_asked_for_names_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan.shutil, "which", lambda _name: "/usr/bin/apt-cache")
     monkeypatch.setattr(plan.subprocess, "run", run)
     assert plan.debian_package("arm") == "ros-arm"
-    assert asked[0] == ["show", "--no-all-versions", "--", "arm"]
-    assert plan.debian_package("--option") == ""
+    assert (asked[0], plan.debian_package("--option")) == (["show", "--no-all-versions", "--", "arm"], "")
     assert plan.debian_package("image_proc") == "ros-image-proc"
 
 
@@ -288,14 +272,10 @@ def test_the_installer_is_pip_or_uv(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     made = installer.Installer(("/bin/uv", "pip"), (tmp_path,), "https://example.org/simple")
     assert made.options() == [
         *(
-            "--python",
-            sys.executable,
-            "--index-url",
-            "https://example.org/simple",
-            "--find-links",
+            "--python", sys.executable, "--index-url", "https://example.org/simple", "--find-links",
             str(tmp_path),
-        ),
-    ]
+        )
+    ]  # fmt: skip
     assert made.environment({"PIP_FIND_LINKS": "/a"})["PIP_FIND_LINKS"] == f"/a {tmp_path}"
     assert made.environment({"UV_FIND_LINKS": "/a"})["UV_FIND_LINKS"] == f"/a,{tmp_path}"
     monkeypatch.setattr(installer.shutil, "which", lambda _name: None)

@@ -112,12 +112,9 @@ def environment(tmp_path: Path, index: Index, monkeypatch: pytest.MonkeyPatch) -
         monkeypatch.delenv(name)
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     for name, value in {
-        "CONFIG_FILE": os.devnull,
-        "INDEX_URL": index.url,
-        "NO_CACHE_DIR": "1",
-        "RETRIES": "0",
+        "CONFIG_FILE": os.devnull, "INDEX_URL": index.url, "NO_CACHE_DIR": "1", "RETRIES": "0",
         "DISABLE_PIP_VERSION_CHECK": "1",
-    }.items():
+    }.items():  # fmt: skip
         monkeypatch.setenv(f"PIP_{name}", value)
     return folder
 
@@ -148,13 +145,10 @@ def test_what_the_plan_names_is_installed_and_no_other_name_is_asked_of_the_inde
     assert index.asked == {"pyserial"}
     assert installed(environment) == {
         *(
-            "ros1_user_pkg-0.1.0",
-            "ros1_dep_msgs-1.0.0",
-            "ros1_base_msgs-1.2.0",
-            "labtool-2.0",
+            "ros1_user_pkg-0.1.0", "ros1_dep_msgs-1.0.0", "ros1_base_msgs-1.2.0", "labtool-2.0",
             "pyserial-100.0",
         )
-    }
+    }  # fmt: skip
     assert "dep_msgs        wheel in a folder  ros1-dep-msgs==1.0.0   user_pkg" in shown.out
     assert "Unknown, and not installed: ghost_msgs ros1-lost-msgs." in shown.out
     assert "user_pkg does not require ghost_msgs, because" in shown.out

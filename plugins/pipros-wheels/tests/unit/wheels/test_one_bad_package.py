@@ -29,10 +29,7 @@ FAULTS: dict[str, dict[str, str | bytes | Path]] = {
     "a_foreign_encoding": {
         "package.xml": MANIFEST.replace("<description>d", "<description>caf\xe9").encode("latin-1")
     },
-    "an_invalid_message": {
-        "msg/Bad.msg": "int8 8\n",
-        "CMakeLists.txt": HEAD + MESSAGES.format("Bad") + "\n",
-    },
+    "an_invalid_message": {"msg/Bad.msg": "int8 8\n", "CMakeLists.txt": HEAD + MESSAGES.format("Bad") + "\n"},
     "an_invalid_setup": {
         "CMakeLists.txt": f"{HEAD}find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()\n",
         "setup.py": "raise RuntimeError('broken')\n",
@@ -165,13 +162,8 @@ def test_packages_that_share_a_name_or_form_a_cycle_are_left_out(
         manifest = workspace.add(name) / "package.xml"
         manifest.write_text(manifest.read_text().replace(f"<name>{name}", "<name>x"))
     for name, depends in (
-        ("c1", "c2"),
-        ("c2", "c1"),
-        ("user", "c1"),
-        ("good", ""),
-        ("my-arm", ""),
-        ("my_arm", ""),
-    ):
+        ("c1", "c2"), ("c2", "c1"), ("user", "c1"), ("good", ""), ("my-arm", ""), ("my_arm", ""),
+    ):  # fmt: skip
         workspace.add(name, depends=depends)
     workspace.add("arm_")
     assert wheel.main([str(workspace.base), "-o", str(tmp_path / "dist")]) == 1

@@ -36,15 +36,12 @@ def repository(tmp_path: Path) -> str:
     return f"file://{folder}"
 
 
-@pytest.mark.parametrize(
-    ("text", "url", "version"),
-    [
-        ("https://example.org/a/b.git", "https://example.org/a/b.git", ""),
-        ("git+https://example.org/a/b@noetic-devel", "https://example.org/a/b", "noetic-devel"),
-        ("git@example.org:a/b.git", "git@example.org:a/b.git", ""),
-        ("ssh://git@example.org/a/b@1.0", "ssh://git@example.org/a/b", "1.0"),
-    ],
-)
+@pytest.mark.parametrize(("text", "url", "version"), [
+    ("https://example.org/a/b.git", "https://example.org/a/b.git", ""),
+    ("git+https://example.org/a/b@noetic-devel", "https://example.org/a/b", "noetic-devel"),
+    ("git@example.org:a/b.git", "git@example.org:a/b.git", ""),
+    ("ssh://git@example.org/a/b@1.0", "ssh://git@example.org/a/b", "1.0"),
+])  # fmt: skip
 def test_urls_of_repositories(text: str, url: str, version: str) -> None:
     assert read_repository(text) == Repository(url, version)
 
@@ -95,24 +92,21 @@ def test_lists_of_repositories(name: str, tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("a.rosinstall", "git: x", "expected a list of repositories"),
-        ("a.rosinstall", "- git: {uri: a}\n  hg: b", "item 1 must have one key"),
-        ("a.rosinstall", "- hg: {uri: 'https://example.org/a'}", r"item 1 is of type \[hg\]; only git"),
-        ("a.rosinstall", "- git: {local-name: a}", r"uri must be the URL of a repository, got \[None\]"),
-        (
-            "a.rosinstall",
-            "- git: {uri: '--config=x'}",
-            r"uri must be the URL of a repository, got \[--config=x\]",
-        ),
-        ("a.repos", "arm: {}", "missing required key 'repositories'"),
-        ("a.repos", "repositories: {a: 1}", r"a is of type \[None\]"),
-        ("a.repos", "repositories: {a: {type: git, url: 'https://e.org/a', version: -x}}", "is not a branch"),
-        ("a.repos", "repositories: {a: ", "a.repos"),
-    ],
-)
+@pytest.mark.parametrize(("name", "text", "message"), [
+    ("a.rosinstall", "git: x", "expected a list of repositories"),
+    ("a.rosinstall", "- git: {uri: a}\n  hg: b", "item 1 must have one key"),
+    ("a.rosinstall", "- hg: {uri: 'https://example.org/a'}", r"item 1 is of type \[hg\]; only git"),
+    ("a.rosinstall", "- git: {local-name: a}", r"uri must be the URL of a repository, got \[None\]"),
+    (
+        "a.rosinstall",
+        "- git: {uri: '--config=x'}",
+        r"uri must be the URL of a repository, got \[--config=x\]",
+    ),
+    ("a.repos", "arm: {}", "missing required key 'repositories'"),
+    ("a.repos", "repositories: {a: 1}", r"a is of type \[None\]"),
+    ("a.repos", "repositories: {a: {type: git, url: 'https://e.org/a', version: -x}}", "is not a branch"),
+    ("a.repos", "repositories: {a: ", "a.repos"),
+])  # fmt: skip
 def test_malformed_lists_are_refused(name: str, text: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / name
     file.write_text(text)

@@ -129,8 +129,7 @@ def test_a_wheel_for_which_there_is_no_room_leaves_the_old_one(workspace: Worksp
             wheels(workspace)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert wheel.read_bytes() == old
-    assert list(wheel.parent.iterdir()) == [wheel]
+    assert (wheel.read_bytes(), list(wheel.parent.iterdir())) == (old, [wheel])
 
 
 def test_conditions_of_a_manifest_choose_requirements(workspace: Workspace) -> None:
@@ -256,17 +255,14 @@ def test_a_package_for_ros2_has_one_note(workspace: Workspace) -> None:
     assert note.startswith("is a package for ROS 2 (build type ament_cmake)")
 
 
-@pytest.mark.parametrize(
-    ("first", "expected"),
-    [
-        ("#!/usr/bin/env python", "#!python"),
-        ("#! /usr/bin/python3.8 -u\r", "#!python\r"),
-        ("#!/usr/bin/env -S python3 -u", "#!python"),
-        ("#!/usr/bin/env python2", "#!/usr/bin/env python2"),
-        ("#!/bin/sh", "#!/bin/sh"),
-        ("#!/usr/bin/env pythonista", "#!/usr/bin/env pythonista"),
-    ],
-)
+@pytest.mark.parametrize(("first", "expected"), [
+    ("#!/usr/bin/env python", "#!python"),
+    ("#! /usr/bin/python3.8 -u\r", "#!python\r"),
+    ("#!/usr/bin/env -S python3 -u", "#!python"),
+    ("#!/usr/bin/env python2", "#!/usr/bin/env python2"),
+    ("#!/bin/sh", "#!/bin/sh"),
+    ("#!/usr/bin/env pythonista", "#!/usr/bin/env pythonista"),
+])  # fmt: skip
 def test_scripts_of_setup_py_run_with_the_interpreter_of_the_environment(
     workspace: Workspace, first: str, expected: str
 ) -> None:
@@ -322,12 +318,9 @@ def test_modules_of_a_package_that_is_added_as_a_whole_are_in_the_wheel_once(wor
     (folder / "scripts" / "arm_lib.py").write_text("WHO = 'another'\n")
     found = names(wheels(workspace)["arm"])
     assert [name for name in found if "arm_lib" in name] == [
-        "arm_lib/__init__.py",
-        "arm_lib/curve.yaml",
-        "share/arm/scripts/arm_lib.py",
-        "share/arm/src/arm_lib/curve.yaml",
-        "share/pipros/modules/arm_lib",
-    ]
+        "arm_lib/__init__.py", "arm_lib/curve.yaml", "share/arm/scripts/arm_lib.py",
+        "share/arm/src/arm_lib/curve.yaml", "share/pipros/modules/arm_lib",
+    ]  # fmt: skip
 
 
 def test_usual_folders_that_are_not_installed_are_named(workspace: Workspace) -> None:
@@ -434,16 +427,10 @@ def test_wheels_that_are_refused(workspace: Workspace, case: str) -> None:
     assert list((workspace.base / "dist").glob("*")) == []
 
 
-@pytest.mark.parametrize(
-    ("target", "is_allowed"),
-    [
-        ("../../../secret", False),
-        ("/etc/hostname", False),
-        ("real.txt", True),
-        ("gone", False),
-        ("more/inside.txt", True),
-    ],
-)
+@pytest.mark.parametrize(("target", "is_allowed"), [
+    ("../../../secret", False), ("/etc/hostname", False), ("real.txt", True), ("gone", False),
+    ("more/inside.txt", True),
+])  # fmt: skip
 def test_links_that_leave_the_package_are_refused(
     workspace: Workspace, target: str, is_allowed: bool
 ) -> None:
@@ -471,17 +458,14 @@ def test_files_outside_of_the_prefix_are_left_out(workspace: Workspace, tmp_path
     assert not (tmp_path / "rules.d").exists()
 
 
-@pytest.mark.parametrize(
-    ("cmake", "reason"),
-    [
-        ("install(FILES a.txt DESTINATION share/arm RENAME ../../../../up.txt)", "outside of the prefix"),
-        ("install(PROGRAMS a.txt DESTINATION lib RENAME {base}/up.txt)", "outside of the prefix"),
-        ("install(DIRECTORY data DESTINATION share/arm)\ninstall(FILES a.txt DESTINATION share/arm/data/up)",
-         "through a link"),
-        ("install(DIRECTORY data DESTINATION share)\ninstall(DIRECTORY more/ DESTINATION share/data/up)",
-         "through a link"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("cmake", "reason"), [
+    ("install(FILES a.txt DESTINATION share/arm RENAME ../../../../up.txt)", "outside of the prefix"),
+    ("install(PROGRAMS a.txt DESTINATION lib RENAME {base}/up.txt)", "outside of the prefix"),
+    ("install(DIRECTORY data DESTINATION share/arm)\ninstall(FILES a.txt DESTINATION share/arm/data/up)",
+     "through a link"),
+    ("install(DIRECTORY data DESTINATION share)\ninstall(DIRECTORY more/ DESTINATION share/data/up)",
+     "through a link"),
+])  # fmt: skip
 def test_nothing_is_written_outside_of_the_build_of_a_wheel(
     workspace: Workspace, cmake: str, reason: str
 ) -> None:
@@ -524,20 +508,14 @@ def test_a_wheel_has_a_limited_size(workspace: Workspace, constants: Constants) 
         wheels(workspace)
 
 
-@pytest.mark.parametrize(
-    "cmake",
-    [
-        "install(FILES /etc/hostname DESTINATION share/arm)",
-        "install(PROGRAMS ../../secret DESTINATION lib/arm)",
-        "set(WHERE ${CMAKE_CURRENT_SOURCE_DIR}/..)\ninstall(FILES ${WHERE}/../secret DESTINATION share/arm)",
-        "install(FILES out/secret DESTINATION share/arm)",
-        "install(FILES $ENV{SECRET} DESTINATION share/arm)",
-        "install(DIRECTORY / DESTINATION share/arm)",
-        "install(DIRECTORY .. DESTINATION share/arm)",
-        "catkin_install_python(PROGRAMS ../../secret DESTINATION lib/arm)",
-        "install(SCRIPT ../../secret)",
-    ],
-)
+@pytest.mark.parametrize("cmake", [
+    "install(FILES /etc/hostname DESTINATION share/arm)",
+    "install(PROGRAMS ../../secret DESTINATION lib/arm)",
+    "set(WHERE ${CMAKE_CURRENT_SOURCE_DIR}/..)\ninstall(FILES ${WHERE}/../secret DESTINATION share/arm)",
+    "install(FILES out/secret DESTINATION share/arm)", "install(FILES $ENV{SECRET} DESTINATION share/arm)",
+    "install(DIRECTORY / DESTINATION share/arm)", "install(DIRECTORY .. DESTINATION share/arm)",
+    "catkin_install_python(PROGRAMS ../../secret DESTINATION lib/arm)", "install(SCRIPT ../../secret)",
+])  # fmt: skip
 def test_files_from_outside_of_the_package_are_refused_with_file_and_line(
     workspace: Workspace, cmake: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -552,15 +530,10 @@ def test_files_from_outside_of_the_package_are_refused_with_file_and_line(
     assert list((workspace.base / "dist").iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        "packages=['a'], package_dir={'a': '../../secrets'}",
-        "scripts=['../../secrets/__init__.py']",
-        "py_modules=['secrets.a'], package_dir={'': '../..'}",
-        "data_files=[('share/arm', ['/etc/hostname'])]",
-    ],
-)
+@pytest.mark.parametrize("arguments", [
+    "packages=['a'], package_dir={'a': '../../secrets'}", "scripts=['../../secrets/__init__.py']",
+    "py_modules=['secrets.a'], package_dir={'': '../..'}", "data_files=[('share/arm', ['/etc/hostname'])]",
+])  # fmt: skip
 def test_a_setup_py_installs_no_files_from_outside_of_the_package(
     workspace: Workspace, arguments: str
 ) -> None:

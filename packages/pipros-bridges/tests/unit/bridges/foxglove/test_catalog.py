@@ -61,14 +61,8 @@ def test_later_updates_have_what_changed() -> None:
     after = SystemState({"/a": ["/p"], "/b": ["/p", "/o"]}, {"/c": ["/q"]}, {})
     assert update(before, after) == {
         "op": "connectionGraphUpdate",
-        "publishedTopics": [
-            {"name": "/b", "publisherIds": ["/o", "/p"]},
-            {"name": "/c", "publisherIds": []},
-        ],
-        "subscribedTopics": [],
-        "advertisedServices": [],
-        "removedTopics": [],
-        "removedServices": ["/s"],
-    }
+        "publishedTopics": [{"name": "/b", "publisherIds": ["/o", "/p"]}, {"name": "/c", "publisherIds": []}],
+        "subscribedTopics": [], "advertisedServices": [], "removedTopics": [], "removedServices": ["/s"],
+    }  # fmt: skip
     assert update(after, EMPTY)["removedTopics"] == ["/a", "/b", "/c"]
     assert update(after, after) is None

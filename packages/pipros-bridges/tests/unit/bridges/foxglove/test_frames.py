@@ -25,13 +25,9 @@ def binary(frame: WebSocketFrame) -> bytes:
 
 def test_the_server_introduces_itself() -> None:
     assert read(frames.server_info("name", ["time"], ["ros1"], {"ROS_DISTRO": "noetic"}, "17")) == {
-        "op": "serverInfo",
-        "name": "name",
-        "capabilities": ["time"],
-        "supportedEncodings": ["ros1"],
-        "metadata": {"ROS_DISTRO": "noetic"},
-        "sessionId": "17",
-    }
+        "op": "serverInfo", "name": "name", "capabilities": ["time"], "supportedEncodings": ["ros1"],
+        "metadata": {"ROS_DISTRO": "noetic"}, "sessionId": "17",
+    }  # fmt: skip
 
 
 def test_channels_have_their_definition() -> None:
@@ -40,15 +36,11 @@ def test_channels_have_their_definition() -> None:
         "op": "advertise",
         "channels": [
             {
-                "id": 3,
-                "topic": "/chatter",
-                "encoding": "ros1",
-                "schemaName": "std_msgs/String",
-                "schema": "string data\n",
-                "schemaEncoding": "ros1msg",
+                "id": 3, "topic": "/chatter", "encoding": "ros1", "schemaName": "std_msgs/String",
+                "schema": "string data\n", "schemaEncoding": "ros1msg",
             }
         ],
-    }
+    }  # fmt: skip
     assert read(frames.unadvertise([3])) == {"op": "unadvertise", "channelIds": [3]}
 
 
@@ -86,11 +78,8 @@ def test_a_message_shares_its_body() -> None:
 def test_other_messages() -> None:
     assert read(frames.status(StatusLevel.ERROR, "no")) == {"op": "status", "level": 2, "message": "no"}
     assert read(frames.service_failure(1, 2, "no")) == {
-        "op": "serviceCallFailure",
-        "serviceId": 1,
-        "callId": 2,
-        "message": "no",
-    }
+        "op": "serviceCallFailure", "serviceId": 1, "callId": 2, "message": "no",
+    }  # fmt: skip
     assert read(frames.parameter_values([{"name": "/a", "value": float("nan")}])) == {
         "op": "parameterValues",
         "parameters": [{"name": "/a", "value": None}],

@@ -20,12 +20,7 @@ TREE = {"a": 1, "robot": {"speed": 1.0, "names": ["x"], "deep": {"y": True}}}
 
 
 def test_each_value_has_its_full_name() -> None:
-    assert flattened(TREE) == {
-        "/a": 1,
-        "/robot/speed": 1.0,
-        "/robot/names": ["x"],
-        "/robot/deep/y": True,
-    }
+    assert flattened(TREE) == {"/a": 1, "/robot/speed": 1.0, "/robot/names": ["x"], "/robot/deep/y": True}
     assert flattened(3) == {}
 
 
@@ -33,8 +28,7 @@ def test_a_name_selects_a_parameter_or_those_below_it() -> None:
     found = flattened(TREE)
     assert selected(found, ["/a"]) == {"/a": 1}
     assert set(selected(found, ["/robot"])) == {"/robot/speed", "/robot/names", "/robot/deep/y"}
-    assert selected(found, ["/rob"]) == {}
-    assert selected(found, ["/"]) == found
+    assert (selected(found, ["/rob"]), selected(found, ["/"])) == ({}, found)
     assert selected(found, ["/robot", "/robot/deep", "/robot/deep/y", "/robot"]) == selected(
         found, ["/robot"]
     )
@@ -51,9 +45,7 @@ def test_names_below_other_names_are_not_needed() -> None:
         "/robot-b",
         "/robot",
     )
-    assert outermost(["/a", "/", "/a/b"]) == ("/",)
-    assert outermost([]) == ()
-    assert flattened(1, "/a") == {"/a": 1}
+    assert (outermost(["/a", "/", "/a/b"]), outermost([]), flattened(1, "/a")) == (("/",), (), {"/a": 1})
     assert flattened({"y": True}, "/robot/deep") == {"/robot/deep/y": True}
 
 
@@ -70,23 +62,15 @@ class CountedNames(dict[str, Any]):
 def test_each_parameter_is_read_once_however_many_names_select_it() -> None:
     found = CountedNames((f"/a/b/c{number}", number) for number in range(5000))
     names = ["/", "/a", "/a/b", "/none", *(f"/none{number}" for number in range(2000))] * 3
-    assert selected(found, names) == found
-    assert found.lookups == 5000
+    assert (selected(found, names), found.lookups) == (found, 5000)
 
 
-@pytest.mark.parametrize(
-    ("value", "row"),
-    [
-        (1, {"value": 1}),
-        (True, {"value": True}),
-        ("x", {"value": "x"}),
-        (1.0, {"value": 1.0, "type": "float64"}),
-        ([1.0, 2.0], {"value": [1.0, 2.0], "type": "float64_array"}),
-        ([1, 2.0], {"value": [1, 2.0]}),
-        ([], {"value": []}),
-        (Binary(b"\0\1"), {"value": "AAE=", "type": "byte_array"}),
-    ],
-)
+@pytest.mark.parametrize(("value", "row"), [
+    (1, {"value": 1}), (True, {"value": True}), ("x", {"value": "x"}),
+    (1.0, {"value": 1.0, "type": "float64"}),
+    ([1.0, 2.0], {"value": [1.0, 2.0], "type": "float64_array"}), ([1, 2.0], {"value": [1, 2.0]}),
+    ([], {"value": []}), (Binary(b"\0\1"), {"value": "AAE=", "type": "byte_array"}),
+])  # fmt: skip
 def test_values_keep_their_type_both_ways(value: Any, row: dict[str, Any]) -> None:
     sent = to_client("/x", value)
     assert sent == {"name": "/x", **row}
@@ -95,20 +79,10 @@ def test_values_keep_their_type_both_ways(value: Any, row: dict[str, Any]) -> No
     assert type(back) is type(value)
 
 
-@pytest.mark.parametrize(
-    ("value", "kind"),
-    [
-        ("no base64!", "byte_array"),
-        (5, "byte_array"),
-        ("x", "float64"),
-        (True, "float64"),
-        (10**400, "float64"),
-        (1, "float64_array"),
-        ([None], "float64_array"),
-        (1, "color"),
-        (1, ["float64"]),
-    ],
-)
+@pytest.mark.parametrize(("value", "kind"), [
+    ("no base64!", "byte_array"), (5, "byte_array"), ("x", "float64"), (True, "float64"),
+    (10**400, "float64"), (1, "float64_array"), ([None], "float64_array"), (1, "color"), (1, ["float64"]),
+])  # fmt: skip
 def test_values_of_another_type_are_refused(value: object, kind: object) -> None:
     with pytest.raises(InvalidClientParameter, match="/x"):
         from_client({"name": "/x", "value": value, "type": kind})

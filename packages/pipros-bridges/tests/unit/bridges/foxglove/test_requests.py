@@ -57,16 +57,10 @@ CASES: list[tuple[str | bytes, ClientRequest]] = [
     ('{"op": "unsubscribeParameterUpdates", "parameterNames": ["/a"]}', UnsubscribeParameters(["/a"])),
     ('{"op": "subscribeConnectionGraph"}', SubscribeGraph(True)),
     ('{"op": "unsubscribeConnectionGraph"}', SubscribeGraph(False)),
-    (
-        '{"op": "fetchAsset", "uri": "package://a/b.stl", "requestId": 7}',
-        FetchAsset("package://a/b.stl", 7),
-    ),
+    ('{"op": "fetchAsset", "uri": "package://a/b.stl", "requestId": 7}', FetchAsset("package://a/b.stl", 7)),
     (b"\x01\x02\x00\x00\x00body", PublishRequest(2, b"body")),
     (b"\x01\xff\xff\xff\xff", PublishRequest(4294967295, b"")),
-    (
-        b"\x02\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1body",
-        CallRequest(1, 2, "ros1", b"body"),
-    ),
+    (b"\x02\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1body", CallRequest(1, 2, "ros1", b"body")),
 ]
 
 
@@ -82,39 +76,29 @@ def test_each_operation_has_a_case_here_and_a_capability() -> None:
     assert set(CAPABILITY_OF.values()) == {None, *CAPABILITIES}
 
 
-@pytest.mark.parametrize(
-    ("data", "reason"),
-    [
-        ("", "not JSON"),
-        ("{", "not JSON"),
-        ("[" * 100_000, "not JSON"),
-        ('{"op": ' + "9" * 10_000 + "}", "not JSON"),
-        ("x" * (REQUEST_CHARACTERS + 1), "at most"),
-        ("1", "must be a JSON object, got int"),
-        ("{}", "unknown operation None"),
-        ('{"op": ["subscribe"]}', "unknown operation"),
-        ('{"op": "fly"}', "unknown operation 'fly'"),
-        ('{"op": "subscribe"}', "subscriptions must be a list, got NoneType"),
-        ('{"op": "subscribe", "subscriptions": [1]}', "subscriptions must contain objects, got int"),
-        ('{"op": "subscribe", "subscriptions": [{"id": 1}]}', "channelId must be a 32-bit unsigned integer"),
-        ('{"op": "unsubscribe", "subscriptionIds": [-1]}', "32-bit unsigned integer, got -1"),
-        ('{"op": "unsubscribe", "subscriptionIds": [4294967296]}', "32-bit unsigned integer"),
-        ('{"op": "unsubscribe", "subscriptionIds": [true]}', "32-bit unsigned integer"),
-        ('{"op": "unsubscribe", "subscriptionIds": [1.0]}', "32-bit unsigned integer"),
-        (
-            '{"op": "advertise", "channels": [{"id": 1, "topic": null}]}',
-            "topic must be a string, got NoneType",
-        ),
-        ('{"op": "getParameters", "parameterNames": [1]}', "parameterNames must contain strings"),
-        ('{"op": "setParameters", "parameters": [{"value": 1}]}', "name must be a string"),
-        ('{"op": "getParameters", "id": 5}', "id must be a string, got int"),
-        (b"", "unknown binary opcode None"),
-        (b"\x03abcd", "unknown binary opcode 3"),
-        (b"\x01\x00\x00\x00", "opcode 1 is too short"),
-        (b"\x02\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00", "opcode 2 is too short"),
-        (b"\x02\x00\x00\x00\x00\x00\x00\x00\x00\xff\xff\xff\xffros1", "exceeds the message"),
-    ],
-)
+@pytest.mark.parametrize(("data", "reason"), [
+    ("", "not JSON"), ("{", "not JSON"), ("[" * 100_000, "not JSON"),
+    ('{"op": ' + "9" * 10_000 + "}", "not JSON"), ("x" * (REQUEST_CHARACTERS + 1), "at most"),
+    ("1", "must be a JSON object, got int"), ("{}", "unknown operation None"),
+    ('{"op": ["subscribe"]}', "unknown operation"), ('{"op": "fly"}', "unknown operation 'fly'"),
+    ('{"op": "subscribe"}', "subscriptions must be a list, got NoneType"),
+    ('{"op": "subscribe", "subscriptions": [1]}', "subscriptions must contain objects, got int"),
+    ('{"op": "subscribe", "subscriptions": [{"id": 1}]}', "channelId must be a 32-bit unsigned integer"),
+    ('{"op": "unsubscribe", "subscriptionIds": [-1]}', "32-bit unsigned integer, got -1"),
+    ('{"op": "unsubscribe", "subscriptionIds": [4294967296]}', "32-bit unsigned integer"),
+    ('{"op": "unsubscribe", "subscriptionIds": [true]}', "32-bit unsigned integer"),
+    ('{"op": "unsubscribe", "subscriptionIds": [1.0]}', "32-bit unsigned integer"),
+    (
+        '{"op": "advertise", "channels": [{"id": 1, "topic": null}]}',
+        "topic must be a string, got NoneType",
+    ),
+    ('{"op": "getParameters", "parameterNames": [1]}', "parameterNames must contain strings"),
+    ('{"op": "setParameters", "parameters": [{"value": 1}]}', "name must be a string"),
+    ('{"op": "getParameters", "id": 5}', "id must be a string, got int"), (b"", "unknown binary opcode None"),
+    (b"\x03abcd", "unknown binary opcode 3"), (b"\x01\x00\x00\x00", "opcode 1 is too short"),
+    (b"\x02\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00", "opcode 2 is too short"),
+    (b"\x02\x00\x00\x00\x00\x00\x00\x00\x00\xff\xff\xff\xffros1", "exceeds the message"),
+])  # fmt: skip
 def test_malformed_messages_are_refused_with_the_field(data: str | bytes, reason: str) -> None:
     with pytest.raises(MalformedRequest, match=reason):
         read_request(data)

@@ -170,15 +170,11 @@ def text_of(answers: list[Any]) -> str:
     return str(status["message"])
 
 
-@pytest.mark.parametrize(
-    "request_of",
-    [
-        lambda count: {"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 9}] * count},
-        lambda count: {"op": "unsubscribe", "subscriptionIds": [1] * count},
-        lambda count: {"op": "unadvertise", "channelIds": [1] * count},
-    ],
-    ids=["subscribe", "unsubscribe", "unadvertise"],
-)
+@pytest.mark.parametrize("request_of", [
+    lambda count: {"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 9}] * count},
+    lambda count: {"op": "unsubscribe", "subscriptionIds": [1] * count},
+    lambda count: {"op": "unadvertise", "channelIds": [1] * count},
+], ids=["subscribe", "unsubscribe", "unadvertise"])  # fmt: skip
 def test_a_long_request_lets_other_clients_have_their_turn(request_of: Callable[[int], Any]) -> None:
     async def body() -> None:
         talk, turns = Conversation(), list[int]()
@@ -291,8 +287,7 @@ def test_all_clients_are_sent_the_same_copy_of_a_large_graph() -> None:
             talk.session = FoxgloveSession(talk.client, first.bridge)
             await talk.session.receive('{"op": "subscribeConnectionGraph"}')
             sent += talk.client.outbox.pop() or []
-        assert len(sent) == 5
-        assert len({id(frame) for frame in sent}) == 1
+        assert (len(sent), len({id(frame) for frame in sent})) == (5, 1)
 
     run(body)
 

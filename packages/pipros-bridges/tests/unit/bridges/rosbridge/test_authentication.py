@@ -39,15 +39,10 @@ def test_authentic_claims_are_accepted_once(authenticator: Authenticator) -> Non
     assert authenticator.accepts(claims(rand="other"))
 
 
-@pytest.mark.parametrize(
-    "moved",
-    [
-        {"dest": "herer", "rand": "and"},
-        {"client": "127.0.0.", "dest": "1here"},
-        {"client": "", "dest": "127.0.0.1here"},
-        {"level": "", "end": None},
-    ],
-)
+@pytest.mark.parametrize("moved", [
+    {"dest": "herer", "rand": "and"}, {"client": "127.0.0.", "dest": "1here"},
+    {"client": "", "dest": "127.0.0.1here"}, {"level": "", "end": None},
+])  # fmt: skip
 def test_characters_moved_between_claims_do_not_make_a_proof_new(
     authenticator: Authenticator, moved: dict[str, Any]
 ) -> None:
@@ -58,20 +53,10 @@ def test_characters_moved_between_claims_do_not_make_a_proof_new(
     assert not authenticator.accepts({**proof, **moved})
 
 
-@pytest.mark.parametrize(
-    "changed",
-    [
-        {"t": NOW - 5},
-        {"t": NOW + 5},
-        {"end": NOW},
-        {"t": float(NOW)},
-        {"t": str(NOW)},
-        {"end": None},
-        {"rand": 5},
-        {"client": None},
-        {"level": ["user"]},
-    ],
-)
+@pytest.mark.parametrize("changed", [
+    {"t": NOW - 5}, {"t": NOW + 5}, {"end": NOW}, {"t": float(NOW)}, {"t": str(NOW)}, {"end": None},
+    {"rand": 5}, {"client": None}, {"level": ["user"]},
+])  # fmt: skip
 def test_old_expired_and_malformed_claims_are_refused(
     authenticator: Authenticator, changed: dict[str, Any]
 ) -> None:

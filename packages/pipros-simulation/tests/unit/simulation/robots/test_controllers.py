@@ -16,8 +16,7 @@ def test_velocities_and_accelerations_are_limited_only_if_that_is_switched_on() 
     assert Limiter.of(values, "linear/x").limited(9.0, 0.0) == 9.0
     limits = Limiter.of(values | on, "linear/x")
     assert limits.limited(9.0, 0.0) == pytest.approx(0.1)  # 5 m/s² for 0.02 s
-    assert limits.limited(9.0, 0.95) == 1.0
-    assert limits.limited(-9.0, -1.0) == -1.0
+    assert (limits.limited(9.0, 0.95), limits.limited(-9.0, -1.0)) == (1.0, -1.0)
     assert limits.limited(0.0, 0.5) == pytest.approx(0.3)
 
 

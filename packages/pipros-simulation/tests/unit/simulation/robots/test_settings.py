@@ -24,19 +24,15 @@ def test_a_full_turn_has_as_many_gaps_as_rays() -> None:
     assert Laser(rays=1, field_of_view=1.0).increment == 1.0
 
 
-@pytest.mark.parametrize(
-    ("values", "why"),
-    [
-        (7, "robot must be a mapping, got 7"),
-        ({"speed": 1}, "robot has no setting 'speed'; the settings are radius, drive, wheelbase, "),
-        ({"name": "a"}, "robot has no setting 'name'"),
-        ({"radius": 0}, "robot/radius must be > 0, got 0"),
-        ({"max_linear": -1}, "robot/max_linear must be >= 0, got -1"),
-        ({"drive": "car!"}, "robot/drive must be one of diff, omni, ackermann, car, got 'car!'"),
-        ({"radius": True}, "robot/radius must be a finite number, got True"),
-        ({"radius": math.nan}, "robot/radius must be a finite number, got nan"),
-    ],
-)
+@pytest.mark.parametrize(("values", "why"), [
+    (7, "robot must be a mapping, got 7"),
+    ({"speed": 1}, "robot has no setting 'speed'; the settings are radius, drive, wheelbase, "),
+    ({"name": "a"}, "robot has no setting 'name'"), ({"radius": 0}, "robot/radius must be > 0, got 0"),
+    ({"max_linear": -1}, "robot/max_linear must be >= 0, got -1"),
+    ({"drive": "car!"}, "robot/drive must be one of diff, omni, ackermann, car, got 'car!'"),
+    ({"radius": True}, "robot/radius must be a finite number, got True"),
+    ({"radius": math.nan}, "robot/radius must be a finite number, got nan"),
+])  # fmt: skip
 def test_invalid_settings_raise(values: object, why: str) -> None:
     with pytest.raises(InvalidSettings, match=why):
         changed(RobotSettings(), values, "robot")

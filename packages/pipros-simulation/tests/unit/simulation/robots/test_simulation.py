@@ -76,8 +76,7 @@ def test_a_wall_stops_the_robot_and_its_wheels_and_the_bumper_reports_it() -> No
     robot = drive(simulated, 0.5, 0.0, 3 * SECOND)
     assert 9.8 < robot.pose.x <= 9.85
     assert robot.is_bumped
-    assert robot.odometry.x == pytest.approx(robot.pose.x - 9.5)
-    assert robot.wheel_speeds == (0.0, 0.0)
+    assert (robot.odometry.x, robot.wheel_speeds) == (pytest.approx(robot.pose.x - 9.5), (0.0, 0.0))
     drive(simulated, -0.5, 0.0, SECOND)
     assert not robot.is_bumped
     assert robot.pose.x < 9.4
@@ -159,8 +158,7 @@ def test_a_battery_empties_and_the_robot_stops_until_it_is_charged() -> None:
     assert robot.battery.charge_ah == pytest.approx(0.001 - 0.6 * STEP_S / 3600)
     drive(simulated, 0.5, 0.0, 10 * SECOND)
     assert (robot.battery.percentage, robot.battery.voltage) == (0.0, 10.5)
-    assert full == 12.6
-    assert robot.velocity.forwards == 0.0
+    assert (full, robot.velocity.forwards) == (12.6, 0.0)
     robot.battery.is_charging = True
     drive(simulated, 0.5, 0.0, 5)
     assert robot.velocity.forwards == 0.5
@@ -212,8 +210,7 @@ def test_the_pose_of_the_laser_moves_its_measurements() -> None:
 
     ranges = simulated.scans(["a", "b"])["a"]
     assert combined(Pose(5.0, 5.0, 0.0), laser.pose).x == pytest.approx(5.1)
-    assert ranges[0] == pytest.approx(2.0 - math.sqrt(0.15**2 - 0.1**2))
-    assert ranges[180] == 0.0
+    assert (ranges[0], ranges[180]) == (pytest.approx(2.0 - math.sqrt(0.15**2 - 0.1**2)), 0.0)
 
 
 def test_a_laser_upside_down_measures_clockwise() -> None:
@@ -313,17 +310,14 @@ def test_only_an_omnidirectional_base_drives_sideways(drive_of: str) -> None:
     assert simulated.robots[""].pose == STILL.start
 
 
-@pytest.mark.parametrize(
-    ("settings", "linear", "angular", "rate"),
-    [
-        ({"drive": "ackermann", "min_turning_radius": 1.0}, 0.4, 2.0, 0.4),
-        ({"drive": "ackermann", "min_turning_radius": 1.0}, -0.4, 0.2, 0.2),
-        ({"drive": "ackermann", "min_turning_radius": 1.0}, 0.0, 2.0, 0.0),
-        ({"drive": "ackermann", "wheelbase": 0.4}, 0.4, 2.0, math.tan(0.6)),
-        ({"drive": "car", "wheelbase": 0.5}, 0.4, 0.3, 0.8 * math.sin(0.3)),
-        ({"drive": "car", "wheelbase": 0.5}, 0.0, 0.3, 0.0),
-    ],
-)
+@pytest.mark.parametrize(("settings", "linear", "angular", "rate"), [
+    ({"drive": "ackermann", "min_turning_radius": 1.0}, 0.4, 2.0, 0.4),
+    ({"drive": "ackermann", "min_turning_radius": 1.0}, -0.4, 0.2, 0.2),
+    ({"drive": "ackermann", "min_turning_radius": 1.0}, 0.0, 2.0, 0.0),
+    ({"drive": "ackermann", "wheelbase": 0.4}, 0.4, 2.0, math.tan(0.6)),
+    ({"drive": "car", "wheelbase": 0.5}, 0.4, 0.3, 0.8 * math.sin(0.3)),
+    ({"drive": "car", "wheelbase": 0.5}, 0.0, 0.3, 0.0),
+])  # fmt: skip
 def test_a_car_turns_as_far_as_it_can(
     settings: dict[str, float], linear: float, angular: float, rate: float
 ) -> None:

@@ -71,14 +71,10 @@ SPIKES = (
 )
 
 
-@pytest.mark.parametrize(
-    ("turn", "expected"),
-    [
-        (90, [[1, 0], [0, 0], [0, 0], [0, 0]]),
-        (180, [[0, 0, 0, 1], [0, 0, 0, 0]]),
-        (-90, [[0, 0], [0, 0], [0, 0], [0, 1]]),
-    ],
-)
+@pytest.mark.parametrize(("turn", "expected"), [
+    (90, [[1, 0], [0, 0], [0, 0], [0, 0]]), (180, [[0, 0, 0, 1], [0, 0, 0, 0]]),
+    (-90, [[0, 0], [0, 0], [0, 0], [0, 1]]),
+])  # fmt: skip
 def test_a_bitmap_turns_counter_clockwise(tmp_path: Path, turn: int, expected: list[list[int]]) -> None:
     world, _ = read(tmp_path, WORLD.replace("pose [10 20 0 0]", f"pose [10 20 0 {turn}]") + ROBOT)
 
@@ -98,44 +94,40 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
     assert robots[2].laser is None
 
 
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        (ROBOT.replace("rover", "position"), "needs walls: a model with a bitmap or blocks"),
-        (WORLD, "must contain a robot"),
-        (WORLD + "rover ( size [1 1", "ends in the middle of a model or a property"),
-        (
-            WORLD + 'rover ( drive "hover" )',
-            "drive must be diff, omni or car, and wheelbase > 0, got 'hover'",
-        ),
-        (WORLD + "rover ( drive 1", r"a closing bracket '\)' is missing"),
-        (WORLD + 'rover ( name "r )\n', r"my\.world:\d+: a closing quote is missing"),
-        (WORLD + "define a b c", r"b must be followed by '\('"),
-        (WORLD + "rover ( size 3 )", r"size of a position must be a list of numbers, got 3\.0"),
-        (WORLD + 'position ( laser ( fov "wide" ) )', "fov of a laser must be a number, got 'wide'"),
-        (WORLD + "position ( laser ( samples 0 ) )", "a scanner needs a fov"),
-        (WORLD + "position ( size [0 0 0] )", "a robot's size must be > 0"),
-        (WORLD.replace("20 0 0]", "20 0 30]") + ROBOT, "rotated by multiples of 90 degrees, got 30"),
-        (
-            WORLD.replace("[8 4 1]", "[8 8 1]") + ROBOT,
-            "size must be > 0 and match the aspect ratio of the bitmap",
-        ),
-        ("model ( block ( points 2 ) ) position ( )", "a block must have 3 to 1000 points, got 2"),
-        ("model ( pose [9e6 0 0 0] ) position ( )", "the world must have at most 25000000 cells"),
-        (WORLD + ROBOT + 'rover ( localization "laser" )', "localization must be gps or odom, got 'laser'"),
-        ("a ( " * 30, "nested at most 20 deep"),
-        ('include "my.world"', "nested at most 20 deep"),
-        ('include "my.world" ' * 3, "nested at most 20 deep"),
-        ("a ( ) " * 10_001, "must have at most 10000 models"),
-        (
-            "define a0 model ( ) "
-            + "".join(f"define a{n + 1} model ( a{n} ( ) a{n} ( ) ) " for n in range(30)),
-            "must have at most 10000 models",
-        ),
-        (f"model ( size [200 200 1] {SPIKES} ) position ( )", "have too many corners, or are too large"),
-        ('include "missing.inc"', r"cannot read the world .*missing\.inc"),
-    ],
-)
+@pytest.mark.parametrize(("text", "why"), [
+    (ROBOT.replace("rover", "position"), "needs walls: a model with a bitmap or blocks"),
+    (WORLD, "must contain a robot"),
+    (WORLD + "rover ( size [1 1", "ends in the middle of a model or a property"),
+    (
+        WORLD + 'rover ( drive "hover" )',
+        "drive must be diff, omni or car, and wheelbase > 0, got 'hover'",
+    ),
+    (WORLD + "rover ( drive 1", r"a closing bracket '\)' is missing"),
+    (WORLD + 'rover ( name "r )\n', r"my\.world:\d+: a closing quote is missing"),
+    (WORLD + "define a b c", r"b must be followed by '\('"),
+    (WORLD + "rover ( size 3 )", r"size of a position must be a list of numbers, got 3\.0"),
+    (WORLD + 'position ( laser ( fov "wide" ) )', "fov of a laser must be a number, got 'wide'"),
+    (WORLD + "position ( laser ( samples 0 ) )", "a scanner needs a fov"),
+    (WORLD + "position ( size [0 0 0] )", "a robot's size must be > 0"),
+    (WORLD.replace("20 0 0]", "20 0 30]") + ROBOT, "rotated by multiples of 90 degrees, got 30"),
+    (
+        WORLD.replace("[8 4 1]", "[8 8 1]") + ROBOT,
+        "size must be > 0 and match the aspect ratio of the bitmap",
+    ),
+    ("model ( block ( points 2 ) ) position ( )", "a block must have 3 to 1000 points, got 2"),
+    ("model ( pose [9e6 0 0 0] ) position ( )", "the world must have at most 25000000 cells"),
+    (WORLD + ROBOT + 'rover ( localization "laser" )', "localization must be gps or odom, got 'laser'"),
+    ("a ( " * 30, "nested at most 20 deep"), ('include "my.world"', "nested at most 20 deep"),
+    ('include "my.world" ' * 3, "nested at most 20 deep"),
+    ("a ( ) " * 10_001, "must have at most 10000 models"),
+    (
+        "define a0 model ( ) "
+        + "".join(f"define a{n + 1} model ( a{n} ( ) a{n} ( ) ) " for n in range(30)),
+        "must have at most 10000 models",
+    ),
+    (f"model ( size [200 200 1] {SPIKES} ) position ( )", "have too many corners, or are too large"),
+    ('include "missing.inc"', r"cannot read the world .*missing\.inc"),
+])  # fmt: skip
 def test_invalid_worlds_raise(tmp_path: Path, text: str, why: str) -> None:
     with pytest.raises(InvalidSettings, match=why):
         read(tmp_path, text)
@@ -168,15 +160,12 @@ def test_a_boundary_is_a_wall(tmp_path: Path) -> None:
     assert world.walls.all()
 
 
-@pytest.mark.parametrize(
-    ("properties", "start", "end"),
-    [
-        ('localization "gps" localization_origin [0 0 0 0]', (8.0, 19.0), (8.0, 19.5)),
-        ('localization "gps"', (0.0, 0.0), (0.5, 0.0)),
-        ('localization "odom" odom_error [0 0 0 0]', (0.0, 0.0), (0.5, 0.0)),
-        ('localization "odom" odom_error [0 0 0 0] localization_origin [0 0 0 0]', (8.0, 19.0), (8.0, 19.5)),
-    ],
-)
+@pytest.mark.parametrize(("properties", "start", "end"), [
+    ('localization "gps" localization_origin [0 0 0 0]', (8.0, 19.0), (8.0, 19.5)),
+    ('localization "gps"', (0.0, 0.0), (0.5, 0.0)),
+    ('localization "odom" odom_error [0 0 0 0]', (0.0, 0.0), (0.5, 0.0)),
+    ('localization "odom" odom_error [0 0 0 0] localization_origin [0 0 0 0]', (8.0, 19.0), (8.0, 19.5)),
+])  # fmt: skip
 def test_the_odometry_begins_where_the_file_says(
     tmp_path: Path, properties: str, start: tuple[float, float], end: tuple[float, float]
 ) -> None:

@@ -18,14 +18,11 @@ def graph_of(*topics: str) -> NodeGraph:
     return NodeGraph({key: Vertex(key) for key in keys}, tuple(arrows))
 
 
-@pytest.mark.parametrize(
-    ("topics", "grouping", "group"),
-    [
-        (ACTION, Grouping(actions=True), "/pick (action)"),
-        (["/eye", "/eye/compressed"], Grouping(images=True), "/eye (image)"),
-        (["/tf", "/tf_static"], Grouping(tf=True), "tf"),
-    ],
-)
+@pytest.mark.parametrize(("topics", "grouping", "group"), [
+    (ACTION, Grouping(actions=True), "/pick (action)"),
+    (["/eye", "/eye/compressed"], Grouping(images=True), "/eye (image)"),
+    (["/tf", "/tf_static"], Grouping(tf=True), "tf"),
+])  # fmt: skip
 def test_topics_become_one_box_with_one_arrow(topics: list[str], grouping: Grouping, group: str) -> None:
     graph = graph_of(*topics, "/level")
     assert grouped(graph, [*topics, "/level"], Grouping()) is graph

@@ -12,11 +12,8 @@ from pipros_tools.graph.system_state import SystemState, TopicConnection
 
 STATE = SystemState(
     publishers={
-        "/battery_topic": ["/talker"],
-        "/rosout": ["/talker", "/listener"],
-        "/tf": ["/robot/base"],
-        "/robot/scan": ["/robot/laser"],
-        "/robot/laser/parameter_updates": ["/robot/laser"],
+        "/battery_topic": ["/talker"], "/rosout": ["/talker", "/listener"], "/tf": ["/robot/base"],
+        "/robot/scan": ["/robot/laser"], "/robot/laser/parameter_updates": ["/robot/laser"],
     },
     subscribers={
         "/battery_topic": ["/listener"],
@@ -25,7 +22,7 @@ STATE = SystemState(
         "/robot/cmd": ["/robot/base"],
     },
     services={"/robot/reset": ["/robot/base"]},
-)
+)  # fmt: skip
 CONNECTIONS = [
     TopicConnection("/talker", "/battery_topic", "/listener"),
     TopicConnection("/robot/base", "/tf", "/listener"),
@@ -48,10 +45,7 @@ def test_the_case_study_is_a_chain() -> None:
     state = SystemState({"/battery_topic": ["/talker_node"]}, {"/battery_topic": ["/listener_node"]}, {})
     graph = node_graph(state, [TopicConnection("/talker_node", "/battery_topic", "/listener_node")])
     assert list(graph.vertices) == [LISTENER, TALKER, TOPIC]
-    assert [(arrow.start, arrow.end) for arrow in graph.arrows] == [
-        (TALKER, TOPIC),
-        (TOPIC, LISTENER),
-    ]
+    assert [(arrow.start, arrow.end) for arrow in graph.arrows] == [(TALKER, TOPIC), (TOPIC, LISTENER)]
 
 
 def test_active_topics_have_a_connection() -> None:
@@ -74,16 +68,12 @@ def test_the_graph_has_all_registrations() -> None:
     assert arrows(graph) == expected
 
 
-@pytest.mark.parametrize(
-    ("hidden", "gone"),
-    [
-        ({"hide_dead_sinks": True}, {"/robot/scan", "/robot/laser/parameter_updates"}),
-        ({"hide_leaf_topics": True}, {"/robot/scan", "/robot/laser/parameter_updates", "/robot/cmd"}),
-        ({"hide_debug": True}, {"/rosout"}),
-        ({"hide_tf": True}, {"/tf"}),
-        ({"hide_parameters": True}, {"/robot/laser/parameter_updates"}),
-    ],
-)
+@pytest.mark.parametrize(("hidden", "gone"), [
+    ({"hide_dead_sinks": True}, {"/robot/scan", "/robot/laser/parameter_updates"}),
+    ({"hide_leaf_topics": True}, {"/robot/scan", "/robot/laser/parameter_updates", "/robot/cmd"}),
+    ({"hide_debug": True}, {"/rosout"}), ({"hide_tf": True}, {"/tf"}),
+    ({"hide_parameters": True}, {"/robot/laser/parameter_updates"}),
+])  # fmt: skip
 def test_topics_are_hidden(hidden: dict[str, bool], gone: set[str]) -> None:
     shown = names(node_graph(STATE, [], options=replace(SHOW_ALL, **hidden)), "topic")
     assert set(STATE.topics()) - shown == gone
@@ -116,33 +106,16 @@ def test_nodes_of_tools_are_hidden_with_debug() -> None:
 def test_namespaces_of_several_nodes_are_groups() -> None:
     graph = node_graph(STATE, [], options=SHOW_ALL)
     assert {vertex.name for vertex in graph.vertices.values() if vertex.group == "/robot"} == {
-        "/robot/base",
-        "/robot/laser",
-        "/robot/scan",
-        "/robot/cmd",
-        "/robot/laser/parameter_updates",
-    }
+        "/robot/base", "/robot/laser", "/robot/scan", "/robot/cmd", "/robot/laser/parameter_updates",
+    }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("patterns", "kept"),
-    [
-        ("", "/a /a/b /ab /c"),
-        ("/", "/a /a/b /ab /c"),
-        ("/a", "/a /a/b"),
-        ("a", "/a /a/b"),
-        ("-a, c", "/c"),
-        ("/a*", "/a /a/b /ab"),
-        ("/a.*", "/a /a/b /ab"),
-        ("*b", "/a/b /ab"),
-        ("-/a", "/ab /c"),
-        ("-, /c", "/c"),
-        ("-", "/a /a/b /ab /c"),
-        ("/a*, -*/b", "/a /ab"),
-        ("/a*b*b", ""),
-        ("/c,/ab", "/ab /c"),
-    ],
-)
+@pytest.mark.parametrize(("patterns", "kept"), [
+    ("", "/a /a/b /ab /c"), ("/", "/a /a/b /ab /c"), ("/a", "/a /a/b"), ("a", "/a /a/b"), ("-a, c", "/c"),
+    ("/a*", "/a /a/b /ab"), ("/a.*", "/a /a/b /ab"), ("*b", "/a/b /ab"), ("-/a", "/ab /c"),
+    ("-, /c", "/c"), ("-", "/a /a/b /ab /c"), ("/a*, -*/b", "/a /ab"), ("/a*b*b", ""),
+    ("/c,/ab", "/ab /c"),
+])  # fmt: skip
 def test_patterns(patterns: str, kept: str) -> None:
     keeps = NameFilter(patterns)
     assert [name for name in ("/a", "/a/b", "/ab", "/c") if keeps(name)] == kept.split()

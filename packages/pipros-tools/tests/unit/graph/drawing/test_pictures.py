@@ -37,11 +37,8 @@ def parsed(scene: Scene) -> ElementTree.Element:
 def test_svg_has_nodes_topics_arrows_and_namespaces() -> None:
     drawing = parsed(draw(graph_of()))
     assert [text.text for text in drawing.iter(f"{SVG}text")] == [
-        "/ns",
-        "listener",
-        "talker",
-        "/battery_topic",
-    ]
+        "/ns", "listener", "talker", "/battery_topic",
+    ]  # fmt: skip
     assert len(list(drawing.iter(f"{SVG}ellipse"))) == 2
     assert [shape.get("class") for shape in drawing.iter(f"{SVG}rect")] == ["band", "topic"]
     assert len([path for path in drawing.iter(f"{SVG}path") if path.get("class") == "arrow"]) == 2

@@ -44,9 +44,7 @@ def test_mixed_messages_are_detected() -> None:
 def test_a_complete_ordered_history_has_no_problems() -> None:
     history = history_of(5, 6, 7)
 
-    assert history.problems() == []
-    assert history.received == 3
-    assert history.last("talker") == 7
+    assert (history.problems(), history.received, history.last("talker")) == ([], 3, 7)
 
 
 def test_duplicates_disorder_and_torn_messages_are_reported() -> None:
@@ -73,8 +71,7 @@ def test_losses_must_be_counted_by_a_node() -> None:
 def test_each_broken_link_explains_one_gap() -> None:
     history = history_of(1, 4, 5, 10)
 
-    assert history.problems(breaks=2) == []
-    assert history.problems(breaks=1, counted=2) == []
+    assert (history.problems(breaks=2), history.problems(breaks=1, counted=2)) == ([], [])
     assert history.problems(breaks=1, counted=1) != []
 
 
@@ -83,8 +80,7 @@ def test_sources_and_sinks_are_distinguished() -> None:
     for source, sink in (("a", "x"), ("b", "x"), ("a", "y"), ("b", "y")):
         history.receive(numbered_text(source, 1), sink)
 
-    assert history.problems() == []
-    assert history.received == 4
+    assert (history.problems(), history.received) == ([], 4)
 
 
 def test_texts_are_numbered_for_each_source() -> None:

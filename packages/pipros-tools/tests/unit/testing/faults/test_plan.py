@@ -45,8 +45,7 @@ def test_received_bytes_do_not_depend_on_packet_boundaries(first: int, second: i
 
     one, other = (passed(FaultyStream("7", faults), chunks_of(DATA, size)) for size in (first, second))
 
-    assert one[0] == other[0]
-    assert one[2] == other[2]
+    assert (one[0], one[2]) == (other[0], other[2])
 
 
 def test_another_seed_gives_other_faults() -> None:
@@ -96,14 +95,11 @@ def test_faults_can_change_in_the_middle_of_a_stream() -> None:
     assert passed(stream, [DATA[100:]])[0] == DATA[100:]
 
 
-@pytest.mark.parametrize(
-    ("faults", "text"),
-    [
-        ({"delay_s": -1}, "delay_s must be 0 or more, got -1"),
-        ({"delay_s": float("nan")}, "delay_s must be 0 or more, got nan"),
-        ({"stall_every_bytes": 10}, "stall_every_bytes needs stall_s"),
-    ],
-)
+@pytest.mark.parametrize(("faults", "text"), [
+    ({"delay_s": -1}, "delay_s must be 0 or more, got -1"),
+    ({"delay_s": float("nan")}, "delay_s must be 0 or more, got nan"),
+    ({"stall_every_bytes": 10}, "stall_every_bytes needs stall_s"),
+])  # fmt: skip
 def test_invalid_faults_are_refused(faults: dict[str, float], text: str) -> None:
     with pytest.raises(ValueError, match=text):
         Faults(**faults)  # type: ignore[arg-type]

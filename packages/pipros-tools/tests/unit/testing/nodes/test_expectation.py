@@ -25,14 +25,11 @@ def test_an_entry_needs_only_a_name() -> None:
     assert read == Expectation("/robot/level", timeout_s=10.0, negative=False, type=None)
 
 
-@pytest.mark.parametrize(
-    ("entry", "complaint"),
-    [
-        ("level", "'name' field in rosparam is required"),
-        ({"timeout": 1}, "'name' field in rosparam is required"),
-        ({"name": "level", "timeout": "soon"}, r"timeout of \[level\] must be a number, got 'soon'"),
-    ],
-)
+@pytest.mark.parametrize(("entry", "complaint"), [
+    ("level", "'name' field in rosparam is required"),
+    ({"timeout": 1}, "'name' field in rosparam is required"),
+    ({"name": "level", "timeout": "soon"}, r"timeout of \[level\] must be a number, got 'soon'"),
+])  # fmt: skip
 def test_invalid_expectations_are_refused(entry: Any, complaint: str) -> None:
     with pytest.raises(AssertionError, match=complaint):
         Expectation.read(entry, str)

@@ -60,14 +60,11 @@ def errors_of(localizer: Localizer, moments: list[Moment]) -> list[tuple[float, 
     return found
 
 
-@pytest.mark.parametrize(
-    ("k", "error", "least", "most", "wanted"),
-    [
-        (1, 0.01, 100, 5000, 5000), (2, 0.01, 100, 5000, 100), (5, 0.01, 100, 5000, 327),
-        (10, 0.01, 100, 5000, 651), (50, 0.01, 100, 5000, 2936), (100, 0.01, 100, 5000, 5000),
-        (10, 0.02, 500, 3000, 500), (50, 0.02, 500, 3000, 1468), (100, 0.02, 500, 3000, 2822),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("k", "error", "least", "most", "wanted"), [
+    (1, 0.01, 100, 5000, 5000), (2, 0.01, 100, 5000, 100), (5, 0.01, 100, 5000, 327),
+    (10, 0.01, 100, 5000, 651), (50, 0.01, 100, 5000, 2936), (100, 0.01, 100, 5000, 5000),
+    (10, 0.02, 500, 3000, 500), (50, 0.02, 500, 3000, 1468), (100, 0.02, 500, 3000, 2822),
+])  # fmt: skip
 def test_the_number_of_particles_follows_from_the_bins(
     k: int, error: float, least: int, most: int, wanted: int
 ) -> None:
@@ -156,11 +153,9 @@ def test_scans_count_after_a_motion_or_a_request_only(grid: GridMap, moments: li
         outcome = localizer.scan(laser, (x, 0.0, 0.0), beams)
         return outcome.is_updated, outcome.estimate is not None
 
-    assert scan("front", 0.0) == (True, True)
-    assert scan("front", 0.1) == (False, False)
+    assert (scan("front", 0.0), scan("front", 0.1)) == ((True, True), (False, False))
     assert scan("front", 0.21) == (True, True)  # the second update resamples
-    assert scan("rear", 0.21) == (True, False)
-    assert scan("rear", 0.21) == (False, False)
+    assert (scan("rear", 0.21), scan("rear", 0.21)) == ((True, False), (False, False))
     localizer.force_update()
     assert scan("rear", 0.21) == (True, True)
 
@@ -171,8 +166,7 @@ def test_parameters_are_read_with_the_rules_of_amcl() -> None:
     settings = read_settings(PrivateParameters(given))
 
     assert settings.max_particles == 100  # not less than the minimum
-    assert settings.odom_frame_id == "odom"
-    assert settings.laser_model_type == "likelihood_field"
+    assert (settings.odom_frame_id, settings.laser_model_type) == ("odom", "likelihood_field")
     assert settings.tf_broadcast is True
     with pytest.raises(InvalidParameter, match="~max_particles must be >= 1"):
         checked(replace(settings, max_particles=0, min_particles=0))

@@ -40,14 +40,11 @@ def test_a_footprint_is_read_from_lists_and_texts() -> None:
     assert read != BURGER  # corners have single precision, as in genuine costmaps
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        "", "[", "[[1, 2], [3, 4]]", "[[1, 2], [3, 4], [5]]", "[[1, 2], [3, 4], ['a', 1]]", 7, None,
-        [[1, 2]] * 2000, "[" * 5000, [[1, 2], [3, 4], [math.nan, 1]], [[1, 2], [3, 4], [True, 1]],
-        "__import__('os')", [[1e300, 2], [3, 4], [5, 6]],
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("value", [
+    "", "[", "[[1, 2], [3, 4]]", "[[1, 2], [3, 4], [5]]", "[[1, 2], [3, 4], ['a', 1]]", 7, None,
+    [[1, 2]] * 2000, "[" * 5000, [[1, 2], [3, 4], [math.nan, 1]], [[1, 2], [3, 4], [True, 1]],
+    "__import__('os')", [[1e300, 2], [3, 4], [5, 6]],
+])  # fmt: skip
 def test_other_values_are_refused(value: Any) -> None:
     with pytest.raises(
         InvalidParameter, match=r"~footprint must (be a list of 3 to 1000 corners|have coordinates below)"

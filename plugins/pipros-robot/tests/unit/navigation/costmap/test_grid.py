@@ -19,8 +19,7 @@ def grid(width: int = 12, height: int = 8, resolution: float = 0.25) -> CostGrid
 
 def test_positions_become_cells_and_back() -> None:
     some = grid()
-    assert some.world_to_cell(-1.0, 0.5) == (0, 0)
-    assert some.world_to_cell(1.99, 2.49) == (11, 7)
+    assert (some.world_to_cell(-1.0, 0.5), some.world_to_cell(1.99, 2.49)) == ((0, 0), (11, 7))
     assert (
         some.world_to_cell(-1.001, 1.0)
         is some.world_to_cell(2.0, 1.0)
@@ -28,8 +27,7 @@ def test_positions_become_cells_and_back() -> None:
         is None
     )
     assert some.world_to_cell(math.nan, 1.0) is some.world_to_cell(math.inf, 1.0) is None
-    assert some.cell_to_world(0, 7) == (-0.875, 2.375)
-    assert some.nearest_cell(-50.0, 50.0) == (0, 7)
+    assert (some.cell_to_world(0, 7), some.nearest_cell(-50.0, 50.0)) == ((-0.875, 2.375), (0, 7))
     columns, rows, inside = some.world_to_cells(np.array([0.0, 9.0, math.nan]), np.array([1.0, 1.0, 1.0]))
     assert (columns.tolist(), rows.tolist(), inside.tolist()) == ([4, 0, 0], [2, 0, 0], [True, False, False])
     assert [some.in_cells(distance) for distance in (0.0, 0.1, 0.25, 0.26)] == [0, 1, 1, 2]

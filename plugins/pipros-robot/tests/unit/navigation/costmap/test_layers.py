@@ -46,17 +46,13 @@ def static(cells: Any, **options: Any) -> tuple[LayeredCostmap, StaticLayer]:
     return costmap, layer
 
 
-@pytest.mark.parametrize(
-    ("options", "costs"),
-    [
-        ({}, [255, 0, 0, 0, 254]),
-        ({"track_unknown_space": False}, [0, 0, 0, 0, 254]),
-        ({"trinary_costmap": False}, [255, 0, 127, 251, 254]),
-        ({"trinary_costmap": False, "lethal_cost_threshold": 50}, [255, 0, 254, 254, 254]),
-        ({"unknown_cost_value": 50}, [254, 0, 255, 0, 254]),
-        ({"lethal_cost_threshold": -3}, [255, 254, 254, 254, 254]),
-    ],
-)
+@pytest.mark.parametrize(("options", "costs"), [
+    ({}, [255, 0, 0, 0, 254]), ({"track_unknown_space": False}, [0, 0, 0, 0, 254]),
+    ({"trinary_costmap": False}, [255, 0, 127, 251, 254]),
+    ({"trinary_costmap": False, "lethal_cost_threshold": 50}, [255, 0, 254, 254, 254]),
+    ({"unknown_cost_value": 50}, [254, 0, 255, 0, 254]),
+    ({"lethal_cost_threshold": -3}, [255, 254, 254, 254, 254]),
+])  # fmt: skip
 def test_cells_of_a_map_become_costs(options: dict[str, Any], costs: list[int]) -> None:
     costmap, _ = static([[-1, 0, 50, 99, 100]], **options)
     assert costmap.grid.costs.tolist() == [costs]
@@ -75,8 +71,7 @@ def test_a_part_of_a_map_is_replaced() -> None:
     layer.set_part(OccupancyGridUpdate(x=3, y=4, width=2, height=2, data=[100, 0, -1, 100]))
     costmap.update(ROBOT)
 
-    assert costmap.grid.costs[4:, 3:].tolist() == [[254, 0], [255, 254]]
-    assert costmap.window == (3, 4, 5, 6)
+    assert (costmap.grid.costs[4:, 3:].tolist(), costmap.window) == ([[254, 0], [255, 254]], (3, 4, 5, 6))
     for x, y, width, height, count, error in (
         (4, 0, 2, 1, 2, "must lie inside the map of 5 X 6, got columns 4 to 6 and rows 0 to 1"),
         (-1, 0, 1, 1, 1, "must lie inside the map of 5 X 6"),
@@ -379,8 +374,7 @@ def test_voxels_are_cleared_at_the_height_of_the_ray_only() -> None:
         return int(layer.grid.costs[30, 40])
 
     assert cost(0.2) == UNKNOWN, "3 of 4 voxels are unknown"
-    assert cost(0.2, 1.05) == LETHAL
-    assert layer.columns.costs[30, 40] == 0x1FFFF
+    assert (cost(0.2, 1.05), layer.columns.costs[30, 40]) == (LETHAL, 0x1FFFF)
     assert cost(1.9) == LETHAL, "the ray passes above"
     assert cost(0.1) == 0, "the ray passes the marked voxel; another one is known by now"
     assert cost(9.0) == 0, "too high to be marked"

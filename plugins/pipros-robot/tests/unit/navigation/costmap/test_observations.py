@@ -57,16 +57,13 @@ def test_points_of_clouds_are_read_wherever_their_fields_are() -> None:
     assert np.array_equal(old_cloud_points(old), points)
 
 
-@pytest.mark.parametrize(
-    ("change", "complaint"),
-    [
-        ({"width": 2**32 - 1, "height": 2**32 - 1}, r"4294967295 \* 14 bytes, got 28"),
-        ({"width": 3}, r"width \* height \* point_step = 3 \* 1 \* 14 bytes, got 28"),
-        ({"point_step": 7, "width": 4}, "field x must .* lie within the point, got type 7 at offset"),
-        ({"point_step": 0}, "bytes, got 28"),
-        ({"fields": []}, "field x of a cloud must exist and be of type FLOAT32"),
-    ],
-)
+@pytest.mark.parametrize(("change", "complaint"), [
+    ({"width": 2**32 - 1, "height": 2**32 - 1}, r"4294967295 \* 14 bytes, got 28"),
+    ({"width": 3}, r"width \* height \* point_step = 3 \* 1 \* 14 bytes, got 28"),
+    ({"point_step": 7, "width": 4}, "field x must .* lie within the point, got type 7 at offset"),
+    ({"point_step": 0}, "bytes, got 28"),
+    ({"fields": []}, "field x of a cloud must exist and be of type FLOAT32"),
+])  # fmt: skip
 def test_invalid_clouds_are_refused(change: dict[str, Any], complaint: str) -> None:
     cloud = cloud_message([(1, 2, 3), (4, 5, 6)], 1.0, "camera")
     for name, value in change.items():

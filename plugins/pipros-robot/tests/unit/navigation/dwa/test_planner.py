@@ -237,14 +237,11 @@ def test_a_robot_without_footprint_is_a_point_and_a_closed_cell_stops_it() -> No
     assert not planner.is_legal((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.5))
 
 
-@pytest.mark.parametrize(
-    ("given", "why"),
-    [
-        ({"sim_time": 0.0}, "sim_time must be > 0 and finite, got 0.0"),
-        ({"vx_samples": 10**6}, "at most 2,000,000 are allowed"),
-        ({"sim_granularity": 1e-9}, "at most 2,000,000 are allowed"),
-    ],
-)
+@pytest.mark.parametrize(("given", "why"), [
+    ({"sim_time": 0.0}, "sim_time must be > 0 and finite, got 0.0"),
+    ({"vx_samples": 10**6}, "at most 2,000,000 are allowed"),
+    ({"sim_granularity": 1e-9}, "at most 2,000,000 are allowed"),
+])  # fmt: skip
 def test_settings_that_would_need_too_much_are_refused(given: dict[str, Any], why: str) -> None:
     with pytest.raises(InvalidParameter, match=why):
         DwaSettings.of(given)

@@ -136,16 +136,13 @@ def test_an_impossible_covariance_does_not_stop_the_unscented_filter() -> None:
     assert np.isfinite(kalman.covariance).all()
 
 
-@pytest.mark.parametrize(
-    ("velocity", "command", "age_s", "expected"),
-    [
-        (0.0, 1.0, 0.0, 0.5),  # the gain
-        (0.0, 10.0, 0.0, 2.0),  # the limit
-        (1.0, 0.5, 0.0, -0.25),  # slower: the gain of deceleration is the same, its limit smaller
-        (3.0, -3.0, 0.0, -1.0),  # the other direction: the limit of deceleration
-        (1.0, 1.0, 9.0, -0.5),  # too old: stop
-    ],
-)
+@pytest.mark.parametrize(("velocity", "command", "age_s", "expected"), [
+    (0.0, 1.0, 0.0, 0.5),  # the gain
+    (0.0, 10.0, 0.0, 2.0),  # the limit
+    (1.0, 0.5, 0.0, -0.25),  # slower: the gain of deceleration is the same, its limit smaller
+    (3.0, -3.0, 0.0, -1.0),  # the other direction: the limit of deceleration
+    (1.0, 1.0, 9.0, -0.5),  # too old: stop
+])  # fmt: skip
 def test_commands_accelerate_within_limits(
     velocity: float, command: float, age_s: float, expected: float
 ) -> None:

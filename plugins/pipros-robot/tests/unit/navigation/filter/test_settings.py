@@ -60,13 +60,10 @@ def test_inputs_use_the_variables_of_their_messages() -> None:
     assert imu.acceleration.is_relative
 
 
-@pytest.mark.parametrize(
-    ("values", "text"),
-    [
-        ({"frequency": 0}, "~frequency must be > 0 and finite, got 0.0"),
-        ({"frequency": float("inf")}, "~frequency must be > 0 and finite, got inf"),
-    ],
-)
+@pytest.mark.parametrize(("values", "text"), [
+    ({"frequency": 0}, "~frequency must be > 0 and finite, got 0.0"),
+    ({"frequency": float("inf")}, "~frequency must be > 0 and finite, got inf"),
+])  # fmt: skip
 def test_settings_that_cannot_work_are_explained(values: dict[str, Any], text: str) -> None:
     with pytest.raises(InvalidParameter, match=re.escape(text)):
         settings(**values)
@@ -79,17 +76,10 @@ def test_matrices_may_have_integers_but_not_another_length() -> None:
     assert made.kalman.covariance.sum() == 225.0
 
 
-@pytest.mark.parametrize(
-    ("config", "flags"),
-    [
-        (None, []),
-        ([True] * 12, list(range(12))),
-        ([True, True, 1, True], [0, 1]),
-        ([1] * 15, []),
-        ([True] * 20, list(range(15))),
-        ("true", []),
-    ],
-)
+@pytest.mark.parametrize(("config", "flags"), [
+    (None, []), ([True] * 12, list(range(12))), ([True, True, 1, True], [0, 1]), ([1] * 15, []),
+    ([True] * 20, list(range(15))), ("true", []),
+])  # fmt: skip
 def test_a_filter_runs_with_what_a_config_says_and_names_the_mistake(config: Any, flags: list[int]) -> None:
     values = {"odom0": "a", "imu0": "b", "imu0_config": ALL} | (
         {} if config is None else {"odom0_config": config}

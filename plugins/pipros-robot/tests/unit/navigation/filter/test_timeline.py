@@ -105,8 +105,7 @@ def test_the_state_is_predicted_after_the_timeout() -> None:
 
     time.advance(1.5)
 
-    assert time.time_s == 1.5
-    assert time.kalman.state[0] == pytest.approx(1.0)
+    assert (time.time_s, time.kalman.state[0]) == (1.5, pytest.approx(1.0))
 
 
 def test_a_change_of_clocks_is_not_predicted() -> None:

@@ -173,8 +173,7 @@ def test_a_survey_counts_the_cells_of_beams_and_changes_with_the_trajectory() ->
     again.follow(other)
     values = survey.values()
     assert np.array_equal(values, again.values())
-    assert values.shape == (64, 64)
-    assert survey.origin == (-1.6, -1.6)
+    assert (values.shape, survey.origin) == ((64, 64), (-1.6, -1.6))
     assert values[32, 32:42].tolist() == [0] * 10
     assert values[32, 42] == values[28, 42] == 100
     assert values[36, 42] == -1  # of the first trajectory only

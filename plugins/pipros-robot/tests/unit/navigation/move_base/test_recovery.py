@@ -77,18 +77,14 @@ def test_clearing_keeps_a_square_around_the_robot() -> None:
     assert ClearCostmap(given, "clear").recover()
     for each in (global_map, local_map):
         kept = np.argwhere(each.cells.costs == LETHAL)
-        assert kept.min(axis=0).tolist() == [30, 40]
-        assert kept.max(axis=0).tolist() == [49, 59]
+        assert (kept.min(axis=0).tolist(), kept.max(axis=0).tolist()) == ([30, 40], [49, 59])
         assert (each.cells.costs == UNKNOWN).sum() == 80 * 80 - 400
 
 
 def test_clearing_may_be_limited_to_one_map_inverted_and_shown_at_once() -> None:
     clear = {
-        "reset_distance": 1.0,
-        "affected_maps": "local",
-        "invert_area_to_clear": True,
-        "force_updating": True,
-    }
+        "reset_distance": 1.0, "affected_maps": "local", "invert_area_to_clear": True, "force_updating": True,
+    }  # fmt: skip
     given, global_map, local_map = tools(clear=clear)
     assert ClearCostmap(given, "clear").recover()
     assert ((global_map.cells.costs == LETHAL).all(), global_map.updates) == (True, 0)
@@ -113,8 +109,7 @@ def test_the_robot_turns_once_around_to_the_left_and_slows_down_at_the_end() -> 
         local_map.pose = Pose2D(0.5, 0.0, math.remainder(turned, math.tau))
         cycles += 1
         assert cycles < 400
-    assert turned == pytest.approx(math.tau, abs=0.11)
-    assert max(driven)[2] == 1.0
+    assert (turned, max(driven)[2]) == (pytest.approx(math.tau, abs=0.11), 1.0)
     assert min(driven)[2] < 1.0
 
 
@@ -154,15 +149,10 @@ def test_the_default_behaviours_clear_and_turn() -> None:
     assert len(without) == 2
 
 
-@pytest.mark.parametrize(
-    "given",
-    [
-        5,
-        [{"name": "a"}],
-        ["a"],
-        [{"name": "a", "type": "RotateRecovery"}, {"name": "a", "type": "RotateRecovery"}],
-    ],
-)
+@pytest.mark.parametrize("given", [
+    5, [{"name": "a"}], ["a"],
+    [{"name": "a", "type": "RotateRecovery"}, {"name": "a", "type": "RotateRecovery"}],
+])  # fmt: skip
 def test_a_faulty_list_is_replaced_by_the_default(given: Any, caplog: pytest.LogCaptureFixture) -> None:
     assert len(plugins.behaviours(given, VALUES, tools()[0], is_strict=False)) == 4
     assert "the default behaviours are used" in caplog.text
@@ -212,21 +202,18 @@ def test_a_car_is_never_rotated_in_place(caplog: pytest.LogCaptureFixture) -> No
     assert "cannot turn in place" in caplog.text
 
 
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ({"max_vel_theta": math.nan}, "max_vel_theta must be a finite number, got nan"),
-        (
-            {"max_rotational_vel": -1},
-            r"max_rotational_vel must be >= \S+/min_in_place_vel_theta \(0\), got -1",
-        ),
-        (
-            {"min_in_place_rotational_vel": 2},
-            r"max_vel_theta must be >= \S+/min_in_place_rotational_vel \(2\)",
-        ),
-        ({"acc_lim_th": 0}, "acc_lim_th must be > 0, got 0: the robot could not brake"),
-    ],
-)
+@pytest.mark.parametrize(("given", "text"), [
+    ({"max_vel_theta": math.nan}, "max_vel_theta must be a finite number, got nan"),
+    (
+        {"max_rotational_vel": -1},
+        r"max_rotational_vel must be >= \S+/min_in_place_vel_theta \(0\), got -1",
+    ),
+    (
+        {"min_in_place_rotational_vel": 2},
+        r"max_vel_theta must be >= \S+/min_in_place_rotational_vel \(2\)",
+    ),
+    ({"acc_lim_th": 0}, "acc_lim_th must be > 0, got 0: the robot could not brake"),
+])  # fmt: skip
 def test_limits_of_a_rotation_that_cannot_hold_are_refused(given: dict[str, float], text: str) -> None:
     with pytest.raises(InvalidParameter, match=f"~TrajectoryPlannerROS/{text}"):
         Rotate(tools(TrajectoryPlannerROS=given)[0], "rotate")

@@ -58,15 +58,12 @@ def test_limits_of_teb_bound_every_default_of_dwa() -> None:
     assert left == ["dt_ref"]
 
 
-@pytest.mark.parametrize(
-    ("planner", "given", "name", "value"),
-    [
-        ("DWBLocalPlanner", {"max_speed_xy": 0.3}, "max_vel_x", 0.3),
-        ("DWBLocalPlanner", {"vtheta_samples": 9}, "vth_samples", 9),
-        ("EBandPlannerROS", {"max_vel_lin": 0.4, "max_vel_th": 0.7}, "max_vel_theta", 0.7),
-        ("EBandPlannerROS", {"max_vel_lin": 0.4}, "max_vel_trans", 0.4),
-    ],
-)
+@pytest.mark.parametrize(("planner", "given", "name", "value"), [
+    ("DWBLocalPlanner", {"max_speed_xy": 0.3}, "max_vel_x", 0.3),
+    ("DWBLocalPlanner", {"vtheta_samples": 9}, "vth_samples", 9),
+    ("EBandPlannerROS", {"max_vel_lin": 0.4, "max_vel_th": 0.7}, "max_vel_theta", 0.7),
+    ("EBandPlannerROS", {"max_vel_lin": 0.4}, "max_vel_trans", 0.4),
+])  # fmt: skip
 def test_limits_have_other_names_in_other_planners(
     planner: str, given: dict[str, Any], name: str, value: float
 ) -> None:
@@ -75,8 +72,7 @@ def test_limits_have_other_names_in_other_planners(
 
 def test_parameters_of_dwa_itself_come_first() -> None:
     found, left = dwa_after("TebLocalPlannerROS", {"max_vel_x": 0.2}, {"max_vel_x": 0.1})
-    assert found == {"max_vel_x": 0.1, **_WEIGHTS}
-    assert left == ["max_vel_x"]
+    assert (found, left) == ({"max_vel_x": 0.1, **_WEIGHTS}, ["max_vel_x"])
 
 
 def test_weights_of_the_user_are_kept_together() -> None:
@@ -106,8 +102,7 @@ def test_limits_are_found_behind_an_adapter(loaded: str) -> None:
     planner = behind_adapter(node, "nav_core_adapter::LocalPlannerAdapter")
     take_over(node, planner)
 
-    assert planner == loaded
-    assert params.values["~DWAPlannerROS"]["max_vel_x"] == 0.15
+    assert (planner, params.values["~DWAPlannerROS"]["max_vel_x"]) == (loaded, 0.15)
 
 
 def test_an_adapter_loads_dwb_unless_it_names_another() -> None:
@@ -117,31 +112,21 @@ def test_an_adapter_loads_dwb_unless_it_names_another() -> None:
     assert behind_adapter(node, "neo_local_planner/NeoLocalPlanner") == "neo_local_planner/NeoLocalPlanner"
 
 
-@pytest.mark.parametrize(
-    ("given", "name", "value"),
-    [
-        ({"max_rot_vel": 0.8}, "max_vel_theta", 0.8),
-        ({"max_trans_vel": 0.15}, "max_vel_x", 0.15),
-        ({"max_vel_x": 0.8, "max_trans_vel": 0.4}, "max_vel_trans", 0.4),
-        ({"max_vel_trans": 0.9, "max_trans_vel": 0.4}, "max_vel_trans", 0.4),
-        ({"max_vel_x_backwards": 0.1, "min_vel_x": -0.5}, "min_vel_x", -0.1),
-        ({"acc_limit_theta": 0.6}, "acc_lim_theta", 0.6),
-        ({"max_speed_theta": 0.7}, "max_vel_theta", 0.7),
-        ({"max_rotation_vel": 0.7}, "max_vel_theta", 0.7),
-        ({"max_speed": 0.2}, "max_vel_x", 0.2),
-        ({"desired_linear_vel": 0.2}, "max_vel_trans", 0.2),
-        ({"max_v": 0.2, "max_w": 0.5}, "max_vel_x", 0.2),
-        ({"max_v": 0.2, "max_w": 0.5}, "max_vel_theta", 0.5),
-        ({"MAX_SPEED": 0.2}, "max_vel_trans", 0.2),
-        ({"maxAngularVelocity": 0.5}, "max_vel_theta", 0.5),
-        ({"max_cmd_vel_ang": 0.5}, "max_vel_theta", 0.5),
-        ({"v_limit": 0.2}, "max_vel_x", 0.2),
-        ({"max_linear_accel": 0.3}, "acc_lim_x", 0.3),
-        ({"limits": {"max_vel_x": 0.2}}, "max_vel_trans", 0.2),
-        ({"robot": {"type": "a", "a": {"max_vel_x": 0.3}, "b": {"max_vel_x": 0.1}}}, "max_vel_x", 0.3),
-        ({"car": {"wheelbase": 0.5, "max_steering_angle": math.atan(0.5)}}, "min_turning_radius", 1.0),
-    ],
-)
+@pytest.mark.parametrize(("given", "name", "value"), [
+    ({"max_rot_vel": 0.8}, "max_vel_theta", 0.8), ({"max_trans_vel": 0.15}, "max_vel_x", 0.15),
+    ({"max_vel_x": 0.8, "max_trans_vel": 0.4}, "max_vel_trans", 0.4),
+    ({"max_vel_trans": 0.9, "max_trans_vel": 0.4}, "max_vel_trans", 0.4),
+    ({"max_vel_x_backwards": 0.1, "min_vel_x": -0.5}, "min_vel_x", -0.1),
+    ({"acc_limit_theta": 0.6}, "acc_lim_theta", 0.6), ({"max_speed_theta": 0.7}, "max_vel_theta", 0.7),
+    ({"max_rotation_vel": 0.7}, "max_vel_theta", 0.7), ({"max_speed": 0.2}, "max_vel_x", 0.2),
+    ({"desired_linear_vel": 0.2}, "max_vel_trans", 0.2), ({"max_v": 0.2, "max_w": 0.5}, "max_vel_x", 0.2),
+    ({"max_v": 0.2, "max_w": 0.5}, "max_vel_theta", 0.5), ({"MAX_SPEED": 0.2}, "max_vel_trans", 0.2),
+    ({"maxAngularVelocity": 0.5}, "max_vel_theta", 0.5), ({"max_cmd_vel_ang": 0.5}, "max_vel_theta", 0.5),
+    ({"v_limit": 0.2}, "max_vel_x", 0.2), ({"max_linear_accel": 0.3}, "acc_lim_x", 0.3),
+    ({"limits": {"max_vel_x": 0.2}}, "max_vel_trans", 0.2),
+    ({"robot": {"type": "a", "a": {"max_vel_x": 0.3}, "b": {"max_vel_x": 0.1}}}, "max_vel_x", 0.3),
+    ({"car": {"wheelbase": 0.5, "max_steering_angle": math.atan(0.5)}}, "min_turning_radius", 1.0),
+])  # fmt: skip
 def test_old_names_of_limits_count_for_every_maker(given: dict[str, Any], name: str, value: float) -> None:
     assert dwa_after("NeoLocalPlanner", given, {})[0][name] == pytest.approx(value)
 

@@ -104,8 +104,7 @@ def test_potentials_and_paths_are_the_cheapest(seed: int, use_astar: bool) -> No
         assert path == []
         return
     assert field.potential(goal) == pytest.approx(expected, rel=0.02 if use_astar else 0.005)
-    assert path[0] == start
-    assert path[-1] == goal
+    assert (path[0], path[-1]) == (start, goal)
     assert np.hypot(*np.diff(np.array(path), axis=0).T).max() <= math.sqrt(2) + 1e-6
     cells = np.rint(path).astype(int)
     assert crossing[cells[:, 1], cells[:, 0]].max() < BLOCKED
@@ -129,8 +128,7 @@ def test_a_potential_is_never_below_the_straight_way() -> None:
 def test_a_region_is_searched_first_and_then_the_whole_map() -> None:
     costs = np.zeros((400, 500), np.uint8)
     near = find_field(costs, (100, 100), (150, 120))
-    assert near.window == (40, 40, 211, 181)
-    assert near.path_to((150, 120), 2000)[0] == (100, 100)
+    assert (near.window, near.path_to((150, 120), 2000)[0]) == ((40, 40, 211, 181), (100, 100))
 
     costs[:380, 125] = 254
     far = find_field(costs, (100, 100), (150, 120))

@@ -81,8 +81,7 @@ def test_zones_have_the_exceptions_of_norway_and_svalbard() -> None:
     places = {(52.0, 13.0): 33, (60.0, 4.0): 32, (60.0, 2.0): 31, (78.0, 10.0): 33, (78.0, 8.0): 31}
     places |= {(78.0, 41.0): 37, (0.0, 180.0): 1, (0.0, -180.0): 1, (84.0, 0.0): 0, (-80.1, 0.0): 0}
     assert {place: standard_zone(*place) for place in places} == places
-    assert zone_of_name("31U") == (31, True)
-    assert zone_of_name("55H") == (55, False)
+    assert (zone_of_name("31U"), zone_of_name("55H")) == ((31, True), (55, False))
     assert zone_of_name("Z") == (0, True)
     for name in ("", "61U", "31", "31I", "0A", "U31"):
         with pytest.raises(OutOfRange, match="such as 31U"):

@@ -69,16 +69,12 @@ def test_a_configuration_names_the_sources_and_the_output() -> None:
     assert read_sources(CONFIGURATION + "publisher: cmd", problems.append)[1] == "cmd"
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("- a", "it must be a mapping"),
-        ("{", "<string>:2:1"),
-        ("subscribers: 3", "`subscribers` has no valid source"),
-        ("publisher: [a]", r"publisher must be the name of a topic, got \['a'\]"),
-        ("publisher: a b", "publisher must be the name of a topic, got 'a b'"),
-    ],
-)
+@pytest.mark.parametrize(("text", "problem"), [
+    ("- a", "it must be a mapping"), ("{", "<string>:2:1"),
+    ("subscribers: 3", "`subscribers` has no valid source"),
+    ("publisher: [a]", r"publisher must be the name of a topic, got \['a'\]"),
+    ("publisher: a b", "publisher must be the name of a topic, got 'a b'"),
+])  # fmt: skip
 def test_invalid_configurations_are_errors(text: str, problem: str) -> None:
     with pytest.raises(PiprosError, match=problem):
         read_sources(text, lambda _: None)

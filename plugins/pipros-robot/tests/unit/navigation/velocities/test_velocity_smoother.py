@@ -18,12 +18,7 @@ def test_a_command_is_approached_and_repeated() -> None:
     one, _ = smoother()
     assert one.step(1.0) is None
     one.command((0.25, 0.0), 1.0)
-    assert [one.step(1.0) for _ in range(4)] == [
-        (0.1, 0.0),
-        (0.2, 0.0),
-        (0.25, 0.0),
-        (0.25, 0.0),
-    ]
+    assert [one.step(1.0) for _ in range(4)] == [(0.1, 0.0), (0.2, 0.0), (0.25, 0.0), (0.25, 0.0)]
 
 
 def test_commands_are_clamped_and_braking_is_faster() -> None:
@@ -48,8 +43,7 @@ def test_both_axes_keep_the_direction_of_the_change() -> None:
 def test_a_silent_input_stops_the_robot() -> None:
     one, log = smoother()
     one.command((0.1, 0.0), 1.0)
-    assert one.step(1.29) == (0.1, 0.0)
-    assert one.step(1.31) == (0.0, 0.0)
+    assert (one.step(1.29), one.step(1.31)) == ((0.1, 0.0), (0.0, 0.0))
     assert log == ["the input is silent, so the robot is stopped (after 0.31 s)"]
     assert one.step(1.4) is None
 

@@ -47,8 +47,7 @@ def points_of(found: Any) -> list[tuple[float, ...]]:
 
 def test_limits_belong_to_both_sides() -> None:
     given = cloud((0, 0, -0.1), (0, 0, 0), (0, 0, 0.5), (0, 0, 1), (NAN, 0, 0.5))
-    kept = points_of(filters.pass_through(given, LIMITS))
-    assert kept == [(0, 0, 0), (0, 0, 0.5), (0, 0, 1)]
+    assert points_of(filters.pass_through(given, LIMITS)) == [(0, 0, 0), (0, 0, 0.5), (0, 0, 1)]
     outside = points_of(filters.pass_through(given, {**LIMITS, "filter_limit_negative": True}))
     assert [each[2] for each in outside] == pytest.approx([-0.1, 0, 1])
 
@@ -93,8 +92,7 @@ def test_cells_become_the_mean_of_their_points_and_colors() -> None:
     colors = np.array([0x00102030, 0x00302010, 0x00FFFFFF], np.uint32)
     given = cloud((0.1, 0.1, 0.1), (0.3, 0.5, 0.1), (-0.5, 0, 0), rgb=colors.view(np.float32))
     found = filters.voxel_grid(given, GRID)
-    assert points_of(found)[0] == (-0.5, 0, 0)
-    assert points_of(found)[1] == pytest.approx((0.2, 0.3, 0.1))
+    assert (points_of(found)[0], points_of(found)[1]) == ((-0.5, 0, 0), pytest.approx((0.2, 0.3, 0.1)))
     assert column(found, rows_of(found), "rgb").copy().view(np.uint32).tolist() == [0x00FFFFFF, 0x00202020]
     assert len(points_of(filters.voxel_grid(given, {**GRID, "min_points_per_voxel": 2}))) == 1
 

@@ -72,22 +72,17 @@ def test_compressed_data_with_repetitions_is_read() -> None:
     assert rows_of(cloud).tobytes()[8:24] == (b"abc" * 9)[8:24]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "text"),
-    [
-        (b"DATA ascii", b"DATA jpeg", "DATA must be one of ascii, binary, binary_compressed, got jpeg"),
-        (b"DATA", b"DAYA", "must end with a DATA line"),
-        (b"SIZE 4 4 1 2", b"SIZE 4 4 1", "header is malformed"),
-        (b"SIZE 4 4 1 2", b"SIZE 4 3 1 2", "header is malformed"),
-        (b"SIZE 4 4 1 2", b"SIZE 2 4 1 2", "must describe numbers"),
-        (b"WIDTH 2", b"WIDTH 999999999", "WIDTH x HEIGHT must be 0 to"),
-        (b"WIDTH 2", b"WIDTH 3", "with 3 points must have 15 values, got 10"),
-        (b"300", b"70000", "value of field n is invalid"),
-        (b"2e3", b"much", "value of field y is invalid"),
-        (b"DATA ascii", b"DATA binary", "with 2 points must have"),
-        (b"DATA ascii", b"DATA binary_compressed", "compressed data must be complete"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "text"), [
+    (b"DATA ascii", b"DATA jpeg", "DATA must be one of ascii, binary, binary_compressed, got jpeg"),
+    (b"DATA", b"DAYA", "must end with a DATA line"), (b"SIZE 4 4 1 2", b"SIZE 4 4 1", "header is malformed"),
+    (b"SIZE 4 4 1 2", b"SIZE 4 3 1 2", "header is malformed"),
+    (b"SIZE 4 4 1 2", b"SIZE 2 4 1 2", "must describe numbers"),
+    (b"WIDTH 2", b"WIDTH 999999999", "WIDTH x HEIGHT must be 0 to"),
+    (b"WIDTH 2", b"WIDTH 3", "with 3 points must have 15 values, got 10"),
+    (b"300", b"70000", "value of field n is invalid"), (b"2e3", b"much", "value of field y is invalid"),
+    (b"DATA ascii", b"DATA binary", "with 2 points must have"),
+    (b"DATA ascii", b"DATA binary_compressed", "compressed data must be complete"),
+])  # fmt: skip
 def test_mistakes_are_named(old: bytes, new: bytes, text: str) -> None:
     with pytest.raises(InvalidPcd, match=text):
         parse(TEXT.replace(old, new).replace(b"0.5 nan 0 0 -7\n1 2e3 0 0 300\n", b"") if b"binary" in new

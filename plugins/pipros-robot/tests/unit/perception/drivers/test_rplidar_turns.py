@@ -16,8 +16,7 @@ TURN = [Point(90.0, 1000, 10), Point(0.0, 0, 0), Point(270.0, 3000, 30), Point(0
 def test_a_scan_ends_with_the_first_and_last_valid_point() -> None:
     sweep = sweep_of(TURN, None, is_inverted=False)
     assert (sweep.angle_min, sweep.angle_max) == (pytest.approx(-pi / 2), pytest.approx(pi / 2))
-    assert sweep.ranges == [3.0, inf, 1.0]
-    assert sweep.intensities == [30, 0, 10]
+    assert (sweep.ranges, sweep.intensities) == ([3.0, inf, 1.0], [30, 0, 10])
     inverted = sweep_of(TURN, None, is_inverted=True)
     assert (inverted.angle_min, inverted.ranges) == (sweep.angle_min, [1.0, inf, 3.0])
 

@@ -60,13 +60,8 @@ def test_a_reply_without_checksum_of_the_status_is_read() -> None:
 def test_damage_costs_one_reply() -> None:
     good = device.scan_block("MD", "99", 7, [[(1000, 0)]] * 100, is_intense=False)
     for bad in (
-        good[:-9] + b"0" + good[-8:],
-        good[:50],
-        b"\n\n",
-        b"\xff\x00",
-        b"MD\n\n",
-        b"\n\n\n\n;\n;\n\n",
-    ):
+        good[:-9] + b"0" + good[-8:], good[:50], b"\n\n", b"\xff\x00", b"MD\n\n", b"\n\n\n\n;\n;\n\n",
+    ):  # fmt: skip
         found, errors = replies(good + bad + b"\n\n" + good)
         assert 2 <= len(found) <= 3, bad
         assert errors >= 1, bad

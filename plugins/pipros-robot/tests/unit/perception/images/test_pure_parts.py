@@ -33,15 +33,11 @@ def test_arrays_share_the_memory_of_messages_and_skip_padding() -> None:
     assert made.header is not message.header
 
 
-@pytest.mark.parametrize(
-    ("fields", "reason"),
-    [
-        ({"encoding": "rainbow"}, r"unknown encoding \[rainbow\]"),
-        ({"height": 3}, "2 x 3 pixels of mono8 need 3 rows of 2 bytes, got 4 bytes in rows of 2"),
-        ({"step": 1}, "in rows of 1"),
-        ({"width": 0}, "must have pixels, got 0 x 2"),
-    ],
-)
+@pytest.mark.parametrize(("fields", "reason"), [
+    ({"encoding": "rainbow"}, r"unknown encoding \[rainbow\]"),
+    ({"height": 3}, "2 x 3 pixels of mono8 need 3 rows of 2 bytes, got 4 bytes in rows of 2"),
+    ({"step": 1}, "in rows of 1"), ({"width": 0}, "must have pixels, got 0 x 2"),
+])  # fmt: skip
 def test_images_with_missing_pixels_are_refused(fields: dict[str, Any], reason: str) -> None:
     message = image(np.zeros((2, 2), np.uint8), "mono8", 1)
     for name, value in fields.items():

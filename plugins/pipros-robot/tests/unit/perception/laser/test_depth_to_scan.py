@@ -34,8 +34,7 @@ def test_the_first_beam_is_the_rightmost_column() -> None:
     assert (view.angle_min, view.angle_max) == pytest.approx((-math.pi / 4, math.pi / 4))
     middle = [1.0, 2.0, 3.0, math.nan, 5.0]
     found = DepthToScan().ranges(image([[9] * 5, middle, [9] * 5]), view)
-    assert found[0] == pytest.approx(5 * math.sqrt(2))
-    assert found[2] == 3.0
+    assert (found[0], found[2]) == (pytest.approx(5 * math.sqrt(2)), 3.0)
     assert np.nanmin(found[3:]) == pytest.approx(math.sqrt(2))  # the edge of two beams
     assert math.isnan(found[1])
 

@@ -86,8 +86,7 @@ def test_single_points_are_speckles() -> None:
 
 def test_the_middle_of_a_small_blob_stays() -> None:
     params = {"max_radius": 0.2, "min_points": 2}
-    found = filtered("ScanBlobFilter", params, scan(1, 1, 1.1, -1, 5, 1, 2))
-    assert found == [-1, 1, -1.1, -1, -5, -1, -2]
+    assert filtered("ScanBlobFilter", params, scan(1, 1, 1.1, -1, 5, 1, 2)) == [-1, 1, -1.1, -1, -5, -1, -2]
 
 
 def test_the_median_of_the_last_scans() -> None:
@@ -102,28 +101,25 @@ def test_points_in_a_polygon() -> None:
     assert in_polygon(corners, points).tolist() == [True, False, True, False]
 
 
-@pytest.mark.parametrize(
-    ("chain", "text"),
-    [
-        ("range", "must be a list of filters, got 'range'"),
-        ([{"name": "a"}], r"\[0\] must be a map with name and type"),
-        ([{"name": "a", "type": "my/Filter"}], "type must be laser_filters/ followed by .*, got my/Filter"),
-        ([{"name": "a", "type": "laser_filters/InterpolationFilter"}] * 2, "must be unique, got a twice"),
-        ([{"name": "a", "type": "laser_filters/ScanBlobFilter", "params": 3}], "params must be a map, got 3"),
-        ([{"name": "a", "type": "laser_filters/ScanBlobFilter"}], "max_radius must be of type float"),
-        ([{"name": "a", "type": "laser_filters/LaserScanMaskFilter"}], "masks must map frames to lists"),
-        ([{"name": "a", "type": "laser_filters/LaserArrayFilter"}], "range_filter_chain or intensity_filter"),
-        (
-            [{"name": "a", "type": "laser_filters/LaserMedianFilter", "params": {"internal_filter": [3]}}],
-            "type must be filters/ followed by .*, got 3",
-        ),
-        (
-            [{"name": "a", "type": "laser_filters/LaserScanPolygonFilter",
-              "params": {"polygon_frame": "b", "polygon": [[1, 2]]}}],
-            r"polygon must be empty or a list of 3 to 10000 \[x, y\]",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("chain", "text"), [
+    ("range", "must be a list of filters, got 'range'"),
+    ([{"name": "a"}], r"\[0\] must be a map with name and type"),
+    ([{"name": "a", "type": "my/Filter"}], "type must be laser_filters/ followed by .*, got my/Filter"),
+    ([{"name": "a", "type": "laser_filters/InterpolationFilter"}] * 2, "must be unique, got a twice"),
+    ([{"name": "a", "type": "laser_filters/ScanBlobFilter", "params": 3}], "params must be a map, got 3"),
+    ([{"name": "a", "type": "laser_filters/ScanBlobFilter"}], "max_radius must be of type float"),
+    ([{"name": "a", "type": "laser_filters/LaserScanMaskFilter"}], "masks must map frames to lists"),
+    ([{"name": "a", "type": "laser_filters/LaserArrayFilter"}], "range_filter_chain or intensity_filter"),
+    (
+        [{"name": "a", "type": "laser_filters/LaserMedianFilter", "params": {"internal_filter": [3]}}],
+        "type must be filters/ followed by .*, got 3",
+    ),
+    (
+        [{"name": "a", "type": "laser_filters/LaserScanPolygonFilter",
+          "params": {"polygon_frame": "b", "polygon": [[1, 2]]}}],
+        r"polygon must be empty or a list of 3 to 10000 \[x, y\]",
+    ),
+])  # fmt: skip
 def test_mistakes_in_chains_are_named(chain: Any, text: str) -> None:
     with pytest.raises(InvalidFilter, match=text):
         chain_of(chain, FilterHost())

@@ -30,14 +30,11 @@ def scan(*ranges: float, intensities: tuple[float, ...] = ()) -> Scan:
 def test_valid_beams_become_points_with_channels() -> None:
     given = scan(1, 0.05, 2, math.nan, 3, intensities=(7, 8, 9))
     beams = valid_beams(given)
-    assert beams.tolist() == [0, 2, 4]
-    assert valid_beams(given, 2.5).tolist() == [0, 2]
+    assert (beams.tolist(), valid_beams(given, 2.5).tolist()) == ([0, 2, 4], [0, 2])
     assert projected(given, beams) == pytest.approx(np.array([[0, -1, 0], [2, 0, 0], [0, 3, 0]]), abs=1e-6)
     found = channels(given, beams, dict.fromkeys(("intensity", "index", "distances", "stamps"), True))
-    assert found["index"].tolist() == [0, 2, 4]
-    assert found["distances"].tolist() == [1, 2, 3]
-    assert found["stamps"] == pytest.approx([0, 0.2, 0.4])
-    assert found["intensity"].tolist()[:2] == [7, 9]
+    assert (found["index"].tolist(), found["distances"].tolist()) == ([0, 2, 4], [1, 2, 3])
+    assert (found["stamps"], found["intensity"].tolist()[:2]) == (pytest.approx([0, 0.2, 0.4]), [7, 9])
     assert channels(scan(1, 2), np.array([0]), {"intensity": True}) == {}
 
 
@@ -69,16 +66,13 @@ class Turned(FilterHost):
         return Listener()
 
 
-@pytest.mark.parametrize(
-    ("kind", "params", "removed"),
-    [
-        ("LaserScanBoxFilter", {"min_x": 2.5, "max_x": 3.5, "min_y": -1, "max_y": 1}, [0]),
-        ("LaserScanBoxFilter", {"min_x": 2.5, "max_x": 3.5, "min_y": -1, "max_y": 1, "invert": True}, [1, 2]),
-        ("LaserScanFootprintFilter", {"inscribed_radius": 1.5}, [2]),
-        ("LaserScanPolygonFilter", {"polygon": [[1.5, 0.5], [2.5, 0.5], [2.5, 2], [1.5, 2]]}, [1]),
-        ("StaticLaserScanPolygonFilter", {"polygon": [[0.5, -1], [1.5, -1], [1.5, 1], [0.5, 1]]}, [1]),
-    ],
-)
+@pytest.mark.parametrize(("kind", "params", "removed"), [
+    ("LaserScanBoxFilter", {"min_x": 2.5, "max_x": 3.5, "min_y": -1, "max_y": 1}, [0]),
+    ("LaserScanBoxFilter", {"min_x": 2.5, "max_x": 3.5, "min_y": -1, "max_y": 1, "invert": True}, [1, 2]),
+    ("LaserScanFootprintFilter", {"inscribed_radius": 1.5}, [2]),
+    ("LaserScanPolygonFilter", {"polygon": [[1.5, 0.5], [2.5, 0.5], [2.5, 2], [1.5, 2]]}, [1]),
+    ("StaticLaserScanPolygonFilter", {"polygon": [[0.5, -1], [1.5, -1], [1.5, 1], [0.5, 1]]}, [1]),
+])  # fmt: skip
 def test_shapes_are_in_their_frame(kind: str, params: dict[str, Any], removed: list[int]) -> None:
     """The scanner at (2, 0) looks left: its beams end at (3, 0), (2, 1) and (1, 0)."""
     frame = "laser" if kind.startswith("Static") else "base"

@@ -18,15 +18,7 @@ from pipros_ros2.rtps.announcements import (
     write_participant,
 )
 from pipros_ros2.rtps.identity import CYCLONE_DDS, guid_text, is_writer, new_prefix, user_entity
-from pipros_ros2.rtps.parameters import (
-    PARAMETER_LIST,
-    SENTINEL,
-    Address,
-    Parameter,
-    integer,
-    parameter,
-    text,
-)
+from pipros_ros2.rtps.parameters import PARAMETER_LIST, SENTINEL, Address, Parameter, integer, parameter, text
 from pipros_ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind, mismatch
 
 PREFIX = bytes(range(12))
@@ -46,14 +38,10 @@ def test_an_infinite_lease_is_read_back() -> None:
 
 
 @pytest.mark.parametrize("is_writer_", [True, False])
-@pytest.mark.parametrize(
-    "qos",
-    [
-        Qos(),
-        Qos(ReliabilityKind.BEST_EFFORT, DurabilityKind.TRANSIENT_LOCAL, deadline_s=0.5, lease_s=2.0),
-        Qos(representations=(0, 2)),
-    ],
-)
+@pytest.mark.parametrize("qos", [
+    Qos(), Qos(ReliabilityKind.BEST_EFFORT, DurabilityKind.TRANSIENT_LOCAL, deadline_s=0.5, lease_s=2.0),
+    Qos(representations=(0, 2)),
+])  # fmt: skip
 def test_endpoints_are_read_back(is_writer_: bool, qos: Qos) -> None:
     guid = PREFIX + user_entity(70_000, is_writer=is_writer_)
     announced = EndpointData(guid, "rt/a", "b::msg::dds_::C_", qos, b"typehash=RIHS01_00;", HERE)
@@ -108,8 +96,7 @@ def test_keys_are_read_back() -> None:
 
 
 def test_entries_end_at_a_nul() -> None:
-    assert entries(b"enclave=/;\0") == {"enclave": "/"}
-    assert entries(b"nothing") == {}
+    assert (entries(b"enclave=/;\0"), entries(b"nothing")) == ({"enclave": "/"}, {})
 
 
 def test_prefixes_are_random_and_have_the_vendor() -> None:

@@ -13,18 +13,14 @@ def test_ports_are_those_of_the_standard() -> None:
     assert (multicast_port(101), discovery_port(101, 2), data_port(101, 2)) == (32650, 32664, 32665)
 
 
-@pytest.mark.parametrize(
-    ("variables", "expected"),
-    [
-        ({}, DiscoveryRange.LOCALHOST),
-        ({"ROS_LOCALHOST_ONLY": "0"}, DiscoveryRange.SUBNET),
-        ({"ROS_LOCALHOST_ONLY": "1"}, DiscoveryRange.LOCALHOST),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, DiscoveryRange.SUBNET),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, DiscoveryRange.SUBNET),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, DiscoveryRange.OFF),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_LOCALHOST_ONLY": "1"}, DiscoveryRange.LOCALHOST),
-    ],
-)
+@pytest.mark.parametrize(("variables", "expected"), [
+    ({}, DiscoveryRange.LOCALHOST), ({"ROS_LOCALHOST_ONLY": "0"}, DiscoveryRange.SUBNET),
+    ({"ROS_LOCALHOST_ONLY": "1"}, DiscoveryRange.LOCALHOST),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, DiscoveryRange.SUBNET),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, DiscoveryRange.SUBNET),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, DiscoveryRange.OFF),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_LOCALHOST_ONLY": "1"}, DiscoveryRange.LOCALHOST),
+])  # fmt: skip
 def test_the_range_follows_the_variables(variables: dict[str, str], expected: DiscoveryRange) -> None:
     assert Discovery.from_environment(variables).range is expected
 
@@ -35,15 +31,10 @@ def test_domain_and_static_peers_are_read() -> None:
     assert (found.domain, found.static_peers) == (7, ("10.0.0.2", "robot"))
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("ROS_DOMAIN_ID", "102"),
-        ("ROS_DOMAIN_ID", "-1"),
-        ("ROS_DOMAIN_ID", "one"),
-        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "EVERYWHERE"),
-    ],
-)
+@pytest.mark.parametrize(("name", "value"), [
+    ("ROS_DOMAIN_ID", "102"), ("ROS_DOMAIN_ID", "-1"), ("ROS_DOMAIN_ID", "one"),
+    ("ROS_AUTOMATIC_DISCOVERY_RANGE", "EVERYWHERE"),
+])  # fmt: skip
 def test_invalid_values_are_named(name: str, value: str) -> None:
     with pytest.raises(InvalidEnvironment, match=value):
         Discovery.from_environment({name: value})

@@ -74,11 +74,8 @@ def test_messages_pass_with_hash_qos_node_and_gateway(engines: tuple[Ros2Engine,
     endpoint = wait_for_endpoint(one, EndpointKind.PUBLISHER, "/map")
     assert samples == [Sample(CDR + b"old!", endpoint.key)]
     assert (endpoint.type, endpoint.type_hash, endpoint.node, endpoint.gateway) == (
-        KIND,
-        HASH,
-        "/ros1_gateway_ab_12",
-        "ab_12",
-    )
+        KIND, HASH, "/ros1_gateway_ab_12", "ab_12",
+    )  # fmt: skip
     assert endpoint.qos == TopicQos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL)
     subscriber = wait_for_endpoint(other, EndpointKind.SUBSCRIBER, "/map")
     assert (subscriber.node, subscriber.gateway) == ("/robot/camera", "")

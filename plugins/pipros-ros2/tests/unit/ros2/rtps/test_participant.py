@@ -179,10 +179,7 @@ def test_a_writer_of_unlimited_depth_waits_for_its_readers(
     """Its history has room for eight samples; no sample is displaced before all readers have it."""
     received: list[bytes] = []
     constants(ROS2_HISTORY_BYTES=10000)
-    with (
-        Participant(discovery) as participant,
-        Participant(discovery) as peer,
-    ):
+    with Participant(discovery) as participant, Participant(discovery) as peer:
         peer.add_reader("rt/a", TYPE, Qos(depth=0), lambda sample: received.append(sample.payload))
         writer = participant.add_writer("rt/a", TYPE, Qos(depth=0))
         assert writer.wait_for_readers(timeout_s=LIMIT_S)
@@ -231,8 +228,7 @@ def test_ctrl_c_ends_a_wait(processes: Processes) -> None:
     waiting.wait_for("waiting")
     waiting.send_signal(signal.SIGINT)
 
-    assert waiting.wait() == 0
-    assert waiting.stdout == ["waiting", "interrupted"]
+    assert (waiting.wait(), waiting.stdout) == (0, ["waiting", "interrupted"])
 
 
 NODE = NodeInfo("/", "gateway")

@@ -118,8 +118,7 @@ def test_a_sample_that_is_no_longer_kept_does_not_stop_the_others() -> None:
         talker.engine.write(writer, payload, network.now)
     network.run(2.0)
 
-    assert listener.payloads(reader) == [b"one.", b"two."]
-    assert talker.engine.writer(writer).dropped == 2
+    assert (listener.payloads(reader), talker.engine.writer(writer).dropped) == ([b"one.", b"two."], 2)
 
 
 def test_endpoints_without_a_match_are_listed_until_they_end() -> None:
@@ -140,16 +139,11 @@ def test_endpoints_without_a_match_are_listed_until_they_end() -> None:
     assert talker.engine.mismatched() == []
 
 
-@pytest.mark.parametrize(
-    ("offered", "requested", "policy"),
-    [
-        (Qos(ReliabilityKind.BEST_EFFORT), Qos(), QosPolicy.RELIABILITY),
-        (Qos(), LATCHED, QosPolicy.DURABILITY),
-        (Qos(), Qos(deadline_s=1.0), QosPolicy.DEADLINE),
-        (Qos(), Qos(lease_s=1.0), QosPolicy.LIVELINESS),
-        (Qos(representations=(2,)), Qos(), QosPolicy.REPRESENTATION),
-    ],
-)
+@pytest.mark.parametrize(("offered", "requested", "policy"), [
+    (Qos(ReliabilityKind.BEST_EFFORT), Qos(), QosPolicy.RELIABILITY), (Qos(), LATCHED, QosPolicy.DURABILITY),
+    (Qos(), Qos(deadline_s=1.0), QosPolicy.DEADLINE), (Qos(), Qos(lease_s=1.0), QosPolicy.LIVELINESS),
+    (Qos(representations=(2,)), Qos(), QosPolicy.REPRESENTATION),
+])  # fmt: skip
 def test_a_mismatch_names_the_policy(offered: Qos, requested: Qos, policy: QosPolicy) -> None:
     network = SimulatedNetwork()
     talker, listener = network.host(), network.host()
@@ -177,8 +171,7 @@ def test_the_end_of_a_participant_is_announced() -> None:
     talker.engine.close()
     network.flush()
 
-    assert listener.peers() == [True, False]
-    assert listener.matches() == [True, False]
+    assert (listener.peers(), listener.matches()) == ([True, False], [True, False])
 
 
 def test_a_silent_participant_ends_with_its_lease() -> None:
@@ -189,8 +182,7 @@ def test_a_silent_participant_ends_with_its_lease() -> None:
     assert listener.peers() == [True]
     network.run(2.0)
 
-    assert listener.peers() == [True, False]
-    assert listener.matches() == [True, False]
+    assert (listener.peers(), listener.matches()) == ([True, False], [True, False])
 
 
 def test_the_end_of_an_endpoint_is_announced() -> None:
@@ -199,8 +191,7 @@ def test_the_end_of_an_endpoint_is_announced() -> None:
     talker.engine.remove(writer, network.now)
     network.flush()
 
-    assert listener.matches() == [True, False]
-    assert listener.peers() == [True]
+    assert (listener.matches(), listener.peers()) == ([True, False], [True])
 
 
 def test_remote_endpoints_can_be_looked_up() -> None:
@@ -237,8 +228,7 @@ def test_endpoints_that_come_and_go_do_not_use_up_the_limit(constants: Constants
         busy.engine.remove(entity, network.now)
         network.run(0.02)
 
-    assert other.refused() == 0
-    assert len(other.endpoints()) == 300
+    assert (other.refused(), len(other.endpoints())) == (0, 300)
 
 
 def test_close_and_remove_may_be_repeated() -> None:
@@ -335,8 +325,7 @@ def test_a_large_sample_that_is_no_longer_kept_is_skipped() -> None:
     talker.engine.write(writer, b"new.", network.now)
     network.run(2.0)
 
-    assert listener.payloads(reader) == [b"new."]
-    assert listener.engine.reader(reader).lost == 1
+    assert (listener.payloads(reader), listener.engine.reader(reader).lost) == ([b"new."], 1)
 
 
 def test_a_lost_answer_to_a_new_participant_is_repeated_soon() -> None:
@@ -377,8 +366,7 @@ def test_heartbeats_are_asked_for_in_the_way_that_the_peer_answers(vendor: bytes
     found = [each for _, datagram in network.sent for each in submessages(datagram, peer)]
     questions = {each.base for each in found if isinstance(each, AckNack) and not each.is_final}
 
-    assert questions == {base}
-    assert asking.matches() == [True]
+    assert (questions, asking.matches()) == ({base}, [True])
 
 
 def test_a_participant_that_announces_itself_only_once_is_answered_repeatedly() -> None:

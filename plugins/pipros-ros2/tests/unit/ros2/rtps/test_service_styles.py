@@ -27,16 +27,12 @@ BODY = b"\0\1\0\0" + b"message."
 CONNEXT = b"\1\1"
 
 
-@pytest.mark.parametrize(
-    ("vendor", "participant", "endpoint", "expected"),
-    [
-        (FAST_DDS, b"enclave=/;\0", b"", Style.FAST),
-        (CYCLONE_DDS, b"enclave=/;", b"", Style.CYCLONE),
-        (OWN_VENDOR, b"enclave=/;pipros=x;", b"serviceid=1;", Style.FAST),
-        (OWN_VENDOR, b"enclave=/;", b"serviceid=1;", Style.CYCLONE),
-        (CONNEXT, b"enclave=/;", b"typehash=RIHS01_00;", None),
-    ],
-)
+@pytest.mark.parametrize(("vendor", "participant", "endpoint", "expected"), [
+    (FAST_DDS, b"enclave=/;\0", b"", Style.FAST), (CYCLONE_DDS, b"enclave=/;", b"", Style.CYCLONE),
+    (OWN_VENDOR, b"enclave=/;pipros=x;", b"serviceid=1;", Style.FAST),
+    (OWN_VENDOR, b"enclave=/;", b"serviceid=1;", Style.CYCLONE),
+    (CONNEXT, b"enclave=/;", b"typehash=RIHS01_00;", None),
+])  # fmt: skip
 def test_the_style_follows_vendor_and_ids(
     vendor: bytes, participant: bytes, endpoint: bytes, expected: Style | None
 ) -> None:
@@ -78,8 +74,7 @@ def test_a_reply_to_cyclone_repeats_the_bytes_before_the_message() -> None:
 
     assert (request.payload, request.related) == (BODY, None)
     assert request.reply(BODY) == BODY[:4] + head + BODY[4:]
-    assert split_head(request.reply(BODY)) == (head, BODY)
-    assert read_cyclone_head(head) == (4711, 3)
+    assert (split_head(request.reply(BODY)), read_cyclone_head(head)) == ((head, BODY), (4711, 3))
 
 
 @pytest.mark.parametrize("payload", [b"", BODY, b"\0\0\0\0" + bytes(24)])

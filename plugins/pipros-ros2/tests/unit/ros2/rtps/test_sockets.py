@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import socket
 from collections.abc import Iterator
+from contextlib import closing
 
 import pytest
 
@@ -34,11 +35,8 @@ def domain() -> Iterator[int]:
 def sockets(
     domain: int, where: DiscoveryRange = DiscoveryRange.LOCALHOST, *peers: str
 ) -> Iterator[RtpsSockets]:
-    opened = RtpsSockets(Discovery(domain, where, peers))
-    try:
+    with closing(RtpsSockets(Discovery(domain, where, peers))) as opened:
         yield opened
-    finally:
-        opened.close()
 
 
 def test_participants_of_a_domain_take_ports_in_turn(domain: int) -> None:

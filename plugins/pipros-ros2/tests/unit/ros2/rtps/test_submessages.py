@@ -81,8 +81,7 @@ def test_fragments_are_read_back() -> None:
     (fragment,) = read(data_frag_head(READER, WRITER, BIG, 3, 100, 300, 100), piece)
 
     assert isinstance(fragment, DataFrag)
-    assert fragment[:7] == (READER, WRITER, BIG, 3, 1, 100, 300)
-    assert bytes(fragment.payload) == piece
+    assert (fragment[:7], bytes(fragment.payload)) == ((READER, WRITER, BIG, 3, 1, 100, 300), piece)
 
 
 @given(first=sequences, count=st.integers(0, 1000), number=st.integers(0, 1000), is_final=st.booleans())
@@ -109,23 +108,20 @@ def test_requests_for_fragments_are_read_back(base: int, bits: list[int]) -> Non
     assert read(nack_frag(READER, WRITER, BIG, missing, 5)) == [NackFrag(READER, WRITER, BIG, missing, 5)]
 
 
-@pytest.mark.parametrize(
-    ("body", "expected"),
-    [
-        (
-            b"\x07\x00" + pack(">H4s4siIiIi", 28, READER, WRITER, 0, 5, 0, 9, 2),
-            Heartbeat(READER, WRITER, 5, 9, 2, False),
-        ),
-        (
-            b"\x06\x02" + pack(">H4s4siIIIi", 28, READER, WRITER, 0, 5, 3, 0b101 << 29, 2),
-            AckNack(READER, WRITER, 5, (5, 7), 2, True),
-        ),
-        (
-            b"\x13\x00" + pack(">H4s4siIIi", 24, READER, WRITER, 0, 5, 9, 2),
-            HeartbeatFrag(READER, WRITER, 5, 9, 2),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("body", "expected"), [
+    (
+        b"\x07\x00" + pack(">H4s4siIiIi", 28, READER, WRITER, 0, 5, 0, 9, 2),
+        Heartbeat(READER, WRITER, 5, 9, 2, False),
+    ),
+    (
+        b"\x06\x02" + pack(">H4s4siIIIi", 28, READER, WRITER, 0, 5, 3, 0b101 << 29, 2),
+        AckNack(READER, WRITER, 5, (5, 7), 2, True),
+    ),
+    (
+        b"\x13\x00" + pack(">H4s4siIIi", 24, READER, WRITER, 0, 5, 9, 2),
+        HeartbeatFrag(READER, WRITER, 5, 9, 2),
+    ),
+])  # fmt: skip
 def test_big_endian_submessages_are_read(body: bytes, expected: Submessage) -> None:
     assert read(body) == [expected]
 
@@ -163,19 +159,13 @@ def test_the_last_submessage_may_have_no_length() -> None:
     assert read(bytes(beat)) == [Heartbeat(READER, WRITER, 1, 4, 1, False)]
 
 
-@pytest.mark.parametrize(
-    "bad",
-    [
-        heartbeat(READER, WRITER, 9, 1, 1),
-        heartbeat(READER, WRITER, 0, 1, 1),
-        data_head(READER, WRITER, 0, 0),
-        b"\x15\x05\x18\x00" + bytes(2) + b"\xff\x00" + bytes(20),
-        data_frag_head(READER, WRITER, 1, 4, 100, 300, 0),
-        data_frag_head(READER, WRITER, 1, 1, 0, 300, 0),
-        data_frag_head(READER, WRITER, 1, 1, 100, 300, 4) + bytes(4),
-        b"\x06\x01" + pack("<H4s4siIIi", 24, READER, WRITER, 0, 5, 257, 2),
-    ],
-)
+@pytest.mark.parametrize("bad", [
+    heartbeat(READER, WRITER, 9, 1, 1), heartbeat(READER, WRITER, 0, 1, 1),
+    data_head(READER, WRITER, 0, 0), b"\x15\x05\x18\x00" + bytes(2) + b"\xff\x00" + bytes(20),
+    data_frag_head(READER, WRITER, 1, 4, 100, 300, 0), data_frag_head(READER, WRITER, 1, 1, 0, 300, 0),
+    data_frag_head(READER, WRITER, 1, 1, 100, 300, 4) + bytes(4),
+    b"\x06\x01" + pack("<H4s4siIIi", 24, READER, WRITER, 0, 5, 257, 2),
+])  # fmt: skip
 def test_malformed_submessages_end_the_reading(bad: bytes) -> None:
     beat = heartbeat(READER, WRITER, 1, 1, 1)
     found = read_datagram(datagram_head(PEER, US) + beat + bad + beat, US)
