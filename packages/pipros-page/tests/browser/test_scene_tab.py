@@ -18,7 +18,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab, keep_screenshots, press, show_all_controls
-from tests.browser.test_copying import NOTE_COPIED, wait_for_note
+from tests.browser.test_large_values import NOTE_COPIED, wait_for_note
 from tests.support.browser import find_chromium
 from tests.support.page import Page
 from tests.support.ros import RosSystem

@@ -16,8 +16,8 @@ from playwright.sync_api import Page as Tab
 from pipros.msg import load_message_class
 from pipros_tools.bag import BagWriter
 from tests.browser.chromium import OpenTab, keep_screenshots
-from tests.browser.test_accessibility import AXE, RULES
 from tests.browser.test_bags_tab import BEGIN, connect, show_tab
+from tests.browser.test_reach import AXE, RULES
 from tests.support.npm import INSTALL
 from tests.support.page import Page
 from tests.support.ros import RosSystem

@@ -17,7 +17,7 @@ TOOLS = "packages/pipros-tools/tests"
 FLEET, ROS2 = "plugins/pipros-fleet/tests", "plugins/pipros-ros2/tests"
 ASSISTANTS, DATA, WHEELS = (f"plugins/pipros-{name}/tests" for name in ("assistants", "data", "wheels"))
 _TAB = "plugins/pipros-tab/tests/pyodide/test_terminal.py"
-_TURTLEBOT3 = f"{ROBOT}/graph/test_turtlebot3_launch.py"
+_TURTLEBOT3 = f"{ROBOT}/graph/test_simulated_driving.py"
 
 RUN_HERE = (
     "start/laptop.md", "guides/package.md", "start/robot.md", "guides/course.md", "guides/simulation.md",
@@ -36,10 +36,10 @@ _READ_BY = {
     f"{TOOLS}/unit/bag/test_docs.py": ["guides/bags.md python"],
     f"{CORE}/tree/test_other_systems.py": ["guides/tab.md python"],
     f"{DATA}/unit/data/test_docs.py": ["guides/data.md console python yaml"],
-    f"{FLEET}/unit/fleet/test_docs.py": ["guides/fleets.md yaml"],
+    f"{FLEET}/unit/fleet/test_examples.py": ["guides/fleets.md yaml"],
     f"{CORE}/graph/test_launch_facade.py": ["guides/launch.md python"],
     f"{CORE}/unit/msg/test_docs.py": ["guides/package.md python"],
-    f"{ROBOT}/unit/navigation/costmap/test_own_layers.py": ["guides/navigation.md toml"],
+    f"{ROBOT}/unit/navigation/costmap/test_layers.py": ["guides/navigation.md toml"],
     f"{WHEELS}/tutorial/test_pip.py": ["guides/pip.md bash python toml"],
     f"{TOOLS}/unit/cli/test_policy.py": ["guides/policy.md console yaml"],
     f"{ROS2}/interop/test_walk.py": ["guides/ros2.md bash xml"],
@@ -83,7 +83,7 @@ SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
     ("guides/data.md", ("lerobot-replay", "--robot.type=ros1")): f"{DATA}/support/lerobot_dataset.py",
     ("guides/fleets.md", ("operator", "/robot1/chatter")): f"{FLEET}/interop/test_fleet_with_genuine.py",
     ("guides/fleets.md", ("--history", "--history-topic")): f"{FLEET}/graph/test_fleet_history.py",
-    ("guides/fleets.md", ("keys", "create", "--router")): f"{FLEET}/graph/test_fleet_command.py",
+    ("guides/fleets.md", ("keys", "create", "--router")): f"{FLEET}/graph/test_fleet_history.py",
     ("guides/launch.md", ("env-loader=", "user=")): f"{CORE}/graph/test_launch_run.py",
     ("guides/launch.md", ('exec "$@"',)): f"{CORE}/graph/test_launch_run.py",
     ("guides/libraries.md", ("rospy", "zero_copy")): f"{CORE}/graph/test_documented_nodes.py",
@@ -116,8 +116,8 @@ SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
         "guides/navigation.md",
         ("world.reaches", "world.never_closer_than"),
     ): f"{ROBOT}/support/apartment_drives.py",
-    ("guides/navigation.md", ("class ", "Layer")): f"{ROBOT}/unit/navigation/costmap/test_own_layers.py",
-    ("guides/navigation.md", ("sim-for",)): f"{ROBOT}/graph/test_sim_for.py",
+    ("guides/navigation.md", ("class ", "Layer")): f"{ROBOT}/unit/navigation/costmap/test_layers.py",
+    ("guides/navigation.md", ("sim-for",)): f"{ROBOT}/graph/test_simulated_driving.py",
     ("guides/page.md", ("rqt_graph", "With --control, it can")): f"{PAGE}/graph/test_page_tabs.py",
     ("guides/page.md", ("--perspective-file", "rqt_gui")): f"{PAGE}/graph/test_page_tabs.py",
     ("guides/page.md", ("rqt_graph", "--token-file")): f"{PAGE}/browser/test_access.py",
@@ -128,7 +128,7 @@ SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
     ("start/robot.md", ("roscore", "--bind")): f"{CORE}/graph/test_launch_run.py",
     ("guides/ros2.md", ("--domain", "--distro")): f"{ROS2}/graph/test_ros2_command.py",
     ("guides/scene.md", ("rviz", "navigation.rviz")): f"{ROBOT}/browser/test_navigation_example.py",
-    ("guides/simulation.md", ("lockstep:=", "[amcl, move_base]")): f"{ROBOT}/graph/test_turtlebot3_launch.py",
+    ("guides/simulation.md", ("lockstep:=", "[amcl, move_base]")): f"{ROBOT}/graph/test_simulated_driving.py",
     ("start/tab.md", ("mkdir feature",)): _TAB,
     ("start/tab.md", ("catkin_create_pkg",)): _TAB,
     ("start/tab.md", ("echo string battery > msg/BatteryLevel.msg",)): _TAB,
@@ -138,7 +138,7 @@ SHOWN_BY: dict[tuple[str, tuple[str, ...]], str] = {
     ("start/tab.md", ("rosrun composiv_tryouts composiv_listener.py",)): _TAB,
     ("start/tab.md", ("battery.bag", "--duration")): _TAB,
     ("start/tab.md", ("rostest composiv_tryouts composiv_tryout.launch",)): _TAB,
-    ("reference/commands.md", ("--csv", "--without")): f"{TOOLS}/unit/cli/test_launch_survey.py",
+    ("reference/commands.md", ("--csv", "--without")): f"{TOOLS}/unit/cli/test_roslaunch.py",
 }
 """By page and words that only one of its blocks contains: the test that reads the page or has these words."""
 

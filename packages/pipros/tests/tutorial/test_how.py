@@ -47,13 +47,13 @@ NOT_HERE = {
     r"py -m .*|\.venv\\Scripts.*|rosrun turtlesim .*|roscore": "on Windows; tests/windows",
     r"roslaunch rplidar_ros .*|rosrun (urg_node|usb_cam) .*": "devices; pipros-robot/tests simulate them",
     r"roslaunch turtlebot3.*|rosrun map_server .*|export ROS_PACKAGE_PATH=\$PWD/examples/turtlebot3:.*": (
-        "pipros-robot/tests/graph/test_turtlebot3_launch.py"
+        "pipros-robot/tests/graph/test_simulated_driving.py"
     ),
     r"pipros serve --bind .*|roslaunch rosbridge_server .*": "fixed ports; pipros-bridges: test_serve.py",
     r"(ROS_\w+=\w+ )?pipros ros2 .*": "multicast; pipros-ros2/tests/graph/test_ros2_command.py",
     r"rviz --bind .*": "a fixed port; pipros-page/tests/browser/test_access.py",
     r"openssl .*|rqt --read-only --bind .*": "a fixed port; pipros-page/tests/graph/test_page_over_tls.py",
-    r"pipros fleet (router|join|top).*": "a fixed port; pipros-fleet/tests/graph/test_fleet_command.py",
+    r"pipros fleet (router|join|top).*": "a fixed port; pipros-fleet/tests/graph/test_fleet_history.py",
     r"python imu.py": "pandas; pipros-data/tests/unit/data/test_tables.py",
     r"pipros (install|wheel) .*|roslaunch my_robot bringup.launch": "installs; pipros-wheels: test_pip.py",
     r"cd ~/catkin_ws && catkin_make|source devel/setup.bash|rosrun my_robot driver": (

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,8 @@ from pipros_robot.perception.clouds import filter_nodes, segmentation_nodes
 from pipros_robot.perception.clouds.pcd import formatted, parse
 from pipros_robot.perception.clouds.pcd_nodes import CloudWriter
 from pipros_robot.perception.clouds.points import cloud_of, column, positions, rows_of
+from tests.interop.programs.examine_clouds import __file__ as script
+from tests.interop.programs.examine_clouds import examine_many
 from tests.support.ros import RosSystem, Side
 from tests.support.twin_nodes import Twins, differences, twins
 from tests.support.waiting import wait_until
@@ -239,3 +243,14 @@ def read(path: Path) -> Any:
         return parse(path.read_bytes())
     except ValueError:
         return None
+
+
+# `sensor_msgs.point_cloud2` of pipros and of genuine ROS, on the same clouds.
+
+
+def test_random_clouds_hold_the_same_points() -> None:
+    asked = subprocess.run(
+        ["/usr/bin/python3", script], env={"PATH": "/usr/bin:/bin"}, capture_output=True, check=True
+    )
+
+    assert examine_many(seed=1, count=300) == json.loads(asked.stdout)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from pipros_bridges import serve
 from pipros_bridges.admission import Admission
+from pipros_bridges.serve import BridgeOptions
 from pipros_server.secret import Denied, Secret
 
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])
@@ -61,3 +63,24 @@ def test_other_requests_have_no_token(path: str, authorization: str | None) -> N
 
 def test_without_a_secret_no_token_is_needed() -> None:
     assert Admission().has_token("/", None)
+
+
+# Options of the programs that serve bridge clients.
+
+
+@pytest.mark.parametrize(("host", "shown"), [
+    ("127.0.0.1", "localhost"), ("[::1]", "localhost"), ("127.0.0.2", "127.0.0.2"),
+    ("robot.example", "robot.example"), ("fe80::1", "[fe80::1]"),
+])  # fmt: skip
+def test_a_printed_address_is_one_that_the_server_listens_at(host: str, shown: str) -> None:
+    assert BridgeOptions("bridge", 0, host=host).shown_host == shown
+
+
+@pytest.mark.parametrize(
+    ("tool", "how"), [("pipros foxglove", "--token-file"), ("foxglove_bridge", "~token_file")]
+)
+def test_an_open_server_names_the_setting_that_limits_access(
+    tool: str, how: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    serve._announce(BridgeOptions(tool, 8765, host="192.0.2.1"), 8765, None, None)
+    assert f"Everyone on this network can see the system; {how} limits access." in capsys.readouterr().err

@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
+import threading
+from itertools import pairwise
+from typing import Any
+from unittest.mock import AsyncMock, MagicMock
+
+import pytest
+from websockets.server import ServerProtocol
+
 from pipros.basics.budget import Budget
+from pipros.basics.limits import Limits
+from pipros.net.workers import Workers
+from pipros_bridges.call_turns import QuestionTurns
+from pipros_bridges.client import BridgeClient
+from pipros_bridges.connection import BridgeConnection, Wakeups
+from pipros_bridges.limits import BridgeLimits
 from pipros_bridges.outbox import (
     FRAME_BYTES,
     UNCOUNTED_BYTES,
@@ -11,6 +26,8 @@ from pipros_bridges.outbox import (
     WebSocketFrame,
     text_frame,
 )
+from pipros_bridges.pace import BURST_S, ReadPace
+from tests.support.waiting import wait_until
 
 MIB = 1 << 20
 
@@ -221,3 +238,194 @@ def test_small_frames_count_with_their_overhead() -> None:
     assert not outbox.is_overrun
     outbox.answer(*fragments)
     assert outbox.is_overrun
+
+
+# Rate limits for the messages of one client.
+
+
+LIMITS = Limits(tables=(BridgeLimits(bridge_client_rate=10, bridge_client_rate_bytes=1000),))
+
+
+class Clock:
+    now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def test_a_client_within_both_limits_is_not_delayed() -> None:
+    clock = Clock()
+    pace = ReadPace(LIMITS, clock)
+    for _ in range(100):
+        assert pace.delay_s(50) == 0
+        clock.now_s += 0.11
+
+
+@pytest.mark.parametrize(("size", "rate"), [(1, 10), (500, 2)])
+def test_a_client_that_waits_as_required_keeps_the_limit(size: int, rate: int) -> None:
+    clock = Clock()
+    pace = ReadPace(LIMITS, clock)
+    sent = 0
+    while clock.now_s < 110:
+        clock.now_s += pace.delay_s(size)
+        sent += 1
+    assert sent == pytest.approx(rate * (10 + BURST_S), abs=2)
+
+
+def test_a_silent_client_saves_one_burst_only() -> None:
+    clock = Clock()
+    pace = ReadPace(LIMITS, clock)
+    clock.now_s += 3600
+    assert [pace.delay_s(500) for _ in range(3)] == pytest.approx([0, 0, 0.5])
+
+
+# Connections of bridge clients, with a transport that only records.
+
+
+class Transport(asyncio.Transport):
+    def __init__(self) -> None:
+        super().__init__()
+        self.written: list[bytes] = []
+
+    def write(self, data: Any) -> None:
+        self.written.append(bytes(data))
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
+
+    def is_closing(self) -> bool:
+        return False
+
+
+class Listener:
+    """Stands for `pipros_server.listener.Listener`, and for the accepted that it returns."""
+
+    def accepted_socket(self, transport: object) -> Listener:
+        return self
+
+    def set_transport(self, transport: object) -> None:
+        pass
+
+    def setsockopt(self, level: int, option: int, value: int) -> None:
+        pass
+
+
+def test_nothing_is_written_while_the_transport_resumes_writing() -> None:
+    # If such a write fails, asyncio closes the transport twice, and logs an error for the second time.
+    async def resume() -> None:
+        listener: Any = Listener()
+        server = MagicMock(handler=AsyncMock())
+        connection = BridgeConnection(listener, 1_000, ServerProtocol(), server, ping_interval=None)
+        transport = Transport()
+        connection.connection_made(transport)
+        has_resumed = asyncio.Event()
+        connection.on_writable = has_resumed.set
+        connection.pause_writing()
+        connection.resume_writing()
+        assert not has_resumed.is_set()
+        await asyncio.wait_for(has_resumed.wait(), 60)
+
+    asyncio.run(resume())
+
+
+class Writable:
+    """A connection that accepts every frame, and counts them."""
+
+    remote_address = "127.0.0.1", 1
+    request = None
+    is_writable = True
+    paused = False
+
+    def __init__(self) -> None:
+        self.written = 0
+
+    def write(self, frame: WebSocketFrame) -> None:
+        self.written += 1
+
+
+def test_other_clients_have_their_turn_between_many_small_frames() -> None:
+    async def send() -> list[int]:
+        connection: Any = Writable()
+        shares: Any = MagicMock(queue=None)
+        wakeups = Wakeups(asyncio.get_running_loop())
+        client = BridgeClient(connection, 1, "rosbridge", Limits(), wakeups, shares)
+        client.send(*[WebSocketFrame((b"x",))] * 10_000)  # the fragments of a response
+        counts = [0]
+        while connection.written < 10_000:
+            await asyncio.sleep(0)
+            counts.append(connection.written)
+        return counts
+
+    counts = asyncio.run(send())
+    assert max(later - before for before, later in pairwise(counts)) <= 200
+
+
+# Questions of clients are answered in turns, by a few threads.
+
+
+def test_a_client_with_one_question_waits_for_one_question_of_each_other_client() -> None:
+    turns = QuestionTurns("questions", 1)
+    may_begin = threading.Event()
+    asked: list[str] = []
+    turns.run("greedy", lambda: may_begin.wait(20))
+    for number in range(100):
+        turns.run("greedy", lambda number=number: asked.append(f"greedy {number}"))
+    turns.run("modest", lambda: asked.append("modest"))
+    may_begin.set()
+    wait_until(lambda: len(asked) == 101)
+    assert asked.index("modest") <= 1
+    assert [each for each in asked if each != "modest"] == [f"greedy {number}" for number in range(100)]
+    turns.close()
+
+
+def test_the_questions_share_a_few_threads() -> None:
+    turns = QuestionTurns("questions", 2)
+    together = threading.Barrier(3)
+    threads: set[int] = set()
+
+    def meet() -> None:
+        threads.add(threading.get_ident())
+        together.wait(20)
+
+    for user in range(4):
+        turns.run(user, meet)
+    together.wait(20)
+    together.wait(20)
+    assert len(threads) == 2
+    turns.close()
+
+
+def test_questions_of_a_client_that_has_left_are_dropped_and_errors_end_no_thread() -> None:
+    turns = QuestionTurns("questions", 1)
+    may_begin, is_done = threading.Event(), threading.Event()
+    asked: list[str] = []
+    turns.run("other", lambda: may_begin.wait(20))
+    turns.run("gone", lambda: asked.append("gone"))
+    turns.run("other", lambda: 1 / 0)
+    turns.run("other", is_done.set)
+    turns.forget("gone")
+    may_begin.set()
+    assert is_done.wait(20)
+    assert not asked
+    turns.close()
+
+
+def test_a_question_for_which_no_thread_can_start_is_refused_or_left_to_a_running_thread(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    turns = QuestionTurns("questions", 2)
+    asked: list[str] = []
+    with monkeypatch.context() as changes:
+        changes.setattr(Workers, "run", fail)
+        with pytest.raises(RuntimeError, match="start new thread"):
+            turns.run("refused", lambda: asked.append("refused"))
+    may_begin = threading.Event()
+    turns.run("first", lambda: may_begin.wait(20))
+    monkeypatch.setattr(Workers, "run", fail)
+    turns.run("second", lambda: asked.append("second"))
+    may_begin.set()
+    wait_until(lambda: asked == ["second"])
+    turns.close()

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import logging
 import math
+import struct
+import zlib
 
 import pytest
 
+from pipros.basics import plugin_table
 from pipros.msg import load_message_class, load_service_class
-from pipros_simulation.turtlesim.picture import TurtleColor
+from pipros_simulation.launch_sets.expected_robot import expected_robot
+from pipros_simulation.turtlesim.draw_square import Square
+from pipros_simulation.turtlesim.picture import SIDE, Point, TurtleColor, TurtlePicture
 from pipros_simulation.turtlesim.turtle import (
     COMMAND_S,
     PEN_COLOR,
@@ -20,6 +25,7 @@ from pipros_simulation.turtlesim.turtle import (
     TurtleCommand,
 )
 from pipros_simulation.turtlesim.world import BACKGROUND, LINES_KEPT, TurtleRejected, TurtleWorld
+from pipros_tools.launch.xml import load
 from tests.support.nodes import listening_log
 
 MIDDLE = 5.544444561004639
@@ -249,3 +255,117 @@ def test_messages_have_the_genuine_digests(kind: str, digest: str) -> None:
 ])  # fmt: skip
 def test_services_have_the_genuine_digests(kind: str, digest: str) -> None:
     assert load_service_class(f"turtlesim/{kind}")._md5sum == digest
+
+
+# The picture of turtlesim: lines, colours, PNG.
+
+
+BLUE, RED = TurtleColor(1, 2, 200), TurtleColor(200, 3, 4)
+
+
+def drawn(*lines: tuple[Point, Point, int]) -> TurtlePicture:
+    picture = TurtlePicture(BLUE)
+    for start, end, width in lines:
+        picture.draw_line(start, end, RED, width)
+    return picture
+
+
+def red_pixels(picture: TurtlePicture) -> set[tuple[int, int]]:
+    return {(x, y) for y in range(SIDE) for x in range(SIDE) if picture.color_at((x, y)) == RED}
+
+
+def test_a_new_picture_has_the_background_everywhere() -> None:
+    picture = TurtlePicture(BLUE)
+    assert {picture.color_at(place) for place in ((0, 0), (499, 0), (0, 499), (499, 499))} == {BLUE}
+
+
+def test_a_level_line_is_as_wide_as_its_pen_and_has_square_ends() -> None:
+    assert red_pixels(drawn(((10, 20), (14, 20), 3))) == {(x, y) for x in range(9, 16) for y in range(19, 22)}
+
+
+def test_an_upright_line_has_the_same_shape() -> None:
+    assert red_pixels(drawn(((20, 14), (20, 10), 3))) == {(x, y) for x in range(19, 22) for y in range(9, 16)}
+
+
+def test_width_0_is_one_pixel_wide() -> None:
+    assert red_pixels(drawn(((10, 10), (13, 10), 0))) == {(x, 10) for x in range(10, 14)}
+
+
+def test_a_diagonal_line_has_no_gaps() -> None:
+    picture = drawn(((10, 10), (110, 70), 3))
+    for step in range(101):
+        assert picture.color_at((10 + step, 10 + step * 0.6)) == RED
+
+
+def test_parts_outside_are_left_out() -> None:
+    picture = drawn(((-100, 250), (1e9, 250), 5), ((1e30, -1e30), (2e30, -3e30), 255))
+    assert len(red_pixels(picture)) == SIDE * 5
+    assert picture.color_at((-5, 250)) == TurtleColor(0, 0, 0)
+
+
+def test_colors_are_those_of_the_nearest_pixel() -> None:
+    picture = drawn(((10, 10), (10, 10), 1))
+    assert (picture.color_at((10.4, 9.6)), picture.color_at((10.6, 10))) == (RED, BLUE)
+
+
+def test_filling_removes_lines() -> None:
+    picture = drawn(((10, 10), (400, 300), 9))
+    picture.fill(BLUE)
+    assert not red_pixels(picture)
+
+
+def test_the_png_has_the_pixels() -> None:
+    png = drawn(((3, 7), (3, 7), 1)).to_png()
+    assert (png[:8], struct.unpack(">II", png[16:24])) == (b"\x89PNG\r\n\x1a\n", (SIDE, SIDE))
+    length = struct.unpack(">I", png[33:37])[0]
+    rows = zlib.decompress(png[41 : 41 + length])
+    start = 7 * (1 + SIDE * 3) + 1 + 3 * 3
+    assert rows[start : start + 6] == bytes((RED.r, RED.g, RED.b, BLUE.r, BLUE.g, BLUE.b))
+
+
+# draw_square: four sides and four corners, and the texts of Noetic.
+
+
+def test_the_turtle_comes_back_to_where_it_began() -> None:
+    log, lines = listening_log()
+    log.setLevel(1)
+    world = TurtleWorld(listening_log()[0])
+    turtle = world.turtles["turtle1"]
+    square, now_s = Square(log), 0.0
+    while len(lines) < 1 + 8 * 2:
+        linear, angular = square.velocities(turtle.pose)
+        turtle.command(TurtleCommand(linear, 0.0, angular, now_s))
+        world.tick(now_s)
+        now_s += TICK_S
+    assert lines[0] == "New goal [7.544445 5.544445, 0.000000]"
+    assert lines[1::2] == ["Reached goal"] * 8
+    assert (turtle.x, turtle.y) == (pytest.approx(5.544, abs=0.2), pytest.approx(5.544, abs=0.2))
+    assert now_s == pytest.approx(4 * (1.9 + 3.9), abs=2)
+
+
+# The topics that packages of the core declare; those of navigation need its plugin.
+
+
+LAUNCH = """<launch>
+  <node pkg="twist_mux" type="twist_mux" name="mux"><remap from="cmd_vel_out" to="base/cmd_vel"/></node>
+  <node pkg="fake_localization" type="fake_localization" name="fake" ns="r"/>
+  <node pkg="urg_node" type="urg_node" name="laser"/>
+</launch>"""
+
+
+def test_the_topics_of_programs_are_those_that_their_packages_declare() -> None:
+    found = expected_robot(load([], texts=[LAUNCH]))
+
+    assert found.topics == {"cmd_vel": "/base/cmd_vel", "base_pose_ground_truth": "/r/base_pose_ground_truth"}
+    assert "topics of /laser (urg_node/urg_node); if one drives hardware, leave it out" in found.unknown
+
+
+def test_programs_of_a_plugin_that_is_not_installed_are_named_with_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(plugin_table, "plugin_folders", dict)
+
+    text = "\n".join(expected_robot(load([], texts=[LAUNCH])).unknown)
+
+    assert "topics of a node: urg_node" in text
+    assert "pipros-robot" in text

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.basics.errors import NotFound
+from pipros.basics.errors import NotFound, Unreachable
 from pipros.net.master_client import MasterClient
+from pipros_tools.graph.cleanup import WARNING, clean_up
 from pipros_tools.graph.errors import GraphError
 from pipros_tools.graph.node_info import describe_registrations
 from pipros_tools.graph.nodes import UNKNOWN_API, kill, listing, machines, node_names
 from pipros_tools.graph.params import delete, names_below, read, write
 from pipros_tools.graph.services import nodes_by_service, service_class_of, uri_of
+from pipros_tools.graph.system_state import SystemState, by_node, is_below, of_node
 from pipros_tools.graph.topics import describe_topic, field_type, topic_type, topics_of_type
 from tests.support.table_master import Answers, TableMaster
 
@@ -125,3 +127,100 @@ def test_parameters_of_a_namespace_are_sorted() -> None:
     master = TableMaster({("getParamNames",): ["/b/x", "/ab", "/a/y", "/a/b"]})
 
     assert names_below(master, "/a") == ["/a/b", "/a/y"]
+
+
+MASTER_STATE = [
+    [["/chatter", ["/talker", "/other"]], ["/rosout", ["/talker"]]],
+    [["/chatter", ["/listener"]], ["/odd", []]],
+    [["/add", ["/server"]]],
+]
+
+
+def test_a_picture_is_read_from_the_masters_answer() -> None:
+    state = SystemState.from_state(MASTER_STATE)
+    assert state.publishers == {"/chatter": ["/talker", "/other"], "/rosout": ["/talker"]}
+    assert state.subscribers == {"/chatter": ["/listener"], "/odd": []}
+    assert state.services == {"/add": ["/server"]}
+
+
+def test_topics_and_nodes_are_sorted_and_named_once() -> None:
+    state = SystemState.from_state(MASTER_STATE)
+    assert state.topics() == ["/chatter", "/odd", "/rosout"]
+    assert state.nodes() == ["/listener", "/other", "/server", "/talker"]
+
+
+def test_topics_of_a_node_are_found() -> None:
+    assert of_node("/talker", SystemState.from_state(MASTER_STATE).publishers) == ["/chatter", "/rosout"]
+
+
+def test_the_topics_of_all_nodes_are_found_without_a_search_for_each_node() -> None:
+    class Unsearched(list[str]):
+        def __contains__(self, _: object) -> bool:
+            raise AssertionError("each of many topics is searched for each of many nodes")
+
+    publishers = {"/scan": Unsearched(["/b"]), "/chatter": Unsearched(["/a", "/b", "/b"])}
+    assert by_node(publishers) == {"/a": ["/chatter"], "/b": ["/chatter", "/scan"]}
+
+
+@pytest.mark.parametrize(("name", "ns", "is_in"), [
+    ("/a/b", "/a", True), ("/a", "/a", True), ("/ab", "/a", False), ("/a/b", "/", True),
+    ("/a/b", "/a/", True), ("/a", "/a/b", False),
+])  # fmt: skip
+def test_namespaces_end_at_a_slash(name: str, ns: str, is_in: bool) -> None:
+    assert is_below(name, ns) is is_in
+
+
+# Unregistering nodes that do not respond: the question to the user, and the removed registrations.
+
+
+STALE_ANSWERS = {
+    ("getSystemState",): [[["/t", ["/good", "/bad"]]], [], []],
+    ("lookupNode", "/good"): "http://good:1/",
+    ("lookupNode", "/bad"): "http://bad:1/",
+}
+
+
+class Run:
+    def __init__(self, *answers: str, dead: str = "bad") -> None:
+        self.lines: list[str] = []
+        self.removed: list[str] = []
+
+        def ask(api: str, _caller_id: str) -> object:
+            if dead in api:
+                raise Unreachable(api, "no response in time")
+            return 1
+
+        clean_up(
+            TableMaster(STALE_ANSWERS),
+            say=self.lines.append,
+            complain=lambda _: None,
+            answers=answers,
+            ask=ask,
+            remove=lambda _, node: self.removed.append(node),
+        )
+
+
+def test_after_a_y_the_silent_nodes_are_removed() -> None:
+    run = Run("y\n")
+
+    assert run.removed == ["/bad"]
+    assert run.lines == [
+        "Unable to contact the following nodes:\n * /bad", WARNING, "Unregistering /bad", "done",
+    ]  # fmt: skip
+
+
+def test_invalid_answers_are_asked_again() -> None:
+    assert Run("yes\n", "\n", "y\n").removed == ["/bad"]
+
+
+@pytest.mark.parametrize("answers", [("n\n",), ("maybe\n", "n\n"), ()])
+def test_no_and_the_end_of_input_remove_nothing(answers: tuple[str, ...]) -> None:
+    run = Run(*answers)
+
+    assert (run.removed, run.lines[-1]) == ([], "aborting")
+
+
+def test_without_dead_nodes_there_is_no_question() -> None:
+    run = Run(dead="nobody")
+
+    assert run.lines == []

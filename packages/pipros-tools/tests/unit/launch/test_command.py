@@ -1,12 +1,15 @@
 from __future__ import annotations
 
+import getpass
 from pathlib import Path
 
 import pytest
 
 from pipros.basics.env import Environment
+from pipros_tools.launch import placement
 from pipros_tools.launch.command import CannotLaunch, CommandMaker
 from pipros_tools.launch.model import LaunchNode, Machine, WorkingFolder
+from pipros_tools.launch.placement import Placement, is_local
 from pipros_workspace.index import SHARED_PACKAGES, PackageIndex
 from tests.support.debian_system import make_debian
 
@@ -144,3 +147,39 @@ def test_another_machine_is_reached_by_ssh_and_runs_rosrun(maker: CommandMaker) 
         "/opt/env.sh env ROS_MASTER_URI=http://m:1 ROS_NAMESPACE=/g "
         "rosrun --prefix 'nice -n 5' talkers talker 'a b' __name:=n"
     )
+
+
+BASE = Machine("base", "base.local")
+
+
+@pytest.fixture
+def lookups(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The resolved addresses; only `localhost` is this computer."""
+    found: list[str] = []
+
+    def is_this_machine(host: str) -> bool:
+        found.append(host)
+        return host == "localhost"
+
+    monkeypatch.setattr(placement, "is_this_machine", is_this_machine)
+    return found
+
+
+def test_a_machine_is_looked_up_once_and_only_when_a_node_needs_it(lookups: list[str]) -> None:
+    machines = {
+        "base": BASE,
+        "near": Machine("near", "localhost"),
+        "unused": Machine("unused", "unused.local"),
+    }
+    nodes = Placement(machines)
+    for _ in range(3):
+        assert nodes.remote_machine(LaunchNode("p", "t", "n", machine="base")) is BASE
+        assert nodes.remote_machine(LaunchNode("p", "t", "n", machine="near")) is None
+        assert nodes.remote_machine(LaunchNode("p", "t", "n")) is None
+    assert lookups == ["base.local", "localhost"]
+
+
+def test_this_computer_is_local_for_its_own_user_only(lookups: list[str]) -> None:
+    assert is_local(Machine("m", "localhost", user=getpass.getuser()))
+    assert not is_local(Machine("m", "localhost", user=getpass.getuser() + "x"))
+    assert lookups == ["localhost"]

@@ -1,10 +1,16 @@
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
 
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.catkin.project import TestEntry as Entry
+from pipros_workspace.client_library import beside_ros2, is_ros1_script, without_libraries
 from pipros_workspace.cmake_runs import NativeBuildFailed, configure, make_all
+from pipros_workspace.make_targets import is_wanted, label, names, results_label
 
 PRINTS = "#!/bin/sh\ncat <<'END'\n{text}\nEND\nexit 1\n"
 PROCESSING = "-- +++ processing catkin package: '{name}'\n"
@@ -90,3 +96,84 @@ def test_incomplete_packages_are_named_with_the_compilers_error(tmp_path: Path) 
     assert make_all(["-j1"], tmp_path, variables, ["good", "bad"]) == {"bad": "a.cpp:1:1: error: no"}
     with pytest.raises(NativeBuildFailed):
         make_all(["-j1"], tmp_path, variables, ["good"])
+
+
+ROSTEST = Entry("rostest", "/src/p/test/x.test", (), "test/x.test")
+
+
+@pytest.mark.parametrize(("test", "name", "results"), [
+    (ROSTEST, "test_x.test", "test_x"),
+    (Entry("rostest", "", ("a:=1", "b:=c/d"), "test/x.test"), "x__a_1__b_c_d.test", "x__a_1__b_c_d"),
+    (Entry("rostest", "", ("a:=0.5",), "x.test"), "x__a_0.5.test", "x__a_0"),
+    (Entry("roslaunch", "", ("-i", "a:=1"), "launch/x.launch"), "x__a_1.launch", "x__a_1"),
+    (Entry("roslaunch", "", ("-i",), "launch"), "launch", "launch"),
+    (Entry("python", "", (), "test/sub/test_it.py"), "test.sub.test_it.py", "test"),
+    (Entry("gtest", "my_test", target="my_test"), "my_test", "my_test"),
+])  # fmt: skip
+def test_tests_have_the_names_of_catkin(test: Entry, name: str, results: str) -> None:
+    assert (label(test), results_label(test)) == (name, results)
+
+
+@pytest.mark.parametrize(("targets", "wanted"), [
+    (["run_tests"], True), (["test"], True), (["run_tests_p"], True), (["run_tests_p_rostest"], True),
+    (["run_tests_p_rostest_test_x.test"], True), (["run_tests_other"], False),
+    (["run_tests_p_nosetests"], False), (["all", "install"], False), ([], False),
+])  # fmt: skip
+def test_a_target_selects_its_tests(targets: list[str], wanted: bool) -> None:
+    assert is_wanted(ROSTEST, "p", targets) is wanted
+
+
+def test_all_targets_are_known() -> None:
+    project = Project("p", "/src/p", "/src/p/CMakeLists.txt", tests=[ROSTEST], targets={"docs"})
+    known = set(names({"p": project}))
+    assert {"all", "install", "p", "docs", "run_tests_p", "clean_test_results_p"} <= known
+    assert {"run_tests_p_rostest", "run_tests_p_rostest_test_x.test"} <= known
+
+
+# Scripts of ROS 1 and ROS 2, and the variables that ROS 2's wheels set.
+
+
+GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
+
+
+@pytest.mark.parametrize(("text", "is_ros1"), [
+    ("import rospy\n", True), ("import os, rospy as ros\n", True),
+    ("    from rospy.topics import Publisher\n", True),
+    ("import rclpy\nfrom rclpy.node import Node\n", False), ("import sys, rclpy.qos\n", False),
+    ("import rospy\nimport rclpy\n", False),
+    ("import rospy_helpers\n# import rclpy\n", False),
+    ("text = 'from rclpy'\n", False), ("\udcff\n", False),
+])  # fmt: skip
+def test_scripts_of_ros1_import_rospy_and_not_rclpy(tmp_path: Path, text: str, is_ros1: bool) -> None:
+    script = tmp_path / "node.py"
+    script.write_bytes(text.encode("utf-8", "surrogateescape"))
+    assert is_ros1_script(script) is is_ros1
+
+
+def test_a_script_that_cannot_be_read_is_not_of_ros1(tmp_path: Path) -> None:
+    assert not is_ros1_script(tmp_path)
+    assert not is_ros1_script(tmp_path / "gone")
+
+
+def test_libraries_of_this_environment_are_removed_and_others_stay() -> None:
+    own = f"{sys.prefix}/lib"
+    assert without_libraries({GUARD: "1", "LD_LIBRARY_PATH": own, "A": "b"}) == {"A": "b"}
+    both = {GUARD: "1", "LD_LIBRARY_PATH": os.pathsep.join((own, "/opt/lib"))}
+    assert without_libraries(both) == {"LD_LIBRARY_PATH": "/opt/lib"}
+    assert without_libraries({"LD_LIBRARY_PATH": own}) == {"LD_LIBRARY_PATH": own}
+
+
+def test_only_scripts_of_rospy_in_this_environment_get_the_names_of_ros1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = tmp_path / "node.py"
+    script.write_text("import rospy\n")
+    variables = {GUARD: "1", "LD_LIBRARY_PATH": f"{sys.prefix}/lib"}
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    assert beside_ros2(script, sys.executable, variables) == variables
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "/opt/ros/jazzy")
+    assert beside_ros2(script, sys.executable, variables) == {"PIPROS_MESSAGES": "ros1", **variables}
+    chosen = {**variables, "PIPROS_MESSAGES": "ros2"}
+    assert beside_ros2(script, sys.executable, chosen) == chosen
+    assert beside_ros2(script, "/usr/bin/python3", variables) == {}
+    assert beside_ros2(script, None, variables) == {}

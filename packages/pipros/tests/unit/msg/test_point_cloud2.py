@@ -1,4 +1,4 @@
-"""`sensor_msgs.point_cloud2`. tests.interop.test_point_clouds compares it with genuine ROS."""
+"""`sensor_msgs.point_cloud2`. tests.interop.test_clouds_as_genuine compares it with genuine ROS."""
 
 import struct
 

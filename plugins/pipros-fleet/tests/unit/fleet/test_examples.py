@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -12,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from pipros_fleet.fleet_file import read_fleet_file
+from pipros_fleet.fleet_file import parse_fleet_file, read_fleet_file
+from tests.support import documents
 from tests.support.environments import REPOSITORY
 from tests.support.project import PLUGIN_PROJECTS, PROGRAMS
 
@@ -80,3 +82,28 @@ def test_the_container_runs_a_pipros_command(tmp_path: Path) -> None:
         1,
         "ERROR: [/fleet] has no authority; `pipros fleet keys create /fleet` creates one\n",
     )
+
+
+# The example of docs/guides/fleets.md.
+
+
+DOCUMENT = documents.text_of("guides/fleets.md")
+
+
+def test_the_file_is_valid() -> None:
+    (example,) = re.findall(r"^```yaml\n(.*?)^```", DOCUMENT, re.MULTILINE | re.DOTALL)
+
+    file = parse_fleet_file(example, "plugins/pipros-fleet/docs/guides/fleets.md")
+
+    assert file.router == "tls/router.lan:7447"
+
+
+# Modules that an agent imports.
+
+
+def test_an_agent_does_not_load_the_page() -> None:
+    code = "import sys, pipros_fleet.serve; print([each for each in sys.modules if 'pipros_page' in each])"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout.strip() == "[]"

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
+from pipros_fleet.health import CHECK
 from pipros_fleet.statistics import LinkTraffic, link_statuses
 from pipros_libraries.diagnostics.link_status import LinkLevel, LinkStatus
+from pipros_tools.health.plugin_check import PluginReply, plugin_checks
 
 
 def statuses(is_connected: bool = True, **before: LinkTraffic) -> list[LinkStatus]:
@@ -39,3 +43,23 @@ def test_a_link_that_is_down_is_an_error() -> None:
 def test_a_member_that_has_sent_nothing() -> None:
     (link,) = link_statuses("a", is_connected=True, sent=[], received={}, before={})
     assert link.values["sent"] == "0"
+
+
+# What `pipros doctor` says of fleet agents.
+
+
+NODE = "/pipros_fleet_robot1"
+
+
+@pytest.mark.parametrize(("reply", "reasons"), [
+    (PluginReply(CHECK, True), []), (PluginReply(CHECK, False), ["no router is connected"]),
+    (PluginReply(CHECK, failure="timed out"), ["timed out"]),
+])  # fmt: skip
+def test_an_agent_without_a_link_is_found(reply: PluginReply, reasons: list[str]) -> None:
+    findings = list(CHECK.judge(NODE, reply))
+
+    assert [(finding.rule, finding.subjects) for finding in findings] == [("fleet-link", (NODE,))] * len(
+        reasons
+    )
+    assert [finding.summary.rpartition(": ")[2] for finding in findings] == reasons
+    assert CHECK in plugin_checks()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -202,3 +204,19 @@ def test_a_wrapper_is_a_launch_file_with_all_parameters(tmp_path: Path) -> None:
     (node,) = loaded.nodes
     assert node.remappings == (("scan", "/front/scan"),)
     assert re.search("much - - and <more>", text)
+
+
+# What a node says if the import of one of its libraries fails.
+
+
+@pytest.mark.parametrize("program", ["costmap.costmap", "navfn.navfn_node", "move_base.move_base_node"])
+def test_a_program_without_numpy_says_so_in_one_line(program: str) -> None:
+    code = (
+        "import sys; sys.modules['numpy'] = sys.modules['cv2'] = None; "
+        f"from pipros_robot.navigation.programs import run_program; sys.exit(run_program({program!r}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+    assert done.returncode == 1
+    assert done.stderr.startswith("ERROR: this node needs ")
+    assert done.stderr.count("\n") == 1

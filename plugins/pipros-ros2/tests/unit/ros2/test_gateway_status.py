@@ -7,9 +7,11 @@ import json
 import pytest
 
 from pipros_libraries.diagnostics.link_status import LinkLevel
+from pipros_ros2.counts import Counts
 from pipros_ros2.gateway_status import GatewayStatus, NotBridged, Row, problem_key
-from pipros_ros2.health import GatewayReport, gateway_report
+from pipros_ros2.health import CHECK, GatewayReport, gateway_report
 from pipros_ros2.interface import EndpointKind, EngineProblem
+from pipros_tools.health.plugin_check import PluginReply, plugin_checks
 
 TYPES = ("std_msgs/String", "std_msgs/msg/String")
 CHATTER = Row("topics", "to_ros2", "/chatter", TYPES, count=9, rate=4.5)
@@ -64,3 +66,56 @@ def test_problems_have_keys_like_names_that_are_left_out() -> None:
         "topics: to_ros1: /scan (publisher /laser)",
         "nodes: to_ros2: /ros1_gateway_a_1",
     ]
+
+
+# What `pipros doctor` says of gateways to ROS 2.
+
+
+NODE = "/ros2_gateway_0"
+DROPPED = {"kind": "topics", "direction": "to_ros2", "name": "/a", "dropped": 7, "reason": "too long"}
+
+
+def report(passed: list[object], left_out: dict[str, str]) -> PluginReply:
+    return PluginReply(CHECK, True, json.dumps({"passed": passed, "left_out": left_out, "by_rule": []}))
+
+
+@pytest.mark.parametrize(("reply", "rules", "part"), [
+    (report([], {}), [], ""),
+    (PluginReply(CHECK, failure="no answer"), ["ros2-gateway"], "returned no valid status: no answer"),
+    (PluginReply(CHECK, True, "{"), ["ros2-gateway"], "its status is malformed"),
+    (report([DROPPED], {}), ["ros2-dropped"], "dropped messages of topics: to_ros2: /a: 7: too long"),
+    (
+        report([], {"topics: to_ros1: /a": "unknown"}),
+        ["ros2-left-out"],
+        "leaves out topics: to_ros1: /a: unknown",
+    ),
+])  # fmt: skip
+def test_each_problem_of_a_gateway_is_found(reply: PluginReply, rules: list[str], part: str) -> None:
+    findings = list(CHECK.judge(NODE, reply))
+
+    assert [finding.rule for finding in findings] == rules
+    assert all(part in finding.summary and finding.subjects == (NODE,) for finding in findings)
+    assert CHECK in plugin_checks()
+
+
+# What a gateway counts of a topic, service or action.
+
+
+def test_each_reason_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    counts = Counts()
+
+    for reason in ("too long", "too long", "not UTF-8"):
+        counts.fail(reason)
+
+    assert (counts.dropped, counts.reason) == (3, "not UTF-8")
+    assert caplog.messages == ["too long", "not UTF-8"]
+
+
+def test_drops_of_queues_add_up_when_queues_are_replaced(caplog: pytest.LogCaptureFixture) -> None:
+    counts = Counts()
+
+    for queue, total in (("a", 0), ("a", 3), ("b", 2), ("a", 3), ("a", 1), ("a", 4), ("b", 2)):
+        counts.overflow(queue, total, "too slow")
+
+    assert (counts.overflowed, counts.dropped, counts.reason) == (9, 9, "too slow")
+    assert caplog.messages == ["too slow"]

@@ -13,8 +13,10 @@ from pipros_ros2.commands import look as look_commands
 from pipros_ros2.commands import messages as message_commands
 from pipros_ros2.interface import Endpoint, EndpointKind, TopicQos
 from pipros_ros2.look import DomainView, actions, services, topic_of, topics
+from pipros_ros2.ros2_graph import Ros2Graph, callable_server
 from pipros_ros2.rtps.domain import Discovery
 from pipros_ros2.rtps.engine import RtpsEngine
+from pipros_rosbag2 import names
 from pipros_rosbag2.distribution import Distribution
 from pipros_rosbag2.interfaces.cdr import decode, encode
 from pipros_rosbag2.interfaces.parse import parse_ros2_message
@@ -145,3 +147,89 @@ def test_names_and_messages_of_peers_are_escaped_and_bad_ones_left_out(
     assert shown.out == "\\x1b[2J\n---\n"
     assert "WARNING: a message is left out: the message ends" in shown.err
     assert "\x1b" not in printed + shown.out + shown.err
+
+
+# The ROS 2 topics, services and actions that a gateway finds.
+
+
+ADD = "example_interfaces/srv/AddTwoInts"
+FIBONACCI = "example_interfaces/action/Fibonacci_SendGoal"
+
+
+def test_endpoints_are_sorted_by_what_they_offer() -> None:
+    talkers = [
+        Endpoint(bytes([n]), EndpointKind.PUBLISHER, "/chatter", "std_msgs/msg/String") for n in (1, 2)
+    ]
+    adder = Endpoint(b"3", EndpointKind.SERVER, "/add", ADD)
+    action = Endpoint(b"4", EndpointKind.SERVER, "/fibonacci/_action/send_goal", FIBONACCI)
+    others = [
+        Endpoint(b"5", EndpointKind.SUBSCRIBER, "/chatter", "std_msgs/msg/String"),
+        Endpoint(b"6", EndpointKind.CLIENT, "/add", ADD),
+    ]
+
+    graph = Ros2Graph([*talkers, adder, action, *others])
+
+    assert (graph.publishers, graph.services) == ({"/chatter": talkers}, {"/add": [adder]})
+    assert graph.actions == {"/fibonacci": [action]}
+
+
+def test_servers_that_cannot_be_called_are_passed_over() -> None:
+    unknown = Endpoint(b"1", EndpointKind.SERVER, "/add", ADD, problem="unknown form")
+    known = Endpoint(b"2", EndpointKind.SERVER, "/add", ADD)
+
+    assert callable_server([unknown, known]) is known
+    with pytest.raises(PiprosError, match="unknown form"):
+        callable_server([unknown])
+
+
+# The ROS 2 names in DDS and Zenoh.
+
+
+STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
+
+
+def test_topics_and_services_have_prefixes() -> None:
+    assert names.dds_topic("/a/b") == "rt/a/b"
+    assert names.dds_service("/add") == names.ServiceTopics("rq/addRequest", "rr/addReply")
+    assert names.topic_of_dds("rt/a/b") == "/a/b"
+    assert names.topic_of_dds("ros_discovery_info") is None
+    assert names.service_of_dds("rq/addRequest") == names.service_of_dds("rr/addReply") == "/add"
+    assert names.service_of_dds("rq/addReply") is None
+
+
+def test_actions_are_services_and_topics() -> None:
+    found = names.action_names("/turn")
+
+    assert names.dds_service(found.send_goal).request == "rq/turn/_action/send_goalRequest"
+    assert names.dds_topic(found.feedback) == "rt/turn/_action/feedback"
+
+
+@pytest.mark.parametrize(("name", "in_dds"), [
+    ("std_msgs/msg/String", "std_msgs::msg::dds_::String_"),
+    ("std_srvs/srv/SetBool_Request", "std_srvs::srv::dds_::SetBool_Request_"),
+    ("a/action/Turn_SendGoal_Request", "a::action::dds_::Turn_SendGoal_Request_"),
+])  # fmt: skip
+def test_types_have_a_form_in_dds(name: str, in_dds: str) -> None:
+    assert (names.dds_type(name), names.type_of_dds(in_dds)) == (in_dds, name)
+
+
+def test_other_types_are_not_of_ros2() -> None:
+    assert names.type_of_dds("HelloWorld") is None
+
+
+def test_keys_equal_the_published_ones() -> None:
+    assert names.zenoh_key(0, "/chatter", "std_msgs/msg/String", STRING_HASH) == (
+        f"0/chatter/std_msgs::msg::dds_::String_/{STRING_HASH}"
+    )
+
+
+@pytest.mark.parametrize("name", ["chatter", "/", "/a/", "/9a", "/a//b", "/a__b", "/a-b", "", "/é"])
+def test_names_that_ros2_refuses_raise(name: str) -> None:
+    with pytest.raises(InvalidName, match="is not a full ROS 2 name"):
+        names.dds_topic(name)
+
+
+def test_a_name_has_a_maximum_length_in_dds() -> None:
+    assert len(names.dds_topic("/" + "a" * 252)) == 255
+    with pytest.raises(InvalidName, match="more than 255 characters"):
+        names.dds_topic("/" + "a" * 253)

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import ast
 import math
+import os
 import re
 import runpy
+import shutil
+import socket
+import subprocess
 import sys
 import types
 from pathlib import Path
@@ -14,11 +18,21 @@ from typing import Any
 import pytest
 
 from pipros.safe.xml import parse
+from pipros_ros2.bridged_topics import RateLimit
 from pipros_ros2.commands.port import main
 from pipros_ros2.port.draft import Draft, NotPortable, draft_of
 from pipros_ros2.port.launches import LaunchDrafts
+from pipros_ros2.rtps.domain import Discovery, DiscoveryRange, multicast_port
+from pipros_ros2.rtps.unseen import hint_for
+from pipros_ros2.rules import GatewayRules
+from pipros_ros2.serve import GatewayOptions
+from pipros_ros2.type_pairs import TypePairs
+from pipros_rosbag2.conversion.mapping import BUILTIN_RULES
+from pipros_rosbag2.distribution import Distribution
 from pipros_rosbag2.interfaces.installed import installed_definitions
 from pipros_tools.launch.model import NODE_SETTINGS, NodeSetting
+from tests.support.environments import PACKAGES, benchmark
+from tests.support.ros2_domains import free_domain
 
 NODES = {
     name: text
@@ -428,3 +442,71 @@ def test_a_bad_manifest_leaves_out_only_itself(
 
     assert capsys.readouterr().err.startswith("package.xml: left out: ")
     assert "import rclpy" in (tmp_path / "out" / "talker.py").read_text()
+
+
+# What was done by hand for benchmarks/port_drafts.py fits the drafts of today.
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
+def test_the_finished_drafts_are_those_of_today(tmp_path: Path) -> None:
+    program = "import sys, port_drafts, pathlib; port_drafts.write_drafts(pathlib.Path(sys.argv[1]))"
+    patch = benchmark("finished_drafts.patch")
+    path = os.pathsep.join(str(package / "benchmarks") for package in PACKAGES)  # they import each other
+    subprocess.run(
+        [sys.executable, "-c", program, tmp_path], env={**os.environ, "PYTHONPATH": path}, check=True
+    )
+
+    check = ("git", "apply", "--check", "--unidiff-zero", patch)
+    result = subprocess.run(check, cwd=tmp_path / "drafts", capture_output=True, text=True, check=False)
+
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+# Which gateways reach ROS 2 on this machine only, and the rate limits of topics.
+
+
+@pytest.mark.parametrize(("variables", "is_local"), [
+    ({}, True), ({"ROS_DOMAIN_ID": "7"}, True), ({"ROS_LOCALHOST_ONLY": "1"}, True),
+    ({"ROS_LOCALHOST_ONLY": "0"}, False), ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, False),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, False),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, True),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_STATIC_PEERS": "192.168.1.5"}, True),
+    ({"ROS_STATIC_PEERS": "127.0.0.1;localhost"}, True), ({"ROS_STATIC_PEERS": "192.168.1.5"}, False),
+    ({"ROS_STATIC_PEERS": "robot"}, False),
+])  # fmt: skip
+def test_other_machines_are_reached_as_the_variables_say(variables: dict[str, str], is_local: bool) -> None:
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
+    discovery = Discovery.from_environment(variables)
+
+    assert GatewayOptions(discovery, GatewayRules(), pairs).is_local is is_local
+    assert not GatewayOptions(discovery, GatewayRules(), pairs, routers=["tcp/localhost:7447"]).is_local
+
+
+def test_a_discovery_server_of_rclpy_may_be_on_another_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES)
+    options = GatewayOptions(Discovery(), GatewayRules(), pairs, ros2_python="python3")
+
+    assert options.is_local
+    monkeypatch.setenv("ROS_DISCOVERY_SERVER", "192.168.1.5:11811")
+    assert not options.is_local
+
+
+def test_a_pace_admits_the_first_message_and_refuses_one_at_once() -> None:
+    slow, fast = RateLimit(0.001), RateLimit(math.inf)
+
+    assert [slow.admits() for _ in range(3)] == [True, False, False]
+    assert all(fast.admits() for _ in range(3))
+
+
+@pytest.mark.needs("/proc")
+def test_a_gateway_hints_at_programs_that_announce_themselves_by_multicast_only() -> None:
+    with free_domain() as domain, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
+        assert hint_for(Discovery(domain)) is None
+        program.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        program.bind(("127.0.0.1", multicast_port(domain)))
+
+        hint = hint_for(Discovery(domain))
+
+        assert hint is not None
+        assert "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET" in hint
+        assert hint_for(Discovery(domain, DiscoveryRange.SUBNET)) is None

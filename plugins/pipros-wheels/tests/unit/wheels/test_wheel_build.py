@@ -17,6 +17,7 @@ import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros_wheels import package_build
+from pipros_wheels.commands.wheel import main
 from pipros_wheels.dependencies import dependencies_of
 from pipros_wheels.file_tree import WheelRefused
 from pipros_wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
@@ -672,3 +673,34 @@ def test_modules_for_python_2_are_named_once(workspace: Workspace) -> None:
     [note] = [each for each in wheels(workspace)["arm"].notes if "Python 3" in each]
     files = ", ".join(f"arm/old{n}.py:2" for n in range(5))
     assert note == f"not valid in Python 3, as if written for Python 2: {files} and 1 more"
+
+
+# `pipros wheel --ros2`, which `pipros_ros2` translates for, where something is missing.
+
+
+def test_one_line_says_which_compiler_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.delenv("CXX", raising=False)
+
+    assert main(["--ros2", "jazzy", "tf2_msgs"]) == 1
+
+    assert capsys.readouterr().err == (
+        "pipros wheel: messages for rclpy need a C and a C++ compiler; "
+        "on Debian and Ubuntu: apt-get install g++ python3-dev\n"
+    )
+
+
+def test_an_unknown_package_is_named_before_anything_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for variable in ("CC", "CXX"):
+        monkeypatch.setenv(variable, "/bin/true")
+    monkeypatch.setenv("ROS_HOME", str(tmp_path))
+
+    assert main(["--ros2", "kilted", "-o", str(tmp_path / "dist"), "no_such_msgs"]) == 1
+
+    assert "there is no package no_such_msgs" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

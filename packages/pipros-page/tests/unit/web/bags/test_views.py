@@ -8,6 +8,7 @@ import errno
 import gc
 import io
 import os
+import struct
 import tempfile
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -18,17 +19,20 @@ from typing import Any
 import pytest
 from std_msgs.msg import Float64
 
+from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros_page.bags import opening as bag_opening
 from pipros_page.bags.folder import BagFolder
 from pipros_page.bags.open_bags import OpenBags
 from pipros_page.bags.playback import BagPlayback
+from pipros_page.bags.tracks import BINS, tracks
 from pipros_page.views.bags import PAGE_BAGS, PAGE_EXPORTS, BagViews
 from pipros_page.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
 from pipros_server.browser_share import set_current_browser
 from pipros_server.view_server import RequestRefused
 from pipros_tools.bag import BagReader
 from pipros_tools.bag.errors import BagError
+from pipros_tools.bag.opening import open_bag, writer_for
 from pipros_tools.graph.client import GraphClient
 from tests.support.bags import bag_bytes
 
@@ -185,3 +189,22 @@ def test_a_bag_that_fails_to_open_after_its_view_was_closed_leaves_no_error(
 
     asyncio.run(check())
     assert problems == []
+
+
+# Tracks of a timeline, from the indexes of bags.
+
+
+@pytest.mark.parametrize("name", ["one.bag", "one.mcap"])
+def test_a_single_chunk_has_a_visible_track(tmp_path: Path, name: str) -> None:
+    kind = load_message_class("std_msgs/Float64")
+    fields = {"type": kind._type, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+    with (tmp_path / name).open("wb") as file:
+        writer = writer_for(name, file)
+        number = writer.add_connection("/number", {key: text.encode() for key, text in fields.items()})
+        for second in range(1000, 2000):
+            writer.write(number, second, 0, struct.pack("<d", second))
+        writer.finish()
+    with open_bag(tmp_path / name) as bag:
+        (track,) = tracks(bag)
+    assert (track.topic, track.count, len(track.bins)) == ("/number", 1000, BINS)
+    assert all(track.bins)

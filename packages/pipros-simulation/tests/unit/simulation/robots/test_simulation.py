@@ -8,12 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pipros_libraries.robot_model.urdf import UrdfError
 from pipros_simulation.robots.battery import BatterySettings
+from pipros_simulation.robots.controllers import Limiter
 from pipros_simulation.robots.drive import Pose, combined
 from pipros_simulation.robots.errors import InvalidSettings, Rejected
 from pipros_simulation.robots.obstacle import Obstacle
 from pipros_simulation.robots.robot import SimulatedRobot
 from pipros_simulation.robots.settings import Laser, RobotSettings
+from pipros_simulation.robots.sim_program import placed_laser
 from pipros_simulation.robots.simulation import STEP_S, Simulation
 from pipros_simulation.robots.world import World
 
@@ -330,3 +333,57 @@ def test_a_car_that_is_blocked_does_not_turn_on_the_spot() -> None:
     robot = drive(simulation(at_the_wall), 0.5, 0.5, SECOND)
     assert robot.is_bumped
     assert robot.velocity.turn == 0.0
+
+
+# Limits of a simulated diff_drive_controller.
+
+
+def test_velocities_and_accelerations_are_limited_only_if_that_is_switched_on() -> None:
+    values = {"max_velocity": 1.0, "max_acceleration": 5.0, "min_acceleration": -10.0}
+    on = {"has_velocity_limits": True, "has_acceleration_limits": True}
+
+    assert Limiter.of(values, "linear/x").limited(9.0, 0.0) == 9.0
+    limits = Limiter.of(values | on, "linear/x")
+    assert limits.limited(9.0, 0.0) == pytest.approx(0.1)  # 5 m/s² for 0.02 s
+    assert (limits.limited(9.0, 0.95), limits.limited(-9.0, -1.0)) == (1.0, -1.0)
+    assert limits.limited(0.0, 0.5) == pytest.approx(0.3)
+
+
+def test_a_limit_that_is_missing_is_named() -> None:
+    with pytest.raises(InvalidSettings, match=r"linear/x/max_velocity must be a finite number"):
+        Limiter.of({"has_velocity_limits": True}, "linear/x")
+
+
+# Poses of lasers in robot descriptions.
+
+
+ROBOT = """
+<robot name="r">
+  <link name="base"/><link name="base_link"/><link name="mast"/><link name="laser"/>
+  <joint name="a" type="fixed"><parent link="base"/><child link="base_link"/><origin xyz="0 0 9"/></joint>
+  <joint name="b" type="revolute"><parent link="base_link"/><child link="mast"/><axis xyz="0 0 1"/>
+    <origin xyz="0.1 0 0.2" rpy="0 0 1.5707963267948966"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="c" type="fixed"><parent link="mast"/><child link="laser"/>
+    <origin xyz="0.3 0 0" rpy="ROLL 0 0"/></joint>
+</robot>
+"""
+
+
+def test_a_laser_is_relative_to_the_closest_base() -> None:
+    laser = placed_laser(Laser(rays=9), ROBOT.replace("ROLL", "0"), "laser", ("base", "base_link"))
+
+    assert (laser.x, laser.y, laser.z) == pytest.approx((0.1, 0.3, 0.2))
+    assert (laser.rays, laser.yaw, laser.is_upside_down) == (9, pytest.approx(math.pi / 2), False)
+
+
+def test_a_laser_can_be_upside_down() -> None:
+    laser = placed_laser(Laser(), ROBOT.replace("ROLL", "3.141592653589793"), "laser", ("base_link",))
+
+    assert (abs(laser.yaw), laser.is_upside_down) == (pytest.approx(math.pi / 2), True)
+
+
+def test_a_laser_that_is_not_described_stays_where_it_is() -> None:
+    assert placed_laser(Laser(), ROBOT.replace("ROLL", "0"), "scan", ("base",)) == Laser()
+    with pytest.raises(UrdfError):
+        placed_laser(Laser(), "<robot", "laser", ("base",))

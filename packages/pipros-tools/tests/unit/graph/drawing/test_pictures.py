@@ -13,10 +13,12 @@ from PIL import Image
 from pipros.basics.extras import install_command
 from pipros_tools.graph.drawing.dot import to_dot
 from pipros_tools.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
+from pipros_tools.graph.drawing.pdf import to_pdf
 from pipros_tools.graph.drawing.png import PictureFailed, to_png
 from pipros_tools.graph.drawing.scene import Scene, draw
 from pipros_tools.graph.drawing.svg import to_svg
 from pipros_tools.graph.system_state import SystemState, TopicConnection
+from tf.nodes.view_frames import scene_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 EVIL = '/a"]; evil [label="<script>'
@@ -101,3 +103,43 @@ def test_a_vertical_drawing_leads_downwards_and_keeps_the_sizes_of_boxes() -> No
         assert places[arrow.start].y < places[arrow.end].y
         assert route[0][1] < route[-1][1]
     assert upright.width < flat.width
+
+
+# Drawings as PDF.
+
+
+TREE = [
+    ("map", "odom", "/slam", 20.0),
+    ("odom", "base", "/wheels", 50.0),
+    ("base", "arm (left)\\", "/urdf", 1e4),
+]
+
+
+def test_every_object_is_where_the_table_says() -> None:
+    document = to_pdf(scene_of(TREE))
+
+    start = int(re.findall(rb"startxref\n(\d+)\n%%EOF\n$", document)[0])
+    assert document[start:].startswith(b"xref\n0 6\n")
+    places = [int(place) for place in re.findall(rb"(\d{10}) 00000 n", document)]
+    assert [document[place:].split(b" ", 1)[0] for place in places] == [b"1", b"2", b"3", b"4", b"5"]
+    length = int(re.findall(rb"/Length (\d+)", document)[0])
+    stream = document.partition(b"stream\n")[2]
+    assert stream[length:].startswith(b"\nendstream")
+
+
+def test_names_with_brackets_are_texts() -> None:
+    document = to_pdf(scene_of(TREE))
+
+    assert rb"(arm \(left\)\\) Tj" in document
+    assert b"(50.0 Hz /wheels) Tj" in document
+    assert b"(?) Tj" in to_pdf(scene_of([("\N{SNOWMAN}", "b", "", 1.0)]))
+
+
+def test_an_empty_graph_can_be_written_as_pdf() -> None:
+    assert to_pdf(Scene()).startswith(b"%PDF-1.4")
+    assert scene_of([]).boxes == []
+
+
+@pytest.mark.parametrize("edges", [[("a", "b", "", 1.0), ("b", "a", "", 1.0)], [("a", "a", "", 1.0)]])
+def test_cyclic_graphs_are_drawn(edges: list[tuple[str, str, str, float]]) -> None:
+    assert to_pdf(scene_of(edges)).count(b" S\n") >= 1

@@ -8,7 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipros.msg import load_message_class
+from pipros_libraries.nodes.params import InvalidParameter
+from pipros_robot.navigation.costmap.footprint import (
+    as_text,
+    circle,
+    from_parameter,
+    inscribed_radius,
+    padded,
+    placed,
+)
 from pipros_robot.navigation.costmap.grid import CostGrid, line_cells
+from pipros_robot.navigation.costmap.observations import cloud_points, old_cloud_points, scan_points
+from tests.support.both_costmaps import cloud_message, scan_message
 
 
 def grid(width: int = 12, height: int = 8, resolution: float = 0.25) -> CostGrid:
@@ -106,3 +118,107 @@ def test_published_costs() -> None:
     some = grid(10, 1)
     some.costs[0] = [0, 1, 2, 64, 128, 200, 252, 253, 254, 255]
     assert np.frombuffer(some.published(), np.int8).tolist() == [0, 1, 1, 25, 50, 77, 98, 99, 100, -1]
+
+
+# Outlines of robots.
+
+
+BURGER = [(-0.105, -0.105), (-0.105, 0.105), (0.041, 0.105), (0.041, -0.105)]
+
+
+def test_the_radii_of_a_burger_and_of_a_round_robot() -> None:
+    assert inscribed_radius(padded(BURGER, 0.01)) == pytest.approx(0.051, abs=1e-4)
+    assert inscribed_radius(circle(1.0)) == pytest.approx(math.cos(math.radians(11.25)))
+    assert inscribed_radius([(1.0, 0.0), (2.0, 0.0)]) == math.inf
+
+
+def test_a_coordinate_of_zero_is_not_padded() -> None:
+    assert padded([(1.0, 0.0), (-1.0, -2.0)], 0.5) == [(1.5, 0.0), (-1.5, -2.5)]
+
+
+def test_a_footprint_is_read_from_lists_and_texts() -> None:
+    assert from_parameter([[1, 2], [3.5, 4], [5, 6]], "~footprint") == [(1, 2), (3.5, 4), (5, 6)]
+    text = as_text(BURGER)
+    assert text == "[[-0.105,-0.105],[-0.105,0.105],[0.041,0.105],[0.041,-0.105]]"
+    read = from_parameter(f" {text} ", "~footprint")
+    assert np.array_equal(read, np.float32(BURGER))
+    assert read != BURGER  # corners have single precision, as in genuine costmaps
+
+
+@pytest.mark.parametrize("value", [
+    "", "[", "[[1, 2], [3, 4]]", "[[1, 2], [3, 4], [5]]", "[[1, 2], [3, 4], ['a', 1]]", 7, None,
+    [[1, 2]] * 2000, "[" * 5000, [[1, 2], [3, 4], [math.nan, 1]], [[1, 2], [3, 4], [True, 1]],
+    "__import__('os')", [[1e300, 2], [3, 4], [5, 6]],
+])  # fmt: skip
+def test_other_values_are_refused(value: Any) -> None:
+    with pytest.raises(
+        InvalidParameter, match=r"~footprint must (be a list of 3 to 1000 corners|have coordinates below)"
+    ):
+        from_parameter(value, "~footprint")
+
+
+def test_a_footprint_turns_with_the_robot() -> None:
+    ((x, y),) = placed([(1.0, 0.0)], 2.0, 3.0, math.pi / 2)
+    assert (x, y) == pytest.approx((2.0, 4.0))
+
+
+# Points of scans and clouds, compared with plain loops; invalid ones are refused.
+
+
+def test_valid_ranges_of_a_scan_become_points() -> None:
+    numbers = np.random.default_rng(1)
+    ranges = [*numbers.uniform(0.05, 12.0, 40), math.inf, -math.inf, math.nan, 0.1, 10.0, 0.0, -1.0]
+    scan = scan_message(ranges, 1.0)
+    scan.range_min, scan.range_max = 0.25, 8.0
+
+    expected = [
+        (distance * math.cos(angle), distance * math.sin(angle), 0.0)
+        for index, distance in enumerate(scan.ranges)
+        for angle in [scan.angle_min + index * scan.angle_increment]
+        if 0.25 <= distance < 8.0
+    ]
+    assert scan_points(scan).tolist() == [pytest.approx(point, abs=1e-6) for point in expected]
+    with_infinity = scan_points(scan, is_infinity_valid=True)
+    assert len(with_infinity) == len(expected) + 1
+    assert np.hypot(*with_infinity[:, :2].T).max() == pytest.approx(7.9999, abs=1e-5)
+
+
+@pytest.mark.parametrize("angle", [math.nan, math.inf, 1e30])
+def test_a_scan_with_impossible_angles_has_no_points_or_finite_ones(angle: float) -> None:
+    scan = scan_message([1.0] * 5, 1.0)
+    scan.angle_min = scan.angle_increment = angle
+    assert np.isfinite(scan_points(scan)).all()
+
+
+def test_points_of_clouds_are_read_wherever_their_fields_are() -> None:
+    points = np.random.default_rng(2).uniform(-3, 3, (20, 3)).astype(np.float32)
+    cloud = cloud_message(points, 1.0, "camera")
+    assert np.array_equal(cloud_points(cloud), points)
+
+    swapped = np.frombuffer(cloud.data, np.uint8).reshape(20, 14).copy()
+    for offset in (0, 6, 10):
+        swapped[:, offset : offset + 4] = swapped[:, offset : offset + 4][:, ::-1]
+    cloud.data, cloud.is_bigendian = swapped.tobytes(), True
+    assert np.array_equal(cloud_points(cloud), points)
+    assert cloud_points(cloud_message(points[:0], 1.0, "camera")).shape == (0, 3)
+
+    point_class: Any = load_message_class("geometry_msgs/Point32")
+    old: Any = load_message_class("sensor_msgs/PointCloud")()
+    assert old_cloud_points(old).shape == (0, 3)
+    old.points = [point_class(*point) for point in points.tolist()]
+    assert np.array_equal(old_cloud_points(old), points)
+
+
+@pytest.mark.parametrize(("change", "complaint"), [
+    ({"width": 2**32 - 1, "height": 2**32 - 1}, r"4294967295 \* 14 bytes, got 28"),
+    ({"width": 3}, r"width \* height \* point_step = 3 \* 1 \* 14 bytes, got 28"),
+    ({"point_step": 7, "width": 4}, "field x must .* lie within the point, got type 7 at offset"),
+    ({"point_step": 0}, "bytes, got 28"),
+    ({"fields": []}, "field x of a cloud must exist and be of type FLOAT32"),
+])  # fmt: skip
+def test_invalid_clouds_are_refused(change: dict[str, Any], complaint: str) -> None:
+    cloud = cloud_message([(1, 2, 3), (4, 5, 6)], 1.0, "camera")
+    for name, value in change.items():
+        setattr(cloud, name, value)
+    with pytest.raises(ValueError, match=complaint):
+        cloud_points(cloud)

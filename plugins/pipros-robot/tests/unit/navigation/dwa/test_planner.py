@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 from pipros_libraries.nodes.params import InvalidParameter
 from pipros_robot.navigation.costmap.grid import CostGrid
 from pipros_robot.navigation.dwa import grid_costs
+from pipros_robot.navigation.dwa.goal_rotation import STILL, GoalRotation
 from pipros_robot.navigation.dwa.planner import DwaPlanner
 from pipros_robot.navigation.dwa.settings import DwaSettings
 from pipros_robot.navigation.dwa.trajectories import sampled, simulated, window
@@ -269,3 +271,42 @@ def test_a_car_is_at_its_goal_in_any_direction() -> None:
     values = {"yaw_goal_tolerance": 0.1}
     assert DwaSettings.of(values, min_turning_radius=1.0).yaw_goal_tolerance == math.pi
     assert DwaSettings.of(values).yaw_goal_tolerance == 0.1
+
+
+# Stopping and turning at the goal.
+
+
+ROTATION = DwaSettings(sim_period=0.1)
+GOAL = (1.0, 1.0, 0.0)
+YES: Callable[[object], bool] = lambda _: True  # noqa: E731
+
+
+def test_the_robot_brakes_then_turns_then_stands() -> None:
+    rotation = GoalRotation(ROTATION, is_latching=False)
+    at_goal = (1.05, 1.0, -1.0)
+
+    assert rotation.command(at_goal, (0.4, 0.0, 0.5), GOAL, YES) == pytest.approx((0.15, 0.0, 0.18))
+    assert rotation.command(at_goal, STILL, GOAL, YES) == pytest.approx((0.0, 0.0, 0.4))
+    assert rotation.command(at_goal, (0.0, 0.0, 0.9), GOAL, YES) == pytest.approx((0.0, 0.0, 1.0))
+    assert rotation.command((1.0, 1.0, 1.0), (0.0, 0.0, 0.9), GOAL, YES) == pytest.approx((0.0, 0.0, -1.0))
+    assert rotation.command((1.0, 1.0, -0.05), STILL, GOAL, YES) == STILL
+    assert rotation.command(at_goal, STILL, GOAL, lambda _: False) is None
+
+
+def test_the_goal_is_reached_in_its_direction_and_standing() -> None:
+    rotation = GoalRotation(ROTATION, is_latching=False)
+
+    assert rotation.has_reached((1.05, 1.05, 0.05), STILL, GOAL)
+    assert rotation.has_reached((1.0, 1.0, math.tau), (0.1, 0.0, 0.1), GOAL)
+    assert not rotation.has_reached((1.05, 1.05, 0.15), STILL, GOAL)
+    assert not rotation.has_reached((1.2, 1.0, 0.0), STILL, GOAL)
+    assert not rotation.has_reached((1.0, 1.0, 0.0), (0.2, 0.0, 0.0), GOAL)
+
+
+@pytest.mark.parametrize("is_latching", [True, False])
+def test_a_latched_goal_stays_reached_until_the_next_plan(is_latching: bool) -> None:
+    rotation = GoalRotation(ROTATION, is_latching=is_latching)
+    assert rotation.is_there((1.0, 1.0, 2.0), GOAL)
+    assert rotation.is_there((1.3, 1.0, 2.0), GOAL) == is_latching
+    rotation.start_plan()
+    assert not rotation.is_there((1.3, 1.0, 2.0), GOAL)

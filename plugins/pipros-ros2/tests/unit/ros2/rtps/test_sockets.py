@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import socket
 from collections.abc import Iterator
 from contextlib import closing
@@ -10,16 +11,19 @@ from contextlib import closing
 import pytest
 
 from pipros.basics.errors import Unreachable
+from pipros.basics.graph_variables import InvalidEnvironment
 from pipros_ros2.rtps.domain import (
     MAX_PARTICIPANT,
     PROBED_PARTICIPANTS,
     Discovery,
     DiscoveryRange,
+    data_port,
     discovery_port,
+    multicast_port,
 )
 from pipros_ros2.rtps.outbox import Outgoing
 from pipros_ros2.rtps.parameters import Address
-from pipros_ros2.rtps.sockets import RtpsSockets, interface_addresses
+from pipros_ros2.rtps.sockets import RtpsSockets, SocketBacklog, interface_addresses
 from tests.support.network import steady_interfaces
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
@@ -116,3 +120,100 @@ def test_loopback_is_the_last_interface() -> None:
 
     assert found[-1].startswith("127.")
     assert len(set(found)) == len(found)
+
+
+# Ports, and the variables of ROS 2 about discovery.
+
+
+def test_ports_are_those_of_the_standard() -> None:
+    assert (multicast_port(0), discovery_port(0, 0), data_port(0, 0)) == (7400, 7410, 7411)
+    assert (multicast_port(101), discovery_port(101, 2), data_port(101, 2)) == (32650, 32664, 32665)
+
+
+@pytest.mark.parametrize(("variables", "expected"), [
+    ({}, DiscoveryRange.LOCALHOST), ({"ROS_LOCALHOST_ONLY": "0"}, DiscoveryRange.SUBNET),
+    ({"ROS_LOCALHOST_ONLY": "1"}, DiscoveryRange.LOCALHOST),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, DiscoveryRange.SUBNET),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, DiscoveryRange.SUBNET),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, DiscoveryRange.OFF),
+    ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_LOCALHOST_ONLY": "1"}, DiscoveryRange.LOCALHOST),
+])  # fmt: skip
+def test_the_range_follows_the_variables(variables: dict[str, str], expected: DiscoveryRange) -> None:
+    assert Discovery.from_environment(variables).range is expected
+
+
+def test_domain_and_static_peers_are_read() -> None:
+    found = Discovery.from_environment({"ROS_DOMAIN_ID": "7", "ROS_STATIC_PEERS": "10.0.0.2; robot ;"})
+
+    assert (found.domain, found.static_peers) == (7, ("10.0.0.2", "robot"))
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("ROS_DOMAIN_ID", "102"), ("ROS_DOMAIN_ID", "-1"), ("ROS_DOMAIN_ID", "one"),
+    ("ROS_AUTOMATIC_DISCOVERY_RANGE", "EVERYWHERE"),
+])  # fmt: skip
+def test_invalid_values_are_named(name: str, value: str) -> None:
+    with pytest.raises(InvalidEnvironment, match=value):
+        Discovery.from_environment({name: value})
+
+
+# Datagrams that have been read but not yet handled.
+
+
+@pytest.fixture
+def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """Two sockets, of which the first one sends to the second one."""
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sending,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiving,
+    ):
+        receiving.bind(("127.0.0.1", 0))
+        receiving.setblocking(False)
+        sending.connect(receiving.getsockname())
+        yield sending, receiving
+
+
+def test_datagrams_are_returned_in_their_order(ends: tuple[socket.socket, socket.socket]) -> None:
+    backlog = SocketBacklog(10_000)
+    for number in range(3):
+        ends[0].send(b"%d" % number)
+    backlog.read([ends[1]], 1.0)
+
+    assert [backlog.next() for _ in range(4)] == [
+        *((b"%d" % number, "127.0.0.1") for number in range(3)),
+        None,
+    ]
+    assert not backlog
+
+
+def test_datagrams_that_were_not_returned_are_not_handled(ends: tuple[socket.socket, socket.socket]) -> None:
+    backlog = SocketBacklog(10_000)
+    assert backlog.handled_until == -math.inf
+    ends[0].send(b"one")
+    backlog.read([ends[1]], 1.0)
+    ends[0].send(b"two")
+    backlog.read([ends[1]], 2.0)
+    found = [backlog.handled_until]
+    for _ in range(2):
+        backlog.next()
+        found.append(backlog.handled_until)
+
+    assert found == [1.0, 2.0, 2.0]
+
+
+def test_a_flood_of_one_sender_delays_and_displaces_only_its_own_datagrams(
+    ends: tuple[socket.socket, socket.socket],
+) -> None:
+    backlog = SocketBacklog(5_000)
+    for _ in range(20):
+        ends[0].send(bytes(300))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.sendto(b"mine", ends[1].getsockname())
+    backlog.read([ends[1]], 1.0)
+
+    found = []
+    while (datagram := backlog.next()) is not None:
+        found.append(datagram[0])
+    assert found[1] == b"mine"
+    assert len(found) == 1 + 5  # half of the limit
+    assert backlog.handled_until == 1.0
