@@ -274,6 +274,12 @@ def test_a_rate_repeats_the_message_until_ctrl_c(commands: Commands, inbox: Inbo
     assert pub.lines == []
 
 
+def test_text_need_not_be_ascii(commands: Commands, inbox: Inbox) -> None:
+    pub = commands.start("rostopic", "pub", "-r", "50", "/words", "std_msgs/String", "data: grün 低")
+    assert inbox.wait()[0].data == "grün 低"
+    pub.press_ctrl_c(code=0)
+
+
 def test_a_latched_message_reaches_later_subscribers(commands: Commands, make_node: MakeNode) -> None:
     pub = commands.start("rostopic", "pub", "/words", "std_msgs/String", "data: hello")
     pub.wait_for(r"publishing and latching message. Press ctrl-C to terminate")

@@ -6,7 +6,7 @@ import numpy
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.msg.check import check_lengths, check_type
+from pipros.msg.check import check_lengths, check_type, check_values
 from pipros.msg.errors import SerializationError
 from pipros.msg.field_access import field_of
 from pipros.msg.time import Duration, Time
@@ -104,3 +104,14 @@ def test_only_the_named_fields_are_read(name: str) -> None:
 def test_no_method_that_changes_a_value_is_read(value: object, name: str) -> None:
     with pytest.raises(AttributeError, match="has no field"):
         field_of(value, name)
+
+
+def test_text_that_is_written_need_not_be_ascii() -> None:
+    states = load_message_class("sensor_msgs/JointState")
+    message = states(header=Header(frame_id="grün"), name=["低"])
+    check_values(message)
+    with pytest.raises(SerializationError, match="non-ascii"):
+        message._check_types()
+    message.name.append("\ud800")
+    with pytest.raises(SerializationError, match=r"^field name\[\] is not UTF-8$"):
+        check_values(message)
