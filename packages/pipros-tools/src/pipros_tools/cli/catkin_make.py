@@ -7,6 +7,7 @@ import shutil
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
@@ -221,11 +222,15 @@ def _is_test(target: str) -> bool:
 
 
 def _in_one_line(error: str) -> str:
-    """Join an error's location and its reason: the next line, as CMake prints it, or a traceback's last."""
+    """Join an error's location and its reason: the next sentence of CMake, or a traceback's last line."""
     first, *rest = map(str.strip, error.strip().splitlines())
     if not first.endswith(":") or not rest:
         return first
-    return f"{first} {rest[-1] if rest[0].startswith('File ') else rest[0]}"
+    if rest[0].startswith("File "):
+        return f"{first} {rest[-1]}"
+    paragraph = " ".join(takewhile(bool, rest))  # CMake wraps lines, and ends sentences with two spaces
+    sentence = rest[0] if rest[0].endswith(".") else paragraph.partition(".  ")[0]
+    return f"{first} {sentence}"
 
 
 def _report(result: BuildResult, *, has_more_to_do: bool) -> int:

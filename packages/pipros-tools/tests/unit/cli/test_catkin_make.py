@@ -171,7 +171,7 @@ def test_the_summary_of_a_failure_has_place_and_reason(
     base: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = base / "src/one/CMakeLists.txt"
-    file.write_text('project(one)\nmessage(FATAL_ERROR "No such robot")\ncatkin_package()\n')
+    file.write_text('project(one)\nmessage(FATAL_ERROR "No such\nrobot.  Buy it.")\ncatkin_package()\n')
     assert catkin_make.main([]) == 1
     lines = capsys.readouterr().err.splitlines()
     assert [line for line in lines if " * " in line] == [
