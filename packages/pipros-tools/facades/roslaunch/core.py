@@ -5,8 +5,9 @@ Their instances are mutable, and can be converted to and from `pipros_tools.laun
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum
 from typing import Any
 from xmlrpc.client import MultiCall, ServerProxy
@@ -15,7 +16,7 @@ from pipros.basics import names
 from pipros.basics.env import Environment, split_master_uri
 from pipros_tools.launch import model, run_id
 from pipros_tools.launch.model import LaunchError
-from rosgraph.network import parse_http_host_and_port
+from rosgraph.network import create_local_xmlrpc_uri, parse_http_host_and_port
 from roslaunch.machines import Machine, is_machine_local, local_machine
 from roslaunch.printing import (
     add_printerrlog_handler,
@@ -51,6 +52,8 @@ __all__ = [
     "printerrlog",
     "printlog",
     "printlog_bold",
+    "remap_localhost_uri",
+    "setup_env",
 ]
 
 FileAndArguments = str | tuple[str, Sequence[str]]
@@ -324,6 +327,33 @@ def get_master_uri_env(*args: Any) -> str:
     except Exception as error:
         raise RLException(f"ERROR: {error}") from error
     return uri
+
+
+def setup_env(
+    node: Node, machine: Machine, master_uri: str, env: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """Return the environment of a node's process.
+
+    Args:
+        machine: accepted for compatibility; has no effect.
+        env: the variables of the launcher; defaults to `os.environ`.
+    """
+    del machine
+    found = {**(os.environ if env is None else env), "ROS_MASTER_URI": master_uri}
+    found.pop("ROS_NAMESPACE", None)
+    if node.namespace.rstrip("/"):
+        found["ROS_NAMESPACE"] = node.namespace.rstrip("/")
+    return {**found, **{str(name): str(value) for name, value in node.env_args}}
+
+
+def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
+    """Return a URI with this computer's address if its host is `localhost`, or if that is forced.
+
+    Raises:
+        ValueError: `uri` is not a valid URL.
+    """
+    host, port = parse_http_host_and_port(uri)
+    return create_local_xmlrpc_uri(port) if force_localhost or host == "localhost" else uri
 
 
 def generate_run_id() -> str:

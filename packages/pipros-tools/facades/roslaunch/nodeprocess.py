@@ -11,6 +11,7 @@ from pipros_tools.launch.managed_node import ManagedNode
 from pipros_tools.launch.run import LaunchRun
 from pipros_tools.launch.terminate import SIGINT_TIMEOUT_S, SIGTERM_TIMEOUT_S
 from roslaunch.core import *  # noqa: F403  # as in Noetic
+from roslaunch.node_args import create_local_process_args
 from roslaunch.pmon import FatalProcessLaunch, Process
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "FatalProcessLaunch",
     "LocalProcess",
     "Process",
+    "create_local_process_args",
 ]
 
 DEFAULT_TIMEOUT_SIGINT = SIGINT_TIMEOUT_S

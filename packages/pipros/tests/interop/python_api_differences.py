@@ -88,7 +88,7 @@ DIFFERENCES = [
         "they implement the genuine master and launcher; use `rosmaster.master.Master` as a master, and the "
         "commands `rosgraph` and `roslaunch` with `--nodes` or `--args`",
         (
-            "rosgraph.rosgraph_main*", "roslaunch.netapi*", "roslaunch.node_args*",
+            "rosgraph.rosgraph_main*",
             "roslaunch.roslaunch_logs*", "roslaunch.server*", "rosmaster.master_api*",
             "rosmaster.paramserver*", "rosmaster.registrations*", "rosmaster.util*", "rosmaster.validators*",
         ),
@@ -110,7 +110,7 @@ DIFFERENCES = [
         "that uses them; use `ROSLaunchParent` or `ROSLaunch` to start, watch and stop nodes, and "
         "`subprocess` for other programs",
         (
-            "roslaunch.pmon.DeadProcess*", "roslaunch.*create_local_process_args",
+            "roslaunch.pmon.DeadProcess*",
             "roslaunch.*create_*_process", "roslaunch.*Process.get_exit_description",
             "roslaunch.*Process.should_respawn", "roslaunch.*Process.start",
             "roslaunch.*ProcessMonitor.*main_thread_jobs", "roslaunch.*ProcessMonitor.*register*",
@@ -133,7 +133,7 @@ DIFFERENCES = [
             "roslaunch.loader.*process_include_args", "roslaunch.xmlloader.ifunless*",
             "roslaunch.*XmlLoader.*_ATTRS", "roslaunch.*XmlLoader.*_attrs", "roslaunch.*XmlLoader.*",
             "roslaunch.*.to*_xml", "roslaunch.*.xmlattrs", "roslaunch.*.xmltype", "roslaunch.*_child_mode",
-            "roslaunch.*remap_localhost_uri", "roslaunch.*rle_wrapper", "roslaunch.*setup_env",
+            "roslaunch.*rle_wrapper",
         ),
     ),
     Difference(
@@ -173,7 +173,8 @@ DIFFERENCES = [
         "they are raised and caught as in Noetic, but in pipros, the class or its base class has another "
         "name",
         (
-            "*.ArgException", "*.FatalProcessLaunch", "*.RLException", "*.SubstitutionException",
+            "*.ArgException", "*.FatalProcessLaunch", "*.NodeParamsException", "*.RLException",
+            "*.SubstitutionException",
             "roslaunch.launch.RLTestTimeoutException", "roslaunch.loader.LoadException",
             "roslaunch.*XmlParseException",
         ),

@@ -212,6 +212,7 @@ def test_everything_but_the_failing_programs_is_built(plain_ros: RosSystem) -> N
     assert built.returncode == 1
     failed = built.output[built.output.index("3 package(s) failed") :]
     assert "no_config: CMake Error at no_config/CMakeLists.txt:5 (find_package): By not providing" in failed
+    assert '"NoSuchThing", but CMake did not find one.' in failed
     assert "no_component: CMake Error at" in failed
     assert "no_compile: " in failed
     assert "error: " in failed[failed.index("no_compile: ") :].splitlines()[0]

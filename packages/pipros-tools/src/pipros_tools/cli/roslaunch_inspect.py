@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -11,9 +10,16 @@ from collections.abc import Callable, Mapping, Sequence
 from pipros.basics.errors import PiprosError
 from pipros_tools.launch.command import CannotLaunch
 from pipros_tools.launch.find_launch_files import STDIN
-from pipros_tools.launch.inspect import arguments_text, command_words, full_node_name, node_names, params_text
+from pipros_tools.launch.inspect import (
+    args_of_node,
+    arguments_text,
+    command_words,
+    full_node_name,
+    node_names,
+    params_text,
+)
 from pipros_tools.launch.load_context import LoadContext, NotRun
-from pipros_tools.launch.model import Launch, LaunchNode, Output
+from pipros_tools.launch.model import Launch, LaunchError, LaunchNode, Output
 from pipros_tools.launch.xml import DEFUNCT_MASTER, load
 from pipros_workspace.index import PackageIndex
 
@@ -89,30 +95,15 @@ def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
 
 def print_node_args(name: str, files: Sequence[str], launch: Launch, index: PackageIndex) -> int:
     """Print the variables and command line of a node (`--args`). As in Noetic, only variables are quoted."""
-    name = full_node_name(name)
-    node = launch.node(name)
-    if node is None:
-        known = "\n".join(
-            f" * {node.full_name}" for node in (*launch.nodes, *(test.node for test in launch.tests))
-        )
-        print(
-            f"ERROR: Cannot find node named [{name}] in [{', '.join(files)}].\nNode names are:\n{known}",
-            file=sys.stderr,
-        )
-        return 1
     try:
-        variables, argv = command_words(node, launch, index)
+        print(" ".join(args_of_node(name, files, launch, index)))
     except CannotLaunch as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
-    quoted = (f'{key}="{_in_quotes(value)}"' for key, value in variables.items())
-    print(" ".join([*quoted, *argv]))
+    except LaunchError as error:
+        print(error, file=sys.stderr)
+        return 1
     return 0
-
-
-def _in_quotes(value: str) -> str:
-    """Escape the characters that are special within double quotes in a shell."""
-    return re.sub(r'(["$`\\])', r"\\\1", value)
 
 
 def print_arguments(launch: Launch, _index: PackageIndex) -> int:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from pipros.basics import names
 from pipros.basics.env import Environment
 from pipros_tools.launch.command import CommandMaker
-from pipros_tools.launch.model import Argument, Launch, LaunchNode
+from pipros_tools.launch.model import Argument, Launch, LaunchError, LaunchNode
 from pipros_workspace.index import PackageIndex
 
 
@@ -36,6 +37,25 @@ def command_words(node: LaunchNode, launch: Launch, index: PackageIndex) -> tupl
     )
     overlay = {key: value for key, value in command.overlay.items() if key != "ROS_MASTER_URI"}
     return overlay, list(command.argv)
+
+
+def args_of_node(name: str, files: Sequence[str], launch: Launch, index: PackageIndex) -> list[str]:
+    """Return the variables and the command line of a node. As in Noetic, only variables are quoted.
+
+    Raises:
+        LaunchError: there is no node of that name.
+        CannotLaunch: see `command_words`.
+    """
+    name = full_node_name(name)
+    node = launch.node(name)
+    if node is None:
+        known = "\n".join(f" * {each}" for each in node_names(launch))
+        where = ", ".join(files)
+        raise LaunchError(f"ERROR: Cannot find node named [{name}] in [{where}].\nNode names are:\n{known}")
+    variables, argv = command_words(node, launch, index)
+    # The characters that are special within double quotes in a shell are escaped.
+    quoted = (re.sub(r'(["$`\\])', r"\\\1", value) for value in variables.values())
+    return [*(f'{key}="{value}"' for key, value in zip(variables, quoted, strict=True)), *argv]
 
 
 def params_text(params: Mapping[str, Any]) -> str:

@@ -173,10 +173,8 @@ def test_the_summary_of_a_failure_has_place_and_reason(
     file = base / "src/one/CMakeLists.txt"
     file.write_text('project(one)\nmessage(FATAL_ERROR "No such\nrobot.  Buy it.")\ncatkin_package()\n')
     assert catkin_make.main([]) == 1
-    lines = capsys.readouterr().err.splitlines()
-    assert [line for line in lines if " * " in line] == [
-        f"\x1b[31m * one: CMake Error at {file}:2 (message): No such robot\x1b[0m"
-    ]
+    shown = [line for line in capsys.readouterr().err.splitlines() if " * " in line]
+    assert shown == [f"\x1b[31m * one: CMake Error at {file}:2 (message): No such robot\x1b[0m"]
 
 
 def test_the_summary_of_a_traceback_has_its_last_line(base: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,6 +17,8 @@ import roslaunch.config
 import roslaunch.core
 import roslaunch.launch
 import roslaunch.loader
+import roslaunch.netapi
+import roslaunch.node_args
 import roslaunch.nodeprocess
 import roslaunch.parent
 import roslaunch.pmon
@@ -287,6 +289,27 @@ CHECKED = (
 )  # fmt: skip
 
 
+def examine_nodes():
+    node = Node("programs", "sleeper", "s", "/g", args="a 'b c'", env_args=[("E", "1")], launch_prefix="nice")
+    local, file = roslaunch.core.local_machine(), os.path.join(FOLDER, "nodes.launch")
+    for env in ({"ROS_NAMESPACE": "/x", "A": "b"}, {}):
+        examine(f"environment {env}", lambda: roslaunch.core.setup_env(node, local, "http://m:1", env))
+    examine("command", lambda: roslaunch.node_args.create_local_process_args(node, local))
+    for uri in ("http://localhost:1/", "http://localhost", "http://there.invalid:1", "nonsense"):
+        for force in (False, True):
+            examine(f"{uri} {force}", lambda: roslaunch.core.remap_localhost_uri(uri, force))
+    with open(file, "w") as launch:
+        launch.write(
+            '<launch><node pkg="programs" type="sleeper" name="a" ns="g"><env name="E" value="a b"/></node>'
+            '<test test-name="t" pkg="programs" type="fails"/></launch>'
+        )
+    for name in ("/g/a", "t", "absent"):
+        examine(f"arguments of {name}", lambda: roslaunch.node_args.get_node_args(name, [file]))
+        examine(f"file of {name}", lambda: roslaunch.node_args.print_node_filename(name, [file]))
+    examine("nodes", lambda: roslaunch.node_args.print_node_list([file]))
+    examine("processes", lambda: roslaunch.netapi.list_processes("http://127.0.0.1:1"))
+
+
 def examine_tools():
     given = [(OUTER, ["r:=3"])]
     for label, call in {
@@ -408,6 +431,7 @@ def main():
     examine_configurations()
     examine_loaders()
     examine_unset_arguments()
+    examine_nodes()
     examine_tools()
     run_id = rlutil.get_or_generate_uuid(None, True)
     examine_parents(run_id)
