@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Callable
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.windows import ON_WINDOWS
 from pipros.net.address import is_loopback
 from pipros_tools.health.address_checks import master_calls_back, ports_and_advertised_address
 from pipros_tools.health.finding import Finding, Findings, error, findings_of, warning
@@ -233,7 +234,11 @@ def workspace_not_set_up(machine: MachineReport) -> Findings:
         yield warning(
             "workspace-not-set-up",
             f"The workspace of the current directory is not set up in this shell: {machine.workspace}",
-            f"source {shlex.quote(str(machine.workspace / 'setup.bash'))}",
+            (
+                f'call "{machine.workspace / "setup.bat"}"'
+                if ON_WINDOWS
+                else f"source {shlex.quote(str(machine.workspace / 'setup.bash'))}"
+            ),
             str(machine.workspace),
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pipros.basics.printable import listed
+from pipros.basics.windows import SETUP_FILE
 from pipros_tools.health.finding import Findings, error, warning
 from pipros_tools.health.system_report import SystemReport
 
@@ -62,7 +63,7 @@ def definitions(system: SystemReport) -> Findings:
                 "unknown-type",
                 f"Type [{listed(type_name)}] of {', '.join(map(listed, topics))} is not defined by any "
                 "package that is set up here",
-                f"source devel/setup.bash of the workspace that contains package [{listed(package)}], "
+                f"source {SETUP_FILE} of the workspace that contains package [{listed(package)}], "
                 "or install it; programs that publish, subscribe or decode the type need it.",
                 type_name,
                 *topics,

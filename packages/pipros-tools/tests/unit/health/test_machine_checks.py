@@ -110,16 +110,8 @@ def test_advice_for_a_missing_master_depends_on_its_host(uri: str, cure: str) ->
 
 
 @pytest.mark.parametrize(("uri", "other", "cure"), [
-    (
-        "http://localhost:11311",
-        "http://10.0.0.2:11311",
-        "export ROS_MASTER_URI=http://10.0.0.2:11311 in each",
-    ),
-    (
-        "http://10.0.0.2:11311",
-        DEFAULT_MASTER_URI,
-        "or, to let other machines connect, restart that master",
-    ),
+    ("http://localhost:11311", "http://10.0.0.2:11311", "export ROS_MASTER_URI=http://10.0.0.2:11311 in"),
+    ("http://10.0.0.2:11311", DEFAULT_MASTER_URI, "or, to let other machines connect, restart that master"),
     ("http://robot:11311", DEFAULT_MASTER_URI, "ROS_MASTER_URI is probably outdated"),
 ])  # fmt: skip
 def test_advice_if_another_master_runs_here_never_starts_a_second_one(
@@ -186,6 +178,16 @@ def test_the_addresses_of_this_machine_include_the_one_that_the_cure_names() -> 
 ])  # fmt: skip
 def test_what_does_no_harm_on_windows_is_not_found(harmless: MachineReport) -> None:
     assert check_machine(harmless) == []
+
+
+@pytest.mark.parametrize("is_windows", [False, True])
+def test_the_command_that_sets_up_a_workspace_is_one_of_the_shell(
+    monkeypatch: pytest.MonkeyPatch, is_windows: bool
+) -> None:
+    monkeypatch.setattr("pipros_tools.health.machine_checks.ON_WINDOWS", is_windows)
+    (finding,) = check_machine(machine(workspace=Path("/my ws/devel")))
+    place = Path("/my ws/devel/setup")
+    assert finding.cure == (f'call "{place}.bat"' if is_windows else f"source '{place}.bash'")
 
 
 # Modules of pipros that another distribution replaced are found by the hashes that pip recorded.
