@@ -29,7 +29,7 @@ _PIPROS = (
     *("rosparam", "rosrun", "rosservice", "rostest", "rostopic"),
 )
 _FORKED = ("catkin_", "ros")
-"""How the names of the commands start that are run in forks, if they are scripts in Python."""
+"""How the names of commands start that run in forks, if they are scripts in Python."""
 
 _spent_s: list[float] = []
 
@@ -61,10 +61,12 @@ class Answer(Process):
         return self._returncode
 
 
-def script_of(command: str, path: str) -> str | None:
-    """Return the file of a command on a PATH that can run in a fork; None for other programs."""
-    found = shutil.which(command, path=path) if command.startswith(_FORKED) else None
-    return found if found is not None and _is_python(found) else None
+def script_of(words: list[str], path: str) -> list[str] | None:
+    """Return the command line of a script that can run in a fork; None for other programs."""
+    if words[0] == "python3" and "".join(words[1:2]).endswith(".py"):
+        return words[1:]
+    found = shutil.which(words[0], path=path) if words[0].startswith(_FORKED) else None
+    return [found, *words[1:]] if found is not None and _is_python(found) else None
 
 
 @cache

@@ -54,14 +54,13 @@ class Side:
     def run(
         self, *argv: str | Path, cwd: Path | None = None, timeout_s: float = 60.0, **more: str
     ) -> Process:
-        """Run a program to its end. If this side forks, a command of ROS runs in a fork: see `answers`.
+        """Run a program to its end. If this side forks, a script runs in a fork: see `answers`.
 
-        Such a command has no process group of its own.
+        Such a program has no process group of its own.
         """
         words, environment = [str(word) for word in argv], {**self.environment, **more}
-        if self.forks and (script := script_of(words[0], environment["PATH"])):
-            command = [script, *words[1:]]
-            return interpreter(self.is_genuine).answer(command, cwd or self.home, environment, timeout_s)
+        if self.forks and (script := script_of(words, environment["PATH"])):
+            return interpreter(self.is_genuine).answer(script, cwd or self.home, environment, timeout_s)
         is_forgetful = self.is_genuine and words[0] in _FORGETFUL and "-q" not in words
         for _ in range(_RUNS if is_forgetful else 1):
             ended = self.processes.run(*words, cwd=cwd, timeout_s=timeout_s, environment=more)
