@@ -13,6 +13,7 @@ import yaml
 
 from tests.support.environments import REPOSITORY, ROOTS
 
+AT_START = "['pipros', 'pipros.msg', 'pipros.msg.importing', 'pipros.msg.importing.hook', 'pipros.startup']"
 IMPORTED = "import sys; print(sorted(name for name in sys.modules if name.startswith('pipros')))"
 MANIFEST = "<package><name>{}</name><version>0.0.1</version></package>"
 
@@ -269,10 +270,7 @@ def test_classes_are_in_the_modules_of_genpy_so_that_pickles_are_portable(worksp
 
 
 def test_the_start_of_python_imports_only_a_few_modules(workspace: Workspace) -> None:
-    assert (
-        workspace.shows(IMPORTED)
-        == "['pipros', 'pipros.msg', 'pipros.msg.importing', 'pipros.msg.importing.hook', 'pipros.startup']"
-    )
+    assert workspace.shows(IMPORTED) == AT_START
 
 
 PYTHONS = [path for path in ("/usr/bin/python3", sys.executable) if is_new_enough(path)]
@@ -297,12 +295,9 @@ def test_no_package_is_searched_at_the_start_of_python(
         "try:\n    import no_such_module\nexcept ImportError:\n    tried = True\n"
     )
     workspace.python = environment_of_its_own
-    at_start = (
-        "['pipros', 'pipros.msg', 'pipros.msg.importing', 'pipros.msg.importing.hook', 'pipros.startup']"
-    )
-    assert workspace.shows(IMPORTED) == at_start
+    assert workspace.shows(IMPORTED) == AT_START
     customized = f"{IMPORTED}; import sitecustomize; assert sitecustomize.tried"
-    assert workspace.shows(customized, PYTHONPATH=str(workspace.working_folder)) == at_start
+    assert workspace.shows(customized, PYTHONPATH=str(workspace.working_folder)) == AT_START
 
 
 def test_a_disabled_hook_is_installed_by_rospy(workspace: Workspace, environment_of_its_own: Path) -> None:
