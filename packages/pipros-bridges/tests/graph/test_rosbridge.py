@@ -348,6 +348,19 @@ def test_callers_of_a_client_that_leaves_get_an_error(url: str, robot: Node) -> 
     wait_until(lambda: not _is_offered(robot, "/switch"))
 
 
+def test_a_client_withdraws_its_services_and_topics(robot: Node, client: RosbridgeClient) -> None:
+    def offered() -> set[bool]:
+        topics = {name for name, _ in robot.master.get_system_state()[0]}
+        return {_is_offered(robot, "/switch"), "/speed" in topics}
+
+    client.send("advertise", topic="/speed", type="std_msgs/Int32")
+    client.send("advertise_service", service="/switch", type="std_srvs/SetBool")
+    wait_until(lambda: offered() == {True})
+    client.send("unadvertise", topic="/speed")
+    client.send("unadvertise_service", service="/switch")
+    wait_until(lambda: offered() == {False})
+
+
 def test_only_the_client_that_offers_a_service_answers_its_calls(
     url: str, robot: Node, client: RosbridgeClient
 ) -> None:
@@ -426,6 +439,21 @@ def test_clients_log_in_with_auth(node: Node) -> None:
                 client.socket.send(json.dumps(first))
                 with pytest.raises(ConnectionClosed):
                     client.receive()
+
+
+def test_a_client_that_never_reads_costs_the_others_nothing(make_node: MakeNode) -> None:
+    limits = Limits(tables=(BridgeLimits(bridge_queue_bytes=200_000),))
+    bridge, robot = make_node("bridge", limits=limits), make_node("robot")
+    image: Any = load_message_class("sensor_msgs/CompressedImage")
+    publisher = robot.advertise("/image", image)
+    with rosbridge_server(bridge) as url, RosbridgeClient(url) as stuck, RosbridgeClient(url) as reader:
+        for client in (stuck, reader):
+            client.send("subscribe", topic="/image", compression="cbor")
+            client.call("/nothing")  # answered after the subscription
+        wait_until_connected(publisher)
+        for number in range(100):
+            publisher.publish(image(format=str(number), data=bytes(100_000)))
+            assert reader.receive(cbor2.loads)["msg"]["format"] == str(number)
 
 
 def test_rosapi_answers_about_the_system(robot: Node, make_node: MakeNode, client: RosbridgeClient) -> None:
@@ -647,6 +675,17 @@ def test_idle_tcp_clients_make_room_for_others(make_node: MakeNode) -> None:
                 assert connected().recv(1) == b""
     finally:
         server.close()
+
+
+def test_a_tcp_client_that_does_not_log_in_is_disconnected(make_node: MakeNode) -> None:
+    node = make_node("bridge", limits=Limits()._replace(login_s=0.2))
+    settings = RosbridgeSettings(authenticator=Authenticator("0123456789abcdef", time.time))
+    with running(TcpServer(node, ServerOptions(port=0, settings=settings))) as port:
+        for first in (b"", b'{"op": "subscribe", "topic": "/x"}'):
+            with socket.create_connection(("127.0.0.1", port), 20) as connection:
+                connection.sendall(first)
+                with suppress(ConnectionResetError):
+                    assert connection.recv(1) == b""
 
 
 def test_udp_clients_are_served_on_loopback_only(node: Node, robot: Node) -> None:
