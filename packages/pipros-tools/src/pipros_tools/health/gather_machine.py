@@ -231,8 +231,8 @@ def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
             continue
         for match in _SOURCED.finditer(text):
             with suppress(ValueError):  # a quote is not closed
-                file, *rest = shlex.split(match[1])
-                path = re.sub(r"\$HOME\b|\$\{HOME\}", lambda _: home, file)
+                script, *rest = shlex.split(match[1])
+                path = re.sub(r"\$HOME\b|\$\{HOME\}", lambda _: home, script)
                 path = home + path[1:] if match[1].startswith("~/") else path
                 if "$" not in path and not Path(path).exists():
                     found[" ".join([path, *rest])] = f"~/{name}"
