@@ -253,7 +253,8 @@ def passing_tests(
     for number in range(len(drawn)):
         file = noted / str(number)
         names = set(file.read_text().splitlines()) & seconds.keys() if file.exists() else set()
-        tests, total = [], 0.0
+        tests: list[str] = []
+        total = 0.0
         for test in sorted(names, key=lambda name: (seconds[name], name))[:TESTS_COUNT]:
             total += seconds[test]
             if tests and total > TESTS_S:
@@ -265,10 +266,10 @@ def passing_tests(
 
 def run_tests(folder: Path, python: Path, *arguments: str, limit_s: float | None = None) -> bool:
     """Run tests in a folder. Return whether they passed within the limit."""
-    command = [python, "-m", "tests.support.leave_nothing", python, "-m", "pytest", "-q", "--tb=no"]
+    pytest = (str(python), "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider", *arguments)
     with (folder / "output").open("wb") as output:
         run = subprocess.Popen(
-            [*command, "-p", "no:cacheprovider", *arguments],
+            [python, "-m", "tests.support.leave_nothing", *pytest],
             cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=output,
@@ -313,8 +314,9 @@ def main(arguments: Sequence[str]) -> int:
         free: Queue[tuple[Path, Path]] = Queue()
         for pair in zip(folders, [copy_tree(folder) for folder in folders], strict=True):
             free.put(pair)
+        folder, python = free.queue[0]
         chosen = passing_tests(
-            *free.queue[0], drawn, ["-n", str(3 * processors), "--dist", "worksteal", *tests]
+            folder, python, drawn, ["-n", str(3 * processors), "--dist", "worksteal", *tests]
         )
 
         def judged(mutant: Mutant, tests: Sequence[str]) -> str:
