@@ -436,6 +436,14 @@ def test_the_memory_of_an_incomplete_object_is_known() -> None:
     assert peer.protocol.incomplete_bytes == 0
 
 
+def test_a_client_that_exceeds_its_share_again_is_disconnected(constants: Constants) -> None:
+    constants(BRIDGE_KEPT_BYTES=3000)
+    peer = Peer(limits=Limits())
+    answers = [peer.sends(f'{{"op": "subscribe", "topic": "/t{number}"}}')[0] for number in range(4)]
+    assert [type(answer) for answer in answers] == [TakeTopic, TakeTopic, Reply, Disconnect]
+    assert "makes the server keep too much; the limit is 3000" in answers[2].operation["msg"]
+
+
 def test_a_repeated_subscription_has_no_effect_and_a_changed_one_replaces_it() -> None:
     peer = Peer()
     peer.sends('{"op": "subscribe", "topic": "/a", "id": 1, "queue_length": 1}')
