@@ -1,6 +1,6 @@
 """What bags have beside messages: each cell of the table in docs/guides/bags.md, by running the command."""
 
-# needs the rooms: data, ros2
+# needs the plugins: data, ros2
 
 from __future__ import annotations
 

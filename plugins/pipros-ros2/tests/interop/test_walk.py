@@ -2,7 +2,7 @@
 
 `script/long ros2` walks with Kilted in place of Jazzy.
 
-# needs the rooms: wheels
+# needs the plugins: wheels
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """`pipros wheel --ros2` makes wheels that genuine rclpy uses, and whose types the gateway passes.
 
-# needs the rooms: ros2
+# needs the plugins: ros2
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """`rosbag convert --output-dir`: many bags, again after an interruption."""
 
-# needs the rooms: ros2
+# needs the plugins: ros2
 
 from __future__ import annotations
 

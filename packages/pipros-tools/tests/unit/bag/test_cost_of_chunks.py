@@ -1,6 +1,6 @@
 """A compressed byte costs bounded work: every reader refuses a chunk of more records than files have."""
 
-# needs the rooms: data, ros2
+# needs the plugins: data, ros2
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """One bad thing among good ones, first, in the middle and last: only it is left out, with the reason."""
 
-# needs the rooms: data, ros2
+# needs the plugins: data, ros2
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Threads, forked processes and pickled copies read the same messages from every kind of bag."""
 
-# needs the rooms: data, ros2
+# needs the plugins: data, ros2
 
 from __future__ import annotations
 

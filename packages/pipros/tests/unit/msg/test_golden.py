@@ -1,5 +1,7 @@
 """Every included type, compared with genuine genpy (tests.golden.messages), and random types."""
 
+# needs the plugins: robot
+
 import json
 import random
 from collections import defaultdict
