@@ -110,6 +110,16 @@ def argument_names(service_class: ServiceClass) -> str:
     return " ".join(service_class._request_class.__slots__)
 
 
+def was_silent(began_s: float, timeout_s: float) -> bool:
+    """Return whether a call that failed now, and began at a monotonic time, was not answered in time.
+
+    The clock of Windows has steps of 16 ms, and may have measured less than the timeout.
+    """
+    import time
+
+    return time.monotonic() - began_s >= timeout_s / 2
+
+
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
     """Return the services of a type, in the order of registration. Unresponsive servers are skipped.
 
@@ -132,7 +142,7 @@ def services_of_type(master: MasterClient, type_name: str) -> list[str]:
         try:
             return type_of(master, service) == type_name
         except GraphError:
-            if time.monotonic() - began_s < PROBE_DEADLINE_S / 2:  # the clock of Windows has steps of 16 ms
+            if not was_silent(began_s, PROBE_DEADLINE_S):
                 return False
             silent.add(uri)
             return None

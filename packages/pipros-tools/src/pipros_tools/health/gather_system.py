@@ -21,7 +21,7 @@ from pipros.node.service_client import ServiceClient
 from pipros.wire.xmlrpc import encode_call
 from pipros_tools.graph.bus_info import established
 from pipros_tools.graph.errors import GraphError
-from pipros_tools.graph.services import PROBE_DEADLINE_S, header_of
+from pipros_tools.graph.services import PROBE_DEADLINE_S, header_of, was_silent
 from pipros_tools.graph.system_state import SystemState
 from pipros_tools.health.gather_publisher import CALLER_ID, ask_publisher, failure_of
 from pipros_tools.health.nodelet_checks import services_of_managers
@@ -130,7 +130,7 @@ def _ask_node(master: MasterClient, node: str, timeout_s: float, silent: dict[st
             )
     except (PiprosError, ValueError) as problem:
         failure = failure_of(problem)
-        if time.monotonic() - began_s >= timeout_s:
+        if was_silent(began_s, timeout_s):
             silent[api] = failure
         return NodeReport(api, failure)
 
@@ -196,7 +196,7 @@ def _ask_service(master: MasterClient, service: str, node: str, silent: dict[str
         header_of(master, service)
     except GraphError as problem:
         failure = failure_of(_origin(problem))
-        if time.monotonic() - began_s >= PROBE_DEADLINE_S:
+        if was_silent(began_s, PROBE_DEADLINE_S):
             silent[uri] = failure
         return ServiceReport(node, uri, failure)
     except (PiprosError, ValueError) as problem:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import time
 from contextlib import suppress
 from typing import Any, cast
 
@@ -37,6 +38,11 @@ def test_a_silent_address_is_called_twice_by_each_thread_whatever_is_registered_
                 silent.accept()[0].close()
                 called += 1
     assert 1 <= called <= 2 * services.ASKED_AT_ONCE
+
+
+@pytest.mark.parametrize(("took_s", "is_silent"), [(0.09, True), (0.0, False)])
+def test_a_timeout_is_recognized_by_a_clock_with_large_steps(took_s: float, is_silent: bool) -> None:
+    assert services.was_silent(time.monotonic() - took_s, 0.1) is is_silent
 
 
 def test_the_services_of_a_server_that_was_busy_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
