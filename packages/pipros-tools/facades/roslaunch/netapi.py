@@ -9,10 +9,8 @@ from typing import NamedTuple
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.net.master_client import MasterClient
-from pipros.net.rpc_client import RpcClient
+from pipros_tools.launch.processes_of import ANSWER_LIMIT_S, processes_of
 from rosgraph.network import parse_http_host_and_port
-
-_ANSWER_LIMIT_S = 5.0
 
 
 class NetProcess(NamedTuple):
@@ -31,7 +29,7 @@ class NetProcess(NamedTuple):
 
 def get_roslaunch_uris() -> Collection[str] | None:
     """Return the URIs of the launchers that are registered with the master, or None if there are none."""
-    client = MasterClient(Environment.from_os().master_uri, "/roslaunch_netapi", timeout_s=_ANSWER_LIMIT_S)
+    client = MasterClient(Environment.from_os().master_uri, "/roslaunch_netapi", timeout_s=ANSWER_LIMIT_S)
     with contextlib.closing(client), contextlib.suppress(PiprosError):
         found = client.get_param("/roslaunch/uris")
         return [str(uri) for uri in found.values()] if isinstance(found, dict) else None
@@ -41,13 +39,7 @@ def get_roslaunch_uris() -> Collection[str] | None:
 def list_processes(roslaunch_uris: str | Iterable[str] | None = None) -> list[NetProcess]:
     """Return the processes of launchers, by default of all. Launchers that do not answer are left out."""
     uris = get_roslaunch_uris() if roslaunch_uris is None else roslaunch_uris
-    found: list[NetProcess] = []
-    for uri in [uris] if isinstance(uris, str) else uris or ():
-        with (
-            contextlib.suppress(PiprosError, ValueError, TypeError),
-            RpcClient(uri, timeout_s=_ANSWER_LIMIT_S) as client,
-        ):
-            _, _, (alive, dead) = client.call("list_processes")
-            found += [NetProcess(name, count, True, uri) for name, count in alive]
-            found += [NetProcess(name, count, False, uri) for name, count in dead]
-    return found
+    return [
+        NetProcess(each.name, each.starts, each.is_alive, each.uri)
+        for each in processes_of([uris] if isinstance(uris, str) else uris or ())
+    ]

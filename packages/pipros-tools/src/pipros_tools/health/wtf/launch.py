@@ -5,16 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import addresses_of
 from pipros_tools.health.wtf.rules import Problem, Rule, problems_of
 from pipros_tools.health.wtf.subject import Subject
 from pipros_tools.launch.model import LaunchNode
+from pipros_tools.launch.processes_of import processes_of
 from pipros_workspace.executables import find_executables, package_of_programs
 from pipros_workspace.index import Package
 from pipros_workspace.manifest import read_manifest
-
-ANSWER_LIMIT_S = 3.0
 
 
 def _nodes(subject: Subject) -> list[LaunchNode]:
@@ -104,25 +102,12 @@ static_roslaunch_warnings: list[Rule] = [
 
 
 def roslaunch_respawn_check(subject: Subject) -> list[str]:
-    return [f"{name} ({count - 1})" for name, count in _processes(subject)[0] if count > 1]
+    found = processes_of(subject.launcher_uris)
+    return [f"{each.name} ({each.starts - 1})" for each in found if each.is_alive and each.starts > 1]
 
 
 def roslaunch_dead_check(subject: Subject) -> list[str]:
-    return [name for name, _ in _processes(subject)[1]]
-
-
-def _processes(subject: Subject) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
-    """Return the name and start count of each active and each ended process of all running launchers."""
-    kinds: tuple[list[tuple[str, int]], list[tuple[str, int]]] = ([], [])
-    for uri in subject.launcher_uris:
-        try:
-            with RpcClient(uri, timeout_s=ANSWER_LIMIT_S) as client:
-                _, _, lists = client.call("list_processes")
-            for kind, processes in zip(kinds, lists, strict=False):
-                kind.extend((str(name), int(count)) for name, count in processes)
-        except (PiprosError, ValueError, TypeError):
-            continue  # the launcher has exited without deleting its parameter
-    return kinds
+    return [each.name for each in processes_of(subject.launcher_uris) if not each.is_alive]
 
 
 online_roslaunch_warnings: list[Rule] = [
