@@ -20,6 +20,7 @@ from pipros.basics.errors import PiprosError, Unreachable
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
+from pipros.net.rpc_async_client import AsyncRpcClient
 from pipros.net.rpc_client import RpcClient
 from pipros.node import Node
 from pipros.node.publisher import Publisher
@@ -347,6 +348,36 @@ def test_a_node_without_other_registrations_reports_a_refusal_once(
     with pytest.raises(asyncio.CancelledError):
         asyncio.run(registrations.watch())
     assert caplog.text.count("unable to register publication [/bad name] with master") == 1
+    registrations.close()
+
+
+@pytest.mark.parametrize(("stays_open", "questions"), [(True, 1), (False, 3)])
+def test_a_node_asks_once_over_a_connection_that_stays_open(
+    stays_open: bool, questions: int, master: Master, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    registrations = Registrations(MasterClient(master.uri, "/talker"), "/talker", API, logging.getLogger())
+    registrations.add(PublicationEntry("/registered", "std_msgs/String"))
+    asked: list[object] = []
+
+    class Client(AsyncRpcClient):
+        async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
+            asked.append(await super().post(document, timeout_s=timeout_s))
+            if not stays_open:
+                self.close()
+            return asked[-1]
+
+    turns = iter(range(3))
+
+    async def sleep(_: float) -> None:
+        if next(turns, None) is None:
+            raise asyncio.CancelledError
+
+    own = SimpleNamespace(sleep=sleep, get_running_loop=asyncio.get_running_loop)
+    monkeypatch.setattr("pipros.node.registration.asyncio", own)
+    monkeypatch.setattr("pipros.node.registration.AsyncRpcClient", Client)
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(registrations.watch())
+    assert asked == [[1, "node api", API]] * questions
     registrations.close()
 
 

@@ -81,6 +81,11 @@ class AsyncRpcClient:
             raise ProtocolError(f"{self.uri} responded with {response.status} {response.reason}")
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
+    @property
+    def is_connected(self) -> bool:
+        """Whether a connection is open, as far as this end knows. A server that ended has closed it."""
+        return self._connection is not None and self._connection.is_open
+
     def close(self) -> None:
         """Close the connection if it is open. The next call reconnects."""
         connection, self._connection = self._connection, None
@@ -115,6 +120,10 @@ class _AsyncConnection(asyncio.Protocol):
         self._may_write = asyncio.Event()
         self._may_write.set()
         self.has_answer_begun = False
+
+    @property
+    def is_open(self) -> bool:
+        return self._transport is not None and not self._transport.is_closing()
 
     async def exchange(self, head: bytes, document: bytes, deadline: float | None) -> Response:
         """Send a request and wait for its response.

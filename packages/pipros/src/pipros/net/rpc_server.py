@@ -27,6 +27,7 @@ from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
 from pipros.net.sockets import connections_that_fit, listen_all
 from pipros.net.this_machine import ThisMachineCaller
+from pipros.net.timings import to_tick_s
 from pipros.wire.xmlrpc import Encoded, ValueTooLarge
 
 IDLE_S = 900.0
@@ -150,7 +151,7 @@ class RpcServer:
             self._servers.append(server)
             # asyncio's backlog is also the number of connections that it accepts at a time
             listener.listen(_BACKLOG)
-        self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
+        self._overdue_timer = loop.call_later(to_tick_s(), self._close_overdue, loop)
 
     def adopt(self, sock: socket.socket, received: bytes) -> None:
         """Serve a connection that another server has accepted, and whose first bytes it has read.
@@ -190,7 +191,7 @@ class RpcServer:
 
     def _close_overdue(self, loop: asyncio.AbstractEventLoop) -> None:
         self.connections.close_overdue(loop.time(), IDLE_S)
-        self._overdue_timer = loop.call_later(1.0, self._close_overdue, loop)
+        self._overdue_timer = loop.call_later(to_tick_s(), self._close_overdue, loop)
 
     # ---- called by connections
 

@@ -25,7 +25,7 @@ from pipros.net import local_stream, sockets
 from pipros.net.address import LOOPBACK, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
-from pipros.net.timings import LINK_TIMINGS, LinkTimings
+from pipros.net.timings import LINK_TIMINGS, LinkTimings, to_tick_s
 from pipros.wire.handshake import HANDSHAKE_S, refuse
 from pipros.wire.header import HEADER_BYTES, HeaderReader, encode_header
 
@@ -48,8 +48,6 @@ RETRY_ACCEPT_S = 0.1
 
 DESCRIPTORS_SHARE = 0.75
 """Share of the process's descriptors that a node's TCPROS connections can use."""
-
-_CHECK_OVERDUE_EVERY_S = 1.0
 
 _BACKLOG = 1024
 """Maximum number of connections waiting to be accepted. If it is exceeded, clients try again after a
@@ -224,7 +222,7 @@ class TcprosServer:
 
     def _close_overdue(self) -> None:
         self.connections.close_overdue(self._loop.time(), idle_s=math.inf)
-        self._overdue_timer = self._loop.call_later(_CHECK_OVERDUE_EVERY_S, self._close_overdue)
+        self._overdue_timer = self._loop.call_later(to_tick_s(), self._close_overdue)
 
     def _forget(self, handshake: _Handshake) -> None:
         self._handshakes.pop(handshake, None)

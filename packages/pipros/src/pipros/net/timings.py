@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
+import time
 from typing import NamedTuple
+
+_TICKS_BEGAN = time.monotonic()
+
+
+def to_tick_s() -> float:
+    """Return the seconds to a tick of this process: 0.5 to 1.5.
+
+    What a process does about once a second it does at ticks, together, so that it wakes once.
+    """
+    return 1.5 - (time.monotonic() - _TICKS_BEGAN + 0.5) % 1.0
 
 
 class LinkTimings(NamedTuple):

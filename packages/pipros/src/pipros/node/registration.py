@@ -1,6 +1,7 @@
 """A node's registrations with the master, which are repeated after the master has restarted.
 
-Once a second, the node checks whether it is registered with the master. If not, it repeats all registrations.
+The node keeps a connection to the master open. Every five seconds, and once a second while the connection is
+closed, as by a master that ended, it checks whether it is registered. If not, it repeats all registrations.
 Links between nodes do not depend on the master, so they stay open.
 """
 
@@ -16,11 +17,13 @@ from pipros.basics.errors import Interrupted, PiprosError, ProtocolError, Refuse
 from pipros.basics.printable import listed
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_async_client import AsyncRpcClient
+from pipros.net.timings import to_tick_s
 from pipros.node.timings import NODE_TIMINGS
 from pipros.wire.xmlrpc import Fault, encode_call
 
-WATCH_INTERVAL_S = 1.0
-"""Interval at which the node checks whether it is still registered."""
+ASK_INTERVAL_S = 5.0
+"""Interval at which the node asks whether it is registered, over a connection that stays open. A message at
+10 Hz would pay for a third of a question once a second."""
 WATCH_DEADLINE_S = 5.0
 """A master that takes longer to answer is considered busy; the next round checks again."""
 UNREGISTERED_AT_ONCE = 20
@@ -227,11 +230,15 @@ class Registrations:
     async def _watch(self, client: AsyncRpcClient) -> None:
         # One connection and one encoded request are reused, because an idle node should cost almost nothing.
         question = encode_call("lookupNode", (self._node_name, self._node_name))
-        is_away = False
+        loop = asyncio.get_running_loop()
+        is_away, ask_at = False, 0.0
         while True:
-            await asyncio.sleep(WATCH_INTERVAL_S)
+            await asyncio.sleep(to_tick_s())
             if len(self._refused) == len(self._entries):  # the master need not know this node
                 continue
+            if client.is_connected and not self._failed and loop.time() < ask_at:
+                continue
+            ask_at = loop.time() + ASK_INTERVAL_S
             try:
                 answer = await client.post(question, timeout_s=WATCH_DEADLINE_S)
             except PiprosError as error:
@@ -241,9 +248,9 @@ class Registrations:
                 continue
             is_away = False
             if _has_forgotten(answer):
-                await asyncio.get_running_loop().run_in_executor(None, self._register_all)
+                await loop.run_in_executor(None, self._register_all)
             elif self._failed:
-                await asyncio.get_running_loop().run_in_executor(None, self._register_failed)
+                await loop.run_in_executor(None, self._register_failed)
 
     def _register_all(self) -> None:
         with self._lock:
