@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright, ros2_wheels, windows
+from tests.support.environments import REPOSITORY
 
 _MORE = "`script/test all` runs all tests, `script/test NAME` those of a plugin or package"
 _AS_ROOT = "as root on Debian 12"
@@ -30,6 +31,7 @@ class Need:
         missing: returns what of it this machine lacks.
         how: the command that installs it, and under which condition.
         folders, files: names of folders below PACKAGE/tests, and of files, whose tests need it.
+        skipping: names of files with tests that look for it themselves.
     """
 
     what: str
@@ -37,6 +39,7 @@ class Need:
     how: str
     folders: Sequence[str] = ()
     files: Sequence[str] = ()
+    skipping: Sequence[str] = ()
 
 
 def _without(program: str) -> Callable[[], Sequence[str]]:
@@ -81,32 +84,44 @@ NEEDS = (
         files=["test_gateway_with_genuine_ros2.py", "test_one_environment.py"],
     ),
     Need("Wine", lambda: windows.missing(), f"{windows.INSTALL} ({_AS_ROOT})", ["windows"]),
-    # these two are looked for by the tests themselves
     Need(
-        "pyright", lambda: [] if pyright.find_pyright() else ["pyright"], f"{pyright.INSTALL} ({_WITH_NODE})"
+        "pyright",
+        lambda: [] if pyright.find_pyright() else ["pyright"],
+        f"{pyright.INSTALL} ({_WITH_NODE})",
+        skipping=["test_type_checkers.py"],
     ),
-    Need("systemd", _without("systemd-analyze"), f"apt-get install systemd ({_AS_ROOT})"),
+    Need(
+        "systemd",
+        _without("systemd-analyze"),
+        f"apt-get install systemd ({_AS_ROOT})",
+        skipping=["test_examples.py"],
+    ),
 )
 
-# Of the extra `dev`.
-_LIBRARIES = """\
+# Of the groups of requirements in the pyproject.toml files.
+_NAMES = """\
 PIL bson cbor2 coverage cv2 em gymnasium h11 hatchling hokuyolx ipykernel lz4 matplotlib mcap mypy
 nbclient numpy orjson playwright psutil pyrplidar rosbags ruff scipy setuptools tree_sitter urdf_parser_py
 xacro"""
-_ABSENT = [name for name in _LIBRARIES.split() if PathFinder.find_spec(name) is None]
-_NEEDS_LIBRARY = re.compile(rf"\b({'|'.join(_ABSENT)})\b") if _ABSENT else None
+_ABSENT = [name for name in _NAMES.split() if PathFinder.find_spec(name) is None]
+_LIBRARY = re.compile(rf"\b({'|'.join(_NAMES.split())})\b")
 
 
-def needs_library(path: Path) -> bool:
-    """Return whether a file of tests names an absent library: it imports it, or says so in a comment."""
-    if path.suffix != ".py" or _NEEDS_LIBRARY is None:
-        return False
-    return _NEEDS_LIBRARY.search(path.read_text(encoding="utf-8")) is not None
+def libraries(path: Path) -> set[str]:
+    """Return the libraries that a file of tests names: it imports them, or says so in a comment.
+
+    A file that only mentions them has a comment `# needs no library`.
+    """
+    text = path.read_text(encoding="utf-8") if path.suffix == ".py" else ""
+    return set() if "# needs no library" in text else set(_LIBRARY.findall(text))
 
 
-def lacking_for(folder: str, file: str) -> Iterator[Need]:
-    """Yield what a file of tests in PACKAGE/tests/`folder` needs and this machine lacks."""
-    return (need for need in NEEDS if (folder in need.folders or file in need.files) and need.missing())
+def lacking_for(path: Path) -> Iterator[str]:
+    """Yield what a file or folder of tests needs and this machine lacks."""
+    folder = [*path.relative_to(REPOSITORY).parts, "", "", ""][3]  # PACKAGE/tests/FOLDER/…
+    yield from (n.what for n in NEEDS if (folder in n.folders or path.name in n.files) and n.missing())
+    if _ABSENT:
+        yield from libraries(path).intersection(_ABSENT)
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -118,11 +133,13 @@ def report(config: pytest.Config) -> list[str]:
     """Return the last lines of a run, at most three; none if nothing was left out."""
     if genuine.is_required():
         return []
-    if config.getoption("--default"):
-        lacking, others = _ABSENT, [_MORE]
-    else:
-        lacking, others = [*(need.what for need in NEEDS if need.missing()), *_ABSENT], []
-    if lacking:
+    others = [_MORE] if config.getoption("--default") else []
+    chosen = [(config.invocation_params.dir / each.partition("::")[0]).resolve() for each in config.args]
+    files = {file for each in chosen for file in (each.rglob("test_*.py") if each.is_dir() else [each])}
+    files = {each for each in files if each.is_relative_to(REPOSITORY)}
+    lacked = {what for file in files for what in lacking_for(file)}
+    lacked |= {n.what for n in NEEDS if {*n.skipping} & {each.name for each in files} and n.missing()}
+    if lacking := [each for each in (*(need.what for need in NEEDS), *_ABSENT) if each in lacked]:
         others += [f"left out: tests that need {', '.join(lacking)}"]
         others += ["`.venv/bin/python -m tests.support.left_out` prints how to install what is missing"]
     return others

@@ -38,7 +38,6 @@ settings.register_profile(
 settings.load_profile("pipros")
 
 SETTINGS = ("ROS_", "ROSCONSOLE_", "PIPROS_ADVERTISE", "PIPROS_LIMITS", "PIPROS_PORTS")
-_PACKAGES = (REPOSITORY / "packages", REPOSITORY / "plugins")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -62,15 +61,9 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     if quick.leaves_out(config, collection_path):
         return True
-    above = next(filter(collection_path.is_relative_to, _PACKAGES), None)
-    if above is None:
+    if not collection_path.is_relative_to(REPOSITORY):
         return None
-    file = collection_path.name
-    # PACKAGE/tests/FOLDER/…
-    folder = [*collection_path.relative_to(above).parts, "", "", ""][2]
-    if not is_required() and (
-        any(left_out.lacking_for(folder, file)) or left_out.needs_library(collection_path)
-    ):
+    if not is_required() and any(left_out.lacking_for(collection_path)):
         return True
     return True if absent_plugins.is_needed_by(collection_path) else None
 

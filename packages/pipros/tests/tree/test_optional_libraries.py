@@ -16,6 +16,7 @@ from tests.support.environments import ROOTS, SHIPPED, SOURCE_PATH, files_below,
 from tests.support.project import EXTRAS
 from tests.support.trees import nodes_of, parsed
 
+# needs no library
 _NAMES = """
     numpy cv2 PIL scipy pandas polars pyarrow duckdb av mcp PyKDL zenoh cryptography Cryptodome gnupg lz4
     zstandard xacro urdf_parser_py em serial ntplib netifaces rclpy uvloop setproctitle h5py torch lerobot

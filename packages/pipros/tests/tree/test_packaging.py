@@ -14,12 +14,15 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pipros_tools.cli.entry_point import command
 from tests.support.environments import REPOSITORY, ROOTS, SHIPPED, files_below, project_files
+from tests.support.left_out import libraries
 from tests.support.project import PLUGIN_PROJECTS, PROJECT
 from tests.support.project import PROGRAMS as COMMANDS
 
@@ -51,6 +54,41 @@ PACKAGES = [file.parent for folder in ROOTS for file in folder.glob("*/__init__.
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
 def test_type_checkers_take_the_types_of_every_package(package: Path) -> None:
     assert (package / "py.typed").is_file()
+
+
+def required(requirements: Sequence[Any]) -> Iterator[str]:
+    """Yield the names of distributions that requirements, groups and extras of this tree name."""
+    for each in requirements:
+        if isinstance(each, dict):
+            yield from required(PROJECT["dependency-groups"][each["include-group"]])
+        elif match := re.match(r"([\w.-]+)(?:\[([\w,]+)\])?", each):
+            yield match[1].replace("_", "-")
+            project = PLUGIN_PROJECTS.get(match[1], PROJECT)["project"]
+            for extra in match[2].split(",") if match[1].startswith("pipros") and match[2] else ():
+                yield from required(project["optional-dependencies"][extra])
+
+
+@pytest.mark.parametrize(
+    "folder",
+    sorted(
+        f"{each.parent.name}/{each.name}"
+        for each in (*REPOSITORY.glob("packages/*"), *REPOSITORY.glob("plugins/*"))
+    ),
+)
+def test_a_package_requires_the_libraries_that_its_tests_name(folder: str) -> None:
+    """Otherwise `script/test NAME` leaves such tests out; see tests.support.left_out."""
+    here = REPOSITORY / folder
+    if here.name in PLUGIN_PROJECTS:
+        plugin = PLUGIN_PROJECTS[here.name]
+        own = [*plugin["project"]["dependencies"], *plugin["dependency-groups"]["test"]]
+    else:
+        own = PROJECT["dependency-groups"][here.name.removeprefix("pipros-")]
+    known = {*required(own)}
+    named = {name for file in (here / "tests").rglob("test_*.py") for name in libraries(file)}
+    owners = importlib.metadata.packages_distributions()
+    assert [
+        name for name in sorted(named) if not known & {each.replace("_", "-") for each in owners[name]}
+    ] == []
 
 
 def is_started_by_the_frame(main: object) -> bool:

@@ -85,7 +85,7 @@ def test_an_installation_is_unchanged_until_the_project_changes(machine: Machine
     assert first.returncode == 0, first.output
     upgrade, installation = [call for call in calls if "pip install" in call]
     assert upgrade.endswith("--upgrade pip")
-    assert installation.endswith("--editable .[dev]")
+    assert installation.endswith("--editable . --group dev")
 
     # Whatever is in a plain installation is also in one for developers.
     for arguments in (["dev"], []):

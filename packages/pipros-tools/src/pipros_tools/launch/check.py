@@ -27,8 +27,8 @@ def mistakes(
     Args:
         with_test_depends: whether `test_depend` counts as a declaration.
         ignore_unset: whether to accept arguments without a value. If so, the rest of a file is skipped after
-            the first use of such an argument. As in Noetic, the packages and programs of nodes are only
-            checked up to the first `<arg>` without a value.
+            the first use of such an argument, except in an `<arg>`, where it is an error. As in Noetic, the
+            packages and programs of nodes are only checked up to the first `<arg>` without a value.
     """
     loader = Loader(LoadContext.of_process(index), {}, skips_unset=ignore_unset)
     try:

@@ -79,6 +79,5 @@ def _argument(reader: ElementReader) -> Argument:
             reader.required("name"), reader.text("default"), reader.text("value"), reader.text("doc")
         )
     except LaunchError as error:
-        raise LaunchError(
-            f"Invalid <arg> tag: {error.reason}", error.places, error.element
-        ) from error.__cause__
+        # Without its cause: as in Noetic, an unset argument in an <arg> is never ignored.
+        raise LaunchError(f"Invalid <arg> tag: {error.reason}", error.places, error.element) from None

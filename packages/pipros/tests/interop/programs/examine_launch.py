@@ -277,6 +277,8 @@ CHECKED = (
     f'{_X}<include file="$(dirname)/$(arg x).launch"/>{_LOST}',
     f'{_X}<param name="p" value="$(eval arg(\'x\') * 2)"/><node name="n"/>',
     f'{_X}<arg name="y" default="$(arg x)"/><node name="n" pkg="$(arg y)" type="t"/>',
+    f'{_X}<include file="$(dirname)/uses.launch"><arg name="z" value="$(arg x)"/></include>',
+    f'{_X}<arg name="y" if="$(arg x)" default="$(arg x)"/>{_LOST}', f'{_X}<arg name="$(arg x)" default="1"/>',
     f'{_X}<node name="n"/>', f'{_X}<node name="n" pkg="p" type="t" machine="nowhere"/>',
     f'{_X}<param name="p" value="$(arg x)"/><node name="n"/>', '<include file="$(dirname)/lost.launch"/>',
     f'{_X}<include file="$(dirname)/lost.launch"/>', '<include file="$(dirname)/needs.launch"/>',

@@ -207,6 +207,7 @@ def test_pip_of_another_environment_is_not_used(
 
 
 def test_a_missing_library_is_named_with_the_command_that_installs_it() -> None:
+    # needs no library
     error = missing("this node needs scipy", "navigation", ModuleNotFoundError("no scipy", name="scipy"))
 
     assert str(error).startswith("this node needs scipy, which is not installed. Try: ")
