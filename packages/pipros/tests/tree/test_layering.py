@@ -9,7 +9,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -290,18 +289,6 @@ def test_imports_point_down_only() -> None:
     assert [wrong for file in FILES for wrong in wrong_imports(file)] == []
 
 
-def test_each_floor_of_the_core_imports_lower_ones_only() -> None:
-    wrong = [
-        described(file, line, f"imports {module}")
-        for file in FILES
-        if parts_of(file)[0] in FLOORS and package_of(file) not in ("share", "__init__")
-        for line, module in {*imported_modules(parsed(file), file), *named_modules(parsed(file))}
-        if module.partition(".")[0] in FLOORS[FLOORS.index(parts_of(file)[0]) + 1 :]
-        if package_of_module(module) not in SEAMS.get("/".join(parts_of(file)) + ".py", ())
-    ]
-    assert wrong == []
-
-
 def test_seams_are_imported_late() -> None:
     for name, packages in SEAMS.items():
         tree = parsed(source(name))
@@ -317,47 +304,6 @@ def test_seams_are_imported_late() -> None:
             if isinstance(node, ast.ImportFrom) and package_of_module(node.module or "") in packages
         }
         assert found == dict.fromkeys(packages, True)
-
-
-MAX_FLOORS = 14
-
-
-def imported_folders() -> dict[str, set[str]]:
-    """Return the folders of the core, and the facades as one, each with those that it imports.
-
-    Not the seams, of which a test says that they are imported late.
-    """
-    names = facade_names(ROOTS)
-    found: dict[str, set[str]] = {}
-    for file in FILES:
-        top = parts_of(file)[0]
-        own = package_of(file) if top in FLOORS else "facades"
-        imports = found.setdefault(own, set())
-        for _, module in imported_modules(parsed(file), file):
-            other = module.partition(".")[0]
-            imports |= (
-                {"facades"} if other in names else {package_of_module(module)} if other in FLOORS else set()
-            )
-        imports -= {own, "", *SEAMS.get("/".join(parts_of(file)) + ".py", ())}
-    return {folder: imports & found.keys() for folder, imports in found.items()}
-
-
-def floors(imports: Mapping[str, set[str]]) -> dict[str, int]:
-    """Return the floor of each folder: 1 if it imports none, otherwise one above the highest that it imports.
-
-    Raises:
-        CycleError: folders import each other.
-    """
-    found: dict[str, int] = {}
-    for folder in TopologicalSorter(imports).static_order():
-        found[folder] = 1 + max((found[each] for each in imports[folder]), default=0)
-    return found
-
-
-def test_a_drawing_of_the_folders_has_few_floors_and_no_circle() -> None:
-    found = floors(imported_folders())
-    assert found["node"] < found["server"] < found["facades"]
-    assert max(found.values()) <= MAX_FLOORS
 
 
 def module_name(file: Path) -> str:

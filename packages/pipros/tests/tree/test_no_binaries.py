@@ -13,8 +13,6 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
 from tests.support.environments import REPOSITORY, file_of_tests
 from tests.support.recordings import FOLDER, load
 
@@ -72,8 +70,3 @@ def test_no_compiled_file_and_no_archive_is_in_the_repository() -> None:
     assert len(recordings) > 50
     for file in recordings:
         assert load(file)["format"] == 1, file
-
-
-@pytest.mark.parametrize("kind", MAGIC)
-def test_each_kind_is_recognized(kind: str) -> None:
-    assert kind_of(MAGIC[kind] + bytes(300)) == kind

@@ -11,14 +11,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from tests.support.environments import REPOSITORY, TEST_PATH, files_below
-from tests.support.recordings import FOLDER, Recording, file_of, first_difference
+from tests.support.recordings import FOLDER, Recording, file_of
 
 Scan: Any = load_message_class("sensor_msgs/LaserScan")
 Cloud: Any = load_message_class("sensor_msgs/PointCloud2")
@@ -76,25 +75,6 @@ def ask(recording: Recording, x: float) -> Any:
     return recording.call("toLL", ToLL, request)
 
 
-def test_inputs_are_compared_with_a_tolerance_and_the_recorded_one_is_returned(recording: Recording) -> None:
-    parameters = {"names": ["a", "b"], "limits": [(1.0 + 1e-12, 2), [3.0]], "is_on": True}
-    assert recording.give("parameters", parameters)["limits"][0] == [1.0, 2]
-    given = scan(range_max=1e-12)
-
-    assert recording.give("publish scan", given).range_max == 0.0
-    assert recording.give("publish scan", given).range_max == 0.0  # repeated
-    for x in (1.0, 1.0 + 1e-9):
-        assert ask(recording, x).ll_point.latitude == 52.5
-    for _ in range(2):
-        with pytest.raises(PiprosError, match="refused toLL"):
-            ask(recording, 2.0)
-    assert [recording.step("places") for _ in range(2)] == [[1], [2]]
-    assert recording.value("files").tobytes() == b"\x01\x02"
-    assert recording.messages("scan", Scan)[0].ranges[2] == 1.5
-    assert recording.messages("another", Scan) == []
-    recording.finish()
-
-
 @pytest.mark.parametrize(
     ("name", "value", "complaint"),
     [
@@ -136,15 +116,6 @@ def test_what_is_left_out_or_given_in_addition_is_an_error(recording: Recording)
         ask(recording, 4.0)
     with pytest.raises(AssertionError, match="steps of the test"):
         recording.finish()
-
-
-def test_arrays_and_lists_are_compared_by_their_elements() -> None:
-    recorded = np.array([[1.0, math.nan], [3.0, 4.0]], np.float32)
-
-    assert first_difference(recorded, [[1.0, math.nan], [3.0, 4.0]]) == ""
-    assert first_difference(recorded, np.ones((2, 1))) == "[0]: 2 and 1 elements"
-    assert first_difference(recorded, [[1.0, math.nan], [3.0, 5.0]]).startswith("[1][1]: ")
-    assert first_difference(recorded, 1.0)
 
 
 def test_a_passed_test_that_leaves_out_an_input_fails(tmp_path: Path) -> None:

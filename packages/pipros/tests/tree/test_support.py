@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
-import sysconfig
-import venv
 from contextlib import nullcontext
 from dataclasses import asdict
 from datetime import date
@@ -16,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import hunt, long_tests, mutants, once, quick
+from tests.support import hunt, long_tests, quick
 from tests.support.environments import REPOSITORY, ROOTS, TEST_PATH, project_files, source
 from tests.support.lacks import SYSTEMS, environment
 from tests.support.outcomes import Outcome, read_outcomes
@@ -259,35 +256,6 @@ def test_the_quarantine_is_short_and_explains_each_entry() -> None:
         assert (REPOSITORY / test.partition("::")[0]).is_file()
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('[[test]]\ntest = "t"\ncause = ""\nevidence = "e"\nsince = 2026-01-01\n', "needs a cause"),
-        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = "today"\n', "a date"),
-        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = 2026-01-01\n' * 6, "at most 5"),
-        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = 2025-12-17\n', "must be mended"),
-    ],
-)
-def test_an_invalid_quarantine_is_refused(text: str, message: str, tmp_path: Path) -> None:
-    file = tmp_path / "quarantine.toml"
-    file.write_text(text)
-
-    with pytest.raises(ValueError, match=message):
-        hunt.read_quarantine(file, date(2026, 1, 1))
-
-
-def test_waiting_says_what_it_waited_for_when_the_time_is_over() -> None:
-    with pytest.raises(AssertionError, match=r"not within 0\.0 s: the moon"):
-        wait_until(lambda: False, timeout_s=0.0, what="the moon")
-
-
-def test_a_missing_line_is_reported_with_the_output(processes: Processes) -> None:
-    program = processes.start(sys.executable, "-c", "print('something else')")
-
-    with pytest.raises(AssertionError, match=r"(?s)ended without the line /hello/:\nsomething else"):
-        program.wait_for("hello")
-
-
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="looks into /proc, which Linux has")
 def test_a_process_that_outlives_its_parent_in_another_session_is_found_and_ended() -> None:
     parent = (
@@ -317,93 +285,6 @@ sys.exit(3)
     assert started.left() == []
 
 
-def test_a_folder_of_the_machine_is_named_by_all_its_sources(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    (tmp_path / "source").mkdir()
-    file = tmp_path / "source" / "a.py"
-    names = []
-    for content, mode in (("1", 0o644), ("2", 0o644), ("2", 0o755), ("1", 0o644)):
-        file.write_text(content)
-        file.chmod(mode)
-        (file.parent / "a.pyc").write_bytes(os.urandom(4))
-        names.append(once.machine_folder("thing", [file.parent]).name)
-    assert len(set(names)) == 3
-    assert names[0] == names[3]
-
-
-def test_faults_are_drawn_from_what_runs_when_a_function_is_called(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(mutants, "REPOSITORY", folder)
-    file = folder / "sums.py"
-    file.write_text(
-        "LIMIT = 3\n"
-        "def add(a: tuple[int, 4] = 5, b=None):\n"
-        "    'é'; b = f'{6}' if isinstance(a, int) else 7.5\n"
-        "    while a <= b and not a: forget(True)\n"
-        "    return a - b\n"
-    )
-
-    found = mutants.mutants_of(file)
-
-    assert sorted((each.old, each.new) for each in found) == [
-        ("7.5", "(8.25)"),
-        ("True", "(False)"),
-        ("a - b", "(None)"),
-        ("a - b", "(a + b)"),
-        ("a <= b", "(a < b)"),
-        ("a <= b and not a", "(a <= b or not a)"),
-        ("forget(True)", "(None)"),
-        ("isinstance(a, int)", "(not isinstance(a, int))"),
-        ("not a", "(a)"),
-    ]
-    drawn = mutants.draw(found, 4, seed=2)
-    assert drawn == mutants.draw(found, 4, seed=2)
-    assert all(one is two or one.end <= two.start or two.end <= one.start for one in drawn for two in drawn)
-
-
-def test_each_fault_is_tried_with_the_tests_that_pass_through_it(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tree = folder / "tree"
-    (tree / "packages").mkdir(parents=True)
-    (tree / "packages" / "sums.py").write_text(
-        "def show(a, b):\n    c = a < b\n    d = a + b\n    print(c, d)\ndef unused(a, b):\n    c = a - b\n"
-    )
-    (tree / "test_sums.py").write_text(
-        "import subprocess, sys\n"
-        "PROGRAM = 'import sums; sums.show(1, 2)'\n"
-        "def test_it():\n"
-        "    options = dict(env={'PYTHONPATH': 'packages'}, text=True, check=True, stdout=-1)\n"
-        "    assert subprocess.run([sys.executable, '-c', PROGRAM], **options).stdout == 'True 3\\n'\n"
-        "def test_another(): pass\n"
-    )
-    (tree / "conftest.py").write_text(OPTIONS)
-    monkeypatch.setattr(mutants, "REPOSITORY", tree)
-    monkeypatch.setattr(mutants, "ROOTS", [tree / "packages"])
-
-    def copied(copy: Path) -> Path:
-        shutil.copytree(tree, copy)
-        venv.create(copy / ".venv")
-        packages = next(copy.glob(".venv/lib/python*/site-packages"))
-        folders = (sysconfig.get_path("purelib"), *TEST_PATH.split(os.pathsep), *map(str, ROOTS))
-        (packages / "tests.pth").write_text("\n".join(folders))
-        return copy / ".venv" / "bin" / "python"
-
-    monkeypatch.setattr(mutants, "copy_tree", copied)
-
-    assert mutants.main(["--count", "9"]) == 0
-
-    *lines, all_mutants = capsys.readouterr().out.splitlines()
-    assert sorted(line for line in lines if ": packages/" in line) == [
-        "not run: packages/sums.py:6: a - b -> (a + b)",
-        "survived 1 tests: packages/sums.py:2: a < b -> (a <= b)",
-    ]
-    assert all_mutants.split() == ["all", "4", "1", "1", "2", "67%"]
-
-
 def test_each_line_names_a_test_that_exists() -> None:
     for line in long_tests.patterns():
         file, _, name = line.lstrip("0123456789 ").partition("::")
@@ -411,26 +292,6 @@ def test_each_line_names_a_test_that_exists() -> None:
         text = found.read_text(encoding="utf-8")
         function = name.partition("[")[0]
         assert function == "*" or f"def {function}(" in text, line
-
-
-def test_a_star_stands_for_any_characters_and_a_number_for_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    listed = ("a/test_x.py::test_one[b*]", "a/test_x.py::test_two", "3 a/test_x.py::test_three")
-    monkeypatch.setattr(long_tests, "patterns", lambda: listed)
-    caches = (long_tests._pattern, long_tests._strides)
-    for each in caches:
-        each.cache_clear()
-    try:
-        names = ["test_one", "test_one[b 1]", "test_one[c]", "test_two", "test_two[1]"]
-        names += [f"test_three[{case}]" for case in "abcdefg"]
-        found = long_tests.find_long(f"packages/a/test_x.py::{name}" for name in names)
-        assert {each.partition("::")[2] for each in found} == {
-            "test_one[b 1]",
-            "test_two",
-            *(f"test_three[{case}]" for case in "bcef"),
-        }
-    finally:
-        for each in caches:
-            each.cache_clear()
 
 
 def test_the_listed_files_exist_and_each_is_run_once() -> None:
