@@ -1,7 +1,5 @@
 """A Foxglove server in the test's process, and a simple client."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re

@@ -7,8 +7,6 @@ a guardian (no time limit in the policy), robots drive on. `script/long stop` ru
 `tests.graph.test_stop_guardian` has further accidents: closed pages, clocks that jump, assistants that end.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import logging

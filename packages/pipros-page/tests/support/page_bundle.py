@@ -10,8 +10,6 @@ Equal sources give equal bytes. `sources.sha256` is the digest of the sources, s
 bundle is noticed without esbuild.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 import shutil

@@ -4,8 +4,6 @@ The tests run in Node.js, with vectors written by their Python twins. They fail 
 below that in `PURE`. `script/check page` runs all of them.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

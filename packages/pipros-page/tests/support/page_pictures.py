@@ -6,8 +6,6 @@
 Playwright and Pillow are needed.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import os

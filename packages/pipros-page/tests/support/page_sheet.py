@@ -1,7 +1,5 @@
 """A contact sheet of all views and of the pages of nodes: `script/generate pictures sheet`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import product

@@ -4,8 +4,6 @@
 numbers cannot represent, are texts.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable, Mapping

@@ -11,8 +11,6 @@ Genuine ROS 1 and Debian's packages rviz and xvfb are needed; for `panels`, also
 `statuses`, gcc. rviz draws in software on a virtual screen. pipros writes the `.rviz` files.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import json

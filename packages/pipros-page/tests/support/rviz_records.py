@@ -7,8 +7,6 @@ surroundings have a single colour, and `statuses` the status texts of displays, 
 `rviz_statuses.json`; `scene_program` and `bad_scene_program` publish the messages.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

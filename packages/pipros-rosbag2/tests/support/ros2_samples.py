@@ -3,8 +3,6 @@
 `python -m tests.support.ros2_samples --count 1000` compares the results of all conversions with them.
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import random

@@ -1,7 +1,5 @@
 """A master client that takes its responses from a table, for tests without sockets."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 

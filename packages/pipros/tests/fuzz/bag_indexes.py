@@ -6,8 +6,6 @@ those of `bags`.
 python -m tests.fuzz.bag_indexes --seconds 60
 """
 
-from __future__ import annotations
-
 import io
 import sys
 from dataclasses import replace

@@ -3,8 +3,6 @@
 python -m tests.fuzz.bags --seconds 60
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys

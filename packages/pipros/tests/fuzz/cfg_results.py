@@ -3,8 +3,6 @@
 python -m tests.fuzz.cfg_results --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 
 from pipros_libraries.reconfigure.cfg_file import checked_declarations, module_contents

@@ -6,8 +6,6 @@ with several repetitions are also excluded, because they take exponential time.
 python -m tests.fuzz.cmake --seconds 60
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -3,8 +3,6 @@
 python -m tests.fuzz.definitions --seconds 60
 """
 
-from __future__ import annotations
-
 import io
 import sys
 from contextlib import suppress

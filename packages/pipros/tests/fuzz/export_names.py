@@ -5,8 +5,6 @@ An input is topics, separated by 0xff.
 python -m tests.fuzz.export_names --seconds 60
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

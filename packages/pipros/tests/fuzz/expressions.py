@@ -3,8 +3,6 @@
 python -m tests.fuzz.expressions --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 import warnings
 from contextlib import suppress

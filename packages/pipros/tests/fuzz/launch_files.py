@@ -5,8 +5,6 @@ An input is a launch file, which may include itself as `/self.launch`.
 python -m tests.fuzz.launch_files --seconds 60
 """
 
-from __future__ import annotations
-
 import errno
 import sys
 

@@ -5,8 +5,6 @@ An input is names, separated by NUL: topics, nodes, types, URIs and services in 
 python -m tests.fuzz.listings --seconds 60
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

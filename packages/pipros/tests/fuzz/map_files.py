@@ -5,8 +5,6 @@ The input is the text, a line `---IMAGE---`, and the image.
 python -m tests.fuzz.map_files --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import warnings

@@ -3,8 +3,6 @@
 python -m tests.fuzz.mcap_files --seconds 60
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys

@@ -5,8 +5,6 @@ An input is changes: the element, the chunk, two numbers. The file is then read 
 python -m tests.fuzz.mcap_indexes --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 from struct import Struct
 

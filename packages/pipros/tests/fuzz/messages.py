@@ -5,8 +5,6 @@ An input names its type in the first line: `sensor_msgs/Image`, a newline, the b
 python -m tests.fuzz.messages --seconds 60
 """
 
-from __future__ import annotations
-
 import io
 import sys
 

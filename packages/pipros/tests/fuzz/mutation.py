@@ -4,8 +4,6 @@ A target fails if it raises, uses more than `MEMORY_BYTES`, or takes more than `
 of processor time for an input. The current input is in a file, which is still there after a crash.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import random

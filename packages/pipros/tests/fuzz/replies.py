@@ -5,8 +5,6 @@ An input is all that the server sends on one connection.
 python -m tests.fuzz.replies --seconds 60
 """
 
-from __future__ import annotations
-
 import socket
 import sys
 import threading

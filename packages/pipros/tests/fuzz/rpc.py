@@ -7,8 +7,6 @@ read must be the same after writing and reading it again.
 python -m tests.fuzz.rpc --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 from contextlib import suppress
 from typing import Any

@@ -5,8 +5,6 @@ An input is the definition, a line `===`, and the bytes.
 python -m tests.fuzz.strange_messages --seconds 60
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 

@@ -1,7 +1,5 @@
 """The fuzz target of XML-RPC over HTTP, on its corpus and on mutations that are the same in every run."""
 
-from __future__ import annotations
-
 import itertools
 
 from tests.fuzz import rpc

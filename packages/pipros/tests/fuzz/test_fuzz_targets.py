@@ -2,8 +2,6 @@
 
 `rpc` has its own file."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from importlib import import_module

@@ -3,8 +3,6 @@
 All nodelets share one process, whose memory is measured.
 """
 
-from __future__ import annotations
-
 import copy
 import random
 import re

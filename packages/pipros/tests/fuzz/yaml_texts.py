@@ -3,8 +3,6 @@
 python -m tests.fuzz.yaml_texts --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 
 from pipros.safe.yaml import YamlError, load_all

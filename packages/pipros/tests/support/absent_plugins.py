@@ -1,7 +1,5 @@
 """Tests that need plugins which the tested installation or the source tree lacks; see `script/plugins`."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 from functools import cache

@@ -3,8 +3,6 @@
 Starting a command of genuine ROS takes 0.3 s of processor time or more, and a fork 0.05 s.
 """
 
-from __future__ import annotations
-
 import atexit
 import json
 import os

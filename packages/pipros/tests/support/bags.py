@@ -1,7 +1,5 @@
 """Small bags for tests, made without a node."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable
 from typing import Any

@@ -3,8 +3,6 @@
 `python -m tests.support.bridge_clients` installs them into `.venv`.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

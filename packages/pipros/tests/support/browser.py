@@ -4,8 +4,6 @@
 interface, and takes half of the processor time for all tests in a browser.
 """
 
-from __future__ import annotations
-
 import shutil
 
 PROGRAMS = ("chromium-headless-shell", "chromium")

@@ -4,8 +4,6 @@
 runs in an empty folder. `BEGINNING` must be put before each.
 """
 
-from __future__ import annotations
-
 BEGINNING = "import io\nfrom pathlib import Path\n"
 
 PROGRAMS = {

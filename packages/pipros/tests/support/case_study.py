@@ -4,8 +4,6 @@ Files that the reader writes in an editor are copied from the example. Generated
 they must have the lines that the document's figures show.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A workspace built by genuine catkin once per machine, for all runs and workers of pytest-xdist."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

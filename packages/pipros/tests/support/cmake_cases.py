@@ -1,7 +1,5 @@
 """Small CMake scripts with their results or errors, shared by unit tests and `tests.interop`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tests.support.environments import file_of_tests

@@ -1,7 +1,5 @@
 """Constants of pipros that a test changes, such as limits on what a peer can consume."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Compares the results of `.ci/coverage` with the gate for each pure package."""
 
-from __future__ import annotations
-
 import json
 import sys
 from fnmatch import fnmatch

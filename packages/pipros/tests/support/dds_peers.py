@@ -4,8 +4,6 @@
 prints the packages from PyPI.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import platform
 import shutil

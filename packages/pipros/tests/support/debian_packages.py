@@ -5,8 +5,6 @@ libmap-msgs-dev and libmove-base-msgs-dev. `apt-cache dumpavail` lists the packa
 fetches those that are not installed, and `dpkg --contents` and `dpkg --listfiles` list their files.
 """
 
-from __future__ import annotations
-
 _NAMES = """
     actionlib actionlib_msgs actionlib_tools angles bond bondcpp bondpy camera_calibration
     camera_calibration_parsers camera_info_manager catkin class_loader cmake_modules collada_parser

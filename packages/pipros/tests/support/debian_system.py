@@ -1,7 +1,5 @@
 """A made-up Debian: folders that take the place of `/usr/share` and `/usr/lib`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

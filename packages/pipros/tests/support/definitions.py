@@ -1,7 +1,5 @@
 """Packages with message definitions that a test writes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from pipros.msg.language.definition_files import DefinitionFiles

@@ -4,8 +4,6 @@ All folders have the same shelves; the site shows them as one. Links between pag
 they also work where the tree is read. mkdocs calls this file's hooks.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

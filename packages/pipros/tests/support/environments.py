@@ -1,7 +1,5 @@
 """The environments in which tests start programs of pipros and of genuine ROS."""
 
-from __future__ import annotations
-
 import contextlib
 import fnmatch
 import os

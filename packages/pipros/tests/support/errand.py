@@ -1,7 +1,5 @@
 """A realistic package with state machines that use actions and services, and its expected output."""
 
-from __future__ import annotations
-
 from tests.support.patrol import PACKAGES
 
 SOURCES = PACKAGES / "state_machines" / "src"

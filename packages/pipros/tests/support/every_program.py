@@ -4,8 +4,6 @@
 prints the times. `script/long signals` runs it.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import os

@@ -4,8 +4,6 @@ The status of a feature is in its plugin's README and declaration; `docs/guides/
 runs are dated by the first lines of their results in `tests/long`.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

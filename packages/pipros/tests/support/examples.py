@@ -1,7 +1,5 @@
 """The number of random examples of a test: all in continuous integration, fewer on other machines."""
 
-from __future__ import annotations
-
 from tests.support.genuine import is_required
 
 PART = 3

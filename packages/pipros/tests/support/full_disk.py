@@ -1,7 +1,5 @@
 """A disk on which files cannot grow. Tests that use it have the mark `needs("resource limits")`."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager

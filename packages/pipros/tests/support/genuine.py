@@ -1,7 +1,5 @@
 """Genuine ROS 1 from Debian's packages: check whether it is installed, and say how to install it."""
 
-from __future__ import annotations
-
 import os
 from functools import cache
 from pathlib import Path

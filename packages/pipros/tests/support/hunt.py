@@ -7,8 +7,6 @@ five repetitions on busy processors. The next commit must mend such a test, or l
 tests/quarantine.toml.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import os

@@ -5,8 +5,6 @@ folder, and lists and calls tools over both transports, with a policy. It exits 
 `script/long inspector` runs it.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

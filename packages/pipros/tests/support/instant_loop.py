@@ -1,7 +1,5 @@
 """An event loop with a simulated clock: timers run immediately, in the order of their times."""
 
-from __future__ import annotations
-
 import asyncio
 import selectors
 from collections.abc import Callable, Coroutine

@@ -1,7 +1,5 @@
 """Folders that look like those of an installed Python, whose program says that it was started."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 SAYS = '#!/bin/sh\necho "fake interpreter $*"\n'

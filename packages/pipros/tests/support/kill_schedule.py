@@ -1,7 +1,5 @@
 """Plan random kills of processes. The same seed gives the same schedule."""
 
-from __future__ import annotations
-
 import random
 import signal
 from collections.abc import Iterable

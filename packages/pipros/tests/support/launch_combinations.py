@@ -6,8 +6,6 @@ of files, then the programs and nodelets. Windows and commands are left out, bec
 themselves.
 """
 
-from __future__ import annotations
-
 import sys
 from collections import Counter, defaultdict
 

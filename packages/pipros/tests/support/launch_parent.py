@@ -1,7 +1,5 @@
 """A fake roslaunch parent, which starts nodes through a `roslaunch --child`."""
 
-from __future__ import annotations
-
 import asyncio
 import subprocess
 from typing import Any

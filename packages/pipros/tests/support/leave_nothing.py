@@ -5,8 +5,6 @@ group reaches them, so a run of tests that is stopped would leave them. On Linux
 this process, which ends them after the command, however that ended. Only SIGKILL of this process leaves them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os

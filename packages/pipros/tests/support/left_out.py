@@ -4,8 +4,6 @@ In continuous integration nothing is left out: without genuine ROS 1 a run ends 
 its tests fail.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Callable, Iterator, Sequence

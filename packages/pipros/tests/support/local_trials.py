@@ -5,8 +5,6 @@ torn or lost, or if memory, a descriptor or a thread was left. `script/long loca
 `tests.graph.test_shared_memory` has subscribers that are stopped, and topics beyond the limit.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import gc

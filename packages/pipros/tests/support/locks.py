@@ -1,7 +1,5 @@
 """Lock files against other processes, on all systems."""
 
-from __future__ import annotations
-
 import sys
 import time
 

@@ -6,8 +6,6 @@ number before a test lists its cases, except for the first and each so-many-th a
 runs the listed tests only.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """MCAP files with changed summaries or chunks, for tests."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Iterable
 from typing import Any

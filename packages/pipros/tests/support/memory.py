@@ -1,7 +1,5 @@
 """Limits on the memory that a block of code uses."""
 
-from __future__ import annotations
-
 import tracemalloc
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -6,8 +6,6 @@ installs the import hook, so that `import std_msgs.msg` works where Python reads
 after a definition has changed; a test of the tree compares the result.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -7,8 +7,6 @@ Then the place is changed, as in common mistakes, and these tests run again, the
 fails. The arguments choose the tests, as on the command line of pytest.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import copy

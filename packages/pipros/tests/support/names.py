@@ -1,7 +1,5 @@
 """Host names defined by a test."""
 
-from __future__ import annotations
-
 import socket
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Separate networks on this machine, made of Linux network namespaces."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import random

@@ -1,7 +1,5 @@
 """Fixtures for a master and nodes in the test's process."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

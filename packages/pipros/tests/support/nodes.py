@@ -1,7 +1,5 @@
 """Callbacks and waits for tests with nodes in the test's process."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from typing import Any

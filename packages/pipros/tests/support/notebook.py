@@ -3,8 +3,6 @@
 Memory addresses and other noise of the outputs are removed, so that the file only changes with its contents.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import tempfile

@@ -3,8 +3,6 @@
 They need Node.js. `python -m tests.support.npm` prints the command, or an empty line if all are installed.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """Folders created once for many tests: for all workers of pytest-xdist, or for all runs on this machine."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

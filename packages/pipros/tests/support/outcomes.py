@@ -5,8 +5,6 @@ passed according to such a file. Both options need the `=`, because pytest would
 a path of tests. `python -m tests.support.outcomes FILE…` prints where the processor time of such runs went.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

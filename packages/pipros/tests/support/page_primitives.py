@@ -3,8 +3,6 @@
 It is derived from `pipros.msg.language.spec`; `tests.unit.web.test_page_files` compares the file.
 """
 
-from __future__ import annotations
-
 import struct
 
 from pipros.msg.language.spec import FLOATS, NUMBERS

@@ -1,7 +1,5 @@
 """A realistic package with actions and transforms, and its expected output."""
 
-from __future__ import annotations
-
 from tests.support.environments import file_of_tests
 
 PACKAGES = file_of_tests("packages")

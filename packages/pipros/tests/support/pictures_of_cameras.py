@@ -1,7 +1,5 @@
 """Images, depths and calibrations of imaginary cameras, for nodelets and their genuine counterparts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 Tests of several users share the ports, but a port that is in use is not claimed.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import socket

@@ -1,7 +1,5 @@
 """Processes that a test starts: live output, Ctrl-C, and a check that none is still running at the end."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """A package of scripts, for tests that start programs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the pyproject.toml files of pipros and its plugins say."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

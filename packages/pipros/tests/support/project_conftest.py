@@ -1,7 +1,5 @@
 """Fixtures for all tests, and the treatment of tests that need genuine ROS."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

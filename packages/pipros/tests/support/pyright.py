@@ -1,7 +1,5 @@
 """Find pyright, the type checker in many editors, and say how to install it."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys

@@ -6,8 +6,6 @@ pytest's option `--quick` leaves out other files of a folder, some of which need
 `python -m tests.support.quick gate FILE…` fails if running them all takes more than `PROCESSOR_S`.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections import defaultdict

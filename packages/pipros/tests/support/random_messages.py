@@ -1,7 +1,5 @@
 """Messages of any class with random values."""
 
-from __future__ import annotations
-
 import random
 import struct
 from typing import Any

@@ -1,7 +1,5 @@
 """Check the output of programs."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

@@ -4,8 +4,6 @@ Only pipros runs. A test gives its inputs to the recording, which compares them 
 asks it for what the genuine node answered to them.
 """
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib

@@ -1,7 +1,5 @@
 """A package with a robot description in xacro, and a launch file that loads it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 _FILES = {

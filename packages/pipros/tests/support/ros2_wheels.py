@@ -4,8 +4,6 @@
 3.14 on x86_64, with glibc 2.28 or newer.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor

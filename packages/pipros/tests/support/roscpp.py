@@ -1,7 +1,5 @@
 """C++ programs that use genuine roscpp, each compiled from one file, once per machine."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

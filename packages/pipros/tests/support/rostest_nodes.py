@@ -3,8 +3,6 @@
 The only other node uses rospy alone, so pipros and genuine ROS can run the same files.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@ record contains the colours of pixels in a grid, at least three pixels away from
 silhouette: the pixels that differ from the background.
 """
 
-from __future__ import annotations
-
 import base64
 import zlib
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Compare the results of a script in genuine ROS's Python and in that of pipros."""
 
-from __future__ import annotations
-
 import json
 import math
 import subprocess

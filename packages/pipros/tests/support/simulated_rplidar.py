@@ -1,7 +1,5 @@
 """An RPLIDAR on a pseudo-terminal, and the bytes of its samples. Shares no code with the driver."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

@@ -1,7 +1,5 @@
 """A laser scanner that speaks SCIP 2 on a TCP port of loopback. Shares no code with the driver."""
 
-from __future__ import annotations
-
 import contextlib
 import select
 import socket

@@ -1,7 +1,5 @@
 """Fake nodes that only have a slave API, and servers that hang or send garbage."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

@@ -1,7 +1,5 @@
 """A private ssh server with new keys, on a free port, for the current user only."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The programs that the running test has started. The report of a failure shows the output of each."""
 
-from __future__ import annotations
-
 import time
 from typing import Protocol
 

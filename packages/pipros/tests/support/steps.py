@@ -1,7 +1,5 @@
 """Count the lines of Python that a function executes, to compare costs without measuring time."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from types import FrameType

@@ -1,7 +1,5 @@
 """Misbehaving subscribers: TCPROS connections that read slowly or not at all."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import threading

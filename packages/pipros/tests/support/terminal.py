@@ -1,7 +1,5 @@
 """A terminal with an interactive shell: typed lines, a prompt, Ctrl-C and colours."""
 
-from __future__ import annotations
-
 import codecs
 import contextlib
 import os

@@ -1,7 +1,5 @@
 """Syntax trees of the source files, each parsed once for all tests of the tree."""
 
-from __future__ import annotations
-
 import ast
 from functools import cache
 from pathlib import Path

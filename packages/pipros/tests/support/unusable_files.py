@@ -1,7 +1,5 @@
 """Files that no command can use, and an interpreter that runs one command with each of them."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Files that belong to other users, and programs that run as another user."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

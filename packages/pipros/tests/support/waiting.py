@@ -1,7 +1,5 @@
 """Wait for conditions. No test sleeps for a fixed time."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

@@ -7,8 +7,6 @@ Wine's stumbles are handled here: streams must be pipes or a console, the loader
 and `/usr` of Linux, which Windows lacks, would be visible as drive Z.
 """
 
-from __future__ import annotations
-
 import compileall
 import contextlib
 import csv

@@ -7,8 +7,6 @@ the table for the form "Windows". It needs a console of its own, because Ctrl-C 
 A Python that has pipros is used as it is. Otherwise, .venv is made, and pipros installed in it.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib.util
 import os

@@ -5,8 +5,6 @@ functions that exist in Pyodide, which is Python in a browser, but do not work; 
 programs there.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

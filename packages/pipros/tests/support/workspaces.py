@@ -1,7 +1,5 @@
 """Workspaces for tests of `pipros_workspace.build`."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

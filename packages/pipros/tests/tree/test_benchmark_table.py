@@ -1,7 +1,5 @@
 """The figures of script/bench in documents, and who uses each benchmark."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import sys

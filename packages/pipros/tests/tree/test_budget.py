@@ -1,7 +1,5 @@
 """Each folder of `packages` and `plugins` has budgets of lines of code, and each source file has a limit."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Callable, Iterator
 from pathlib import Path

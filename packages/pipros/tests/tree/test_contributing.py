@@ -1,7 +1,5 @@
 """The commands and paths in the guide for contributors exist."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The examples in docstrings print what they show, and the errors that docstrings name exist."""
 
-from __future__ import annotations
-
 import ast
 import builtins
 import doctest

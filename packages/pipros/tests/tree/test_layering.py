@@ -1,7 +1,5 @@
 """The packages of pipros: imports point down only, and some functions are forbidden everywhere."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import itertools

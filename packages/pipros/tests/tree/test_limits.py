@@ -1,7 +1,5 @@
 """The documents and the tables of limits, of the core and of all plugins, say the same."""
 
-from __future__ import annotations
-
 import inspect
 import re
 

@@ -1,7 +1,5 @@
 """Nodes survive a time that moves back: they compare moments with `elapsed`, and their loops go on."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

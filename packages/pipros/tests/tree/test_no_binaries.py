@@ -4,8 +4,6 @@ Libraries of other projects in JavaScript are text, and listed in THIRD_PARTY.md
 JSON.
 """
 
-from __future__ import annotations
-
 import gzip
 import json
 import os

@@ -1,7 +1,5 @@
 """Whatever needs an optional library says so in one line, with the extra, where it is requested."""
 
-from __future__ import annotations
-
 import ast
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """pipros can be imported, and its pure libraries work, on systems that lack features of Linux."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The contents of an installation: every import package, every command, and the import hook."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import importlib.metadata

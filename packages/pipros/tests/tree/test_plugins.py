@@ -1,7 +1,5 @@
 """Plugins can be taken out: no other file imports one, and what is said of them is true."""
 
-from __future__ import annotations
-
 import ast
 import os
 import re

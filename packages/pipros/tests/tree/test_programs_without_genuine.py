@@ -1,7 +1,5 @@
 """The table in docs/guides/libraries.md says what is confirmed of each program that Debian lacks."""
 
-from __future__ import annotations
-
 import re
 from fnmatch import fnmatchcase
 

@@ -1,7 +1,5 @@
 """`pipros` itself has a short list of names, which are loaded when they are used."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import inspect

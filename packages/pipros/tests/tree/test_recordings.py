@@ -1,7 +1,5 @@
 """Recorded answers in place of genuine nodes: values, misfits, and which recording belongs to which test."""
 
-from __future__ import annotations
-
 import gzip
 import hashlib
 import json

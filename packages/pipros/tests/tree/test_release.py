@@ -1,7 +1,5 @@
 """`script/release` refuses unfinished trees, and sets the version of all projects."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Rules for all sources."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import re

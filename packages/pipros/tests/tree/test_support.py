@@ -1,7 +1,5 @@
 """Tools of the tests whose faults would leave tests out, or make them pass unnoticed."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Every shipped program that commands a base does so through `VelocityOutput`."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

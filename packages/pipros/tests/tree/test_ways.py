@@ -1,7 +1,5 @@
 """Ways to open files, to ask for the system, and to serve: few modules go them, each with a reason."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

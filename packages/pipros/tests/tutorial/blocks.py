@@ -4,8 +4,6 @@
 or contains the same words.
 """
 
-from __future__ import annotations
-
 import re
 
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)

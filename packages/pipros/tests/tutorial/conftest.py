@@ -1,7 +1,5 @@
 """Fixtures: the environment of a user before the first command of the case study."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Run the whole document in a shell, from an empty folder, without CMake, a compiler or genuine ROS."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.support.case_study import (

@@ -1,7 +1,5 @@
 """Section 4.3.3 of the case study: roscore and two nodes, each in its own terminal."""
 
-from __future__ import annotations
-
 from tests.support.case_study import look_at_the_graph
 from tests.support.environments import EXAMPLES
 from tests.support.ros import RosSystem

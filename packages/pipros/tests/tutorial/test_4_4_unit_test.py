@@ -1,7 +1,5 @@
 """Section 4.4 of the case study: the test of the talker, run by rosrun in a third terminal."""
 
-from __future__ import annotations
-
 import re
 
 from tests.support.ros import RosSystem

@@ -1,7 +1,5 @@
 """Section 4.5 of the case study: the launch file, run by roslaunch and by rostest."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Errors shown to a user: they name the problem and the file or node, without a traceback of pipros."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

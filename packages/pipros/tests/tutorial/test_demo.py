@@ -1,7 +1,5 @@
 """script/demo runs the case study live with one command."""
 
-from __future__ import annotations
-
 import re
 import socket
 

@@ -1,7 +1,5 @@
 """Examples of the pages about the client and about tests run, with the output that the pages show."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

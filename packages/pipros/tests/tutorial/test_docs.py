@@ -6,8 +6,6 @@ the page. A block with a title is a file.
 """
 
 # needs numpy
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

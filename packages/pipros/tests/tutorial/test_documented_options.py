@@ -1,7 +1,5 @@
 """Every program, subcommand and long option that the documentation writes in a command exists."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 from collections import defaultdict

@@ -1,7 +1,5 @@
 """script/venv on machines with missing programs: it names each one and the command that installs it."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

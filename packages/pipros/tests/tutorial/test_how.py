@@ -5,8 +5,6 @@ until its page ends. A test that runs elsewhere, or a reason, is named for each 
 (`NOT_HERE`).
 """
 
-from __future__ import annotations
-
 import re
 import runpy
 import shutil

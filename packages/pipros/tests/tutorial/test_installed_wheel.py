@@ -1,7 +1,5 @@
 """The installed wheel in a fresh virtual environment, without the source tree."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import os
 import re

@@ -1,7 +1,5 @@
 """Talkers and listeners, started, ended and killed in any order, and without a build."""
 
-from __future__ import annotations
-
 import signal
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Every example of the README runs, with the effect described in its comment."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The battery monitor in `examples/`: the commands of its README, its tests and its bag."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

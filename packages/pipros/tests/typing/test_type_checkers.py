@@ -1,7 +1,5 @@
 """Type checkers see all of an installed wheel and of messages, and find the mistakes in programs."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

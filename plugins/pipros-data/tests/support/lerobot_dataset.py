@@ -7,8 +7,6 @@ bags, if training fails, or if a replayed drive leads elsewhere. Also opens the 
 duckdb and pandas.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -8,8 +8,6 @@ that are free in the map or in the apartment, more than 93 % must be free in bot
 cells at most one cell from a wall.
 """
 
-from __future__ import annotations
-
 import argparse
 import logging
 import math

@@ -3,8 +3,6 @@
 The robot does not move, whatever it commands: it gets what the test publishes.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 import time

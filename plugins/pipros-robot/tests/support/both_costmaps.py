@@ -1,7 +1,5 @@
 """Run costmaps of pipros on recorded maps, sensors and poses, and compare their cells with genuine ones."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Run a navigation node of pipros on the inputs of a recording, beside what the genuine node answered."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress

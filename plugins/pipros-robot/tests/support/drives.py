@@ -1,7 +1,5 @@
 """A simulated robot that drives through an apartment, as a sequence of messages, for tests of navigation."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace

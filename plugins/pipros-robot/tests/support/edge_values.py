@@ -1,7 +1,5 @@
 """Copies of a good message in which one number is an edge value of its type."""
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Iterator

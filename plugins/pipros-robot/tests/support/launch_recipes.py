@@ -4,8 +4,6 @@ The topics of the bag start with `/bag/`, except `/tf` and `/diagnostics`. Each 
 so that many can run together.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence

@@ -5,8 +5,6 @@
 be zero.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import itertools

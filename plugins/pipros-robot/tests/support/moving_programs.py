@@ -1,7 +1,5 @@
 """Each shipped program that commands velocities: how a rig starts it, and what drives it."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import math

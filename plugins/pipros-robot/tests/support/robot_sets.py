@@ -4,8 +4,6 @@ The files that give the shapes are those of small robots (turtlebot3, linorobot)
 and multiplexers (husky, jackal), of platforms (freight, mir), of TurtleBot 2, and of worlds for Stage.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping

@@ -4,8 +4,6 @@ Each set is started with `roslaunch`. The table contains the greatest error of t
 what the simulator measured: the greatest speeds beside the limits in the set's parameters, and the bumps.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import re

@@ -3,8 +3,6 @@
 The genuine ones run, or a recording has what they answered.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Nodes without links, whose callbacks a test calls, and the check that they endure edge values."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """ROS 2 domains for tests."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Gateways between a master and a ROS 2 domain, with a node on the master and an engine in the domain."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from typing import Any
 

@@ -1,7 +1,5 @@
 """RTPS participants in one process, with a simulated network, packet loss and time."""
 
-from __future__ import annotations
-
 import random
 from collections import deque
 from collections.abc import Callable

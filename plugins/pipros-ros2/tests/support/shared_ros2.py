@@ -1,7 +1,5 @@
 """Environments that contain both pipros and genuine ROS 2 from PyPI."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

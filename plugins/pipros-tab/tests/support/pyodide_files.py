@@ -4,8 +4,6 @@
 documentation, and `tests.pyodide` runs programs with the same files under Node.js.
 """
 
-from __future__ import annotations
-
 import gzip
 import importlib.util
 import json

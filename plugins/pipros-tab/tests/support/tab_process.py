@@ -1,7 +1,5 @@
 """Runs a program as a worker of a browser tab does: `python -m tests.support.tab_process SOCKET PROGRAM`."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Programs of nodes without threads: `tests.graph` runs them in processes, `tests.pyodide` in Pyodide."""
 
-from __future__ import annotations
-
 TALKER = """
 import rospy
 from std_msgs.msg import String

@@ -3,8 +3,6 @@
 python -m tests.support.python_keys
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

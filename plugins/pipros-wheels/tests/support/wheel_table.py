@@ -8,8 +8,6 @@ MD5 sums). `installed_wheels.py` uses the wheels with the running Python, and wi
 the suite, if it is named (needs root and debootstrap). The settings of pip lead to PyPI.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

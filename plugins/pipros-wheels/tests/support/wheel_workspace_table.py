@@ -1,7 +1,5 @@
 """Workspaces of the shapes of public repositories, each with the files that its wheels must contain."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Wheels for tests with pip: of pipros, and of what it requires, made from the running environment."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import os
 import re

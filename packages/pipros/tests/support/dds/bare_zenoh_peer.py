@@ -1,8 +1,6 @@
 # mypy: ignore-errors
 """A peer on plain Zenoh for benchmarks. It has the command line of rtps_peer.py, but begins with a router."""
 
-from __future__ import annotations
-
 import json
 import queue
 import struct

@@ -5,8 +5,6 @@ the mark `needs` with a feature of `FEATURES`, and are skipped, as they would be
 nothing is skipped.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Run pytest with what another system lacks taken away."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -14,8 +14,6 @@ Processes of Windows end at once if they are terminated. `CTRL_BREAK_EVENT` is s
 `SIGBREAK` refers. The system call `accept4` is used by Python alone, so its lack cannot be shown.
 """
 
-from __future__ import annotations
-
 import builtins
 import os
 import sys

@@ -1,8 +1,6 @@
 """Messages and transform trees in notebooks."""
 
 # needs numpy
-from __future__ import annotations
-
 import re
 
 from geometry_msgs.msg import Pose, PoseArray, PoseStamped, TransformStamped

@@ -3,8 +3,6 @@
 rtps_peer.py DOMAIN LOCALHOST|SUBNET[,loss=0.05] pub TOPIC TYPE COUNT SIZE PERIOD_US reliable|latched
 """
 
-from __future__ import annotations
-
 import os
 import random
 import socket
