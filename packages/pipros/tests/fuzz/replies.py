@@ -78,14 +78,9 @@ class Replies:
         link = None
         try:
             link = ServiceLink(
-                self._server.uri,
-                "/service",
-                "/fuzz",
-                WireType("*", "*"),
-                deadline=None,
-                persistent=True,
+                self._server.uri, "/service", "/fuzz", WireType("*", "*"), deadline=None, persistent=True,
                 limits=LIMITS,
-            )
+            )  # fmt: skip
             for _ in range(2):
                 assert isinstance(link.call("/service", Empty(), None), bytes)
         except (ServiceFailed, CallTimeout):

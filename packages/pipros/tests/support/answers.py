@@ -87,14 +87,9 @@ class Interpreter:
             command = [str(VENV_BIN / "python"), program, *(f"pipros_tools.cli.{name}" for name in _PIPROS)]
             environment = pipros_environment(nowhere, uri, nowhere)
         self._process = subprocess.Popen(
-            command,
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            start_new_session=True,
-        )
+            command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            encoding="utf-8", start_new_session=True,
+        )  # fmt: skip
         atexit.register(self.close)
 
     def answer(

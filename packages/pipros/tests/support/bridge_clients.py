@@ -16,11 +16,8 @@ _CLIENTS = Path(sys.prefix) / "clients"
 MODULES = _CLIENTS / "node_modules"
 _ROSLIB = "roslib@2"
 _FOXGLOVE = {
-    "@foxglove/ws-protocol": "0.8",
-    "@foxglove/rosmsg": "5",
-    "@foxglove/rosmsg-serialization": "2",
-    "ws": "8",
-}
+    "@foxglove/ws-protocol": "0.8", "@foxglove/rosmsg": "5", "@foxglove/rosmsg-serialization": "2", "ws": "8",
+}  # fmt: skip
 """Foxglove's implementation of its protocol, its decoder for ROS 1 messages, and a WebSocket library."""
 
 

@@ -11,10 +11,8 @@ from tests.support.environments import EXAMPLES, file_of_tests, genuine_environm
 from tests.support.once import machine_folder, make_once
 
 _PACKAGES = (
-    EXAMPLES / "composiv_tryouts",
-    EXAMPLES / "vehicle_battery",
-    file_of_tests("interop/cpp_battery"),
-)
+    EXAMPLES / "composiv_tryouts", EXAMPLES / "vehicle_battery", file_of_tests("interop/cpp_battery"),
+)  # fmt: skip
 _ROSCPP = Path("/usr/share/roscpp/package.xml")  # contains the version
 CATKIN = Path("/usr/share/catkin/package.xml")
 """Contains the version of genuine catkin, for `machine_folder`."""
@@ -61,14 +59,9 @@ def _variables_after_sourcing(home: Path, folder: Path) -> dict[str, str]:
     listing = _run(home, "bash", "-c", f". '{folder}/devel/setup.bash' && env -0")
     pairs = (entry.partition("=") for entry in listing.split("\0") if "=" in entry)
     names = (
-        "CMAKE_PREFIX_PATH",
-        "LD_LIBRARY_PATH",
-        "PATH",
-        "PKG_CONFIG_PATH",
-        "PYTHONPATH",
-        "ROS_PACKAGE_PATH",
+        "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PATH", "PKG_CONFIG_PATH", "PYTHONPATH", "ROS_PACKAGE_PATH",
         "ROSLISP_PACKAGE_DIRECTORIES",
-    )
+    )  # fmt: skip
     variables = {name: value for name, _, value in pairs if name in names}
     # Debian's packages lack the marker file, so catkin's setup files do not add their folder.
     variables["ROS_PACKAGE_PATH"] += os.pathsep + "/usr/share"
@@ -80,14 +73,8 @@ def _run(home: Path, *argv: str) -> str:
     # The system's packages are the workspace's underlay, as after `source /opt/ros/noetic/setup.bash`.
     environment |= {"CMAKE_PREFIX_PATH": "/usr", "MAKEFLAGS": f"-j{os.cpu_count() or 1}"}
     ended = subprocess.run(
-        argv,
-        env=environment,
-        cwd=home,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=_BUILD_TIMEOUT_S,
-        check=False,
-    )
+        argv, env=environment, cwd=home, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        timeout=_BUILD_TIMEOUT_S, check=False,
+    )  # fmt: skip
     assert ended.returncode == 0, f"{' '.join(argv)} ended with {ended.returncode}:\n{ended.stdout}"
     return ended.stdout

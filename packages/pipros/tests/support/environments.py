@@ -106,22 +106,17 @@ def make_tool_folder(folder: Path) -> Path:
 def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, str]:
     """Return the environment after `. .venv/bin/activate`, with the examples in ROS_PACKAGE_PATH."""
     return {
-        **_common(home, master_uri),
-        **lacks.carried(),
-        "PATH": f"{VENV_BIN}{os.pathsep}{tools}",
-        "VIRTUAL_ENV": str(VENV_BIN.parent),
-        "ROS_PACKAGE_PATH": str(EXAMPLES),
-    }
+        **_common(home, master_uri), **lacks.carried(), "PATH": f"{VENV_BIN}{os.pathsep}{tools}",
+        "VIRTUAL_ENV": str(VENV_BIN.parent), "ROS_PACKAGE_PATH": str(EXAMPLES),
+    }  # fmt: skip
 
 
 def genuine_environment(home: Path, master_uri: str) -> dict[str, str]:
     """Return the environment of a shell with Debian's ROS packages, without pipros and its interpreter."""
     return {
-        **_common(home, master_uri),
-        "PATH": "/usr/bin:/bin",
-        "ROS_PACKAGE_PATH": os.pathsep.join(map(str, (EXAMPLES, "/usr/share"))),
-        "ROS_IP": "127.0.0.1",
-    }
+        **_common(home, master_uri), "PATH": "/usr/bin:/bin",
+        "ROS_PACKAGE_PATH": os.pathsep.join(map(str, (EXAMPLES, "/usr/share"))), "ROS_IP": "127.0.0.1",
+    }  # fmt: skip
 
 
 CPP_ONLY = {"ROS_LANG_DISABLE": "geneus:genlisp:gennodejs:genpy"}

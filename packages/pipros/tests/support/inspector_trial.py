@@ -36,10 +36,8 @@ class Inspector:
         run([sys.executable, "-m", "venv", str(folder / "node")])
         run([str(binaries / "pip"), "install", "--quiet", NODE])
         self._variables = {
-            **variables,
-            "PATH": f"{binaries}{os.pathsep}{os.environ['PATH']}",
-            "HOME": str(folder),
-        }
+            **variables, "PATH": f"{binaries}{os.pathsep}{os.environ['PATH']}", "HOME": str(folder),
+        }  # fmt: skip
         npm = ["npm", "install", "--silent", "--no-audit", "--no-fund", "--prefix", str(folder), INSPECTOR]
         run(npm, self._variables)
         print(f"Node.js {run(['node', '--version'], self._variables).strip()}, {INSPECTOR}", flush=True)
@@ -97,11 +95,9 @@ def main() -> int:
         environment = [word for pair in shared for word in ("-e", pair)]
         check("standard input and output", inspector, [*environment, PIPROS, "mcp", *options])
         server = subprocess.Popen(
-            [PIPROS, "mcp", "--http", "0", "--token-file", str(folder / "tokens"), *options],
-            env=variables,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+            [PIPROS, "mcp", "--http", "0", "--token-file", str(folder / "tokens"), *options], env=variables,
+            stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
         try:
             assert server.stderr is not None
             url = next(found[0] for line in server.stderr if (found := re.search(r"http://\S+", line)))

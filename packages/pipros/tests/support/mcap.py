@@ -57,13 +57,10 @@ def chunk_record(content: bytes, *, size: int | None = None, compression: str = 
     """Return the record of a chunk. `size` is the size that it claims; by default, the real one."""
     builder: Any = RecordBuilder()
     Chunk(
-        compression=compression,
-        data=zstandard.compress(content) if compression else content,
-        message_start_time=1,
-        message_end_time=2,
-        uncompressed_crc=0,
+        compression=compression, data=zstandard.compress(content) if compression else content,
+        message_start_time=1, message_end_time=2, uncompressed_crc=0,
         uncompressed_size=len(content) if size is None else size,
-    ).write(builder)
+    ).write(builder)  # fmt: skip
     return bytes(builder.end())
 
 

@@ -267,13 +267,9 @@ def run_tests(folder: Path, python: Path, *arguments: str, limit_s: float | None
     pytest = (str(python), "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider", *arguments)
     with (folder / "output").open("wb") as output:
         run = subprocess.Popen(
-            [python, "-m", "tests.support.leave_nothing", *pytest],
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=output,
-            start_new_session=True,
-        )
+            [python, "-m", "tests.support.leave_nothing", *pytest], cwd=folder, stdin=subprocess.DEVNULL,
+            stdout=output, stderr=output, start_new_session=True,
+        )  # fmt: skip
         try:
             return run.wait(limit_s) == 0
         except subprocess.TimeoutExpired:

@@ -27,12 +27,9 @@ if hasattr(signal, "SIGHUP"):  # which `nohup` lets all programs ignore
 # On a busy machine, the duration of an example says nothing about the code. CI, which judges one change,
 # tries the same examples in each run; elsewhere each run looks for new ones.
 settings.register_profile(
-    "pipros",
-    deadline=None,
-    max_examples=examples(100),
-    suppress_health_check=[HealthCheck.too_slow],
+    "pipros", deadline=None, max_examples=examples(100), suppress_health_check=[HealthCheck.too_slow],
     derandomize="CI" in os.environ,
-)
+)  # fmt: skip
 settings.load_profile("pipros")
 
 SETTINGS = ("ROS_", "ROSCONSOLE_", "PIPROS_ADVERTISE", "PIPROS_LIMITS", "PIPROS_PORTS")

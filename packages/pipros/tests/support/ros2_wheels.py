@@ -14,15 +14,10 @@ from tests.support.once import machine_folder, make_once
 INSTALL = ".venv/bin/python -m tests.support.ros2_wheels"
 DISTROS = ("jazzy", "kilted")
 _BOTH = (
-    "numpy==2.2.6; python_version < '3.11'",
-    "numpy==2.4.6; python_version >= '3.11'",
-    "pyyaml==6.0.4",
-    "typing-extensions==4.16.0",
-    "ros-foonathan-memory-vendor==1.3.1",
-    "ros-wheels-bootstrapper==0.1.2",
-    "empy==4.2.1",
-    "lark-parser==0.12.0",
-)
+    "numpy==2.2.6; python_version < '3.11'", "numpy==2.4.6; python_version >= '3.11'", "pyyaml==6.0.4",
+    "typing-extensions==4.16.0", "ros-foonathan-memory-vendor==1.3.1", "ros-wheels-bootstrapper==0.1.2",
+    "empy==4.2.1", "lark-parser==0.12.0",
+)  # fmt: skip
 _VERSIONS = {
     "jazzy": """
         ros-action-msgs==2.0.3 ros-ament-index-python==1.8.1 ros-builtin-interfaces==2.0.3

@@ -14,12 +14,9 @@ def compile_program(source: Path, *packages: str) -> Path:
 
     def make() -> None:
         flags = subprocess.run(
-            ["/usr/bin/pkg-config", "--cflags", "--libs", *packages, "roscpp"],
-            check=True,
-            capture_output=True,
-            text=True,
-            env=_BARE,
-        ).stdout.split()
+            ["/usr/bin/pkg-config", "--cflags", "--libs", *packages, "roscpp"], check=True,
+            capture_output=True, text=True, env=_BARE,
+        ).stdout.split()  # fmt: skip
         subprocess.run(["/usr/bin/g++", "-o", program, source, *flags], check=True, env=_BARE)
 
     make_once(program.parent, make)

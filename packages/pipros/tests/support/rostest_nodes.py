@@ -97,12 +97,9 @@ class LevelSystem:
             assert self._master.setParam("/a_test", f"/{name}/{key}", value)[0] == 1
         results = self._side.home / f"{name}.xml"
         ended = self._side.run(
-            self._python,
-            self._nodes / scene.node,
-            f"--gtest_output=xml:{results}",
-            f"__name:={name}",
+            self._python, self._nodes / scene.node, f"--gtest_output=xml:{results}", f"__name:={name}",
             timeout_s=100,
-        )
+        )  # fmt: skip
         return ended, cases_in(results)
 
     def close(self) -> None:

@@ -135,15 +135,12 @@ class SimulatedUrg:
             connection.sendall(block(command, "00"))
             return command
         replies = {
-            "QT": lambda: block(command, "00"),
-            "BM": lambda: block(command, "02" if stream else "00"),
-            "PP": lambda: texts(command, PARAMETERS),
-            "VV": lambda: texts(command, VERSION),
+            "QT": lambda: block(command, "00"), "BM": lambda: block(command, "02" if stream else "00"),
+            "PP": lambda: texts(command, PARAMETERS), "VV": lambda: texts(command, VERSION),
             "II": lambda: texts(command, STATE),
             "TM": lambda: block(command, "00", *([encoded(self._now_ms(), 4)] if command == "TM1" else [])),
-            "GD": lambda: self._scan(command, "00"),
-            "GE": lambda: self._scan(command, "00"),
-        }
+            "GD": lambda: self._scan(command, "00"), "GE": lambda: self._scan(command, "00"),
+        }  # fmt: skip
         connection.sendall(replies[kind]() if kind in replies else block(command, "0E"))
         return "" if kind in ("QT", "TM") else stream
 

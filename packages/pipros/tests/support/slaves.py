@@ -33,15 +33,12 @@ class FakeSlave:
         self._on_notice = on_notice
         self._loop = BackgroundLoop("fake slave")
         self._loop.start()
-        self._server = RpcServer(
-            {
-                "publisherUpdate": lambda *params: self._note("publisherUpdate", *params),
-                "paramUpdate": lambda *params: self._note("paramUpdate", *params),
-                "shutdown": lambda *params: self._note("shutdown", *params),
-                "getPid": lambda _: self._tell_pid(),
-                "getName": lambda _: self._tell_name(),
-            }
-        )
+        self._server = RpcServer({
+            "publisherUpdate": lambda *params: self._note("publisherUpdate", *params),
+            "paramUpdate": lambda *params: self._note("paramUpdate", *params),
+            "shutdown": lambda *params: self._note("shutdown", *params), "getPid": lambda _: self._tell_pid(),
+            "getName": lambda _: self._tell_name(),
+        })  # fmt: skip
         self._loop.run(self._server.start())
         self.api = f"http://127.0.0.1:{self._server.port}/"
         self.port = self._server.port

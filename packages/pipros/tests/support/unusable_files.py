@@ -97,12 +97,9 @@ def make_unusable(kind: str, file: Path, good: bytes = b"") -> None:
         file.symlink_to("/dev/zero")
     elif kind in CONTENTS:
         contents = {
-            "empty": b"",
-            "binary": bytes(range(256)) * 20,
-            "deep": DEEP["xml" if is_xml else "yaml"],
-            "bomb": ENTITIES if is_xml else ALIASES,
-            "cut": good[: len(good) // 2],
-        }
+            "empty": b"", "binary": bytes(range(256)) * 20, "deep": DEEP["xml" if is_xml else "yaml"],
+            "bomb": ENTITIES if is_xml else ALIASES, "cut": good[: len(good) // 2],
+        }  # fmt: skip
         file.write_bytes(contents[kind])
 
 
@@ -125,11 +122,9 @@ def faults(status: int, output: str, named: str) -> str:
     """Return why an answer is not one clear line about a file, or an empty text."""
     lines = [each for each in output.splitlines() if each.strip()]
     reasons = [
-        "no error" if status == 0 else "",
-        f"ended by signal {-status}" if status < 0 else "",
+        "no error" if status == 0 else "", f"ended by signal {-status}" if status < 0 else "",
         "a traceback" if "Traceback (most" in output else "",
-        "does not name the file" if named not in output else "",
-        "many lines" if len(lines) > 6 else "",
-    ]
+        "does not name the file" if named not in output else "", "many lines" if len(lines) > 6 else "",
+    ]  # fmt: skip
     found = ", ".join(filter(None, reasons))
     return found and f"{found}: {' // '.join(lines[-3:])[-300:]}"

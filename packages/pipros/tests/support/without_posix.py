@@ -50,10 +50,8 @@ def run_without_posix(code: str, *, in_browser: bool = False) -> str:
     """
     ended = subprocess.run(
         [sys.executable, "-c", f"{_BROWSER if in_browser else ''}\n{code}"],
-        env={**os.environ, **lacks.environment("macos" if in_browser else "windows")},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+        env={**os.environ, **lacks.environment("macos" if in_browser else "windows")}, capture_output=True,
+        text=True, timeout=120,
+    )  # fmt: skip
     assert ended.returncode == 0, ended.stderr
     return ended.stdout

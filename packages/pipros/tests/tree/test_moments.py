@@ -74,16 +74,11 @@ def test_no_program_ends_because_the_time_moves_back() -> None:
     assert not found, f"use rospy.Rate(hz, reset=True): {found}"
 
 
-@pytest.mark.parametrize(
-    ("code", "is_wrong"),
-    [
-        ("now_ns - self._saved_ns >= period", True),
-        ("limit < self._now_s() - context.last_s", True),
-        ("0 <= now_s - self._last_s < limit", False),
-        ("elapsed(now_s, self._last_s) < limit", False),
-        ("stamp_ns > now_ns - self._timeout_ns", False),
-    ],
-)
+@pytest.mark.parametrize(("code", "is_wrong"), [
+    ("now_ns - self._saved_ns >= period", True), ("limit < self._now_s() - context.last_s", True),
+    ("0 <= now_s - self._last_s < limit", False), ("elapsed(now_s, self._last_s) < limit", False),
+    ("stamp_ns > now_ns - self._timeout_ns", False),
+])  # fmt: skip
 def test_the_rule_for_moments_finds_what_it_should(code: str, is_wrong: bool) -> None:
     assert bool(list(subtracted(ast.parse(code)))) == is_wrong
 

@@ -112,13 +112,9 @@ def test_every_module_works_without_optional_libraries_or_names_the_extra() -> N
     assert min(len(names) / 1000, len(scripts) / 50) > 1
 
     ended = subprocess.run(
-        [sys.executable, "-c", IMPORT_ALL],
-        input=json.dumps([OPTIONAL, names, scripts]),
-        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": SOURCE_PATH},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+        [sys.executable, "-c", IMPORT_ALL], input=json.dumps([OPTIONAL, names, scripts]),
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": SOURCE_PATH}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
 
     assert ended.returncode == 0, ended.stderr
     failed = json.loads(ended.stdout.splitlines()[-1])
@@ -155,29 +151,19 @@ AMCL = "from pipros_robot.navigation.programs import run_program as run; sys.exi
 
 
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize(
-    ("program", "what"),
-    [
-        (SUBSCRIBE, "zero_copy=True needs"),
-        (NUMPY_MSG, "numpy_msg needs"),
-        ("import cv_bridge", "images and cameras need"),
-        ("import image_geometry", "images and cameras need"),
-        ("import pipros_data; pipros_data.open_bags", "pipros_data needs"),
-        (
-            PCD.format("pipros_robot.perception.clouds.pcd_nodes:pcd_to_pointcloud"),
-            "point clouds and laser scans need",
-        ),
-        (AMCL, "this node needs"),
-    ],
-)
+@pytest.mark.parametrize(("program", "what"), [
+    (SUBSCRIBE, "zero_copy=True needs"), (NUMPY_MSG, "numpy_msg needs"),
+    ("import cv_bridge", "images and cameras need"), ("import image_geometry", "images and cameras need"),
+    ("import pipros_data; pipros_data.open_bags", "pipros_data needs"),
+    (PCD.format("pipros_robot.perception.clouds.pcd_nodes:pcd_to_pointcloud"),
+        "point clouds and laser scans need"),
+    (AMCL, "this node needs"),
+])  # fmt: skip
 def test_what_needs_numpy_names_the_extra_in_one_line(program: str, what: str) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", f"import sys; sys.modules['numpy'] = None; {program}"],
-        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": SOURCE_PATH},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": SOURCE_PATH}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
 
     last = ended.stderr.splitlines()[-1]
     assert ended.returncode == 1

@@ -120,11 +120,9 @@ def test_every_interpreter_of_the_environment_has_the_import_hook() -> None:
 
 def build_wheel(folder: Path, source: Path = REPOSITORY) -> Path:
     subprocess.run(
-        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder],
-        cwd=source,
-        check=True,
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder], cwd=source, check=True,
         capture_output=True,
-    )
+    )  # fmt: skip
     (wheel,) = folder.glob("*.whl")
     return wheel
 

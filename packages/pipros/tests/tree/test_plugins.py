@@ -164,25 +164,18 @@ def test_a_plugin_in_the_working_directory_is_not_installed(tmp_path: Path) -> N
     assert (ended.stdout, ended.stderr) == ("True\n", "")
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("raise SystemExit(3)", "SystemExit: 3"),
-        ("import no_such_module", "ModuleNotFoundError"),
-        ("PLUGIN = 1", "it must name a Plugin, got int"),
-        ("PLUGIN = (", "SyntaxError"),
-    ],
-)
+@pytest.mark.parametrize(("text", "reason"), [
+    ("raise SystemExit(3)", "SystemExit: 3"), ("import no_such_module", "ModuleNotFoundError"),
+    ("PLUGIN = 1", "it must name a Plugin, got int"), ("PLUGIN = (", "SyntaxError"),
+])  # fmt: skip
 def test_a_broken_plugin_is_left_out_by_name(text: str, reason: str, tmp_path: Path) -> None:
     (tmp_path / "pipros_broken").mkdir()
     (tmp_path / "pipros_broken" / "plugin.py").write_text(text)
     code = "from pipros.basics.plugins import named_plugins; print(len(named_plugins()) > 3)"
     ended = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True,
+        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True,
         text=True,
-    )
+    )  # fmt: skip
     assert ended.stdout == "True\n"
     assert "pipros_broken.plugin is left out: " in ended.stderr
     assert reason in ended.stderr
@@ -202,11 +195,9 @@ def test_a_plugin_of_others_is_found_by_its_name(place: str, tmp_path: Path) -> 
             (entry / name).write_text(text)
     code = "from pipros.basics.plugins import offered; print(offered('test_of_plugins'))"
     ended = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": str(entry)},
-        capture_output=True,
+        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(entry)}, capture_output=True,
         text=True,
-    )
+    )  # fmt: skip
     assert ended.stdout == "a gift\n", ended.stderr
 
 

@@ -43,11 +43,9 @@ def commit(tree: Path) -> None:
 def release(tree: Path, *options: str) -> tuple[int, str]:
     """Run `script/release` with a Python that fails, so that it ends before it installs anything."""
     ended = subprocess.run(
-        [tree / "script" / "release", *options],
-        env={"PATH": "/usr/bin:/bin", "PYTHON": "false"},
-        capture_output=True,
-        text=True,
-    )
+        [tree / "script" / "release", *options], env={"PATH": "/usr/bin:/bin", "PYTHON": "false"},
+        capture_output=True, text=True,
+    )  # fmt: skip
     return ended.returncode, ended.stdout + ended.stderr
 
 

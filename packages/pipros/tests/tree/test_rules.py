@@ -136,16 +136,13 @@ def test_whoever_catches_malformed_text_also_catches_deep_text() -> None:
     assert found == set(), "catch RecursionError, too"
 
 
-@pytest.mark.parametrize(
-    ("text", "lines"),
-    [
-        ("try: json.loads(x)\nexcept ValueError: pass", [1]),
-        ("try:\n  with a:\n    f(json.load(x))\nexcept (OSError, ValueError): pass", [3]),
-        ("try: json.loads(x)\nexcept (ValueError, RecursionError): pass", []),
-        ("try:\n  try: json.loads(x)\n  except ValueError: pass\nexcept RecursionError: pass", []),
-        ("try: pass\nexcept ValueError: json.loads(x)", []),
-    ],
-)
+@pytest.mark.parametrize(("text", "lines"), [
+    ("try: json.loads(x)\nexcept ValueError: pass", [1]),
+    ("try:\n  with a:\n    f(json.load(x))\nexcept (OSError, ValueError): pass", [3]),
+    ("try: json.loads(x)\nexcept (ValueError, RecursionError): pass", []),
+    ("try:\n  try: json.loads(x)\n  except ValueError: pass\nexcept RecursionError: pass", []),
+    ("try: pass\nexcept ValueError: json.loads(x)", []),
+])  # fmt: skip
 def test_the_rule_finds_them(text: str, lines: list[int]) -> None:
     assert list(shallow(ast.parse(text))) == lines
 

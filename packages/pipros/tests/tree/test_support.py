@@ -52,25 +52,15 @@ for attempt in sys.argv[1:]:
 """
 
 ON_NEITHER = [
-    "import os; os.memfd_create",
-    "import os; os.pipe2",
-    "import select; select.epoll",
-    "import socket; socket.SO_PEERCRED",
-    "import socket; socket.socket(socket.AF_UNIX).bind('\\0name')",
-    "from selectors import EpollSelector",
-    "open('/proc/self/stat')",
-    "Path('/proc/self/stat').read_bytes()",
-    "Path('/proc/self/stat').stat()",
-    "os.listdir('/proc')",
-    "os.readlink('/proc/self/exe')",
-]
+    "import os; os.memfd_create", "import os; os.pipe2", "import select; select.epoll",
+    "import socket; socket.SO_PEERCRED", "import socket; socket.socket(socket.AF_UNIX).bind('\\0name')",
+    "from selectors import EpollSelector", "open('/proc/self/stat')", "Path('/proc/self/stat').read_bytes()",
+    "Path('/proc/self/stat').stat()", "os.listdir('/proc')", "os.readlink('/proc/self/exe')",
+]  # fmt: skip
 ON_MACOS = [
-    "import fcntl, pwd, resource, termios",
-    "import os; os.fork",
-    "import signal; signal.SIGKILL",
-    "import select; select.poll",
-    "import socket; socket.AF_UNIX, socket.TCP_KEEPALIVE",
-]
+    "import fcntl, pwd, resource, termios", "import os; os.fork", "import signal; signal.SIGKILL",
+    "import select; select.poll", "import socket; socket.AF_UNIX, socket.TCP_KEEPALIVE",
+]  # fmt: skip
 ON_BOTH = ["import ssl, subprocess, asyncio", "open(os.devnull)", "import signal; signal.SIGTERM"]
 
 
@@ -80,13 +70,9 @@ def run_as(
     """Run code as if it belonged to pipros, and return the lines that it prints."""
     ended = subprocess.run(
         [sys.executable, "-W", "error", "-c", RUNNER.format(file=file), *arguments],
-        env={**os.environ, **environment(system)},
-        input=code,
-        capture_output=True,
-        text=True,
-        timeout=120,
+        env={**os.environ, **environment(system)}, input=code, capture_output=True, text=True, timeout=120,
         cwd=folder,
-    )
+    )  # fmt: skip
     assert ended.returncode == 0, ended.stderr
     return ended.stdout.splitlines()
 
@@ -122,14 +108,10 @@ for file in sys.argv[1:]:
 
 def run_pytest(folder: Path, *words: str, **variables: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words],
-        cwd=folder,
-        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(REPOSITORY), **variables},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words], cwd=folder,
+        env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(REPOSITORY), **variables}, capture_output=True,
+        text=True, timeout=120, check=False,
+    )  # fmt: skip
 
 
 def test_in_continuous_integration_missing_ros_is_an_error(tmp_path: Path) -> None:
@@ -197,12 +179,9 @@ def test_passed_tests_are_not_run_again(folder: Path) -> None:
         outcome.test.partition("::")[2]: outcome.result for outcome in read_outcomes(folder / "outcomes")
     }
     assert results == {
-        "test_passes[1]": "passed",
-        "test_passes[2]": "passed",
-        "test_fails": "failed",
-        "test_is_skipped": "skipped",
-        "test_cannot_end": "failed",
-    }
+        "test_passes[1]": "passed", "test_passes[2]": "passed", "test_fails": "failed",
+        "test_is_skipped": "skipped", "test_cannot_end": "failed",
+    }  # fmt: skip
     assert "1 failed, 1 passed, 1 skipped" in after
 
 

@@ -19,10 +19,8 @@ TURTLES = "pipros/share/turtle_"
 
 
 RELAYS = {
-    "pipros_bridges/foxglove/publishing.py": "stops",
-    "pipros_bridges/rosbridge/shared_publisher.py": "stops",
-    "pipros_server/act_gate.py": "stops",
-    "pipros_assistants/tools/acts.py": "through the gate",
+    "pipros_bridges/foxglove/publishing.py": "stops", "pipros_bridges/rosbridge/shared_publisher.py": "stops",
+    "pipros_server/act_gate.py": "stops", "pipros_assistants/tools/acts.py": "through the gate",
     "pipros_page/views/calls.py": "through the gate",
     "pipros_data/live/commands.py": "publishes the stop of each topic at its end, and after 0.5 s of silence",
     "pipros_server/guardian_process.py": "publishes the stops of a policy",
@@ -32,7 +30,7 @@ RELAYS = {
     "rostopic/publishing.py": "genuine: it sends what its arguments say, and nothing else",
     "topic_tools/nodes/output.py": "genuine: what follows a velocity is not known; bases have timeouts",
     "pipros_ros2/topic_to_ros1.py": "a ROS 2 publisher may be replaced by another one; bases have timeouts",
-}
+}  # fmt: skip
 """Programs that publish types known at run time only, and why a velocity does not outlive its source."""
 NO_RELAYS = {
     "actionlib/action_client.py": "types of actions", "actionlib/action_server.py": "types of actions",

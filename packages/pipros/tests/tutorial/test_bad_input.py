@@ -116,16 +116,11 @@ def test_roslaunch_starts_other_nodes_if_a_script_is_not_executable(ros: RosSyst
     launch.wait_for(re.escape(error))  # on another stream, so it may appear later
 
 
-@pytest.mark.parametrize(
-    ("file", "report"),
-    [
-        (
-            "test/test_talker.py",
-            "Test node [composiv_tryouts/test_talker.py] does not exist or is not executable",
-        ),
-        ("scripts/composiv_talker.py", "There is FOLDER/scripts/composiv_talker.py"),
-    ],
-)
+@pytest.mark.parametrize(("file", "report"), [
+    ("test/test_talker.py",
+        "Test node [composiv_tryouts/test_talker.py] does not exist or is not executable"),
+    ("scripts/composiv_talker.py", "There is FOLDER/scripts/composiv_talker.py"),
+])  # fmt: skip
 def test_a_script_that_is_not_executable_makes_rostest_fail(
     ros: RosSystem, own_copy: Path, file: str, report: str
 ) -> None:
@@ -157,39 +152,20 @@ def test_a_test_beyond_its_time_limit_is_ended_and_reported(ros: RosSystem, own_
     ) in ended.stdout
 
 
-@pytest.mark.parametrize(
-    ("command", "code", "report"),
-    [
-        (
-            "rosrun composiv_tryout composiv_talker.py",
-            2,
-            "[rospack] Error: package 'composiv_tryout' not found",
-        ),
-        (
-            "rosrun composiv_tryouts composiv_talker",
-            3,
-            "[rosrun] Couldn't find executable named composiv_talker below ",
-        ),
-        (
-            "roslaunch composiv_tryouts nope.launch",
-            1,
-            "[nope.launch] is neither a launch file in package [composiv_tryouts] nor is [composiv_tryouts] "
-            "a launch file name",
-        ),
-        (
-            "roslaunch composiv_tryout composiv_tryout.launch",
-            1,
-            "[composiv_tryout.launch] is neither a launch file in package [composiv_tryout] nor is "
-            "[composiv_tryout] a launch file name",
-        ),
-        (
-            "rostest composiv_tryouts nope.launch",
-            1,
-            "[nope.launch] is neither a launch file in package [composiv_tryouts] nor is [composiv_tryouts] "
-            "a launch file name",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("command", "code", "report"), [
+    ("rosrun composiv_tryout composiv_talker.py", 2, "[rospack] Error: package 'composiv_tryout' not found"),
+    ("rosrun composiv_tryouts composiv_talker", 3,
+        "[rosrun] Couldn't find executable named composiv_talker below "),
+    ("roslaunch composiv_tryouts nope.launch", 1,
+        "[nope.launch] is neither a launch file in package [composiv_tryouts] nor is [composiv_tryouts] "
+        "a launch file name"),
+    ("roslaunch composiv_tryout composiv_tryout.launch", 1,
+        "[composiv_tryout.launch] is neither a launch file in package [composiv_tryout] nor is "
+        "[composiv_tryout] a launch file name"),
+    ("rostest composiv_tryouts nope.launch", 1,
+        "[nope.launch] is neither a launch file in package [composiv_tryouts] nor is [composiv_tryouts] "
+        "a launch file name"),
+])  # fmt: skip
 def test_a_name_that_does_not_exist_is_named(ros: RosSystem, command: str, code: int, report: str) -> None:
     ended = ros.pipros.run(*command.split())
 

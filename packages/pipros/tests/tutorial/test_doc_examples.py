@@ -72,13 +72,9 @@ def test_the_steps_of_the_jobs_run(repository: Path) -> None:
     assert steps == GITLAB["test"]["script"]
     for step in steps:
         done = subprocess.run(
-            ["bash", "-e", "-c", step],
-            cwd=repository,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+            ["bash", "-e", "-c", step], cwd=repository, env=environment, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
         assert done.returncode == 0, f"{step}\n{done.stdout}"
     results = ElementTree.parse(repository / "results.xml").getroot()  # noqa: S314
     names = [case.get("name") for case in results.iter("testcase")]
@@ -89,14 +85,9 @@ def test_the_steps_of_the_jobs_run(repository: Path) -> None:
     assert rates["composiv_tryouts/scripts/composiv_talker.py"] == "1"
 
 
-@pytest.mark.parametrize(
-    "versions",
-    [
-        GITHUB["jobs"]["test"]["strategy"]["matrix"]["python"],
-        GITLAB["test"]["parallel"]["matrix"][0]["PYTHON"],
-    ],
-    ids=["GitHub", "GitLab"],
-)
+@pytest.mark.parametrize("versions", [
+    GITHUB["jobs"]["test"]["strategy"]["matrix"]["python"], GITLAB["test"]["parallel"]["matrix"][0]["PYTHON"],
+], ids=["GitHub", "GitLab"])  # fmt: skip
 def test_the_jobs_use_all_supported_versions_of_python(versions: Any) -> None:
     classifiers = re.findall(
         r'"Programming Language :: Python :: (3\.\d+)"', (REPOSITORY / "pyproject.toml").read_text()

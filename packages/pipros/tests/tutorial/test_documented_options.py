@@ -65,12 +65,9 @@ def test_the_commands_of_the_documentation_exist_with_their_options() -> None:
         if not options:
             continue
         helped = subprocess.run(
-            [VENV_BIN / program, *subcommands, "--help"],
-            capture_output=True,
-            text=True,
-            timeout=60,
+            [VENV_BIN / program, *subcommands, "--help"], capture_output=True, text=True, timeout=60,
             check=False,
-        )
+        )  # fmt: skip
         listed = set(OPTION.findall(helped.stdout + helped.stderr)) | {"--help"}
         missing += [
             f"{program} {' '.join(subcommands)} {option}: {page}"

@@ -48,22 +48,13 @@ def machine(tmp_path: Path, processes: Processes) -> Machine:
     return made
 
 
-@pytest.mark.parametrize(
-    ("programs", "words"),
-    [
-        ({}, ["python3 is not installed. pipros needs Python 3.10 or newer."]),
-        (
-            {"python3": OLD},
-            ["Python 3.8.10 is too old: pipros needs Python 3.10 or newer.", "PYTHON=python3.12"],
-        ),
-        ({"python3": WITHOUT_VENV}, ["On Debian and Ubuntu run: sudo apt-get install python3-venv"]),
-        (
-            {"python3": WITHOUT_VENV, "id": "echo 0", "apt-get": 'echo "$*" >>calls'},
-            [". On Debian and Ubuntu run: apt-get install python3-venv"],
-        ),
-    ],
-    ids=["no Python", "an old Python", "Debian's Python without venv", "the same for root"],
-)
+@pytest.mark.parametrize(("programs", "words"), [
+    ({}, ["python3 is not installed. pipros needs Python 3.10 or newer."]),
+    ({"python3": OLD}, ["Python 3.8.10 is too old: pipros needs Python 3.10 or newer.", "PYTHON=python3.12"]),
+    ({"python3": WITHOUT_VENV}, ["On Debian and Ubuntu run: sudo apt-get install python3-venv"]),
+    ({"python3": WITHOUT_VENV, "id": "echo 0", "apt-get": 'echo "$*" >>calls'},
+        [". On Debian and Ubuntu run: apt-get install python3-venv"]),
+], ids=["no Python", "an old Python", "Debian's Python without venv", "the same for root"])  # fmt: skip
 def test_what_is_missing_is_named_with_a_way_out_and_nothing_is_installed_unasked(
     machine: Machine, programs: dict[str, str], words: list[str]
 ) -> None:

@@ -95,11 +95,9 @@ def shell(installed: Path, tmp_path: Path) -> Iterator[Processes]:
     find.chmod(0o755)
     port = ClaimedPort()
     environment = {
-        "PATH": f"{installed}{os.pathsep}/usr/bin{os.pathsep}/bin",
-        "HOME": str(tmp_path),
-        "ROS_PACKAGE_PATH": str(workspace),
-        "ROS_MASTER_URI": f"http://127.0.0.1:{port.number}",
-    }
+        "PATH": f"{installed}{os.pathsep}/usr/bin{os.pathsep}/bin", "HOME": str(tmp_path),
+        "ROS_PACKAGE_PATH": str(workspace), "ROS_MASTER_URI": f"http://127.0.0.1:{port.number}",
+    }  # fmt: skip
     processes = Processes(environment, tmp_path)
     yield processes
     processes.end_all()
@@ -127,11 +125,9 @@ def test_the_python_modules_of_packages_are_there(shell: Processes) -> None:
 def test_rospkg_finds_the_packages_that_ship_in_plain_python(shell: Processes) -> None:
     assert shell.run("python3", "-c", FIND).stdout == FOUND
     alone = shell.run(
-        "python3",
-        "-c",
-        "import rospkg; print(rospkg.RosPack().get_path('rospy')[-5:])",
+        "python3", "-c", "import rospkg; print(rospkg.RosPack().get_path('rospy')[-5:])",
         environment={"ROS_PACKAGE_PATH": ""},
-    )
+    )  # fmt: skip
     assert alone.stdout == ["rospy"], alone.output
 
 

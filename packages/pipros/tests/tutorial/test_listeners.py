@@ -88,15 +88,11 @@ def test_nodes_exit_with_0_and_without_a_traceback(ros: RosSystem, how: signal.S
 SCRIPTS = EXAMPLES / "composiv_tryouts" / "scripts"
 
 
-@pytest.mark.parametrize(
-    "lines",
-    [
-        "from composiv_tryouts.msg import BatteryLevel",
-        "import composiv_tryouts.msg; BatteryLevel = composiv_tryouts.msg.BatteryLevel",
-        "import rospy; from composiv_tryouts.msg import BatteryLevel",
-        "from composiv_tryouts.msg import *",
-    ],
-)
+@pytest.mark.parametrize("lines", [
+    "from composiv_tryouts.msg import BatteryLevel",
+    "import composiv_tryouts.msg; BatteryLevel = composiv_tryouts.msg.BatteryLevel",
+    "import rospy; from composiv_tryouts.msg import BatteryLevel", "from composiv_tryouts.msg import *",
+])  # fmt: skip
 def test_a_message_can_be_imported_on_the_first_line_of_a_script(ros: RosSystem, lines: str) -> None:
     script = ros.home / "script.py"
     script.write_text(f"{lines}\nprint(BatteryLevel._md5sum, BatteryLevel(battery='%25'))\n")
@@ -131,14 +127,9 @@ def test_a_changed_definition_is_seen_at_the_next_start(ros: RosSystem, own_copy
     assert ros.pipros.run(*command).stdout == ["['battery', 'percent']"]
 
 
-@pytest.mark.parametrize(
-    ("text", "named"),
-    [
-        ("string", "BatteryLevel.msg:1"),
-        ("string battery\nstrin g\n", "BatteryLevel.msg:2"),
-        ("a/b/c d", ":1"),
-    ],
-)
+@pytest.mark.parametrize(("text", "named"), [
+    ("string", "BatteryLevel.msg:1"), ("string battery\nstrin g\n", "BatteryLevel.msg:2"), ("a/b/c d", ":1"),
+])  # fmt: skip
 def test_a_definition_with_an_error_is_reported_with_its_line(
     ros: RosSystem, own_copy: Path, text: str, named: str
 ) -> None:

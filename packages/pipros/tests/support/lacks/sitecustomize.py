@@ -118,11 +118,9 @@ class _Seen(ModuleType):
         beginnings = tuple(word[:-1] for word in lacking.split() if word.endswith("*"))
         before = vars(real)
         vars(self).update(
-            _real=real,
-            _replaced={},
-            _is_lacking=lambda name: name in exact or name.startswith(beginnings),
+            _real=real, _replaced={}, _is_lacking=lambda name: name in exact or name.startswith(beginnings),
             _others={name: (before.get(name), other) for name, other in others.items()},
-        )
+        )  # fmt: skip
 
     def __getattr__(self, name: str) -> Any:
         real = vars(self)["_real"]
@@ -234,12 +232,9 @@ def handle_signal(number: int, handler: Any) -> Any:
 
 def _signal_of_windows(real: Any) -> dict[str, Any]:
     return {
-        "CTRL_BREAK_EVENT": real.SIGUSR2,
-        "CTRL_C_EVENT": real.SIGINT,
-        "SIGBREAK": real.SIGUSR2,
-        "signal": handle_signal,
-        "valid_signals": known_signals,
-    }
+        "CTRL_BREAK_EVENT": real.SIGUSR2, "CTRL_C_EVENT": real.SIGINT, "SIGBREAK": real.SIGUSR2,
+        "signal": handle_signal, "valid_signals": known_signals,
+    }  # fmt: skip
 
 
 def _check_program(args: Any) -> None:

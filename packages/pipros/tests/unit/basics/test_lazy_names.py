@@ -35,25 +35,15 @@ def star_imported(name: str) -> dict[str, object]:
     return namespace
 
 
-@pytest.mark.parametrize(
-    ("module", "names"),
-    [
-        ("OWN = 1\nstar_names(__name__, 'wave', hidden='json lazy_names star_names')", {"OWN", "wave"}),
-        ("OWN = OTHER = 1\n__all__ = ['OWN']\nstar_names(__name__, 'wave.nothing:open')", {"OWN"}),
-        ("__all__ = []\nstar_names(__name__, 'wave:open colorsys:hls_to_rgb')", {"open", "hls_to_rgb"}),
-        (
-            "__all__ = []\nstar_names(__name__, 'xml.dom sounds=wave play=wave:open')",
-            {"dom", "sounds", "play"},
-        ),
-        ("__all__ = []\nstar_names(__name__, 'no_such_library')", set()),
-        (
-            "__getattr__, __dir__ = lazy_names(__name__, {'hls_to_rgb': 'colorsys'})\n"
-            "star_names(__name__, hidden='json lazy_names star_names')",
-            {"hls_to_rgb"},
-        ),
-    ],
-    indirect=["module"],
-)
+@pytest.mark.parametrize(("module", "names"), [
+    ("OWN = 1\nstar_names(__name__, 'wave', hidden='json lazy_names star_names')", {"OWN", "wave"}),
+    ("OWN = OTHER = 1\n__all__ = ['OWN']\nstar_names(__name__, 'wave.nothing:open')", {"OWN"}),
+    ("__all__ = []\nstar_names(__name__, 'wave:open colorsys:hls_to_rgb')", {"open", "hls_to_rgb"}),
+    ("__all__ = []\nstar_names(__name__, 'xml.dom sounds=wave play=wave:open')", {"dom", "sounds", "play"}),
+    ("__all__ = []\nstar_names(__name__, 'no_such_library')", set()),
+    ("__getattr__, __dir__ = lazy_names(__name__, {'hls_to_rgb': 'colorsys'})\n"
+        "star_names(__name__, hidden='json lazy_names star_names')", {"hls_to_rgb"}),
+], indirect=["module"])  # fmt: skip
 def test_a_star_import_binds_the_listed_names(module: ModuleType, names: set[str]) -> None:
     assert (star_imported(module.__name__).keys(), sorted(names)) == (names, module.__all__)
 

@@ -108,18 +108,10 @@ def test_a_node_that_is_silent_is_unreachable_and_stays(case: Case, answer: Any)
     assert case.liveness.unreachable == []
 
 
-@pytest.mark.parametrize(
-    ("answer", "gone"),
-    [
-        ([refused(), refused(), 7], []),
-        (Fault(1, "no such method"), []),
-        (None, []),
-        ("seven", []),
-        (-1, []),
-        (ProtocolError("it speaks SSH"), [("/n", API)]),
-    ],
-    ids=["temporarily refused", "fault", "nothing", "no number", "no process id", "another server"],
-)
+@pytest.mark.parametrize(("answer", "gone"), [
+    ([refused(), refused(), 7], []), (Fault(1, "no such method"), []), (None, []), ("seven", []), (-1, []),
+    (ProtocolError("it speaks SSH"), [("/n", API)]),
+], ids=["temporarily refused", "fault", "nothing", "no number", "no pid", "another server"])  # fmt: skip
 def test_only_a_node_that_is_surely_not_at_its_address_is_removed(case: Case, answer: Any, gone: Any) -> None:
     case.suspect_answering(answer)
     assert case.gone == gone

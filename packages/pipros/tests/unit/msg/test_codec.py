@@ -141,19 +141,12 @@ class TestWriting:
     def test_octets_may_be_given_in_many_ways(self, data: Any) -> None:
         assert UInt8MultiArray().deserialize(written(UInt8MultiArray(data=data))).data == b"\1\2\xff"
 
-    @pytest.mark.parametrize(
-        "data",
-        [
-            *([1.0, -2.5], (1.0, -2.5), array.array("d", [1, -2.5]), memoryview(array.array("d", [1, -2.5]))),
-            *(
-                numpy.array([1, -2.5]),
-                numpy.array([1, -2.5], dtype=numpy.float32),
-                numpy.array([1, 9, -2.5])[::2],
-            ),
-            *(numpy.array([1, -2.5], dtype=">f8"), array.array("f", [1, -2.5])),
-        ],
-        ids=lambda data: f"{type(data).__name__}",
-    )
+    @pytest.mark.parametrize("data", [
+        *([1.0, -2.5], (1.0, -2.5), array.array("d", [1, -2.5]), memoryview(array.array("d", [1, -2.5]))),
+        *(numpy.array([1, -2.5]), numpy.array([1, -2.5], dtype=numpy.float32),
+            numpy.array([1, 9, -2.5])[::2]),
+        *(numpy.array([1, -2.5], dtype=">f8"), array.array("f", [1, -2.5])),
+    ], ids=lambda data: f"{type(data).__name__}")  # fmt: skip
     def test_numbers_may_be_given_in_many_ways(self, data: Any) -> None:
         assert written(Float64MultiArray(data=data)) == written(Float64MultiArray(data=[1.0, -2.5]))
 
@@ -181,27 +174,17 @@ class TestWriting:
         assert b"".join(message._to_buffers()) == written(message)
         assert b"".join(Empty()._to_buffers()) == b""
 
-    @pytest.mark.parametrize(
-        ("message", "words"),
-        [
-            (String(3), "field data must be of type bytes or an ascii string"),
-            (Header(seq=-1), "field seq must be unsigned integer type"),
-            (
-                Path(poses=[Point()]),
-                r"field poses\[\] must be of type geometry_msgs/PoseStamped instead of geometry_msgs/Point",
-            ),
-            (
-                Imu(orientation_covariance=[0.0] * 8),
-                "Expecting 9 items but found 8 when writing 'self.orientation_covariance'",
-            ),
-            (
-                PoseStamped(header=String()),
-                r"field header must be of type std_msgs/Header instead of std_msgs/String",
-            ),
-            (LaserScan(ranges=["near"]), r"field ranges\[\] must be float type"),
-        ],
-        ids=lambda value: value if isinstance(value, str) else value._type,
-    )
+    @pytest.mark.parametrize(("message", "words"), [
+        (String(3), "field data must be of type bytes or an ascii string"),
+        (Header(seq=-1), "field seq must be unsigned integer type"),
+        (Path(poses=[Point()]),
+            r"field poses\[\] must be of type geometry_msgs/PoseStamped instead of geometry_msgs/Point"),
+        (Imu(orientation_covariance=[0.0] * 8),
+            "Expecting 9 items but found 8 when writing 'self.orientation_covariance'"),
+        (PoseStamped(header=String()),
+            r"field header must be of type std_msgs/Header instead of std_msgs/String"),
+        (LaserScan(ranges=["near"]), r"field ranges\[\] must be float type"),
+    ], ids=lambda value: value if isinstance(value, str) else value._type)  # fmt: skip
     def test_a_wrong_value_is_named_and_nothing_is_written(self, message: Message, words: str) -> None:
         buff = io.BytesIO()
         with pytest.raises(SerializationError, match=words):

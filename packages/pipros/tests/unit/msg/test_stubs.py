@@ -58,10 +58,8 @@ def stubs_of(packages: Path, *names: str, suffix: str = "") -> dict[str, str]:
 
 def test_a_package_has_a_module_for_each_kind_and_one_for_all(packages: Path) -> None:
     assert set(stubs_of(packages, "robot", suffix="-stubs")) == {
-        "robot-stubs/__init__.pyi",
-        "robot-stubs/msg/__init__.pyi",
-        "robot-stubs/srv/__init__.pyi",
-    }
+        "robot-stubs/__init__.pyi", "robot-stubs/msg/__init__.pyi", "robot-stubs/srv/__init__.pyi",
+    }  # fmt: skip
 
 
 def test_every_kind_of_field_has_its_type(packages: Path) -> None:

@@ -127,20 +127,14 @@ def test_a_yaml_key_without_a_value_is_an_empty_string() -> None:
     assert filled(String("x"), [{"data": None}]).data == ""
 
 
-@pytest.mark.parametrize(
-    ("message", "args", "words"),
-    [
-        (Point(), [1, 2, 3, 4], "Too many arguments:\n * Given: [1, 2, 3, 4]\n * Expected: ['x', 'y', 'z']"),
-        (Point(), [1], "Not enough arguments:\n * Given: [1]\n * Expected: ['x', 'y', 'z']"),
-        (Point(), [{"w": 1}], "No field name [w]"),
-        (Twist(), [{"linear": {"w": 1}}], "No field name [linear.w]"),
-        (JointState(), [{"name": "a"}], "Field [name] must be a list or tuple instead of: str"),
-        (
-            *(Imu(), [{"orientation_covariance": [1.0]}]),
-            "Field [orientation_covariance] has incorrect number of elements: 1 != 9",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("message", "args", "words"), [
+    (Point(), [1, 2, 3, 4], "Too many arguments:\n * Given: [1, 2, 3, 4]\n * Expected: ['x', 'y', 'z']"),
+    (Point(), [1], "Not enough arguments:\n * Given: [1]\n * Expected: ['x', 'y', 'z']"),
+    (Point(), [{"w": 1}], "No field name [w]"), (Twist(), [{"linear": {"w": 1}}], "No field name [linear.w]"),
+    (JointState(), [{"name": "a"}], "Field [name] must be a list or tuple instead of: str"),
+    (*(Imu(), [{"orientation_covariance": [1.0]}]),
+        "Field [orientation_covariance] has incorrect number of elements: 1 != 9"),
+])  # fmt: skip
 def test_errors_name_the_wrong_part_of_a_definition(message: Message, args: Any, words: str) -> None:
     with pytest.raises(MessageException) as caught:
         filled(message, args)

@@ -110,29 +110,22 @@ def package(folder: Path, setup: str, *files: str) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(
-    ("setup", "file"),
-    [
-        ("setup(packages=['lib'], package_dir={'': 'src'})", "src/lib"),
-        ("setup(packages=['lib'], package_dir={'': 'python'})", "python/lib"),
-        ("setup(packages=['lib'], package_dir={'lib': 'include/lib'})", "include/lib"),
-        ("setup(packages=['lib', 'lib.sub'], package_dir={'lib': 'somewhere', 'lib.sub': 'x'})", "somewhere"),
-        ("setup(packages=['lib'])", "lib"),
-        ("setup(packages=('lib',), package_dir={'': './src/'})", "src/lib"),
-        ("d = generate_distutils_setup(packages=['lib'], package_dir={'': 'src'})\nsetup(**d)", "src/lib"),
-        ("setup(**generate_distutils_setup(packages=['lib'], package_dir={'': 'src'}))", "src/lib"),
-        ("setup(packages=find_packages('src'), package_dir={'': 'src'})", "src/lib"),
-        (
-            "d = generate_distutils_setup()\nd['packages'] = ['robot', 'lib']\n"
-            "d['package_dir'] = {'': 'src'}\nsetup(**d)",
-            "src/lib",
-        ),
-        ("d = {}\nd['py_modules'] = ['lib']\nd['package_dir'] = {'': 'src'}\nsetup(**d)", "src/lib.py"),
-        ("d = {'packages': ['lib'], 'package_dir': {'lib': 'python'}}\nsetup(**d)", "python"),
-        ("setup(name='x', py_modules=['lib'], package_dir={'': 'src'})", "src/lib.py"),
-        ("if True:\n    setup(packages=['lib'], package_dir=dict())", "lib"),
-    ],
-)
+@pytest.mark.parametrize(("setup", "file"), [
+    ("setup(packages=['lib'], package_dir={'': 'src'})", "src/lib"),
+    ("setup(packages=['lib'], package_dir={'': 'python'})", "python/lib"),
+    ("setup(packages=['lib'], package_dir={'lib': 'include/lib'})", "include/lib"),
+    ("setup(packages=['lib', 'lib.sub'], package_dir={'lib': 'somewhere', 'lib.sub': 'x'})", "somewhere"),
+    ("setup(packages=['lib'])", "lib"), ("setup(packages=('lib',), package_dir={'': './src/'})", "src/lib"),
+    ("d = generate_distutils_setup(packages=['lib'], package_dir={'': 'src'})\nsetup(**d)", "src/lib"),
+    ("setup(**generate_distutils_setup(packages=['lib'], package_dir={'': 'src'}))", "src/lib"),
+    ("setup(packages=find_packages('src'), package_dir={'': 'src'})", "src/lib"),
+    ("d = generate_distutils_setup()\nd['packages'] = ['robot', 'lib']\n"
+        "d['package_dir'] = {'': 'src'}\nsetup(**d)", "src/lib"),
+    ("d = {}\nd['py_modules'] = ['lib']\nd['package_dir'] = {'': 'src'}\nsetup(**d)", "src/lib.py"),
+    ("d = {'packages': ['lib'], 'package_dir': {'lib': 'python'}}\nsetup(**d)", "python"),
+    ("setup(name='x', py_modules=['lib'], package_dir={'': 'src'})", "src/lib.py"),
+    ("if True:\n    setup(packages=['lib'], package_dir=dict())", "lib"),
+])  # fmt: skip
 def test_a_module_is_in_the_folder_of_its_setup(tmp_path: Path, setup: str, file: str) -> None:
     folder = package(tmp_path / "p", HEAD + setup, file if file.endswith(".py") else f"{file}/__init__.py")
     assert declared_module((HEAD + setup).encode(), str(folder), "lib") == str(folder / file)

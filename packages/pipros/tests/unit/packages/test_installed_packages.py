@@ -156,14 +156,9 @@ def test_installed_packages_are_between_the_path_and_those_of_pipros(
 def test_an_editable_package_is_its_source_folder(installation: Installation, tmp_path: Path) -> None:
     source = tmp_path / "source" / "arm"
     setup = "from distutils.core import setup\nsetup(packages=['arm_lib'], package_dir={'': 'src'})\n"
-    write(
-        source,
-        {
-            "package.xml": MANIFEST.format("arm", "1.0.0"),
-            "setup.py": setup,
-            "src/arm_lib/__init__.py": "A = 1",
-        },
-    )
+    write(source, {
+        "package.xml": MANIFEST.format("arm", "1.0.0"), "setup.py": setup, "src/arm_lib/__init__.py": "A = 1",
+    })  # fmt: skip
     installation.add_editable("arm", source)
     index = PackageIndex.from_environment()
     assert index.find("arm").path == source

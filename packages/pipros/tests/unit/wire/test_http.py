@@ -153,15 +153,12 @@ def test_a_client_that_waits_for_100_continue_gets_it_once() -> None:
     assert [found.body for found in read(b"x", reader)] == [b"x"]
 
 
-@pytest.mark.parametrize(
-    "stream",
-    [
-        b"HTTP/1.1 200 OK\r\nContent-length: 2\r\n\r\nhi",
-        b"HTTP/1.1 100 Continue\r\n\r\n"
+@pytest.mark.parametrize("stream", [
+    b"HTTP/1.1 200 OK\r\nContent-length: 2\r\n\r\nhi",
+    b"HTTP/1.1 100 Continue\r\n\r\n"
         b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n2\r\nhi\r\n0\r\n\r\n",
-        b"HTTP/1.0 200\r\nConnection: keep-alive\r\nContent-Length: 2\r\n\r\nhi",
-    ],
-)
+    b"HTTP/1.0 200\r\nConnection: keep-alive\r\nContent-Length: 2\r\n\r\nhi",
+])  # fmt: skip
 def test_responses_are_read_in_every_form(stream: bytes) -> None:
     for size in (1, 3, len(stream)):
         reader = ResponseReader()

@@ -80,35 +80,21 @@ def test_documents_of_roscpp_are_decoded() -> None:
     assert decode_call(request) == ("setParam", ("/n", 5, 1.5, False))
 
 
-@pytest.mark.parametrize(
-    ("document", "value"),
-    [
-        ("<value>text</value>", "text"),
-        ("<value></value>", ""),
-        ("<value/>", ""),
-        ("<value> x </value>", " x "),
-        ("<value><string/></value>", ""),
-        ("<value>\n <int> 5 </int>\n</value>", 5),
-        ("<value><i8>-7</i8></value>", -7),
-        ("<value><double>inf</double></value>", math.inf),
-        ("<value><boolean> 1 </boolean></value>", True),
-        ("<value><array><data/></array></value>", []),
-        ("<value><struct/></value>", {}),
-        ("<value><string>a<![CDATA[<b>]]>&#99;<!-- no --></string></value>", "a<b>c"),
-        ("<value><string>&lt;&amp;&gt;&quot;&apos;</string></value>", "<&>\"'"),
-        ("<value><string kind='x'>a\r\nb</string></value>", "a\nb"),
-        ("<value><base64>aGk=</base64></value>", xmlrpc.client.Binary(b"hi")),
-        (
-            "<value><dateTime.iso8601>20200101T00:00:00</dateTime.iso8601></value>",
-            xmlrpc.client.DateTime("20200101T00:00:00"),
-        ),
-        (
-            "<value><struct><member>\n<name>a</name>\n<value>1</value></member>"
-            "<member><name>a</name><value><int>2</int></value></member></struct></value>",
-            {"a": 2},
-        ),
-    ],
-)
+@pytest.mark.parametrize(("document", "value"), [
+    ("<value>text</value>", "text"), ("<value></value>", ""), ("<value/>", ""), ("<value> x </value>", " x "),
+    ("<value><string/></value>", ""), ("<value>\n <int> 5 </int>\n</value>", 5),
+    ("<value><i8>-7</i8></value>", -7), ("<value><double>inf</double></value>", math.inf),
+    ("<value><boolean> 1 </boolean></value>", True), ("<value><array><data/></array></value>", []),
+    ("<value><struct/></value>", {}),
+    ("<value><string>a<![CDATA[<b>]]>&#99;<!-- no --></string></value>", "a<b>c"),
+    ("<value><string>&lt;&amp;&gt;&quot;&apos;</string></value>", "<&>\"'"),
+    ("<value><string kind='x'>a\r\nb</string></value>", "a\nb"),
+    ("<value><base64>aGk=</base64></value>", xmlrpc.client.Binary(b"hi")),
+    ("<value><dateTime.iso8601>20200101T00:00:00</dateTime.iso8601></value>",
+        xmlrpc.client.DateTime("20200101T00:00:00")),
+    ("<value><struct><member>\n<name>a</name>\n<value>1</value></member>"
+        "<member><name>a</name><value><int>2</int></value></member></struct></value>", {"a": 2}),
+])  # fmt: skip
 def test_every_legal_way_to_write_a_value_is_read(document: str, value: Any) -> None:
     body = f"<?xml version='1.0'?><methodResponse><params><param>{document}</param></params></methodResponse>"
     assert decode_response(body.encode()) == value
@@ -356,18 +342,10 @@ def documents(draw: st.DrawFn, depth: int = 0) -> str:
     return f"<value><struct>{gap}{''.join(members)}</struct>{gap}</value>"
 
 
-declarations = st.sampled_from(
-    [
-        "",
-        "<?xml version='1.0'?>\n",
-        '<?xml version="1.0" encoding="utf-8"?>',
-        " <?xml version='1.0'?>",
-        "<?xml?>",
-        "<?xml version='1.0\"?>",
-        "<?xml version='1.0' encoding='ascii'?>",
-        "\ufeff",
-    ]
-)
+declarations = st.sampled_from([
+    "", "<?xml version='1.0'?>\n", '<?xml version="1.0" encoding="utf-8"?>', " <?xml version='1.0'?>",
+    "<?xml?>", "<?xml version='1.0\"?>", "<?xml version='1.0' encoding='ascii'?>", "\ufeff",
+])  # fmt: skip
 
 
 def read(decode: Any, body: bytes) -> Any:

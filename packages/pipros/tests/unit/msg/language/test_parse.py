@@ -28,25 +28,17 @@ def constant(text: str) -> Constant:
     return only
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("", []),
-        ("# only a comment", []),
-        ("int32 a", [("int32", "a")]),
-        (" int32   a ", [("int32", "a")]),
-        ("int32 a#comment", [("int32", "a")]),
-        ("int32 a # comment\r\nint32 b\r\n", [("int32", "a"), ("int32", "b")]),
-        ("string s # x = y", [("string", "s")]),
-        (
-            "uint8[] data\nchar[4] tag\nint32[0] none",
-            [("uint8[]", "data"), ("char[4]", "tag"), ("int32[0]", "none")],
-        ),
-        ("Point p\nPoint[3] ps", [("pkg/Point", "p"), ("pkg/Point[3]", "ps")]),
-        ("geometry_msgs/Point p", [("geometry_msgs/Point", "p")]),
-        ("int32 class\nint32 a_", [("int32", "class"), ("int32", "a_")]),
-    ],
-)
+@pytest.mark.parametrize(("text", "expected"), [
+    ("", []), ("# only a comment", []), ("int32 a", [("int32", "a")]), (" int32   a ", [("int32", "a")]),
+    ("int32 a#comment", [("int32", "a")]),
+    ("int32 a # comment\r\nint32 b\r\n", [("int32", "a"), ("int32", "b")]),
+    ("string s # x = y", [("string", "s")]),
+    ("uint8[] data\nchar[4] tag\nint32[0] none",
+        [("uint8[]", "data"), ("char[4]", "tag"), ("int32[0]", "none")]),
+    ("Point p\nPoint[3] ps", [("pkg/Point", "p"), ("pkg/Point[3]", "ps")]),
+    ("geometry_msgs/Point p", [("geometry_msgs/Point", "p")]),
+    ("int32 class\nint32 a_", [("int32", "class"), ("int32", "a_")]),
+])  # fmt: skip
 def test_fields(text: str, expected: list[tuple[str, str]]) -> None:
     assert fields(text) == expected
 
@@ -77,42 +69,27 @@ def test_constants(text: str, value: Any, kept: str) -> None:
     assert type(found.value) is type(value)
 
 
-@pytest.mark.parametrize(
-    ("text", "line", "column", "reason"),
-    [
-        ("int32", 1, 1, "expected a type and a name, got [int32]"),
-        ("int32 a\n  int32 a b", 2, 3, "expected a type and a name"),
-        ("\tint32\ta", 1, 2, "separate them by spaces, not tabs"),
-        (
-            "int32 1a",
-            1,
-            7,
-            "a field name must start with a letter and contain only letters, digits and _, got [1a]",
-        ),
-        ("int32 _a", 1, 7, "digits and _, got [_a]"),
-        ("int32 a-b", 1, 7, "digits and _, got [a-b]"),
-        ("/Foo x", 1, 1, "a type must be name or package/Name, with [] or [number] for an array, got [/Foo]"),
-        ("foo/bar/Baz x", 1, 1, "got [foo/bar/Baz]"),
-        ("int32[-1] x", 1, 1, "for an array, got [int32[-1]]"),
-        ("int32[2][3] x", 1, 1, "got [int32[2][3]]"),
-        ("int32[99999999999] x", 1, 1, "array length must be <="),
-        ("int32 a\nfloat64 a", 2, 1, "already a field named a"),
-        ("time T=1", 1, 1, "a constant cannot have the type [time]"),
-        ("int32[] X=3", 1, 1, "a constant cannot have the type [int32[]]"),
-        ("uint8 U=256", 1, 1, "must be between 0 and 255"),
-        ("int8 U=-129", 1, 1, "must be between -128 and 127"),
-        ("int32 X=0x10", 1, 1, "[0x10] is not a valid int32 constant"),
-        ("bool B=yes", 1, 1, "[yes] is not a valid bool constant"),
-        ("int32 X=1=2", 1, 1, "expected int32 NAME=value"),
-        (
-            "int32 a b=3",
-            1,
-            1,
-            "a constant's name must start with a letter, or with _ and a letter, and contain only letters, "
-            "digits and _, got [a b]",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("text", "line", "column", "reason"), [
+    ("int32", 1, 1, "expected a type and a name, got [int32]"),
+    ("int32 a\n  int32 a b", 2, 3, "expected a type and a name"),
+    ("\tint32\ta", 1, 2, "separate them by spaces, not tabs"),
+    ("int32 1a", 1, 7,
+        "a field name must start with a letter and contain only letters, digits and _, got [1a]"),
+    ("int32 _a", 1, 7, "digits and _, got [_a]"), ("int32 a-b", 1, 7, "digits and _, got [a-b]"),
+    ("/Foo x", 1, 1, "a type must be name or package/Name, with [] or [number] for an array, got [/Foo]"),
+    ("foo/bar/Baz x", 1, 1, "got [foo/bar/Baz]"), ("int32[-1] x", 1, 1, "for an array, got [int32[-1]]"),
+    ("int32[2][3] x", 1, 1, "got [int32[2][3]]"), ("int32[99999999999] x", 1, 1, "array length must be <="),
+    ("int32 a\nfloat64 a", 2, 1, "already a field named a"),
+    ("time T=1", 1, 1, "a constant cannot have the type [time]"),
+    ("int32[] X=3", 1, 1, "a constant cannot have the type [int32[]]"),
+    ("uint8 U=256", 1, 1, "must be between 0 and 255"), ("int8 U=-129", 1, 1, "must be between -128 and 127"),
+    ("int32 X=0x10", 1, 1, "[0x10] is not a valid int32 constant"),
+    ("bool B=yes", 1, 1, "[yes] is not a valid bool constant"),
+    ("int32 X=1=2", 1, 1, "expected int32 NAME=value"),
+    ("int32 a b=3", 1, 1,
+        "a constant's name must start with a letter, or with _ and a letter, and contain only letters, "
+        "digits and _, got [a b]"),
+])  # fmt: skip
 def test_a_mistake_is_named_with_its_place(text: str, line: int, column: int, reason: str) -> None:
     with pytest.raises(DefinitionError) as caught:
         parse_message(text, "pkg/T", "some/T.msg")
