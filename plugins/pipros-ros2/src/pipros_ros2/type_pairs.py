@@ -138,7 +138,7 @@ class TypePairs:
                 f"the peer's definition of {ros2_type} differs: "
                 f"expected the hash {' or '.join(f'{each[:15]}…' for each in sorted(expected))}, "
                 f"got {announced[:15]}…; "
-                "set --distro, or pass the package's folder with --msgs"
+                "set --distro, pass the package's folder with --msgs, or build the peer's package again"
             )
 
     def of_service(self, ros1_type: str) -> ServicePair:

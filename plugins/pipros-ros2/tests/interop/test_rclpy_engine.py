@@ -26,6 +26,7 @@ from pipros_ros2.qos_table import dds_qos
 from pipros_ros2.rtps.domain import Discovery
 from pipros_ros2.rtps.engine import RtpsEngine
 from pipros_ros2.rtps.participant import Participant
+from pipros_ros2.rtps.qos import QosPolicy
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.ros2_domains import free_domain
@@ -192,7 +193,7 @@ def test_an_incompatible_qos_is_a_problem_with_the_name_of_the_node(domain: Doma
     (problem,) = domain.rclpy.problems()
     wait_until(lambda: domain.rclpy.problems()[0].node == "/peer")
     assert (problem.kind, problem.name) == (EndpointKind.PUBLISHER, "/scan")
-    assert problem.reason == "its QoS is incompatible (reliability)"
+    assert problem.reason == QosPolicy.RELIABILITY.reason
 
 
 def test_absent_packages_of_services_and_other_definitions_are_refused(domain: Domain) -> None:

@@ -259,7 +259,7 @@ class RclpyEngine:
 
     def problems(self) -> Sequence[EngineProblem]:
         return [
-            EngineProblem(each.kind, each.name, f"its QoS is incompatible ({policy.value})", each.node)
+            EngineProblem(each.kind, each.name, policy.reason, each.node)
             for end in self._ends.copy().values()
             for each, policy in self._facing(end.own)
             if policy is not None

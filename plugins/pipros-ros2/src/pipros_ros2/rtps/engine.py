@@ -248,7 +248,9 @@ class RtpsEngine:
         self._has_mismatches = False
         for _, remote, policy in self._participant.ask(ParticipantCore.mismatched)[:_REPORTED]:
             self._warn(
-                remote.guid, f"{remote.topic}: a peer does not match: {mismatch_reason(remote, policy)}"
+                remote.guid,
+                f"{topic_of_dds(remote.topic) or remote.topic}: a peer does not match: "
+                f"{mismatch_reason(remote, policy)}",
             )
 
     def _warn(self, guid: bytes, text: str) -> None:

@@ -103,7 +103,7 @@ def mismatch_reason(remote: EndpointData, policy: QosPolicy | None) -> str:
     """Return why a peer's endpoint does not match."""
     if policy is None:
         return f"its type is {type_of_dds(remote.type_name) or remote.type_name}"
-    return f"its QoS is incompatible ({policy.value})"
+    return policy.reason
 
 
 def endpoint_of(peer: ParticipantData, data: EndpointData, node: str) -> Endpoint | None:

@@ -46,6 +46,13 @@ class QosPolicy(Enum):
     PARTITION = "partition"
     REPRESENTATION = "data representation"
 
+    @property
+    def reason(self) -> str:
+        """Why endpoints that differ in this policy do not match, and what to change."""
+        is_set_by_rules = self in (QosPolicy.RELIABILITY, QosPolicy.DURABILITY)
+        remedy = "set `qos` in a static rule, or change its node" if is_set_by_rules else "change its node"
+        return f"its QoS is incompatible ({self.value}); {remedy}"
+
 
 XCDR1: Final = 0
 SHARED_OWNERSHIP: Final = 0

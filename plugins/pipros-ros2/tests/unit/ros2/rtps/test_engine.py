@@ -30,7 +30,7 @@ from pipros_ros2.rtps.graph_info import GidBytes
 from pipros_ros2.rtps.identity import PARTICIPANT_READER, PARTICIPANT_WRITER
 from pipros_ros2.rtps.parameters import Address
 from pipros_ros2.rtps.participant import Participant
-from pipros_ros2.rtps.qos import Qos
+from pipros_ros2.rtps.qos import Qos, QosPolicy
 from tests.support.constants import Constants
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
@@ -122,9 +122,7 @@ def test_endpoints_that_cannot_be_connected_are_problems(engines: tuple[Ros2Engi
     other.subscribe("/scan", KIND, HASH, TopicQos(), print)
 
     expected = {
-        EngineProblem(
-            EndpointKind.SUBSCRIBER, "/map", "its QoS is incompatible (durability)", "/robot/camera"
-        ),
+        EngineProblem(EndpointKind.SUBSCRIBER, "/map", QosPolicy.DURABILITY.reason, "/robot/camera"),
         EngineProblem(
             EndpointKind.PUBLISHER, "/scan", "its type is sensor_msgs/msg/LaserScan", "/robot/camera"
         ),
@@ -219,9 +217,9 @@ def test_mismatches_are_logged_once_and_only_topics_are_problems(
     stranger.add_writer("rt/chatter", "std_msgs::msg::dds_::Int32_", Qos())
     wait_until(lambda: engine.endpoints() and len(caplog.messages) == 3, what=lambda: str(caplog.messages))
     assert sorted(caplog.messages) == [
+        "/chatter: a peer does not match: its type is ShapeType",
+        "/chatter: a peer does not match: its type is std_msgs/msg/Int32",
         "rq/addRequest: a peer does not match: its type is std_srvs/srv/Empty_Request",
-        "rt/chatter: a peer does not match: its type is ShapeType",
-        "rt/chatter: a peer does not match: its type is std_msgs/msg/Int32",
     ]
 
 
