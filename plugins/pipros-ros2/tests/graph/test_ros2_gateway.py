@@ -274,15 +274,32 @@ def test_slow_services_answer_within_the_timeout_of_a_rule(system: System) -> No
 
 
 def test_calls_to_slow_services_of_ros2_take_as_long_as_a_rule_allows(system: System) -> None:
-    system.gateway("services: {static: [{name: /switch, timeout_s: 0.2}]}")
-    release = threading.Event()
-    system.ros2.serve("/switch", SET_BOOL, SET_BOOL_HASH, lambda request: release.wait(60) and request)
+    system.gateway("services: {static: [{name: /switch, timeout_s: 0.2}, {name: /ended, timeout_s: 60}]}")
+    release, entered = threading.Event(), threading.Event()
+
+    def answer(request: bytes) -> bytes:
+        entered.set()
+        release.wait(60)
+        return request
+
+    servers = [system.ros2.serve(name, SET_BOOL, SET_BOOL_HASH, answer) for name in ("/switch", "/ended")]
     wait_until(
-        lambda: "/switch" in {name for name, _ in system.ros1.master.get_system_state()[2]},
-        what="the service in ROS 1",
+        lambda: {"/switch", "/ended"} <= {name for name, _ in system.ros1.master.get_system_state()[2]},
+        what="the services in ROS 1",
     )
     with pytest.raises(ServiceFailed, match=r"0\.2 s"):
         system.ros1.client("/switch", SetBool).call(SetBool._request_class(True), 60.0)
+    entered.clear()
+    with ThreadPoolExecutor() as executor:
+        pending = executor.submit(
+            system.ros1.client("/ended", SetBool).call, SetBool._request_class(True), 60.0
+        )
+        assert entered.wait(60)
+        servers[1].close()
+        with pytest.raises(
+            ServiceFailed, match=r"\[/ended\] ended before it replied|/ended is not available"
+        ):
+            pending.result()
     release.set()
 
 

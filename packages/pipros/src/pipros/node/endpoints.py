@@ -324,12 +324,15 @@ class Endpoints:
         return server
 
     def stop_serving(self, server: ServiceServer) -> None:
-        """Unregister a service and close its connections. May be called repeatedly."""
+        """Unregister a service and close its connections. May be called repeatedly.
+
+        Calls that are running are answered, if their clients are on this machine.
+        """
         with self._lock:
             found = self._services.get(server.name)
             if found is not None and found[0] is server:
                 self._registrations.remove(found[1])
-                server.close()
+                server.close(answers_running=True)
                 del self._services[server.name]
 
     def _log_handler_error(self, error: BaseException) -> None:

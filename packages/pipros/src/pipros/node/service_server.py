@@ -133,11 +133,15 @@ class ServiceServer:
             served.end()
         served.start(answer[sent:])
 
-    def close(self) -> None:
-        """Close all connections. A running handler is not interrupted."""
+    def close(self, *, answers_running: bool = False) -> None:
+        """Close all connections. A running handler is not interrupted.
+
+        Args:
+            answers_running: whether clients on this machine still get the replies of running calls.
+        """
         self.is_closed = True
         for connection in list(self._open):
-            connection.end()
+            (connection.abort if answers_running else connection.end)()
 
     # -- called by connections --------------------------------------------------------
 

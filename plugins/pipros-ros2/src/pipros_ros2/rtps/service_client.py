@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import time
@@ -70,11 +71,17 @@ class RtpsClient:
         newest_first = [Target(guid, style_at(core, guid)) for guid in reversed(readers)]
         return next((each for each in newest_first if each.style), newest_first[0] if newest_first else None)
 
+    def _has_server(self, core: ParticipantCore, reader: bytes) -> bool:
+        """Return whether the server with this request reader is still known, and this client is open."""
+        with contextlib.suppress(NotFound):  # this client was closed
+            return reader in core.writer(self._writer.entity).readers
+        return False
+
     def call(self, payload: bytes, timeout_s: float) -> bytes:
         """Call the service with CDR, including the encapsulation header; return the reply in the same form.
 
         Raises:
-            NotFound: there is no server.
+            NotFound: there is no server, or it ended before it replied.
             UnknownStyle: the server's style is unknown; nothing was sent.
             TimeoutError: the reply did not arrive in time.
         """
@@ -93,6 +100,8 @@ class RtpsClient:
                 reply = get_within_slice(replies, left_s)
                 if reply is not None:
                     return reply
+                if not self._participant.ask(lambda core: self._has_server(core, target.reader)):
+                    raise NotFound(f"the server of [{self._service}] ended before it replied")
         finally:
             self._pending.pop(key, None)
         raise TimeoutError(f"service [{self._service}] did not reply within {timeout_s} s")
