@@ -1,7 +1,5 @@
 """The resources of a process: memory, threads and descriptors, for tests of their release."""
 
-from __future__ import annotations
-
 import gc
 import os
 import threading

@@ -5,8 +5,6 @@ finally `done`. Only the instructions of `threading` and of pipros's waits count
 may run a signal handler while a lock is held. The runs are forked children, so that imports are done once.
 """
 
-from __future__ import annotations
-
 import os
 import select
 import signal

@@ -1,7 +1,5 @@
 """Messages between nodes through a proxy that delays, splits, stalls, corrupts and cuts connections."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

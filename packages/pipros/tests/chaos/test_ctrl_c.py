@@ -1,7 +1,5 @@
 """Ctrl-C at any moment: one is enough, and no process or registration is left."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

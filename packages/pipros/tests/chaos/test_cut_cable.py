@@ -1,7 +1,5 @@
 """A cable that is cut between a publisher and one of its subscribers, or between a caller and its server."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from typing import Any

@@ -5,8 +5,6 @@ each program is ended when it waits, and at one moment before, which the seed ch
 default: the date).
 """
 
-from __future__ import annotations
-
 import os
 import random
 import signal

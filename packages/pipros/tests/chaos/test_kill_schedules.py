@@ -1,7 +1,5 @@
 """Master, talker, listener, relay, launcher and recorder are killed in random order, and recover."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path

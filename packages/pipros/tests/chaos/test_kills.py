@@ -1,7 +1,5 @@
 """Recorders and masters that are killed, and a subscriber that stops."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import random

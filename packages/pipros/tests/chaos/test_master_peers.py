@@ -5,8 +5,6 @@ master during each attack; every response must arrive in time. A healthy master 
 (`docs/internals/master.md` has the figures), a stuck master far longer than a pause of a busy machine.
 """
 
-from __future__ import annotations
-
 import resource
 import socket
 import sys

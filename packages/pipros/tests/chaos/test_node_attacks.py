@@ -4,8 +4,6 @@ The node runs in its own process with 256 descriptors, which every attack exceed
 a machine with other load; a locked-up node does not respond at all.
 """
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import struct

@@ -1,7 +1,5 @@
 """Hostile, silent, dying and broken peers of a node: it serves all others, and nothing is left."""
 
-from __future__ import annotations
-
 import random
 import socket
 import struct

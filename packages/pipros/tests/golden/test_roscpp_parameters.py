@@ -5,8 +5,6 @@ for each type, or null if the default applies. Where roscpp returns the smallest
 not an integer of 32 bits, the default applies here.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

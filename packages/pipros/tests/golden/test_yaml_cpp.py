@@ -5,8 +5,6 @@ key `v` as each type, or null if the conversion is an error. The program that re
 `YAML::Load(text)["v"].as<T>()`; "inf", "-inf" and "nan" stand for numbers that JSON lacks.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

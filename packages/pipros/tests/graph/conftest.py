@@ -1,7 +1,5 @@
 """Fixtures: a master and nodes in the test's own process."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros.master.master import Master

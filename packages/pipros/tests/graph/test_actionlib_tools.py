@@ -1,7 +1,5 @@
 """axclient.py and axserver.py, on terminals and in scripts."""
 
-from __future__ import annotations
-
 import os
 import select
 from typing import Any

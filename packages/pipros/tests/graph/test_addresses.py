@@ -1,7 +1,5 @@
 """Addresses and ports of nodes: ranges, advertised addresses, loopback, IPv6, other users and networks."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

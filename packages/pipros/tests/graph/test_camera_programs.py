@@ -1,7 +1,5 @@
 """usb_cam with a video file as its device, image_view, and image_transport. Not tested with a real camera."""
 
-from __future__ import annotations
-
 import runpy
 import sys
 from collections.abc import Iterator

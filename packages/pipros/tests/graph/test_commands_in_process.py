@@ -1,7 +1,5 @@
 """Commands in the process of the test: rosnode ping, rosservice call, and the monitor of time servers."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import threading

@@ -1,7 +1,5 @@
 """pipros doctor on running systems: planted faults, the steps of a message, and nothing in a healthy one."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Callable, Iterator

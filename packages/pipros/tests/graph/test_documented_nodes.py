@@ -1,7 +1,5 @@
 """Nodes and notebooks of the documents run."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

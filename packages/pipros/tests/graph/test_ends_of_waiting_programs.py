@@ -1,7 +1,5 @@
 """Programs ended during a wait by Ctrl-C, SIGTERM or rosnode kill, also in the background of a script."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import signal

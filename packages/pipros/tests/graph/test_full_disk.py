@@ -1,7 +1,5 @@
 """On a full disk, commands keep the old file, name the new one, leave no part of it, and exit with 1."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -3,8 +3,6 @@
 The parent is a server in the test; tests.interop.test_remote_machines uses a genuine one.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from pathlib import Path

@@ -3,8 +3,6 @@
 `tests.support.launch_combinations` derives them.
 """
 
-from __future__ import annotations
-
 import os
 from contextlib import ExitStack
 from pathlib import Path

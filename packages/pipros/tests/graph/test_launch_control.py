@@ -1,7 +1,5 @@
 """The page lists the nodes of a roslaunch, and stops and restarts them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any

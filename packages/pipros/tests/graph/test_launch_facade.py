@@ -1,7 +1,5 @@
 """The Python API of roslaunch in scripts written for Noetic, run one after another in one process."""
 
-from __future__ import annotations
-
 import re
 import sys
 

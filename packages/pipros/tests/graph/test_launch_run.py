@@ -1,7 +1,5 @@
 """roslaunch and roscore: processes, Ctrl-C, SIGKILL, respawn, required, terminals, other machines."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

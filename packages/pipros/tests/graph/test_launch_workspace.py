@@ -1,7 +1,5 @@
 """A workspace from an empty folder in real shells: created, built, sourced, run and installed; its stubs."""
 
-from __future__ import annotations
-
 import shutil
 import signal
 import sys

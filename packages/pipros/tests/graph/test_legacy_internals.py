@@ -1,7 +1,5 @@
 """Modules of roslib and roslaunch that legacy programs import, with the results of genuine ROS."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

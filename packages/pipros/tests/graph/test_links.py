@@ -1,7 +1,5 @@
 """Links of nodes: latched messages, bad peers, refused names, failing registrations, and await."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import threading

@@ -1,7 +1,5 @@
 """Unix streams between the nodes of one machine: negotiation, the way back to TCP, kept connections."""
 
-from __future__ import annotations
-
 import gc
 import socket
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A running master: notices, vanished nodes, duplicate names, a restart with its store."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import socket

@@ -1,7 +1,5 @@
 """The XML-RPC server and its clients, over real sockets."""
 
-from __future__ import annotations
-
 import asyncio
 import fcntl
 import socket

@@ -1,7 +1,5 @@
 """What other programs ask of a node: the slave API, logger levels, and settings of dynamic_reconfigure."""
 
-from __future__ import annotations
-
 import re
 import socket
 import struct

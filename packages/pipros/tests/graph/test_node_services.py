@@ -1,7 +1,5 @@
 """Services between nodes of one process, over real connections."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import threading

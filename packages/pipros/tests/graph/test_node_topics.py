@@ -1,7 +1,5 @@
 """Topics between nodes of one process, over real connections."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import socket

@@ -1,7 +1,5 @@
 """Nodelets in Python: managers, loaders, bonds, names, and messages within one process."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from typing import Any

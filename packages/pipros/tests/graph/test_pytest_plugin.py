@@ -1,7 +1,5 @@
 """The pytest plugin in a separate pytest run: collected launch files, fixtures and failure reports."""
 
-from __future__ import annotations
-
 import re
 import sys
 import textwrap

@@ -1,7 +1,5 @@
 """Programs of a robot: descriptions and frames, maps, diagnostics, and jumps of simulated time."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rosbag record` and `rosbag play` with running nodes."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import os

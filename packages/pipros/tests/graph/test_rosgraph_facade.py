@@ -1,7 +1,5 @@
 """`rosgraph` and `rosmaster` as third-party code uses them."""
 
-from __future__ import annotations
-
 import io
 import socket
 import xmlrpc.client

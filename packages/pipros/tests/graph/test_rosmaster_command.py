@@ -1,7 +1,5 @@
 """rosmaster, started by users and by roslaunch; rosgraph."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

@@ -1,7 +1,5 @@
 """Parts of rospy and of libraries on top of it that need a node, one script each, in its own process."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

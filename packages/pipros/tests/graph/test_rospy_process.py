@@ -1,7 +1,5 @@
 """A rospy process from start to end: signals, exit codes, registrations, and a second node."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,7 +1,5 @@
 """rosrun replaces its process with the program; the interpreter that a script names is chosen."""
 
-from __future__ import annotations
-
 import shutil
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """rostest with real nodes and masters, as a command, as a library, and run by catkin_make."""
 
-from __future__ import annotations
-
 import signal
 import sys
 from pathlib import Path

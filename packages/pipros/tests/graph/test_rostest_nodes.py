@@ -1,7 +1,5 @@
 """The test nodes of the package rostest, each in rostest files that pass and that fail."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

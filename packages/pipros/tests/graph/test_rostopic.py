@@ -1,7 +1,5 @@
 """rostopic with running nodes: echo, hz, bw, delay and pub, their output and how they exit."""
 
-from __future__ import annotations
-
 import itertools
 import re
 import shutil

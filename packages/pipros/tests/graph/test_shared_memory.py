@@ -1,7 +1,5 @@
 """Large messages in shared memory: subscribers, limits, failures, hostile peers."""
 
-from __future__ import annotations
-
 import array
 import errno
 import os

@@ -1,7 +1,5 @@
 """roscd, rosls, rosed, roscat, roscp, rosmv, rospd and rosd in the shells that have them."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

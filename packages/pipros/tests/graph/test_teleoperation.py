@@ -1,7 +1,5 @@
 """Keys, joysticks and interactive markers steer robots. Not tested with a real device."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Python modules of the command-line tools: rosmsg, rosnode, rosparam, rosservice, rostopic."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from xmlrpc.client import DateTime

@@ -1,7 +1,5 @@
 """Tools on a machine in another network than the master."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from typing import Any

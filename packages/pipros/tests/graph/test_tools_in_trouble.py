@@ -1,7 +1,5 @@
 """Tools without a master or output, with a master that exits, on terminals, and without POSIX."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import os

@@ -1,7 +1,5 @@
 """The programs of topic_tools in a launch file, with unknown types, and with wrong expressions."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Fixtures for tests with genuine ROS 1 on the other side."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

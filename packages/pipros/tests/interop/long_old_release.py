@@ -3,8 +3,6 @@
 Not collected by `script/test`, because it installs that release; `script/long local` runs it.
 """
 
-from __future__ import annotations
-
 import io
 import subprocess
 import sys

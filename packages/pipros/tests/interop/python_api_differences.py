@@ -5,8 +5,6 @@ Names are patterns of full names, `module.Name` or `module.Class.member`, in whi
 it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 

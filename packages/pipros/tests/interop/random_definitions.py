@@ -1,7 +1,5 @@
 """Random message definitions: every field type, awkward names, constants, nesting."""
 
-from __future__ import annotations
-
 import random
 
 SEPARATOR = "=" * 80

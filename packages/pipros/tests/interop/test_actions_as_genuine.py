@@ -1,7 +1,5 @@
 """Goals between pipros and genuine ROS have the same outcome in either direction."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

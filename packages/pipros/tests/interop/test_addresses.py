@@ -3,8 +3,6 @@
 Each machine is a separate network with its own /etc/hosts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import pytest

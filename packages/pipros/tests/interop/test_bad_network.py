@@ -1,7 +1,5 @@
 """Genuine nodes and pipros nodes that communicate through the fault proxy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

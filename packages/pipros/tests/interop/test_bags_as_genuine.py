@@ -1,7 +1,5 @@
 """Bags of either side are read by both, with the same results; `rosbag` has the options of genuine rosbag."""
 
-from __future__ import annotations
-
 import io
 import json
 import re

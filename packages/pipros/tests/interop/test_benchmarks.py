@@ -1,7 +1,5 @@
 """Benchmarks run, and print the figures of pipros and genuine ROS side by side."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """Bonds between processes of both sides: formed, broken, and lost."""
 
-from __future__ import annotations
-
 import random
 import subprocess
 import sys

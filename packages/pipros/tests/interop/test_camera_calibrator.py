@@ -1,7 +1,5 @@
 """Debian's `cameracalibrator.py`, unmodified, on rospy of pipros, with its OpenCV window on a page."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The case study's nodes with genuine peers, and with either master."""
 
-from __future__ import annotations
-
 import re
 import signal
 

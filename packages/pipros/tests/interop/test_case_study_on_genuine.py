@@ -1,7 +1,5 @@
 """The examples are plain Noetic packages: genuine catkin builds them, and genuine ROS runs every step."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """catkin's tools have the exit codes, output, files and error texts of the genuine ones."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

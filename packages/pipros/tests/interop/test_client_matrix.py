@@ -4,8 +4,6 @@ Three peers, one of each kind, use all features with each other concurrently and
 see `client_matrix/peer.py`. One such run for each master serves all tests of this file.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The language of CMake: scripts that print their results, run by CMake and by pipros."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

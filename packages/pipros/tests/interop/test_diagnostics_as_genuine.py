@@ -1,7 +1,5 @@
 """Diagnostics of both sides: the same reports, tables and monitors."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 Genuine nodes use names that resolve to an IPv6 address, so the tests run in a separate network that has one.
 """
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """roslaunch starts the same nodes, parameters, arguments and environments as genuine roslaunch."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The Python API of roslaunch and its reader of launch files behave like the genuine ones."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import shutil

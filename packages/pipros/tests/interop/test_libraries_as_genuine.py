@@ -1,7 +1,5 @@
 """Libraries of both sides have the same results for random arguments: images, cameras, filters, rotations."""
 
-from __future__ import annotations
-
 import json
 import math
 import subprocess

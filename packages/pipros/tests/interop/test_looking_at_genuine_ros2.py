@@ -1,7 +1,5 @@
 """`pipros ros2 topics`, `echo` and the other commands that look at ROS 2, beside a genuine node."""
 
-from __future__ import annotations
-
 import re
 import signal
 import sys

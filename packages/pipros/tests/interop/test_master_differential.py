@@ -1,7 +1,5 @@
 """The same calls to genuine rosmaster and to ours: the same codes, texts, values and notifications."""
 
-from __future__ import annotations
-
 import threading
 import xmlrpc.client
 from collections.abc import Iterator

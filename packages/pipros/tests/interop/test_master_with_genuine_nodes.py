@@ -3,8 +3,6 @@
 Each test has a talker of one kind and a listener of the other, in both combinations.
 """
 
-from __future__ import annotations
-
 import re
 import signal
 import sqlite3

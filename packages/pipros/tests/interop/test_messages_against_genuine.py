@@ -1,7 +1,5 @@
 """Messages of pipros and packages of messages compared with those of genuine genpy."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """Packages with C++ beside Python: genuine catkin builds them, and their Python nodes run on pipros."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Nodes of pipros behind routers that map ports to them, as in containers, and genuine ROS outside."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """Nodelets, and nodes that send and look at images, of pipros and genuine ones in all combinations."""
 
-from __future__ import annotations
-
 import base64
 import json
 from functools import partial

@@ -1,7 +1,5 @@
 """Setup files of three workspaces, sourced in many orders, set the same variables as genuine ones."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from pathlib import Path

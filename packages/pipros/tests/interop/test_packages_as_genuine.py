@@ -4,8 +4,6 @@ The install spaces contain the same files with the same modes and contents, the 
 same names, and the setup files run the same hooks.
 """
 
-from __future__ import annotations
-
 import stat
 from pathlib import Path
 

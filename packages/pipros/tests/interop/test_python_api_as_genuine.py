@@ -3,8 +3,6 @@
 `python_api_differences.py` lists the only allowed differences.
 """
 
-from __future__ import annotations
-
 import difflib
 import fnmatch
 import json

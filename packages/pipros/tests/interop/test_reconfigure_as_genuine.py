@@ -1,7 +1,5 @@
 """dynamic_reconfigure between pipros and genuine ROS in either direction: the same traffic and responses."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Nodes on another machine, started by genuine roslaunch and ours over a real ssh connection."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

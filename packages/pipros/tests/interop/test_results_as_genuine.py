@@ -1,7 +1,5 @@
 """rosunit, rostest and its test nodes end, report and write result files as the genuine ones do."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """robot_state_publisher, joint_state_publisher and markers of both sides."""
 
-from __future__ import annotations
-
 import itertools
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`rosconsole` compared with that of genuine ROS, on nodes of both; and what nodes print on a terminal."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

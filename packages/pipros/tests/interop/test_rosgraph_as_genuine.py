@@ -1,7 +1,5 @@
 """`rosgraph`, its library, `roscore` and `rosmaster` compared with the genuine ones."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

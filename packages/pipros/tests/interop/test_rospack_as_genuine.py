@@ -1,7 +1,5 @@
 """rospack, rosstack and rosclean have the output, errors and exit codes of the genuine ones."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from pathlib import Path

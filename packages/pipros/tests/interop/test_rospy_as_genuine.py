@@ -3,8 +3,6 @@
 Each script runs under genuine rospy and under pipros, and must print the same.
 """
 
-from __future__ import annotations
-
 import difflib
 import json
 import re

@@ -1,7 +1,5 @@
 """What genuine `roswtf` finds, ours finds, in the words of `pipros doctor`, in systems of either side."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

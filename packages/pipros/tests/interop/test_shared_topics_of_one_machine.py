@@ -1,7 +1,5 @@
 """Genuine rospy, roscpp, C++ `rosbag record` and nodes of pipros share a topic over all transports."""
 
-from __future__ import annotations
-
 from typing import Any
 from xmlrpc.client import ServerProxy
 

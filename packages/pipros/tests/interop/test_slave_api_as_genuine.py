@@ -1,7 +1,5 @@
 """Responses of nodes to valid and invalid XML-RPC calls, and to topic and service connections."""
 
-from __future__ import annotations
-
 import re
 import socket
 import struct

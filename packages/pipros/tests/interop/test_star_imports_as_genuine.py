@@ -1,7 +1,5 @@
 """`from package import *` binds the same names as in genuine ROS, including imported modules."""
 
-from __future__ import annotations
-
 import fnmatch
 from collections.abc import Iterator, Mapping
 

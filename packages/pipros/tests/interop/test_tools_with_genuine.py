@@ -1,7 +1,5 @@
 """The tools of pipros in a genuine system, genuine tools in a pipros system, and both on the same nodes."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 from xmlrpc.client import ServerProxy

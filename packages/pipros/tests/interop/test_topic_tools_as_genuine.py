@@ -1,7 +1,5 @@
 """The programs of topic_tools of both sides: forwarded messages, subscriptions, service responses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """roscore, roslaunch and rostest on a terminal, from start to Ctrl-C: the same screen as with genuine ROS."""
 
-from __future__ import annotations
-
 import difflib
 import itertools
 import re

@@ -1,7 +1,5 @@
 """Transforms of both sides: the same results for the same queries, on one graph, and by the same programs."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The realistic packages of tests.graph, with half of their nodes on genuine ROS."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -4,8 +4,6 @@ The same packages build, `message()` prints the same, the same interfaces are in
 modules of the devel space can be imported.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The files that run pipros in a browser."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The guide about the tab in Chromium: blocks are run, changed and stopped, and a bag is listed."""
 
-from __future__ import annotations
-
 import functools
 import html
 import http.server

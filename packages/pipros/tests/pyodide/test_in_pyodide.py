@@ -1,7 +1,5 @@
 """Programs and the guide about the tab in Pyodide, which is CPython for WebAssembly, under Node.js."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

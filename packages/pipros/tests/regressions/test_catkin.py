@@ -1,7 +1,5 @@
 """Reported faults of catkin and genmsg."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 

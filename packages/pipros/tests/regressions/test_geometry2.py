@@ -1,7 +1,5 @@
 """Reported faults of geometry2 and diagnostics."""
 
-from __future__ import annotations
-
 import io
 import logging
 import shutil

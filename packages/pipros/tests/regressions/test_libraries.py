@@ -1,7 +1,5 @@
 """Reported faults of libraries: actionlib, dynamic_reconfigure, numpy in messages, cv_bridge."""
 
-from __future__ import annotations
-
 import io
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Reported faults of rospy nodes: services, parameters, names, times and logs."""
 
-from __future__ import annotations
-
 import math
 import re
 import signal

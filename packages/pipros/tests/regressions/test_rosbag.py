@@ -1,7 +1,5 @@
 """Reported faults of rosbag."""
 
-from __future__ import annotations
-
 import io
 import struct
 import threading

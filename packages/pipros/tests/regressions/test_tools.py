@@ -1,7 +1,5 @@
 """Reported faults of rosbag, roslaunch, rosparam and rosnode on the command line."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import time

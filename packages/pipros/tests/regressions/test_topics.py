@@ -1,7 +1,5 @@
 """Reported faults of topics in ros_comm."""
 
-from __future__ import annotations
-
 import gc
 import os
 import socket

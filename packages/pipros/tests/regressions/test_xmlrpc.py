@@ -1,7 +1,5 @@
 """Reported faults of masters and of XML-RPC."""
 
-from __future__ import annotations
-
 import gzip
 import socket
 from collections.abc import Iterator

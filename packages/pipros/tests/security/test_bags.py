@@ -1,7 +1,5 @@
 """Untrusted bags and MCAP files: their size, their strings, and the names of their topics."""
 
-from __future__ import annotations
-
 import io
 import os
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Ctrl-C ends a node at once, whatever it waits for: silent peers, unknown host names."""
 
-from __future__ import annotations
-
 import signal
 import socket
 import sys

@@ -1,7 +1,5 @@
 """Types and definitions of peers: exhausting, differing, or named like modules; YAML and expressions."""
 
-from __future__ import annotations
-
 import gc
 import subprocess
 import sys

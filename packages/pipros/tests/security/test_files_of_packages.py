@@ -1,7 +1,5 @@
 """A file of a package that is none: an error names package and file, soon, and other packages are built."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

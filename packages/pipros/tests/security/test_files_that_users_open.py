@@ -1,7 +1,5 @@
 """Whatever a file that a user opens contains: an error that names the file, soon, with little memory."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

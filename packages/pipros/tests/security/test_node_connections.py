@@ -1,7 +1,5 @@
 """Peers that open connections and abandon them: others can connect, and no resource grows."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

@@ -1,7 +1,5 @@
 """Files of packages and workspaces that are none, never end, or exceed the limits."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """Peers of a master: what they register and set, addresses they name, and the run id."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import socket

@@ -1,7 +1,5 @@
 """A relay stops a robot whose driver has gone: a browser, a client of a bridge, an assistant."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

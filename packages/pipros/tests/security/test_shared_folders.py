@@ -1,7 +1,5 @@
 """Caches and logs in folders where other users can write: planted files are not used or written."""
 
-from __future__ import annotations
-
 import logging
 import os
 import shutil

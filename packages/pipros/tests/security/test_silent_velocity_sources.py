@@ -1,7 +1,5 @@
 """A source of velocities that falls silent, or sends invalid ones, does not leave a robot driving."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Callers that may not be the master or the user: verified, refused, and not lost."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess

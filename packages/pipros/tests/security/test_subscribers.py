@@ -1,7 +1,5 @@
 """Slow, stuck and talkative subscribers, and the memory and timers that peers use."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import struct

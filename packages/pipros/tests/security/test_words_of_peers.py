@@ -1,7 +1,5 @@
 """Texts and names of peers on terminals, in logs, command lines and completion."""
 
-from __future__ import annotations
-
 import logging
 import os
 import re

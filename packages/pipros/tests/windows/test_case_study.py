@@ -1,7 +1,5 @@
 """The case study with Windows's programs, alone and in one system with programs of Linux."""
 
-from __future__ import annotations
-
 import os
 import signal
 

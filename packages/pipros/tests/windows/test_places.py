@@ -1,7 +1,5 @@
 """Workspaces, bags and logs in places of Windows: several drives, shares, long paths, names without case."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Workspaces and interrupts with Windows's programs."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

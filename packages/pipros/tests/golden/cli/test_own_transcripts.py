@@ -4,8 +4,6 @@
 current output.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Every command behaves as its genuine counterpart did when the transcripts were recorded."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import io
