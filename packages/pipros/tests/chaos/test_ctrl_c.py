@@ -59,10 +59,9 @@ def test_roslaunch_ends_at_this_moment_of_its_start(ros: RosSystem, moment: str)
 def test_roslaunch_ends_when_its_nodes_begin_to_wait(ros: RosSystem, attempt: int) -> None:
     launch = ros.pipros.start(*LAUNCH)
     wait_until(
-        lambda: ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"),
-        60,
+        lambda: ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"), 60,
         what=lambda: f"talker and listener are not there:\n{launch.output}",
-    )
+    )  # fmt: skip
 
     end(ros, launch)
 
@@ -94,15 +93,9 @@ def test_ctrl_c_between_two_byte_codes_is_not_lost(
 ) -> None:
     make_node("talker").advertise("/chatter", String, latch=True).publish(String("x"))
     runs = processes.run(
-        sys.executable,
-        "-m",
-        "tests.chaos.interrupt_at",
-        what,
-        *map(str, CODE_MOMENTS),
-        cwd=REPOSITORY,
-        environment={"ROS_MASTER_URI": master.uri},
-        timeout_s=300,
-    )
+        sys.executable, "-m", "tests.chaos.interrupt_at", what, *map(str, CODE_MOMENTS), cwd=REPOSITORY,
+        environment={"ROS_MASTER_URI": master.uri}, timeout_s=300,
+    )  # fmt: skip
     assert "done" in runs.stdout, runs.output
     assert "was lost" not in runs.output
     assert "RuntimeError" not in runs.output  # a lock that is released twice

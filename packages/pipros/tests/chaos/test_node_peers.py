@@ -302,14 +302,13 @@ def test_a_thousand_calls_leave_no_resources_behind(node: Node, make_node: MakeN
 @pytest.mark.parametrize(
     ("answer", "complaint"),
     [
-        (b"", "unable to receive data from sender"),
-        (b"\x01", "unable to receive data from sender"),
+        (b"", "unable to receive data from sender"), (b"\x01", "unable to receive data from sender"),
         (b"\x01" + struct.pack("<I", 1000) + b"half", "unable to receive data from sender"),
         (b"\x00" + struct.pack("<I", 4), "unable to receive data from sender"),
         (b"\x01" + struct.pack("<I", 0xFFFFFFFF), "4294967295 bytes was announced; the limit is"),
     ],
     ids=["silence", "within the answer", "within the body", "within the error", "4 GB announced"],
-)
+)  # fmt: skip
 def test_a_call_ends_with_an_error_when_the_server_dies(
     make_node: MakeNode, master: Master, answer: bytes, complaint: str
 ) -> None:

@@ -147,10 +147,8 @@ def test_a_port_answers_http_and_tcpros_even_in_single_bytes(make_node: MakeNode
     request = build_request("h", "/", encode_call("getName", ("/test",)))
     for data, answer in ((header, b"topic=/chat"), (request, b"<string>/one</string>")):
         for pieces in (
-            [data],
-            [data[:2], data[2:3], data[3:]],
-            [data[at : at + 1] for at in range(len(data))],
-        ):
+            [data], [data[:2], data[2:3], data[3:]], [data[at : at + 1] for at in range(len(data))],
+        ):  # fmt: skip
             with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
                 for piece in pieces:
                     peer.sendall(piece)
@@ -281,11 +279,10 @@ def test_a_master_with_one_bind_address_listens_only_there() -> None:
 @pytest.mark.parametrize(
     ("variables", "announced"),
     [
-        ({"ROS_IP": DEBIANS}, DEBIANS),
-        ({"ROS_MASTER_URI": f"http://{DEBIANS}:{{port}}"}, "127.0.0.1"),
+        ({"ROS_IP": DEBIANS}, DEBIANS), ({"ROS_MASTER_URI": f"http://{DEBIANS}:{{port}}"}, "127.0.0.1"),
         ({"ROS_IP": DEBIANS, "ROS_MASTER_URI": "http://127.0.0.9:{port}"}, DEBIANS),
     ],
-)
+)  # fmt: skip
 def test_roscore_is_found_by_its_variables(ros: RosSystem, variables: dict[str, str], announced: str) -> None:
     variables = {name: value.format(port=ros.port) for name, value in variables.items()}
     core = ros.pipros.start("roscore", "-p", str(ros.port), **variables)

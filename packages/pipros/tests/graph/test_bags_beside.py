@@ -227,15 +227,12 @@ ROWS = {
     "encryptor": Beside(encrypted, "is encrypted"),
     "attachments": Beside(
         lambda: write_mcap(lambda writer: writer.add_attachment(1, 2, "a.yaml", "text/yaml", b"x: 1")),
-        "1 attachments",
-        in_mcap(lambda reader: list(reader.iter_attachments())),
-        ROS2,
+        "1 attachments", in_mcap(lambda reader: list(reader.iter_attachments())), ROS2,
     ),
     "metadata": Beside(
         lambda: write_mcap(lambda writer: writer.add_metadata("weather", {"rain": "no"})),
         "1 metadata records",
-        in_mcap(lambda reader: [each for each in reader.iter_metadata() if each.name != "rosbag2"]),
-        ROS2,
+        in_mcap(lambda reader: [each for each in reader.iter_metadata() if each.name != "rosbag2"]), ROS2,
     ),
     "statistics": Beside(
         write_mcap, r"messages: +4\n", lambda path: in_mcap(statistics)(path) or chunks(path)
@@ -248,22 +245,18 @@ ROWS = {
     ),
     "schemas without a channel": Beside(
         lambda: write_mcap(lambda writer: writer.register_schema("std_msgs/Bool", "ros1msg", b"bool data")),
-        "1 schemas without a channel",
-        in_mcap(unused),
-        ROS2,
+        "1 schemas without a channel", in_mcap(unused), ROS2,
     ),
     "write-ahead log (`-wal`)": Beside(with_log, "(?!)", messages, ROS2, r"(?m)[ ,]4$|\b3$"),
     "its index (`-shm`)": Beside(with_shared_memory, "shm"),
     "custom data": Beside(
         lambda: changed_metadata(lambda values: values.update(custom_data={"site": "hall"})),
-        "1 custom data",
-        custom_data,
-        ROS2,
+        "1 custom data", custom_data, ROS2,
     ),
     "QoS profiles": Beside(with_qos, "qos|QoS", qos, ROS2),
     "several files": Beside(in_two_files, "(?!)", messages, ROS2, r"(?m)[ ,]4$|\b3$"),
     "compressed files": Beside(compressed, "compressed with zstd"),
-}
+}  # fmt: skip
 
 
 def table() -> dict[str, dict[str, str]]:

@@ -174,13 +174,12 @@ def test_raw_images_are_republished_everywhere(transport_processes: Processes, m
     [
         ([], 0, "Usage: "),
         (
-            ["theora", "in:=/a", "raw", "out:=/b"],
-            1,
+            ["theora", "in:=/a", "raw", "out:=/b"], 1,
             "'theora': it must be one of raw, compressed, compressed",
         ),
         (["raw", "in:=/a", "theora", "out:=/b"], 1, "it must be one of raw, compressed, compressedDepth\n"),
     ],
-)
+)  # fmt: skip
 def test_impossible_conversions_are_reported(
     transport_processes: Processes, arguments: list[str], code: int, text: str
 ) -> None:

@@ -42,13 +42,8 @@ NOBODY = "http://127.0.0.1:1/"
 def no_other_ros(monkeypatch: pytest.MonkeyPatch) -> None:
     """A healthy machine: variables in the terminal of the tests are ignored."""
     for name in (
-        "ROS_HOSTNAME",
-        "ROS_IP",
-        "ROS_PACKAGE_PATH",
-        "CMAKE_PREFIX_PATH",
-        "PYTHONPATH",
-        "ROS_VERSION",
-    ):
+        "ROS_HOSTNAME", "ROS_IP", "ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH", "ROS_VERSION",
+    ):  # fmt: skip
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("pipros_tools.health.gather_machine.COMMANDS", ())
 
@@ -285,9 +280,8 @@ def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(
 ) -> None:
     monkeypatch.setattr("pipros_tools.health.gather_machine.COMMANDS", ("roscore", "rostopic", "rosnode"))
     for name, text in {
-        "roscore": "import roslaunch",
-        "rostopic": "from pipros_tools.cli.rostopic import main",
-    }.items():
+        "roscore": "import roslaunch", "rostopic": "from pipros_tools.cli.rostopic import main",
+    }.items():  # fmt: skip
         (tmp_path / name).write_text(f"#!/usr/bin/python3\n{text}\n")
         (tmp_path / name).chmod(0o755)
     machine = gather_machine({"PATH": str(tmp_path), "ROS_MASTER_URI": "http://127.0.0.1:1"}, timeout_s=1.0)

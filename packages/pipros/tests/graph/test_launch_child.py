@@ -16,10 +16,9 @@ from tests.support.waiting import wait_until
 
 PROGRAMS = {
     "sleeper": "#!/bin/sh\nexec sleep 1000\n",
-    "fails": "#!/bin/sh\necho out\necho the reason >&2\nexit 3\n",
-    "ends": "#!/bin/sh\nexit 0\n",
+    "fails": "#!/bin/sh\necho out\necho the reason >&2\nexit 3\n", "ends": "#!/bin/sh\nexit 0\n",
     "floods": "#!/bin/sh\nwhile :; do echo this is not read on the other side of a connection; done\n",
-}
+}  # fmt: skip
 
 
 @pytest.fixture

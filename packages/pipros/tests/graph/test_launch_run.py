@@ -240,12 +240,10 @@ def test_verbose_prints_the_files_parameters_and_nodes(ros: RosSystem, package: 
     running = launch(ros, package, '<param name="p" value="1"/>' + node("ends"), "-v", "--wait", "--local")
     assert running.wait() == 0
     for line in (
-        "master has started, initiating launch",
-        f"... loading XML file [{package}/x.launch]",
-        "Added parameter [/p]",
-        "Added node of type [programs/ends] in namespace [/]",
+        "master has started, initiating launch", f"... loading XML file [{package}/x.launch]",
+        "Added parameter [/p]", "Added node of type [programs/ends] in namespace [/]",
         "local only launch specified, will not launch remote nodes",
-    ):
+    ):  # fmt: skip
         assert line in running.stdout
 
 
@@ -262,10 +260,9 @@ def test_fifty_nodes_are_started_and_ended(ros: RosSystem, package: Path, count:
 def test_an_invalid_file_prevents_the_launch_and_is_named_with_a_line(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, '\n  <node pkg="" type="t" name="n"/>\n')
     running.check(
-        1,
-        "RLException: Invalid <node> tag: package must be non-empty.",
+        1, "RLException: Invalid <node> tag: package must be non-empty.",
         f"in {package}/x.launch:2:3: <node pkg=",
-    )
+    )  # fmt: skip
     assert "auto-starting" not in running.output
 
 
@@ -506,12 +503,10 @@ def machine_file(ros: RosSystem) -> Path:
     folder = ros.home / "programs"
     tools = ros.home / "tools_of_the_test"
     for path, content in (
-        (tools / "ssh", SSH),
-        (folder / "loader", LOADER),
-        (folder / "show", MACHINE_PROGRAM),
+        (tools / "ssh", SSH), (folder / "loader", LOADER), (folder / "show", MACHINE_PROGRAM),
         (folder / "package.xml", "<package><name>programs</name></package>"),
         (folder / "x.launch", FILE.format(loader=folder / "loader")),
-    ):
+    ):  # fmt: skip
         path.parent.mkdir(exist_ok=True)
         path.write_text(content)
         path.chmod(0o755)

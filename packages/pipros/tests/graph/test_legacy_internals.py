@@ -44,14 +44,12 @@ def test_services_are_read_as_by_roslib() -> None:
     assert roslib.srvs.load_from_file(file)[0] == "SetBool"
     without_response = roslib.srvs.load_from_string("Point[3] p\n", "geometry_msgs")
     assert (without_response.request.types, without_response.response.types) == (
-        ["geometry_msgs/Point[3]"],
-        [],
-    )
+        ["geometry_msgs/Point[3]"], [],
+    )  # fmt: skip
     specs, failed = roslib.srvs.get_pkg_srv_specs("std_srvs")
     assert ([name for name, _ in specs], failed) == (
-        ["std_srvs/Empty", "std_srvs/SetBool", "std_srvs/Trigger"],
-        [],
-    )
+        ["std_srvs/Empty", "std_srvs/SetBool", "std_srvs/Trigger"], [],
+    )  # fmt: skip
     with pytest.raises(roslib.msgs.MsgSpecException):
         roslib.srvs.load_from_string("int32\n---\n")
 

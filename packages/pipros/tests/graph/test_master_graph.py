@@ -241,12 +241,11 @@ def test_statistics_count_the_work_of_the_master(master: Master, slave: FakeSlav
         ({"ROS_IP": "127.0.0.1"}, "127.0.0.1", "for this computer only"),
         ({"ROS_HOSTNAME": "robot"}, address.ANY, "open to all programs that can reach this computer"),
         (
-            {"ROS_MASTER_URI": "http://robot:11311"},
-            address.ANY,
+            {"ROS_MASTER_URI": "http://robot:11311"}, address.ANY,
             "open to all programs that can reach this computer",
         ),
     ],
-)
+)  # fmt: skip
 def test_only_loopback_is_bound_unless_it_is_opened(variables: dict[str, str], host: str, who: str) -> None:
     master = Master(port=0, environment=Environment.from_os(variables))
     assert (master.host, master.binding) == (host, f"listens on {host}, {who}")

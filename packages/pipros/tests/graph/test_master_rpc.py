@@ -227,13 +227,12 @@ def test_a_client_that_expects_100_continue_gets_it(serving: Serving) -> None:
 @pytest.mark.parametrize(
     ("sent", "status"),
     [
-        (b"GET / HTTP/1.1\r\n\r\n", b"405"),
-        (b"\x00\x01garbage\r\n\r\n", b"400"),
+        (b"GET / HTTP/1.1\r\n\r\n", b"405"), (b"\x00\x01garbage\r\n\r\n", b"400"),
         (b"POST / HTTP/1.1\r\nContent-Length: 1000000000\r\n\r\n", b"413"),
         (b"POST / HTTP/1.1\r\nContent-Length: 1\r\nContent-Encoding: gzip\r\n\r\n", b"415"),
         (b"POST / HTTP/1.1\r\nX: " + b"y" * 20_000, b"431"),
     ],
-)
+)  # fmt: skip
 def test_an_invalid_request_is_refused_by_status_counted_and_closed(
     serving: Serving, sent: bytes, status: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -397,10 +396,9 @@ def test_a_silent_server_is_unreachable_after_the_timeout() -> None:
         (b"SSH-2.0-OpenSSH_9\r\n\r\n", ProtocolError),
         (b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n", ProtocolError),
         (b"HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\nhello", ProtocolError),
-        (b"HTTP/1.1 200 OK\r\nContent-Length: 500\r\n\r\nhello", Unreachable),
-        (b"", Unreachable),
+        (b"HTTP/1.1 200 OK\r\nContent-Length: 500\r\n\r\nhello", Unreachable), (b"", Unreachable),
     ],
-)
+)  # fmt: skip
 def test_a_server_that_speaks_no_xml_rpc_has_its_own_error(answer: bytes, error: type[Exception]) -> None:
     def serve(listener: socket.socket) -> None:
         for _ in range(2):

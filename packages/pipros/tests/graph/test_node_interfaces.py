@@ -151,9 +151,8 @@ def test_settings_are_read_clamped_described_and_changed(make_node: MakeNode) ->
         "bool", "double", "int", "double", "str",
     ]  # fmt: skip
     assert {each.name: each.value for each in described.max.doubles} == {
-        "radius": 10.0,
-        "origin": float("inf"),
-    }
+        "radius": 10.0, "origin": float("inf"),
+    }  # fmt: skip
     assert [(each.name, each.value) for each in described.max.ints] == [("width", 2147483647)]
     assert [(each.name, each.value) for each in described.min.ints] == [("width", 0)]
     assert [(each.name, each.value) for each in described.dflt.strs] == [("footprint", "[]")]

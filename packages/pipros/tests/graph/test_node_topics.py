@@ -440,10 +440,8 @@ def test_a_node_that_ends_leaves_no_registrations(make_node: MakeNode) -> None:
     node.subscribe("b", String, print)
     node.serve("c", Empty, lambda _: Empty._response_class())
     assert observer.master.get_system_state() == [
-        [["/a", ["/node"]]],
-        [["/b", ["/node"]]],
-        [["/c", ["/node"]]],
-    ]
+        [["/a", ["/node"]]], [["/b", ["/node"]]], [["/c", ["/node"]]],
+    ]  # fmt: skip
     node.shutdown("done")
     assert observer.master.get_system_state() == [[], [], []]
 
@@ -604,10 +602,8 @@ def test_the_slave_api_answers_as_genuine_nodes_do(make_node: MakeNode, master: 
         assert peer.call("requestTopic", "/q", "chat", [["UDPROS"], ["TCPROS"]]) == ready
         assert peer.call("requestTopic", "/q", "/chat", [["X"]])[0] == 0
         assert peer.call("requestTopic", "/q", "/nope", [["TCPROS"]]) == [
-            -1,
-            "Not a publisher of [/nope]",
-            [],
-        ]
+            -1, "Not a publisher of [/nope]", [],
+        ]  # fmt: skip
         assert peer.call("publisherUpdate", "/q", "/nope", []) == [1, "", 0]
         assert peer.call("publisherUpdate", "/q", "/a", "x")[0] == -1
         assert peer.call("paramUpdate", "/q", "/a", 1) == [-1, "not subscribed", 0]

@@ -39,11 +39,10 @@ LAUNCH = """<launch>
 TEST_OF = "<test test-name='t' pkg="
 
 PATIENT = {
-    "hzerror: 0.5, test_duration: 3.0": "hzerror: 0.9, test_duration: 6.0",
-    "timeout: 10,": "timeout: 60,",
+    "hzerror: 0.5, test_duration: 3.0": "hzerror: 0.9, test_duration: 6.0", "timeout: 10,": "timeout: 60,",
     "heard, what=": "heard, timeout_s=60, what=",
     "connection_count == 1, what=": "connection_count == 1, timeout_s=60, what=",
-}
+}  # fmt: skip
 """Limits in the examples of the documentation, and those for a busy machine."""
 
 Run = Callable[..., pytest.RunResult]
@@ -266,9 +265,8 @@ def test_the_junit_file_has_each_case_of_a_launch_file(
         ("level.test.first.__main__.T", "test_level"): ["failure"],
         ("level.test.first.__main__.T", "test_nothing"): [],
         ("level.test.second.__main__.T", "test_level"): ["failure"],
-        ("level.test.second.__main__.T", "test_nothing"): [],
-        ("test_plain", "test_plain"): [],
-    }
+        ("level.test.second.__main__.T", "test_nothing"): [], ("test_plain", "test_plain"): [],
+    }  # fmt: skip
     assert [suite.get(count) for count in ("tests", "failures", "errors")] == ["5", "2", "0"]
     messages = [failure.get("message") for failure in suite.iter("failure")]
     assert messages == ["3 != 25 : the level is wrong"] * 2

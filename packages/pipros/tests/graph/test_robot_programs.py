@@ -366,7 +366,6 @@ def test_programs_go_on(ros: RosSystem) -> None:
                 return name in ended and all(received.get(topic, 0) > 1 for topic in topics)
 
             wait_until(
-                lambda name=f"goal {begin_s}": is_done(name),
-                60,
+                lambda name=f"goal {begin_s}": is_done(name), 60,
                 lambda: f"{received} {ended} {[each.output for each in started]}",
-            )
+            )  # fmt: skip

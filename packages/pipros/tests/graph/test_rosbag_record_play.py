@@ -479,10 +479,8 @@ def test_a_bag_of_ros2_is_played_as_ros1(commands: Commands, make_node: MakeNode
 
 def test_only_topics_that_would_be_played_need_legal_names(commands: Commands, make_node: MakeNode) -> None:
     rows: list[Any] = [
-        ("/number", Int32(1), 10, 0),
-        ("/number", Int32(2), 11, 0),
-        ("/no topic!", Int32(3), 20, 0),
-    ]
+        ("/number", Int32(1), 10, 0), ("/number", Int32(2), 11, 0), ("/no topic!", Int32(3), 20, 0),
+    ]  # fmt: skip
     (commands.home / "run.bag").write_bytes(bag_bytes(rows))
     inbox = Inbox()
     make_node("listener").subscribe("/number", Int32, inbox)

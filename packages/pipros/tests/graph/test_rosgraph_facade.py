@@ -111,11 +111,10 @@ def test_anonymous_names_differ_and_are_legal() -> None:
 @pytest.mark.parametrize(
     ("env", "argv", "uri"),
     [
-        ({}, [], "http://localhost:11311/"),
-        ({"ROS_MASTER_URI": "http://h:1"}, [], "http://h:1"),
+        ({}, [], "http://localhost:11311/"), ({"ROS_MASTER_URI": "http://h:1"}, [], "http://h:1"),
         ({"ROS_MASTER_URI": "http://h:1"}, ["__master:=http://x:2"], "http://x:2"),
     ],
-)
+)  # fmt: skip
 def test_the_master_uri_is_read_from_arguments_or_environment(
     env: dict[str, str], argv: list[str], uri: str
 ) -> None:

@@ -99,13 +99,11 @@ def test_statistics_without_a_master_are_an_error_with_advice(capsys: Any) -> No
 @pytest.mark.parametrize(
     ("argv", "text"),
     [
-        (["--core", "foo"], "unrecognized arg: foo"),
-        (["--nope"], "no such option: --nope"),
-        (["-p", "x"], "invalid literal"),
-        (["-t", "x"], "could not convert"),
+        (["--core", "foo"], "unrecognized arg: foo"), (["--nope"], "no such option: --nope"),
+        (["-p", "x"], "invalid literal"), (["-t", "x"], "could not convert"),
         (["-p", "70000"], "rosmaster: error: port must be between 0 and 65535, got 70000"),
     ],
-)
+)  # fmt: skip
 def test_wrong_arguments_are_reported_and_end_with_2(
     argv: list[str], text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -121,12 +119,8 @@ def test_help_names_the_options_of_genuine_rosmaster(capsys: pytest.CaptureFixtu
     text = capsys.readouterr().out
     assert text.startswith("Usage: zenmaster [options]")
     for option in (
-        "--core",
-        "-p PORT, --port=PORT",
-        "-w NUM_WORKERS",
-        "-t TIMEOUT",
-        "--master-logger-level=",
-    ):
+        "--core", "-p PORT, --port=PORT", "-w NUM_WORKERS", "-t TIMEOUT", "--master-logger-level=",
+    ):  # fmt: skip
         assert option in text
 
 

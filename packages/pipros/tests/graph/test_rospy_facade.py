@@ -187,9 +187,8 @@ def test_all_loggers_of_a_process_write_to_its_log_file_as_in_noetic(
     node = processes.run(sys.executable, str(script), environment=variables)
     lines = (tmp_path / "logs" / "node.log").read_text().splitlines()
     assert [line.split(": ")[-1] for line in lines if "[mine]" in line or "[rosout]" in line] == [
-        "own words",
-        "to all",
-    ]
+        "own words", "to all",
+    ]  # fmt: skip
     assert [line.split(": ")[-1] for line in node.stdout] == ["to all"]
 
 
@@ -224,11 +223,9 @@ def test_a_custom_logging_configuration_is_used(processes: Processes, tmp_path: 
     script = tmp_path / "node.py"
     script.write_text('import rospy\nrospy.init_node("node")\nrospy.loginfo("low")\nrospy.logwarn("high")\n')
     variables = {
-        "ROS_MASTER_URI": master.uri,
-        "ROS_LOG_DIR": str(tmp_path / "logs"),
-        "ROS_PYTHON_LOG_CONFIG_FILE": str(tmp_path / "log.conf"),
-        "ROSCONSOLE_FORMAT": "${node} ${message}",
-    }
+        "ROS_MASTER_URI": master.uri, "ROS_LOG_DIR": str(tmp_path / "logs"),
+        "ROS_PYTHON_LOG_CONFIG_FILE": str(tmp_path / "log.conf"), "ROSCONSOLE_FORMAT": "${node} ${message}",
+    }  # fmt: skip
     node = processes.run(sys.executable, str(script), environment=variables)
     assert node.output.split() == ["/node", "high"]
     assert "rosout says high" in (tmp_path / "logs" / "node.log").read_text()

@@ -80,13 +80,9 @@ def test_the_answer_selects_one_of_several(ros: RosSystem, folder: Path) -> None
         (folder / place).mkdir()
         script(folder / place, "show", f"#!/bin/sh\necho from {place}\n")
     ended = subprocess.run(
-        ["rosrun", "programs", "show"],
-        input="2\n",
-        env=ros.pipros.environment,
-        text=True,
-        capture_output=True,
-        check=False,
-    )
+        ["rosrun", "programs", "show"], input="2\n", env=ros.pipros.environment, text=True,
+        capture_output=True, check=False,
+    )  # fmt: skip
     assert (ended.returncode, ended.stdout.splitlines()[-1]) == (0, "from b")
 
 

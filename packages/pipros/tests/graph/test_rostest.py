@@ -86,10 +86,9 @@ def test_the_name_of_a_test_is_that_of_its_node_and_test_name_that_of_its_result
     write(package, "t.py", TEST.format(body=body))
     param = '<param name="p" value="5"/>'
     write(
-        package,
-        "t.test",
+        package, "t.test",
         f'<launch><test test-name="t" pkg="pkg" type="t.py" {attributes}>{param}</test></launch>',
-    )
+    )  # fmt: skip
     ended = ros.pipros.run("rostest", "pkg", "t.test")
     assert ended.returncode == 0, ended.output
     assert list(Path(ros.pipros.environment["ROS_HOME"]).rglob("rosunit-t.xml"))
@@ -299,10 +298,9 @@ def run(ros: RosSystem, package: Path, script: str) -> list[str]:
 
 def test_a_launch_file_becomes_a_class_of_cases(ros: RosSystem, library_package: Path) -> None:
     assert run(ros, library_package, CREATE) == [
-        "2 ['testbb']",
-        "2 1 ['programs.rosunit-aa/test_one', 'programs.rosunit-aa/test_two']",
+        "2 ['testbb']", "2 1 ['programs.rosunit-aa/test_one', 'programs.rosunit-aa/test_two']",
         "['aa', 'bb']",
-    ]
+    ]  # fmt: skip
 
 
 def test_a_launch_for_tests_has_a_master_and_time_limits(ros: RosSystem, library_package: Path) -> None:

@@ -59,9 +59,8 @@ def test_rospack_and_rosrun_find_the_test_nodes(ros: RosSystem) -> None:
 WITHOUT_CLOCK = {
     "paramtest _param_name_target:=/run_id": True,
     "hztest _topic:=/silent _hz:=0 _test_duration:=0.1 _wait_time:=0.1 _wall_clock:=true": True,
-    "hztest _topic:=/silent _hz:=0 _test_duration:=0.1 _wait_time:=0.1": False,
-    "publishtest": False,
-}
+    "hztest _topic:=/silent _hz:=0 _test_duration:=0.1 _wait_time:=0.1": False, "publishtest": False,
+}  # fmt: skip
 """Whether test nodes pass although simulated time does not run, as in Noetic."""
 
 

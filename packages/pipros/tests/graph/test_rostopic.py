@@ -207,10 +207,9 @@ def test_hz_measures_by_the_simulated_clock_by_default(
 
 
 @pytest.mark.parametrize(
-    ("words", "report"),
-    [(("echo",), r"nsecs: +7"), (("echo", "-p"), r"7$"), (("bw",), "average")],
+    ("words", "report"), [(("echo",), r"nsecs: +7"), (("echo", "-p"), r"7$"), (("bw",), "average")],
     ids=" ".join,
-)
+)  # fmt: skip
 def test_the_clock_that_the_command_follows_can_be_listened_to(
     commands: Commands, client: MasterClient, make_node: MakeNode, words: tuple[str, ...], report: str
 ) -> None:
@@ -292,10 +291,9 @@ def waiting(ros: RosSystem, master: Master, make_node: MakeNode) -> Process:
     """Start a publisher that waits for messages from a pipe."""
     client = make_node("looker").master
     pub = ros.pipros.processes.start(
-        *("rostopic", "pub", "/words", "std_msgs/String"),
-        stdin=subprocess.PIPE,
+        *("rostopic", "pub", "/words", "std_msgs/String"), stdin=subprocess.PIPE,
         environment={"ROS_MASTER_URI": master.uri},
-    )
+    )  # fmt: skip
     wait_until(lambda: "/words" in dict(client.get_system_state()[0]), what="a publisher")
     return pub
 

@@ -34,12 +34,9 @@ def source(ros: RosSystem) -> Path:
     """A package `robots` with two files of the same name."""
     package = ros.home / "src" / "robots"
     for path, content in {
-        "package.xml": "<package><name>robots</name></package>",
-        "README": "read me\n",
-        "a/same.txt": "of a\n",
-        "b/same.txt": "of b\n",
-        "b/two words.txt": "two words\n",
-    }.items():
+        "package.xml": "<package><name>robots</name></package>", "README": "read me\n",
+        "a/same.txt": "of a\n", "b/same.txt": "of b\n", "b/two words.txt": "two words\n",
+    }.items():  # fmt: skip
         (package / path).parent.mkdir(parents=True, exist_ok=True)
         (package / path).write_text(content)
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(package.parent)
@@ -97,10 +94,9 @@ def test_files_are_shown_edited_copied_and_moved(ros: RosSystem, source: Path, p
         ("roscat robots nope", "That file does not exist in that package."),
         ("roscat nope README", "Couldn't find package [nope]"),
         ("rosls nope", "rosls: No such package/stack 'nope'"),
-        ("roscat robots", "usage: roscat [package] [file]"),
-        ("rosed", "usage: rosed [package] [file]"),
+        ("roscat robots", "usage: roscat [package] [file]"), ("rosed", "usage: rosed [package] [file]"),
     ],
-)
+)  # fmt: skip
 def test_errors_exit_with_1(ros: RosSystem, source: Path, program: str, line: str, expected: str) -> None:
     ended = shell(ros, program, line)
     ended.check(1, expected)

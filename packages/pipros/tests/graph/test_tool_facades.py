@@ -109,9 +109,8 @@ def test_rosparam_loads_files_and_keeps_neighbours(tmp_path: Path) -> None:
     for values, ns in rosparam.load_file(str(file), default_namespace="/robot"):
         rosparam.upload_params(ns, values)
     assert rosparam.get_param("/robot") == {
-        "wheels": {"left": 1, "right": 2},
-        "angle": pytest.approx(3.14159265),
-    }
+        "wheels": {"left": 1, "right": 2}, "angle": pytest.approx(3.14159265),
+    }  # fmt: skip
     assert rosparam.list_params("/robot/wheels") == ["/robot/wheels/left", "/robot/wheels/right"]
     rosparam.delete_param("/robot/wheels")
     assert list(rosparam.get_param("/robot")) == ["angle"]

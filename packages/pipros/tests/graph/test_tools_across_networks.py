@@ -65,14 +65,11 @@ def machines(ros: RosSystem, network: FarNetwork) -> TwoMachines:
 def test_tools_of_another_machine_see_the_system(machines: TwoMachines) -> None:
     machines.publish("/text")
     for command, expected in {
-        "rostopic list": "/text",
-        "rosnode list": "/text",
-        "rosnode ping -c 1 /text": "rosnode: node is [/text]",
-        "rosparam get /rosdistro": "noetic",
-        "rosservice type /rosout/get_loggers": "roscpp/GetLoggers",
-        "rosconsole list /rosout": "rosmaster",
+        "rostopic list": "/text", "rosnode list": "/text",
+        "rosnode ping -c 1 /text": "rosnode: node is [/text]", "rosparam get /rosdistro": "noetic",
+        "rosservice type /rosout/get_loggers": "roscpp/GetLoggers", "rosconsole list /rosout": "rosmaster",
         "rostopic echo -n 1 /text": 'data: "hello"',
-    }.items():
+    }.items():  # fmt: skip
         done = machines.far(*command.split())
         assert done.wait() == 0, done.output
         assert any(expected in line for line in done.stdout), done.output

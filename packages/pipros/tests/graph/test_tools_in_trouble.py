@@ -223,9 +223,8 @@ def test_rosservice_call_suggests_similar_names(ros: RosSystem) -> None:
         mistyped = ros.pipros.run("rosservice", "call", "/reset_odometri")
         other = ros.pipros.run("rosservice", "call", "/x")
     assert mistyped.stderr == [
-        "ERROR: Service [/reset_odometri] is not available.",
-        "Did you mean /reset_odometry?",
-    ]
+        "ERROR: Service [/reset_odometri] is not available.", "Did you mean /reset_odometry?",
+    ]  # fmt: skip
     assert other.stderr == ["ERROR: Service [/x] is not available."]
 
 

@@ -39,11 +39,10 @@ def test_an_older_release_shares_a_topic_with_nodes_that_use_memory(ros: RosSyst
     publish.write_text(PUBLISH)
     subscribe.write_text(SUBSCRIBE)
     subscribers = [
-        ros.pipros.start(old_python, subscribe, "to_old"),
-        ros.pipros.start("python", subscribe, "to_new"),
+        ros.pipros.start(old_python, subscribe, "to_old"), ros.pipros.start("python", subscribe, "to_new"),
         ros.pipros.start("python", subscribe, "to_views", "zero_copy"),
         ros.genuine.start("/usr/bin/python3", subscribe, "to_rospy"),
-    ]
+    ]  # fmt: skip
     for name in ("/to_old", "/to_new", "/to_views", "/to_rospy"):
         wait_until(lambda: name in ros.subscribers("/images"), 60, name)  # noqa: B023
     ros.pipros.start(old_python, publish, "by_old", "images")

@@ -148,11 +148,8 @@ def build(workspace: Path, *targets: str) -> str:
     built = subprocess.run(
         ["catkin_make", "-C", str(workspace), *targets],
         env=genuine_environment(workspace, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"} | CPP_ONLY,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+    )  # fmt: skip
     assert built.returncode == 0, built.stdout
     return built.stdout
 

@@ -97,10 +97,9 @@ def test_messages_played_by_one_are_recorded_by_the_other(recorder: str, plain_r
     column, number, text = (2, 90, 1) if recorder == "genuine" else (1, 90 * 8, 8 + len("latched"))
     everything = {"/number": number, "/text": text}
     wait_until(
-        lambda: received(plain_ros, column) == everything,
-        60,
+        lambda: received(plain_ros, column) == everything, 60,
         lambda: f"{received(plain_ros, column)}: {played.output}",
-    )
+    )  # fmt: skip
     played.press_ctrl_c()
     played.wait()
     record.press_ctrl_c()
@@ -154,9 +153,8 @@ def options(side: Side, *argv: str) -> dict[str, tuple[frozenset[str], bool]]:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_options_of_the_command_are_those_of_genuine_rosbag(command: str, plain_ros: RosSystem) -> None:
     genuine, ours = (
-        options(plain_ros.genuine, "rosbag", command),
-        options(plain_ros.pipros, "rosbag", command),
-    )
+        options(plain_ros.genuine, "rosbag", command), options(plain_ros.pipros, "rosbag", command),
+    )  # fmt: skip
 
     assert genuine
     assert {name: ours.get(name) for name in genuine} == genuine

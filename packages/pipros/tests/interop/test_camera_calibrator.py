@@ -86,9 +86,8 @@ def test_debians_calibrator_finds_the_lens_of_a_camera(ros: RosSystem) -> None:
         calibrator = ros.pipros.start(
             *("python3", "-W", "ignore", SCRIPT),
             *("--size", f"{COLUMNS}x{ROWS}", "--square", str(SQUARE_M), "--no-service-check"),
-            *("image:=/camera/image_raw", "camera:=/camera"),
-            PYTHONPATH=str(site),
-        )
+            *("image:=/camera/image_raw", "camera:=/camera"), PYTHONPATH=str(site),
+        )  # fmt: skip
         with Page.of(calibrator).connect() as browser:
             timer = Timer(node.clock, 50_000_000, publish)
             try:

@@ -184,10 +184,9 @@ def reported(
     came: dict[str, Any] = {}
     with Node(f"probe_{side}", environment=Environment(master_uri=ros.master_uri)) as node:
         node.subscribe(
-            "/diagnostics",
-            DiagnosticArray,
+            "/diagnostics", DiagnosticArray,
             lambda array: came.update({status.name: status for status in array.status}),
-        )
+        )  # fmt: skip
         started = getattr(ros, side).start("rosrun", "diagnostic_common_diagnostics", program, *arguments)
 
         def is_complete() -> bool:

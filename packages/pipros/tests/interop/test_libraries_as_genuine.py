@@ -48,10 +48,9 @@ def test_compressed_and_rectified_images_are_the_same_bytes() -> None:
 
 
 @pytest.mark.parametrize(
-    "program",
-    ["examine_cameras", "examine_lasers", "examine_calibrations"],
+    "program", ["examine_cameras", "examine_lasers", "examine_calibrations"],
     ids=["pixels and rays of cameras", "scans and angles", "files of calibrations"],
-)
+)  # fmt: skip
 def test_values_are_the_same(program: str) -> None:
     assert differing(asked(GENUINE, program, 1), asked(sys.executable, program, 1)) == {}
 

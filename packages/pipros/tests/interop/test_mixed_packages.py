@@ -79,15 +79,9 @@ def build(workspace: Path, command: str) -> Build:
     environment = pipros_environment(workspace, "http://127.0.0.1:1", Path("/usr/bin"))
     environment.pop("ROS_PACKAGE_PATH")
     ended = subprocess.run(
-        ["bash", "-c", command],
-        cwd=workspace,
-        env=environment | CPP_ONLY,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=280,
-        check=False,
-    )
+        ["bash", "-c", command], cwd=workspace, env=environment | CPP_ONLY, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, timeout=280, check=False,
+    )  # fmt: skip
     return Build(command, ended.returncode, ended.stdout)
 
 
@@ -264,11 +258,8 @@ def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> No
     built = subprocess.run(
         ["catkin_make", "-C", str(tmp_path), "digests"],
         env=genuine_environment(tmp_path, "http://127.0.0.1:1") | {"CMAKE_PREFIX_PATH": "/usr"} | CPP_ONLY,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+    )  # fmt: skip
 
     assert built.returncode == 0, built.stdout
     assert said_by(tmp_path) == [
@@ -283,11 +274,9 @@ def test_catkin_make_of_pipros_adds_the_packages_that_genuine_ros_does_not_have(
     add_package(tmp_path, manifest, cmake, MAP_PROGRAM)
 
     built = ros.pipros.run(
-        *("catkin_make", "-C", tmp_path),
-        timeout_s=400,
-        PATH=f"{ros.pipros.environment['PATH']}{os.pathsep}/usr/bin:/bin",
-        **CPP_ONLY,
-    )
+        *("catkin_make", "-C", tmp_path), timeout_s=400,
+        PATH=f"{ros.pipros.environment['PATH']}{os.pathsep}/usr/bin:/bin", **CPP_ONLY,
+    )  # fmt: skip
 
     assert built.returncode == 0, built.output
     assert (

@@ -83,10 +83,9 @@ def build(side: Processes, base: Path) -> None:
             file.write_text(content.format(name=f"pkg_{workspace}"))
             file.chmod(0o755)
     for script in (
-        "cd under && catkin_make install",
-        ". under/devel/setup.bash && cd over && catkin_make install",
+        "cd under && catkin_make install", ". under/devel/setup.bash && cd over && catkin_make install",
         "cd other && catkin_make install",
-    ):
+    ):  # fmt: skip
         made = side.run("bash", "-c", script, timeout_s=200)
         assert made.returncode == 0, made.output
 

@@ -91,11 +91,10 @@ def test_settings_of_a_node_in_cpp_are_read_and_changed(plain_ros: RosSystem) ->
         first, changed, second = (
             ros.pipros.run(*dynparam, *words)
             for words in (
-                ("get", "/camera/debayer"),
-                ("set", "/camera/debayer", "debayer", "3"),
+                ("get", "/camera/debayer"), ("set", "/camera/debayer", "debayer", "3"),
                 ("get", "/camera/debayer"),
             )
-        )
+        )  # fmt: skip
 
         assert [(each.name, each.type) for each in group.parameters] == [("debayer", "int")]
         assert changed.returncode == 0, changed.output + nodelet.output

@@ -110,10 +110,9 @@ rospy.init_node("talker")
 rospy.Publisher("battery_topic", BatteryLevel)
 """
 FORMATS = (
-    "",
-    "ROSCONSOLE_FORMAT='[${severity}] ${node} ${logger} ${function}: ${message}' ",
+    "", "ROSCONSOLE_FORMAT='[${severity}] ${node} ${logger} ${function}: ${message}' ",
     "ROSCONSOLE_FORMAT='${message} ${line} ${file}' ",
-)
+)  # fmt: skip
 
 
 def shown(side: Side, script: str, *formats: str) -> list[str]:

@@ -47,11 +47,10 @@ def test_genuine_roslaunch_reads_our_examples_as_we_do(ros: RosSystem, arguments
 @pytest.mark.parametrize(
     ("arguments", "parameters"),
     [
-        (["example.launch"], 8),
-        (["example-pass_all_args.launch", "who:=me"], 2),
+        (["example.launch"], 8), (["example-pass_all_args.launch", "who:=me"], 2),
         (["example-params.launch"], 9),
     ],
-)
+)  # fmt: skip
 def test_the_other_examples_load(ros: RosSystem, arguments: list[str], parameters: int) -> None:
     dumped = ros.pipros.run("roslaunch", "--dump-params", "roslaunch", *arguments)
     assert dumped.returncode == 0, dumped.output

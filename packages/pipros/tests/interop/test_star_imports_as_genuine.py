@@ -15,10 +15,9 @@ LACKING = {
     "image_geometry.cameramodels.cv2": "OpenCV, which is installed with an extra, if at all",
     "rosbag.bag.AES": "a library that is installed for encrypted bags, if at all",
     "rosbag.bag.gnupg": "a library that is installed for encrypted bags, if at all",
-    "rosbag.bag.roslz4": "pipros uses lz4 from PyPI",
-    "tf*PyKDL": "a library that pip does not have",
+    "rosbag.bag.roslz4": "pipros uses lz4 from PyPI", "tf*PyKDL": "a library that pip does not have",
     "tf_conversions.*": "what PyKDL binds, a library that pip does not have",
-}
+}  # fmt: skip
 """Names that are not bound here, and what they are. Those of `python_api_differences` come on top."""
 
 TOOLS = {

@@ -359,12 +359,11 @@ def test_programs_call_the_mux_of_the_other_side(graph: Graph, caller: str) -> N
         ("mux_list", ["mux"], "['/one', '/two', '/three']"),
         ("mux_select", ["/mux", "/three"], 'Selecting "/three" at mux "/mux"'),
         (
-            "mux_delete",
-            ["mux", "/three"],
+            "mux_delete", ["mux", "/three"],
             "Service call failed: service [/mux/delete] responded with an error",
         ),
         ("switch_mux", ["/out", "/two"], "muxed topic /out successfully switched from /three to /two"),
-    ]:
+    ]:  # fmt: skip
         ended = graph.start(caller, program, *arguments)
         assert (ended.wait(60), shown in ended.output) == (0, True), ended.output
 

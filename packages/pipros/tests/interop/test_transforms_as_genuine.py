@@ -75,13 +75,11 @@ def sides(plain_ros: RosSystem) -> dict[str, Side]:
 def test_a_buffer_client_looks_up_transforms(sides: dict[str, Side], server: str, client: str) -> None:
     started = [
         sides["pipros"].start(
-            "rosrun",
-            "tf2_ros",
-            "static_transform_publisher",
+            "rosrun", "tf2_ros", "static_transform_publisher",
             *["1", "2", "3", "0", "0", "1", "0", "map", "hand"],
         ),
         sides[server].start(*program(server, "tf2_ros", "buffer_server")),
-    ]
+    ]  # fmt: skip
 
     ended = sides[client].run("python3", PROGRAMS / "ask_buffer_server.py", timeout_s=90)
     for process in started:
@@ -136,9 +134,8 @@ def test_both_sides_monitor_remap_and_echo_alike(sides: dict[str, Side]) -> None
     for name in ("genuine", "pipros"):
         sides[name].start(
             *program(name, "tf", "static_transform_publisher"),
-            *["1", "2", "3", "0", "0", "0", "map", name, "20"],
-            "/tf:=/tf_old",
-        )
+            *["1", "2", "3", "0", "0", "0", "map", name, "20"], "/tf:=/tf_old",
+        )  # fmt: skip
         sides[name].start(
             *program(name, "tf", "tf_remap"),
             f"_mappings:=[{{old: {name}, new: {name}_hand}}, {{old: map, new: earth}}]",

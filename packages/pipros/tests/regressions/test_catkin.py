@@ -38,12 +38,9 @@ def test_a_workspace_with_spaces_is_built_sourced_and_launched(ros: RosSystem) -
     folder = ros.home / "my wörk 'space"
     package = folder / "src" / "spaced"
     for name, text in {
-        "package.xml": MANIFEST,
-        "CMakeLists.txt": CMAKE,
-        "msg/Word.msg": "string text\n",
-        "scripts/say.py": PROGRAM,
-        "launch/say.launch": LAUNCH,
-    }.items():
+        "package.xml": MANIFEST, "CMakeLists.txt": CMAKE, "msg/Word.msg": "string text\n",
+        "scripts/say.py": PROGRAM, "launch/say.launch": LAUNCH,
+    }.items():  # fmt: skip
         (package / name).parent.mkdir(parents=True, exist_ok=True)
         (package / name).write_text(text, "utf-8")
     (package / "scripts/say.py").chmod(0o755)
@@ -88,11 +85,9 @@ def test_definitions_and_cmake_files_may_begin_with_a_mark(ros: RosSystem, tmp_p
     shown = [
         ros.pipros.run(*command.split(), ROS_PACKAGE_PATH=str(tmp_path / "src")).output.split()
         for command in (
-            "rosmsg show robot_pkg/Pose",
-            "rosmsg show robot_pkg/GoGoal",
-            "rossrv show robot_pkg/Ask",
+            "rosmsg show robot_pkg/Pose", "rosmsg show robot_pkg/GoGoal", "rossrv show robot_pkg/Ask",
         )
-    ]
+    ]  # fmt: skip
     assert shown == [["float64", "x"], ["int8", "a"], ["int8", "a", "---", "int8", "b"]]
 
 

@@ -43,9 +43,8 @@ def test_repeated_transforms_are_reported_once_in_a_while(monkeypatch: pytest.Mo
     buffer.set_transform(repeated(1, 1), "driver")
 
     assert [(line.split()[1], line.split()[8]) for line in shown.getvalue().splitlines()[:2]] == [
-        ("TF_REPEATED_DATA", "frame"),
-        ("TF_REPEATED_DATA", "frame"),
-    ]
+        ("TF_REPEATED_DATA", "frame"), ("TF_REPEATED_DATA", "frame"),
+    ]  # fmt: skip
     assert [line.split()[1] for line in shown.getvalue().splitlines()] == [
         *("TF_REPEATED_DATA", "TF_REPEATED_DATA", "TF_OLD_DATA")
     ]
@@ -62,9 +61,8 @@ def test_the_next_warning_says_how_many_were_not_shown() -> None:
     for number in range(5000):  # names of frames come from peers
         rejected.add(f"frame{number}", "TF_SELF_TRANSFORM x")
     assert shown[:2] == [
-        "TF_REPEATED_DATA again",
-        "TF_REPEATED_DATA again (and 49 more since the last warning)",
-    ]
+        "TF_REPEATED_DATA again", "TF_REPEATED_DATA again (and 49 more since the last warning)",
+    ]  # fmt: skip
     assert len(rejected._quiet) <= 1000
 
 
@@ -79,9 +77,8 @@ def test_the_error_names_the_fixed_frame() -> None:
     buffer.set_transform_static(transform, "test")
     at = rospy.Time(1)
     for frames, missing in (
-        (("map", "base", "gone"), "fixed_frame"),
-        (("map", "gone", "map"), "source_frame"),
-    ):
+        (("map", "base", "gone"), "fixed_frame"), (("map", "gone", "map"), "source_frame"),
+    ):  # fmt: skip
         target, source, fixed = frames
         with pytest.raises(
             tf2_ros.LookupException, match=f'"gone" passed to lookupTransform argument {missing}'

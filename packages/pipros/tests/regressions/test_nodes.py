@@ -397,9 +397,8 @@ LOGGED_SCRIPT = 'import rospy; rospy.init_node("node"); rospy.loginfo("x")'
 @pytest.mark.parametrize("name", ["time", "walltime"])
 def test_times_of_log_lines_can_have_microseconds(processes: Processes, master: Master, name: str) -> None:
     variables = {
-        "ROS_MASTER_URI": master.uri,
-        "ROSCONSOLE_FORMAT": f"[${{{name}:%H:%M:%S.%f %%f}}] ${{message}}",
-    }
+        "ROS_MASTER_URI": master.uri, "ROSCONSOLE_FORMAT": f"[${{{name}:%H:%M:%S.%f %%f}}] ${{message}}",
+    }  # fmt: skip
     node = processes.run(sys.executable, "-c", LOGGED_SCRIPT, environment=variables)
     (line,) = node.stdout
     assert re.fullmatch(r"\[\d\d:\d\d:\d\d\.\d{6} %f\] x", line)

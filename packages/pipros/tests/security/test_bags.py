@@ -353,6 +353,5 @@ def test_topics_and_images_are_exported_to_own_files(tmp_path: Path, monkeypatch
     assert sorted(tables.values()) == sorted(str(n) for n in range(len(topics)))
     assert (tables["A__b.csv"], len({name.lower() for name in tables})) == ("3", len(topics))
     assert sorted(path.name for path in Path("out/image").iterdir()) == [
-        "5.000000000.jpg",
-        "5.000000000_2.jpg",
-    ]
+        "5.000000000.jpg", "5.000000000_2.jpg",
+    ]  # fmt: skip

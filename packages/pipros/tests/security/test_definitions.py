@@ -119,10 +119,9 @@ def assert_refused_without_memory(cls: Any, data: bytes) -> None:
 
 class TestCompiling:
     @pytest.mark.parametrize(
-        "text",
-        [text_of("C[100000] cs", C=""), text_of("D[65000] d", D="E[60] e", E="")],
+        "text", [text_of("C[100000] cs", C=""), text_of("D[65000] d", D="E[60] e", E="")],
         ids=["many", "many of many"],
-    )
+    )  # fmt: skip
     def test_a_message_that_holds_too_much_without_bytes_is_refused_before_any_is_made(
         self, text: str
     ) -> None:
@@ -283,10 +282,8 @@ def test_the_md5_sum_of_an_installed_type_is_known_without_an_import(modules: Pa
     names = ["std_msgs/String", "loud_package/Foo", "loud_package/Bar", "loud_package/None", "this/Foo", "x"]
 
     assert [installed_md5(name) for name in names] == [
-        "992ce8a1687cec8c8bd883ec73ca41d1",
-        "a" * 32,
-        *[None] * 4,
-    ]
+        "992ce8a1687cec8c8bd883ec73ca41d1", "a" * 32, *[None] * 4,
+    ]  # fmt: skip
     assert not {"loud_package", "this"} & set(sys.modules)
 
 
@@ -303,10 +300,9 @@ def test_tools_do_not_import_modules_named_by_a_peer(ros: RosSystem) -> None:
     """`import this` would print a poem."""
     message_class = message_classes_from_text("this/Foo", "string data")["this/Foo"]
     service_class: Any = type(
-        "Foo",
-        (),
+        "Foo", (),
         {"_type": "this/Foo", "_md5sum": "0" * 32, "_request_class": Empty, "_response_class": Empty},
-    )
+    )  # fmt: skip
     with (
         Master(host="127.0.0.1", port=ros.port) as master,
         Node("peer", environment=Environment(master_uri=master.uri)) as node,
@@ -335,10 +331,9 @@ MODULUS = (1 << 61) - 1
 
 
 @pytest.mark.parametrize(
-    "text",
-    ["[" * 40_000, "{a: " * 40_000, "- " * 40_000, "? " * 40_000, "[" * 40_000 + "]" * 40_000],
+    "text", ["[" * 40_000, "{a: " * 40_000, "- " * 40_000, "? " * 40_000, "[" * 40_000 + "]" * 40_000],
     ids=["lists", "mappings", "lines", "keys", "closed lists"],
-)
+)  # fmt: skip
 def test_deep_nesting_does_not_crash_the_process(text: str, tmp_path: Path) -> None:
     file = tmp_path / "deep.yaml"
     file.write_text(text)

@@ -17,15 +17,13 @@ find_package(catkin REQUIRED COMPONENTS message_generation actionlib_msgs dynami
 """
 MESSAGES = "generate_messages(DEPENDENCIES actionlib_msgs)\ncatkin_package()\n"
 FILES = {
-    "package.xml": "",
-    "CMakeLists.txt": "",
-    "setup.py": "catkin_python_setup()\ncatkin_package()\n",
+    "package.xml": "", "CMakeLists.txt": "", "setup.py": "catkin_python_setup()\ncatkin_package()\n",
     "msg/A.msg": f"add_message_files(FILES A.msg)\n{MESSAGES}",
     "srv/A.srv": f"add_service_files(FILES A.srv)\n{MESSAGES}",
     "action/A.action": f"add_action_files(FILES A.action)\n{MESSAGES}",
     "cfg/A.cfg": "generate_dynamic_reconfigure_options(cfg/A.cfg)\ncatkin_package()\n",
     "scripts/node": "catkin_package()\ncatkin_install_python(PROGRAMS scripts/node DESTINATION lib)\n",
-}
+}  # fmt: skip
 """Files of a package, and the lines of its CMakeLists.txt that use them."""
 
 BUILDS = ("catkin_make install", "pipros wheel -o dist src")

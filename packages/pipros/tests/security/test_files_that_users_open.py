@@ -41,12 +41,9 @@ COMMANDS = {
 """Commands, and the ending of the file that they open."""
 
 ACCEPTED = {
-    ("rosparam load FILE", "empty"),
-    ("roslaunch --nodes FOLDER/params.launch file:=FILE", "empty"),
-    ("rostopic pub -1 -f FILE /t std_msgs/String", "empty"),
-    ("catkin_test_results FILE", "folder"),
-    ("rosbag reindex FILE", "cut"),
-    ("pipros port FILE", "empty"),
+    ("rosparam load FILE", "empty"), ("roslaunch --nodes FOLDER/params.launch file:=FILE", "empty"),
+    ("rostopic pub -1 -f FILE /t std_msgs/String", "empty"), ("catkin_test_results FILE", "folder"),
+    ("rosbag reindex FILE", "cut"), ("pipros port FILE", "empty"),
     *((SPARSE, kind) for kind in ("empty", "deep", "bomb", "cut", "huge")),
     *((XACRO, kind) for kind in (*CONTENTS, "missing", "circle", "huge")),
     *(("rosparam set -t FILE /p", kind) for kind in ("empty", "deep", "bomb", "cut")),

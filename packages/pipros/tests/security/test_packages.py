@@ -40,15 +40,12 @@ HOSTILE = {
     "changed list": f'{_LONG}\nset(l a b c d)\nlist(TRANSFORM l APPEND "${{long}}")',
     "selected places": "set(l a b)\nlist(TRANSFORM l TOUPPER FOR 0 9999999999999 REGEX)",
     "configured text": f'{_LONG}\nstring(CONFIGURE "@long@@long@" y)',
-    "repeated text": "string(REPEAT x 9999999999 y)",
-    "random text": "string(RANDOM LENGTH 9999999999 x)",
-    "copied device": "configure_file(/dev/zero x)",
-    "read device": "file(READ /dev/zero x)",
+    "repeated text": "string(REPEAT x 9999999999 y)", "random text": "string(RANDOM LENGTH 9999999999 x)",
+    "copied device": "configure_file(/dev/zero x)", "read device": "file(READ /dev/zero x)",
     "lines of a device": "file(STRINGS /dev/zero x)",
     "input of a program": "execute_process(COMMAND true INPUT_FILE /dev/zero)",
     "file without an end": "include(${CMAKE_CURRENT_SOURCE_DIR}/pipe)",
-    "loop without an end": "while(1)\nendwhile()",
-    "expression": "math(EXPR x 1/0)",
+    "loop without an end": "while(1)\nendwhile()", "expression": "math(EXPR x 1/0)",
     "arguments of a macro": f"macro(m)\nendmacro()\n{_LONG}\nm(${{long}} ${{long}})",
     "element of a loop": f"foreach(i {'x' * 4_200_000})\nendforeach()",
     "expression in a condition": f'if("{"a" * 60}!" MATCHES "^(a+)+$")\nendif()',
@@ -57,7 +54,7 @@ HOSTILE = {
     "expression for a list": f'set(x "{"a" * 60}!")\nlist(FILTER x EXCLUDE REGEX "(a*)*$")',
     "expression for files": f'file(WRITE x "{"a" * 60}!")\nfile(STRINGS x y REGEX "(a+)+$")',
     "number of digits": "foreach(i RANGE 99999999999999999999999)\nendforeach()",
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -153,10 +150,8 @@ def test_a_folder_of_any_name_can_be_sourced(tmp_path: Path, shell: str, name: s
     sourced = run(tmp_path, program, *SHELLS[shell][1:], devel / FILES[shell])
 
     assert sourced.stdout.split(os.pathsep) == [
-        str(tmp_path / name / "src"),
-        str(tmp_path / "below" / name / "src"),
-        *map(str, SHIPPED_FOLDERS),
-    ], sourced.stderr
+        str(tmp_path / name / "src"), str(tmp_path / "below" / name / "src"), *map(str, SHIPPED_FOLDERS),
+    ], sourced.stderr  # fmt: skip
     assert sourced.stderr == ""
     assert list(tmp_path.rglob("PWNED")) == []
 

@@ -169,10 +169,9 @@ ROSCPP_NODE = {"getPid": 7, "getPublications": []}
 SERVERS = {
     "another node": {"getName": "/other", "getPid": 7, "getPublications": []},
     "a master": {"getPid": 7, "getUri": "http://robot:11311/", "getSystemState": [[], [], []]},
-    "a launch server": {"get_pid": 7, "list_processes": []},
-    "no part of the graph": {"add": 2},
+    "a launch server": {"get_pid": 7, "list_processes": []}, "no part of the graph": {"add": 2},
     "no XML-RPC": None,
-}
+}  # fmt: skip
 
 
 class Server:

@@ -88,10 +88,9 @@ PLANTED: dict[str, Callable[[Path], object]] = {
     "folder above that all may write": lambda home: (home / "pipros").chmod(0o777),
 }  # fmt: skip
 GIVEN_AWAY: dict[str, Callable[[Path], object]] = {
-    "file": lambda home: give_away(things(home) / "thing"),
-    "folder": lambda home: give_away(things(home)),
+    "file": lambda home: give_away(things(home) / "thing"), "folder": lambda home: give_away(things(home)),
     "folder above": lambda home: give_away(home / "pipros"),
-}
+}  # fmt: skip
 
 
 @needs_shared
@@ -373,10 +372,9 @@ def log_pipe(path: Path, victim: Path) -> None:
 
 @needs_other_users
 @pytest.mark.parametrize(
-    "plant",
-    [link_of_another_user, link_to_a_link_of_another_user, hard_link, log_pipe],
+    "plant", [link_of_another_user, link_to_a_link_of_another_user, hard_link, log_pipe],
     ids=lambda plant: plant.__name__,
-)
+)  # fmt: skip
 @pytest.mark.parametrize("append", [True, False])
 def test_files_that_another_user_could_have_planted_are_not_written_to(
     tmp_path: Path, victim: Path, plant: Callable[[Path, Path], None], append: bool
@@ -532,14 +530,10 @@ def test_a_system_runs_and_can_be_queried_as_usual(ros: RosSystem, homeless: Pat
     launch.write_text("<launch><param name='a' value='7'/></launch>")
 
     for command, expected in {
-        "rosnode list": "/homeless",
-        "rostopic list": "/rosout",
-        "rospack find std_msgs": "std_msgs",
-        "rosmsg show std_msgs/String": "string data",
-        f"roslaunch {launch}": "No processes to monitor",
-        "rosparam get /a": "7",
-        "roslaunch-logs": f"{homeless}/.ros/log/",
-    }.items():
+        "rosnode list": "/homeless", "rostopic list": "/rosout", "rospack find std_msgs": "std_msgs",
+        "rosmsg show std_msgs/String": "string data", f"roslaunch {launch}": "No processes to monitor",
+        "rosparam get /a": "7", "roslaunch-logs": f"{homeless}/.ros/log/",
+    }.items():  # fmt: skip
         ran = ros.pipros.run(*NOBODY, *command.split())
         ran.check(0, expected)
 

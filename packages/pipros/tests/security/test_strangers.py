@@ -289,15 +289,14 @@ def test_a_master_lets_in_and_obeys_its_own_machine_by_each_address(far: FarNetw
     with master:
         refused = subprocess.run(
             far.command(
-                sys.executable,
-                "-c",
+                sys.executable, "-c",
                 f"import socket; print(socket.create_connection(('{far.near}', {master.port}), 10).recv(1))",
             ),
             capture_output=True,
             text=True,
             timeout=60,
             check=False,
-        )
+        )  # fmt: skip
         assert "ConnectionResetError" in refused.stderr or refused.stdout == "b''\n"
         client = MasterClient(f"http://{far.near}:{master.port}", "/test", timeout_s=30)
         assert (client.get_pid(), client.call("shutdown", "the end")) == (os.getpid(), 0)

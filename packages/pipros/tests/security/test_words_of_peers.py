@@ -101,26 +101,19 @@ def test_listings_escape_names(ros: RosSystem, lying_node: LyingNode) -> None:
     other.close()
     shown = WRITTEN_OUT
     for line, expected in {
-        "rosnode list": ["/node" + shown],
-        "rosnode list -u": [API + shown],
-        "rosnode list -a": ["/node" + shown, API + shown],
-        "rosnode info -q /other": ["/plain_topic"],
-        "rosnode machine": ["127.0.0.1"],
-        "rosnode ping -a": ["/node" + shown],
-        "rosnode cleanup": ["/other"],
-        "rosnode kill": ["/node" + shown],
+        "rosnode list": ["/node" + shown], "rosnode list -u": [API + shown],
+        "rosnode list -a": ["/node" + shown, API + shown], "rosnode info -q /other": ["/plain_topic"],
+        "rosnode machine": ["127.0.0.1"], "rosnode ping -a": ["/node" + shown],
+        "rosnode cleanup": ["/other"], "rosnode kill": ["/node" + shown],
         "rostopic list": ["/topic" + shown, "/plain_topic"],
         "rostopic list -v": [f"/topic{shown} [evil/Type{shown}] 1 publisher"],
         "rostopic list --host": ["/topic" + shown],
         "rostopic info /plain_topic": [f" * /node{shown} ({lying_node.api})", f" * /other ({API}{shown})"],
-        "rostopic find std_msgs/String": ["/plain_topic"],
-        "rosservice list": ["/service" + shown],
-        "rosservice list -n": [f"/service{shown} /node{shown}"],
-        "rosservice find x/Y": [],
-        "rosparam list": ["/param" + shown],
-        "rosparam get -p /": [f"param{shown}:"],
+        "rostopic find std_msgs/String": ["/plain_topic"], "rosservice list": ["/service" + shown],
+        "rosservice list -n": [f"/service{shown} /node{shown}"], "rosservice find x/Y": [],
+        "rosparam list": ["/param" + shown], "rosparam get -p /": [f"param{shown}:"],
         "rosparam dump": ["param"],
-    }.items():
+    }.items():  # fmt: skip
         ended = ros.pipros.run(*line.split())
         for text in expected:
             assert text in ended.output, (line, ended.output)
@@ -169,9 +162,8 @@ def test_a_line_of_rosout_log_cannot_be_forged(ros: RosSystem) -> None:
     lines = logged()
     assert lines[-3].endswith("[topics: /rosout] first")
     assert lines[-2:] == [
-        "\t2.000000000 FATAL /other [f:1(f)] [topics: ] forged",
-        "\t\tindented \\x1b]0;OWNED\\x07\\rend",
-    ]
+        "\t2.000000000 FATAL /other [f:1(f)] [topics: ] forged", "\t\tindented \\x1b]0;OWNED\\x07\\rend",
+    ]  # fmt: skip
     core.press_ctrl_c()
 
 

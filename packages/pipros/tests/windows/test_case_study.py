@@ -66,10 +66,9 @@ def test_windows_linux_and_genuine_ros_are_one_system(
     ros.pipros.start("rostopic", "pub", "-r", "10", "/from_linux", "std_msgs/Int32", "data: 6")
     ros.genuine.start("rostopic", "pub", "-r", "10", "/from_linux", "std_msgs/Int32", "data: 7")
     for side, topic, said in (
-        (ros.pipros, "/battery_topic", 'battery: "%25"'),
-        (ros.pipros, "/from_windows", "data: 5"),
+        (ros.pipros, "/battery_topic", 'battery: "%25"'), (ros.pipros, "/from_windows", "data: 5"),
         (ros.genuine, "/from_windows", "data: 5"),
-    ):
+    ):  # fmt: skip
         ros.wait_for_publisher(topic)
         heard = side.run("rostopic", "echo", "-n", "2", topic)
         assert heard.returncode == 0, heard.output

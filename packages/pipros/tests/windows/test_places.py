@@ -63,12 +63,9 @@ def test_source_build_and_home_may_be_on_different_drives(drives: Path) -> None:
     assert "there=C:/temp, launch=D:/src/composiv_tryouts/launch/composiv_tryout.launch" in built
     assert (drives / "e" / "installed" / "share" / "composiv_tryouts" / "package.xml").exists()
     tested = output_of(
-        r"rostest|D:\src\composiv_tryouts\launch\composiv_tryout.launch",
-        ROS_PACKAGE_PATH=r"D:\src",
-        CMAKE_PREFIX_PATH=r"E:\devel",
-        USERPROFILE=HOME,
-        ROS_HOME=r"E:\ros home",
-    )
+        r"rostest|D:\src\composiv_tryouts\launch\composiv_tryout.launch", ROS_PACKAGE_PATH=r"D:\src",
+        CMAKE_PREFIX_PATH=r"E:\devel", USERPROFILE=HOME, ROS_HOME=r"E:\ros home",
+    )  # fmt: skip
     assert "RESULT: SUCCESS" in tested
     assert list((drives / "e" / "ros home" / "test_results").rglob("*.xml"))
 
