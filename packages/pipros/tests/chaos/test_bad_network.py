@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 from pipros.basics.env import Environment
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros.node.timings import NodeTimings
@@ -15,9 +16,6 @@ from pipros_tools.testing.faults.history import History
 from pipros_tools.testing.faults.ros_proxy import FaultProxy
 from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until
-
-String: Any = load_message_class("std_msgs/String")
-SetBool: Any = load_service_class("std_srvs/SetBool")
 
 LIMIT_S = 60.0
 QUICK_RETRIES = NodeTimings(retry_longest_s=0.2, retry_refused_first_s=0.2)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from actionlib_msgs.msg import GoalID
+from std_msgs.msg import String
 
 from pipros.basics.env import Environment
 from pipros.master.master import Master
@@ -79,8 +80,6 @@ def test_a_listener_ends_when_it_begins_to_wait(ros: RosSystem, attempt: int) ->
 
 # One Ctrl-C is enough, even between two bytecode instructions of a wait; see `tests.chaos.interrupt_at`.
 
-
-String = load_message_class("std_msgs/String")
 
 CODE_MOMENTS = (*range(30, 400, 40), *range(1000, 1250, 50))
 """Spread over the start of the node and its wait. A wait with fewer byte codes gets SIGINT while it lasts."""

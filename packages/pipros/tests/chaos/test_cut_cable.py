@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 from pipros.basics.env import Environment
 from pipros.master.master import Master
-from pipros.msg import load_message_class
 from pipros.net.timings import LinkTimings
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
@@ -19,7 +19,6 @@ from tests.support.waiting import wait_until
 
 pytestmark = [needs_network, pytest.mark.timeout(500)]  # waits for browser tests
 
-String: Any = load_message_class("std_msgs/String")
 
 LISTENER = """
 from pipros.node import Node

@@ -3,13 +3,12 @@
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros_tools.bag import open_bag
@@ -22,7 +21,6 @@ from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="uses process groups and /proc")
 
-String: Any = load_message_class("std_msgs/String")
 LIMIT_S = 60.0
 
 TALKER = """#!/usr/bin/env python3

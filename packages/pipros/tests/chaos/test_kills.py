@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from std_msgs.msg import Int32, UInt8MultiArray
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
-from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.net.timings import LinkTimings
 from pipros.node import Node
@@ -112,7 +112,6 @@ def test_a_killed_writer_loses_only_the_current_chunk(tmp_path: Path) -> None:
 
 
 COUNTERS = 4
-Int32: Any = load_message_class("std_msgs/Int32")
 
 
 class Scene:
@@ -224,8 +223,6 @@ def test_nodes_find_a_master_after_long_and_repeated_outages(scene: Scene) -> No
 
 # A subscriber that stops reading, among healthy ones.
 
-
-UInt8MultiArray: Any = load_message_class("std_msgs/UInt8MultiArray")
 
 HEALTHY = 5
 COUNT = 300

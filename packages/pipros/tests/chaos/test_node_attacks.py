@@ -11,12 +11,12 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
 from pipros.wire.header import HeaderReader, encode_header
@@ -24,8 +24,6 @@ from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
 
-String: Any = load_message_class("std_msgs/String")
-SetBool: Any = load_service_class("std_srvs/SetBool")
 ANSWER_S = 20.0
 MANY = 400
 DESCRIPTORS = 256

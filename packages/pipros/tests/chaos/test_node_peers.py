@@ -9,10 +9,11 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 from pipros.basics.env import Environment
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
@@ -23,9 +24,6 @@ from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_conne
 from tests.support.waiting import wait_until
 
 # Hostile, silent and broken peers of a node: it continues to serve all others.
-
-
-String: Any = load_message_class("std_msgs/String")
 
 
 def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None:
@@ -161,7 +159,6 @@ def test_a_master_that_hangs_does_not_keep_a_node_from_ending() -> None:
 
 needs_dying = pytest.mark.skipif(sys.platform != "linux", reason="counts descriptors in /proc")
 
-SetBool: Any = load_service_class("std_srvs/SetBool")
 
 SUBSCRIBE = encode_header({"topic": "/chat", "md5sum": "*", "callerid": "/mayfly"})
 CALL = encode_header({"service": "/set", "md5sum": SetBool._md5sum, "callerid": "/mayfly"})

@@ -10,15 +10,15 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 import rosgraph.network
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.ports import PortRange
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.net import address, this_machine
 from pipros.net.address import address_here, split_uri
 from pipros.net.lookup import Lookups
@@ -41,9 +41,6 @@ from tests.support.users import NOBODY, STRANGER, needs_nobody, needs_other_user
 
 # Nodes with ports from a range, and with an advertised address that differs from the bound one.
 
-
-String: Any = load_message_class("std_msgs/String")
-SetBool: Any = load_service_class("std_srvs/SetBool")
 
 PORTS = "30000-32000"
 
@@ -395,7 +392,6 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 uri, name, user, role, host = sys.argv[1:]
-Image = load_message_class("sensor_msgs/Image")
 environment = Environment(master_uri=uri, ip=host or None)
 with Node(name + "_first", environment=environment) as first:
     heard = threading.Event()

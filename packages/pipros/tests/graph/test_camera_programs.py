@@ -9,9 +9,9 @@ from typing import Any
 import cv2
 import numpy
 import pytest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from pipros.master.master import Master
-from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.environments import make_tool_folder, pipros_environment
@@ -23,9 +23,6 @@ from tests.support.waiting import wait_until
 
 # usb_cam with a video file as its device, and image_view. Not tested with a real camera.
 
-
-Image: Any = load_message_class("sensor_msgs/Image")
-CameraInfo: Any = load_message_class("sensor_msgs/CameraInfo")
 
 WIDTH, HEIGHT = 64, 48
 
@@ -109,9 +106,6 @@ def test_one_command_installs_all_that_the_node_needs(monkeypatch: pytest.Monkey
 
 
 # `rosrun image_transport republish`: images are compressed and decompressed between nodes.
-
-
-CompressedImage: Any = load_message_class("sensor_msgs/CompressedImage")
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 from diagnostic_common_diagnostics.nodes import ntp_monitor
 from pipros.master.master import Master
@@ -20,9 +21,6 @@ from pipros_tools.graph.nodes import node_names, unregister
 from tests.support.nodes import MakeNode
 
 # rosnode ping of nodes that answer, have exited, hang, are unreachable or have moved.
-
-
-String = load_message_class("std_msgs/String")
 
 
 @pytest.fixture

@@ -7,10 +7,13 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Int32, String
+from tf2_msgs.msg import TFMessage
 
 from pipros.basics.env import Environment
 from pipros.master.master import Master
-from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
@@ -29,11 +32,6 @@ from tests.support.waiting import wait_until
 
 # `pipros doctor` on running systems: it finds each planted fault, and nothing in a healthy system.
 
-
-String: Any = load_message_class("std_msgs/String")
-Int32: Any = load_message_class("std_msgs/Int32")
-Clock: Any = load_message_class("rosgraph_msgs/Clock")
-PoseStamped: Any = load_message_class("geometry_msgs/PoseStamped")
 
 NOBODY = "http://127.0.0.1:1/"
 
@@ -289,11 +287,6 @@ def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(
 
 
 # Why no data arrives on a topic: for each step of a message, a running system in which it fails.
-
-
-Joy: Any = load_message_class("sensor_msgs/Joy")
-TFMessage: Any = load_message_class("tf2_msgs/TFMessage")
-TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
 
 
 def checked(master: Master, topic: str, wait_s: float = 2.0) -> TopicCheck:

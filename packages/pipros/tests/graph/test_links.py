@@ -10,13 +10,12 @@ from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 import pytest
-from std_msgs.msg import Int32
-from std_msgs.msg import String as StringMessage
+from std_msgs.msg import Int32, String
+from std_srvs.srv import SetBool, Trigger
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError, Unreachable
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_async_client import AsyncRpcClient
 from pipros.net.rpc_client import RpcClient
@@ -33,9 +32,6 @@ from tests.support.slaves import GarbageServer, SilentSlave
 from tests.support.waiting import wait_until
 
 # A message that takes long to encode, while subscribers connect and disconnect and other nodes call.
-
-
-String: Any = load_message_class("std_msgs/String")
 
 
 class Gate:
@@ -206,9 +202,6 @@ def test_the_end_of_a_topic_closes_subscribers_that_still_wait(make_node: MakeNo
 # One bad publisher, subscriber or service among good ones closes only its own link.
 
 
-STRING: Any = load_message_class("std_msgs/String")
-INT32: Any = load_message_class("std_msgs/Int32")
-TRIGGER: Any = load_service_class("std_srvs/Trigger")
 PLACES = pytest.mark.parametrize("place", range(3), ids=["first", "middle", "last"])
 KINDS = ["dead", "silent", "garbage", "no URI", "other type"]
 
@@ -222,9 +215,9 @@ def add_bad(master: Master, make_node: MakeNode) -> Iterator[Callable[[str, bool
             if kind == "other type":
                 node = make_node("bad")
                 if is_publisher:
-                    node.advertise("/topic", INT32, latch=True).publish(INT32(5))
+                    node.advertise("/topic", Int32, latch=True).publish(Int32(5))
                 else:
-                    node.subscribe("/topic", INT32, lambda _: None)
+                    node.subscribe("/topic", Int32, lambda _: None)
                 return
             api = {"dead": "http://127.0.0.1:1/", "no URI": "http://[::1"}.get(kind, "")
             if kind == "silent":
@@ -253,11 +246,11 @@ def test_a_subscriber_hears_the_good_publishers(
         if number == place:
             add_bad(kind, True)
         else:
-            make_node(f"good_{number}").advertise("/topic", STRING, latch=True).publish(
-                STRING(f"from {number}")
+            make_node(f"good_{number}").advertise("/topic", String, latch=True).publish(
+                String(f"from {number}")
             )
     inbox = Inbox()
-    make_node("listener").subscribe("/topic", STRING, inbox)
+    make_node("listener").subscribe("/topic", String, inbox)
     heard = {f"from {number}" for number in range(3) if number != place}
     wait_until(lambda: {message.data for message in inbox.messages} == heard)
 
@@ -273,8 +266,8 @@ def test_a_publisher_reaches_the_good_subscribers(
             add_bad(kind, False)
         else:
             inboxes.append(Inbox())
-            make_node(f"good_{number}").subscribe("/topic", STRING, inboxes[-1])
-    make_node("talker").advertise("/topic", STRING, latch=True).publish(STRING("hello"))
+            make_node(f"good_{number}").subscribe("/topic", String, inboxes[-1])
+    make_node("talker").advertise("/topic", String, latch=True).publish(String("hello"))
     for inbox in inboxes:
         assert inbox.wait()[0].data == "hello"
 
@@ -284,12 +277,12 @@ def test_the_good_services_of_a_caller_answer(
     kind: str, make_node: MakeNode, add_bad: Callable[[str, bool], None]
 ) -> None:
     add_bad(kind, True)
-    make_node("server").serve("/good_service", TRIGGER, lambda _: TRIGGER._response_class(True, "yes"))
+    make_node("server").serve("/good_service", Trigger, lambda _: Trigger._response_class(True, "yes"))
     caller = make_node("caller")
-    bad, good = (caller.client(name, TRIGGER) for name in ("/bad_service", "/good_service"))
+    bad, good = (caller.client(name, Trigger) for name in ("/bad_service", "/good_service"))
     with pytest.raises(PiprosError):
-        bad.call(TRIGGER._request_class(), 0.5)
-    assert good.call(TRIGGER._request_class(), 30.0).message == "yes"
+        bad.call(Trigger._request_class(), 0.5)
+    assert good.call(Trigger._request_class(), 30.0).message == "yes"
 
 
 # Registrations that fail while the master is not reachable.
@@ -404,9 +397,9 @@ def test_a_name_that_cannot_be_encoded_is_reported_and_the_node_ends_properly(
 ) -> None:
     node = make_node("talker", timings=NodeTimings(unregister_s=60.0))
     node.log.addHandler(caplog.handler)
-    node.advertise("/good", StringMessage)
-    node.advertise("/a\x1b", StringMessage)
-    node.advertise("/last", StringMessage)
+    node.advertise("/good", String)
+    node.advertise("/a\x1b", String)
+    node.advertise("/last", String)
 
     assert "unable to register publication [/a\\x1b] with master" in caplog.text
     node.shutdown()
@@ -433,9 +426,6 @@ def test_a_failing_shutdown_still_closes_the_loop(master: Master, monkeypatch: p
 
 
 # The asynchronous API of a node: topics and services with `await`.
-
-
-SetBool: Any = load_service_class("std_srvs/SetBool")
 
 
 def run(coroutine: Coroutine[Any, Any, Any]) -> Any:

@@ -7,8 +7,10 @@ from typing import Any
 from xmlrpc.client import ServerProxy
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
-from pipros.msg import load_message_class, load_service_class
+from pipros.msg import load_message_class
 from pipros.net import local_stream
 from pipros.net.local_stream import PROTOCOL, VERSION
 from pipros.node import Node
@@ -17,8 +19,6 @@ from pipros.wire.handshake import WireType
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
-String: Any = load_message_class("std_msgs/String")
-SetBool: Any = load_service_class("std_srvs/SetBool")
 ON = SetBool._request_class(data=True)
 INTERFACE = WireType(SetBool._type, SetBool._md5sum)
 

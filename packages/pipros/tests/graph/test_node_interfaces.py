@@ -7,7 +7,9 @@ from typing import Any
 from xmlrpc.client import ServerProxy
 
 import pytest
+from std_msgs.msg import String
 
+from dynamic_reconfigure.msg import Config
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node.logger_services import serve_loggers
@@ -19,9 +21,6 @@ from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until
 
 # Replies of the slave API to invalid requests, and its description of the links.
-
-
-String = load_message_class("std_msgs/String")
 
 
 def answer_to(node: object, data: bytes) -> bytes:
@@ -120,7 +119,6 @@ SETTINGS = (
     Setting("enabled", True, description="Whether it works", level=1), Setting("radius", 0.5, 0, 10, level=2),
     Setting("width", 10, 0, level=4), Setting("origin", 0.0), Setting("footprint", "[]", level=8),
 )  # fmt: skip
-Config: Any = load_message_class("dynamic_reconfigure/Config")
 
 
 def parameter(kind: str, name: str, value: Any) -> Any:

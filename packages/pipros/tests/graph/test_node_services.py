@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from std_srvs.srv import Empty, SetBool
 
-from pipros.msg import load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.net.workers import Workers
 from pipros.node.endpoints import NameInUse
@@ -20,8 +20,6 @@ from pipros.wire.header import encode_header
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
 
-SetBool: Any = load_service_class("std_srvs/SetBool")
-Empty: Any = load_service_class("std_srvs/Empty")
 ON = SetBool._request_class(data=True)
 
 pytestmark = pytest.mark.usefixtures("transport")

@@ -8,11 +8,13 @@ from contextlib import ExitStack, closing
 from typing import Any, NoReturn
 
 import pytest
+from geometry_msgs.msg import PointStamped
+from std_msgs.msg import Int32, String, UInt8MultiArray
+from std_srvs.srv import Empty
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted, MissingExtra, Refused
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.msg.errors import SerializationError
 from pipros.net import master_client, sockets
 from pipros.net.incoming import IncomingLink
@@ -33,12 +35,6 @@ from pipros.wire.xmlrpc import Fault
 from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
 from tests.support.ports import ClaimedPort
 from tests.support.waiting import wait_until
-
-String: Any = load_message_class("std_msgs/String")
-Int32: Any = load_message_class("std_msgs/Int32")
-PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
-Empty: Any = load_service_class("std_srvs/Empty")
-ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
 
 pytestmark = pytest.mark.usefixtures("transport")
 
@@ -164,10 +160,10 @@ def test_headers_are_numbered_by_the_publisher(make_node: MakeNode) -> None:
 def test_large_messages_arrive_whole(make_node: MakeNode) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     inbox = Inbox()
-    publisher = connected(talker, listener, "cloud", ByteArray, inbox, queue_size=0)
+    publisher = connected(talker, listener, "cloud", UInt8MultiArray, inbox, queue_size=0)
     body = bytes(range(256)) * 40_000
     for _ in range(3):
-        publisher.publish(ByteArray(data=body))
+        publisher.publish(UInt8MultiArray(data=body))
     assert all(message.data == body for message in inbox.wait(3))
 
 
@@ -175,12 +171,17 @@ def test_a_buffer_may_be_used_again_once_publish_has_returned(make_node: MakeNod
     talker, listener = make_node("talker"), make_node("listener")
     inbox, gate = Inbox(), threading.Event()
     publisher = connected(
-        talker, listener, "cloud", ByteArray, lambda message: (gate.wait(60), inbox(message)), queue_size=0
+        talker,
+        listener,
+        "cloud",
+        UInt8MultiArray,
+        lambda message: (gate.wait(60), inbox(message)),
+        queue_size=0,
     )
     data = bytearray(4_000_000)
     for value in range(8):
         data[:] = bytes([value]) * len(data)
-        publisher.publish(ByteArray(data=data))
+        publisher.publish(UInt8MultiArray(data=data))
     gate.set()
     assert [set(message.data) for message in inbox.wait(8)] == [{value} for value in range(8)]
 
@@ -196,13 +197,13 @@ def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(make_node: Ma
         entered.set()
         gate.wait(60)
 
-    subscriber = listener.subscribe("cloud", ByteArray, slow, queue_size=1)
-    publisher = talker.advertise("cloud", ByteArray, queue_size=0)
+    subscriber = listener.subscribe("cloud", UInt8MultiArray, slow, queue_size=1)
+    publisher = talker.advertise("cloud", UInt8MultiArray, queue_size=0)
     wait_until_connected(publisher)
-    publisher.publish(ByteArray(data=b"\0" * 4_000))
+    publisher.publish(UInt8MultiArray(data=b"\0" * 4_000))
     assert entered.wait(60)
     for value in range(1, 30):
-        publisher.publish(ByteArray(data=bytes([value]) * 4_000))
+        publisher.publish(UInt8MultiArray(data=bytes([value]) * 4_000))
     wait_until(lambda: publisher.statistics()["frames"] == 30)
     gate.set()
     assert [message.data[0] for message in inbox.wait(2)] == [0, 29]
@@ -212,11 +213,11 @@ def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(make_node: Ma
 def test_a_slow_subscriber_does_not_delay_the_others(make_node: MakeNode) -> None:
     talker, slow, quick = make_node("talker"), make_node("slow"), make_node("quick")
     gate, inbox = threading.Event(), Inbox()
-    slow.subscribe("cloud", ByteArray, lambda _: gate.wait(60))
-    quick.subscribe("cloud", ByteArray, inbox)
-    publisher = talker.advertise("cloud", ByteArray, queue_size=2)
+    slow.subscribe("cloud", UInt8MultiArray, lambda _: gate.wait(60))
+    quick.subscribe("cloud", UInt8MultiArray, inbox)
+    publisher = talker.advertise("cloud", UInt8MultiArray, queue_size=2)
     wait_until_connected(publisher, 2)
-    message = ByteArray(data=b"x" * 1_000_000)
+    message = UInt8MultiArray(data=b"x" * 1_000_000)
     for count in range(1, 41):
         publisher.publish(message)
         inbox.wait(count)
@@ -559,9 +560,9 @@ def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None
 def test_the_last_published_message_arrives_although_the_node_ends(make_node: MakeNode) -> None:
     patient = NodeTimings(close_flush_s=60.0)  # the listener may have to wait for a processor
     talker, listener, inbox = make_node("talker", timings=patient), make_node("listener"), Inbox()
-    publisher = connected(talker, listener, "cloud", ByteArray, inbox, queue_size=0)
+    publisher = connected(talker, listener, "cloud", UInt8MultiArray, inbox, queue_size=0)
     for number in range(20):
-        publisher.publish(ByteArray(data=bytes([number]) * 1_000_000))
+        publisher.publish(UInt8MultiArray(data=bytes([number]) * 1_000_000))
     talker.shutdown("done")
     assert [message.data[0] for message in inbox.wait(20)] == list(range(20))
 

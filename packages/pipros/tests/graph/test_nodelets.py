@@ -5,6 +5,8 @@ import threading
 from typing import Any
 
 import pytest
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
 
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
@@ -16,13 +18,9 @@ from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-String: Any = load_message_class("std_msgs/String")
-Image: Any = load_message_class("sensor_msgs/Image")
-
 PLUGINS = """
 from pipros.msg import load_message_class
 
-String = load_message_class("std_msgs/String")
 
 class Relay:
     def __init__(self, node):

@@ -7,7 +7,11 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nav_msgs.msg import OccupancyGrid
+from rosgraph_msgs.msg import Clock
 
+from actionlib.msg import TestActionGoal as Goal
 from pipros.basics.extras import install_command
 from pipros.msg import load_message_class
 from pipros.msg.importing.hook import PackageFinder
@@ -131,7 +135,6 @@ def test_a_publish_frequency_beyond_reason_is_limited(ros: RosSystem) -> None:
 # map_server and map_saver: a map is served, requested, replaced and saved.
 
 
-OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")
 YAML = """image: {name}.pgm
 resolution: 0.5
 origin: [1.0, 2.0, 1.5707963]
@@ -226,8 +229,6 @@ def test_a_map_with_a_wrong_number_of_cells_is_not_saved(
 # The diagnostic aggregator as a node: parameters, topics, and analyzers added by another node.
 
 
-DiagnosticArray: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
-DiagnosticStatus: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
 LAUNCH = """<launch>
   <node pkg="diagnostic_aggregator" type="aggregator_node" name="aggregator" output="screen">
     <param name="pub_rate" value="50"/>
@@ -314,8 +315,6 @@ def test_an_aggregator_accepts_analyzers_of_other_nodes(ros: RosSystem) -> None:
 # Programs with a loop, an action server or an updater go on after simulated time has moved back.
 
 
-Clock: Any = load_message_class("rosgraph_msgs/Clock")
-Goal: Any = load_message_class("actionlib/TestActionGoal")
 PROGRAMS = {
     "/tf": ("tf", "static_transform_publisher", *["0", "0", "0", "0", "0", "0", "a", "b", "100"]),
     "/diagnostics_agg": ("diagnostic_aggregator", "aggregator_node"),

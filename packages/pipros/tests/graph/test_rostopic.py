@@ -8,6 +8,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
 from pipros.master.master import Master
 from pipros.msg import load_message_class
@@ -23,10 +25,6 @@ from tests.support.slaves import FakeSlave
 from tests.support.waiting import wait_until
 
 # rostopic echo, hz, bw and delay with running nodes: their output and how they exit.
-
-
-Clock = load_message_class("rosgraph_msgs/Clock")
-String = load_message_class("std_msgs/String")
 
 
 @pytest.fixture

@@ -17,9 +17,10 @@ from xmlrpc.client import ServerProxy
 
 import numpy
 import pytest
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
 
 from pipros.basics.limits import Limits
-from pipros.msg import load_message_class
 from pipros.net import local_stream, shared_memory, shared_segment
 from pipros.net.outgoing_state import LinkState
 from pipros.net.shared_memory import SHARED_TOPIC_BYTES
@@ -44,8 +45,6 @@ from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(not local_stream.shares_memory(), reason="needs shared memory of Linux")
 
-Image: Any = load_message_class("sensor_msgs/Image")
-String: Any = load_message_class("std_msgs/String")
 SIZE = 300_000
 WARM = "warm"
 
@@ -708,7 +707,6 @@ from pipros.net.timings import LinkTimings
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
 kind, value = getattr(resource, sys.argv[1]), int(sys.argv[2])
-Image = load_message_class("sensor_msgs/Image")
 with Master(port=0) as master:
     nodes = [Node(name, environment=Environment(master_uri=master.uri)) for name in ("a", "b", "c")]
     for node in nodes:

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from geometry_msgs.msg import Twist
+from visualization_msgs.msg import InteractiveMarkerFeedback as Feedback
 
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -19,9 +21,6 @@ from tests.support.waiting import wait_until
 
 # Keys and joysticks steer robots. The joystick is a FIFO with bytes as sent by the kernel. Not tested with
 # a real device.
-
-
-Twist: Any = load_message_class("geometry_msgs/Twist")
 
 
 @pytest.fixture
@@ -212,9 +211,6 @@ def test_twist_mux_passes_on_the_velocities_of_the_source_that_may_steer(
 
 
 # The node marker_server of interactive_marker_twist_server.
-
-
-Feedback: Any = load_message_class("visualization_msgs/InteractiveMarkerFeedback")
 
 
 def test_velocities_are_scaled_and_limited_by_axis() -> None:

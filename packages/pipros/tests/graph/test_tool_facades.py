@@ -5,6 +5,9 @@ from pathlib import Path
 from xmlrpc.client import DateTime
 
 import pytest
+from geometry_msgs.msg import PointStamped
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 import rosgraph
 import rosmsg
@@ -13,12 +16,7 @@ import rosparam
 import rosservice
 import rostopic
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from tests.support.nodes import MakeNode
-
-String = load_message_class("std_msgs/String")
-PointStamped = load_message_class("geometry_msgs/PointStamped")
-SetBool = load_service_class("std_srvs/SetBool")
 
 
 @pytest.fixture(autouse=True)

@@ -12,11 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rosgraph_msgs.msg import Log
+from std_msgs.msg import String, UInt8MultiArray
+from std_srvs.srv import Empty
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import Unreachable
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
+from pipros.msg import load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros_tools.graph import loggers
@@ -31,12 +34,6 @@ from tests.support.without_posix import run_without_posix
 
 # Tools without a master, with a master that exits, with fast and large messages, and in background jobs.
 
-
-String: Any = load_message_class("std_msgs/String")
-Log: Any = load_message_class("rosgraph_msgs/Log")
-Bytes: Any = load_message_class("std_msgs/UInt8MultiArray")
-
-EMPTY: Any = load_service_class("std_srvs/Empty")
 
 NO_MASTER = "http://127.0.0.1:1"
 
@@ -180,8 +177,8 @@ def test_a_topic_of_ten_thousand_messages_a_second_is_measured_and_shown(
 
 def test_a_message_of_8_megabytes_is_measured_and_shown(ros: RosSystem, system: tuple[Master, Node]) -> None:
     _, node = system
-    large = node.advertise("/large", Bytes, latch=True)
-    message = Bytes(data=bytes(8_000_000))
+    large = node.advertise("/large", UInt8MultiArray, latch=True)
+    message = UInt8MultiArray(data=bytes(8_000_000))
     large.publish(message)
     echo = ros.pipros.run("rostopic", "echo", "-n", "1", "--noarr", "/large")
     assert echo.stdout[-2:] == ['data: "<array type: uint8, length: 8000000>"', "---"]
@@ -219,7 +216,7 @@ def test_a_hung_node_does_not_block_rosconsole(ros: RosSystem, system: tuple[Mas
 def test_rosservice_call_suggests_similar_names(ros: RosSystem) -> None:
     ros.serve_master()
     with ros.node("robot") as robot:
-        robot.serve("/reset_odometry", EMPTY, lambda _: EMPTY._response_class())
+        robot.serve("/reset_odometry", Empty, lambda _: Empty._response_class())
         mistyped = ros.pipros.run("rosservice", "call", "/reset_odometri")
         other = ros.pipros.run("rosservice", "call", "/x")
     assert mistyped.stderr == [
@@ -350,9 +347,6 @@ def test_characters_that_the_encoding_does_not_have_are_escaped(ros: RosSystem, 
 # Tools on a terminal: alignment, colours, and tables that are redrawn in place. Output to pipes is plain.
 
 
-TerminalsString = load_message_class("std_msgs/String")
-
-
 @pytest.fixture
 def terminal(ros: RosSystem, master: Master) -> Terminal:
     ros.pipros.environment.update(ROS_MASTER_URI=master.uri, TERM="xterm")
@@ -363,7 +357,7 @@ def terminal(ros: RosSystem, master: Master) -> Terminal:
 def test_lists_are_aligned_and_coloured_outside_pipes(
     ros: RosSystem, terminal: Terminal, make_node: MakeNode
 ) -> None:
-    make_node("talker").advertise("/a_long_name", TerminalsString)
+    make_node("talker").advertise("/a_long_name", String)
 
     _, coloured = terminal.run("rostopic list -v")
     _, plain = terminal.run("NO_COLOR=1 rostopic list -v")
@@ -384,12 +378,12 @@ def test_figures_of_several_topics_are_shown_in_place(
     terminal: Terminal, make_node: MakeNode, command: str, heading: str
 ) -> None:
     node = make_node("talker")
-    publishers = [node.advertise(topic, TerminalsString, queue_size=10) for topic in ("/a", "/b")]
+    publishers = [node.advertise(topic, String, queue_size=10) for topic in ("/a", "/b")]
     replaced = re.compile(rf"\x1b\[\d+A\x1b\[J *{heading}")
 
     def publish_until_replaced() -> bool:
         for publisher in publishers:
-            publisher.publish(TerminalsString("hello"))
+            publisher.publish(String("hello"))
         return replaced.search(terminal.output) is not None
 
     terminal.type(f"rostopic {command} /a /b")

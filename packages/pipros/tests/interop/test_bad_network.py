@@ -1,12 +1,11 @@
 """Genuine nodes and pipros nodes that communicate through the fault proxy."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 from pipros.basics.env import Environment
-from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
 from pipros_tools.testing.faults.history import History
@@ -15,7 +14,6 @@ from tests.support.environments import VENV_BIN
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-String: Any = load_message_class("std_msgs/String")
 LIMIT_S = 60.0
 QUICK_RETRIES = NodeTimings(retry_longest_s=0.2)
 

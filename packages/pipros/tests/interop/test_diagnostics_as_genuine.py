@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
@@ -106,7 +107,6 @@ def test_sparse_csv_names_what_it_cannot_read(plain_ros: RosSystem) -> None:
 
 
 # The monitors of diagnostic_common_diagnostics report under the names of the genuine ones.
-DiagnosticArray: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
 
 MONITORS = [
     ("cpu_monitor.py", ["_warning_percentage:=100", "_window:=2"], ["CPU Information"]),

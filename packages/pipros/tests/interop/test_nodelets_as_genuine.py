@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import PointStamped
 from PIL import Image as Pictures
+from sensor_msgs.msg import Image
 
 from pipros.basics.env import Environment
-from pipros.msg import load_message_class, load_service_class
+from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros_libraries.pictures.codecs import PillowCodec
@@ -22,8 +24,6 @@ from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.same_results import printed
 from tests.support.waiting import wait_until
-
-Image: Any = load_message_class("sensor_msgs/Image")
 
 
 @pytest.mark.parametrize("manager_side", ["pipros", "genuine"])
@@ -112,7 +112,6 @@ def test_pillow_reads_what_opencv_compressed() -> None:
 # A camera and a node that looks at its images, with the libraries of either side.
 PROGRAMS = Path(__file__).parent / "programs"
 SIDES = ("pipros", "genuine")
-PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
 
 def test_images_of_either_side_are_detected_on_either_side(plain_ros: RosSystem) -> None:

@@ -18,7 +18,7 @@ LACKING = {
     "rosbag.bag.roslz4": "pipros uses lz4 from PyPI", "tf*PyKDL": "a library that pip does not have",
     "tf_conversions.*": "what PyKDL binds, a library that pip does not have",
 }  # fmt: skip
-"""Names that are not bound here, and what they are. Those of `python_api_differences` come on top."""
+"""Names that are not bound here, and what they are. Those that `listed` knows come on top."""
 
 TOOLS = {
     *("catkin", "genmsg", "genpy", "rosclean", "rosgraph", "roslaunch", "roslib", "rosmaster"),

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
@@ -15,7 +16,6 @@ from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 SIDES = ["pipros", "genuine"]
-String: Any = load_message_class("std_msgs/String")
 
 
 class Graph:

@@ -9,10 +9,11 @@ import threading
 from typing import Any
 
 import pytest
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool
 
 from pipros.basics.errors import InvalidName, NotFound
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
@@ -26,9 +27,6 @@ from tests.support.processes import Processes
 from tests.support.waiting import wait_until
 
 # ros_comm#152, #149, roslibpy#27, rosbridge_suite#905: calls waited forever, or failed without a reason.
-
-
-SetBool: Any = load_service_class("std_srvs/SetBool")
 
 
 @pytest.mark.parametrize("persistent", [False, True])
@@ -267,8 +265,6 @@ def test_ctrl_c_ends_a_node_whose_master_has_died(processes: Processes) -> None:
 
 # ros_comm#1083, #492, #156, #2111: simulated time was set back, or had no clock, and loops hung silently.
 
-
-Clock: Any = load_message_class("rosgraph_msgs/Clock")
 
 S = 1_000_000_000
 

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 import roslaunch
 import roslaunch.config
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
+from pipros.msg import load_service_class
 from pipros_tools.bag.reader import BagReader
 from pipros_tools.cli.rosservice import main
 from pipros_tools.graph.node_info import describe_registrations
@@ -164,9 +165,6 @@ def test_a_file_with_a_value_that_cannot_be_sent_changes_nothing(
 
 
 # ros_comm#2366: `rosnode info` printed `[unknown type]` for a topic that has no publisher.
-
-
-String: Any = load_message_class("std_msgs/String")
 
 
 def test_the_type_of_a_topic_with_only_subscribers_is_described(make_node: MakeNode) -> None:

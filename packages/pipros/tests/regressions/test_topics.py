@@ -10,9 +10,10 @@ import weakref
 from typing import Any
 
 import pytest
+from sensor_msgs.msg import Image
+from std_msgs.msg import String, UInt8MultiArray
 
 from pipros.master.master import Master
-from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.net.timings import LinkTimings
 from pipros.net.workers import KEPT_IDLE
@@ -26,8 +27,6 @@ from tests.support.waiting import wait_until
 # causes were a sleeping queue, a message that was serialised for each subscriber, and Nagle's algorithm,
 # which delays small messages.
 
-
-UInt8MultiArray: Any = load_message_class("std_msgs/UInt8MultiArray")
 
 QUEUE_SIZES = [None, 0, 1, 10, 1000]
 
@@ -98,9 +97,6 @@ def test_publish_returns_when_a_message_is_sent(
 # ros_comm#536, #1901: with queue_size=1 a slow callback saw old images, unless buff_size was guessed.
 
 
-Image: Any = load_message_class("sensor_msgs/Image")
-
-
 @pytest.mark.parametrize("size", [100, 20_000, 300_000])
 def test_queue_size_1_is_the_newest_message_whatever_its_size(make_node: MakeNode, size: int) -> None:
     every_callback_is_slow = NodeTimings(links=LinkTimings(slow_delivery_s=0.0))
@@ -127,9 +123,6 @@ def test_queue_size_1_is_the_newest_message_whatever_its_size(make_node: MakeNod
 
 # ros_comm#222: a topic is listed, but no message arrives, and no tool says why. Requested in 2013: report
 # that a publisher cannot be reached, because its host name is unknown here.
-
-
-String: Any = load_message_class("std_msgs/String")
 
 
 def test_a_publisher_with_an_unknown_host_name_is_explained_once(make_node: MakeNode, master: Master) -> None:

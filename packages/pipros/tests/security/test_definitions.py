@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Empty
 
 from pipros.basics.env import Environment
@@ -386,9 +387,6 @@ def test_directives_are_not_compared_without_end() -> None:
 
 # Regular expressions that other nodes set as parameters cannot block a process.
 
-
-DiagnosticArray: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
-DiagnosticStatus: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
 
 ANALYZERS = {"a": {"type": "GenericAnalyzer", "path": "A", "regex": "(a+)+$"}}
 STATUS = "a" * 40 + "!"

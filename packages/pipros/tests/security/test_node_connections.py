@@ -12,9 +12,10 @@ from contextlib import ExitStack
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 from pipros.basics.limits import Limits
-from pipros.msg import load_message_class, load_service_class
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import RpcServer
@@ -25,8 +26,6 @@ from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
-String: Any = load_message_class("std_msgs/String")
-SetBool: Any = load_service_class("std_srvs/SetBool")
 ON = SetBool._request_class(data=True)
 REQUEST = struct.pack("<IB", 1, 1)
 SERVICE = {"service": "/set", "md5sum": "*", "callerid": "/attacker"}

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 import pytest
+from geometry_msgs.msg import Twist
 
 from pipros.msg import load_message_class
 from pipros_libraries.nodes.velocities import VelocityOutput
@@ -15,11 +16,9 @@ from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-TWIST: Any = load_message_class("geometry_msgs/Twist")
-
 
 def driving() -> Any:
-    twist = TWIST()
+    twist = Twist()
     twist.linear.x = 0.2
     return twist
 
@@ -30,8 +29,8 @@ def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> No
         TwistMux(node, [VelocitySource("a", "/a", 0.2, 10)], [])
         with ros.node("robot") as robot:
             inbox = Inbox()
-            robot.subscribe("/cmd_vel_out", TWIST, inbox)
-            source = robot.advertise("/a", TWIST, queue_size=1)
+            robot.subscribe("/cmd_vel_out", Twist, inbox)
+            source = robot.advertise("/a", Twist, queue_size=1)
             wait_until(lambda: source.connection_count)
 
             def drives() -> bool:
@@ -39,8 +38,8 @@ def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> No
                 return bool(inbox.messages)
 
             wait_until(drives)
-            wait_until(lambda: inbox.messages[-1] == TWIST())
-            assert inbox.messages.count(TWIST()) == 1
+            wait_until(lambda: inbox.messages[-1] == Twist())
+            assert inbox.messages.count(Twist()) == 1
 
 
 def test_twist_mux_stops_a_robot_whose_source_has_ended_also_without_a_timeout(ros: RosSystem) -> None:
@@ -49,12 +48,12 @@ def test_twist_mux_stops_a_robot_whose_source_has_ended_also_without_a_timeout(r
         TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [])
         with ros.node("robot") as robot:
             inbox = Inbox()
-            robot.subscribe("/cmd_vel_out", TWIST, inbox)
+            robot.subscribe("/cmd_vel_out", Twist, inbox)
             with ros.node("source") as other:
-                source = other.advertise("/a", TWIST, queue_size=1)
+                source = other.advertise("/a", Twist, queue_size=1)
                 wait_until(lambda: source.connection_count)
                 wait_until(lambda: source.publish(driving()) or inbox.messages)
-            wait_until(lambda: inbox.messages[-1] == TWIST())
+            wait_until(lambda: inbox.messages[-1] == Twist())
 
 
 def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
@@ -64,9 +63,9 @@ def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
         TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [VelocitySource("estop", "/estop", 0.0, 255)])
         with ros.node("robot") as robot:
             inbox = Inbox()
-            robot.subscribe("/cmd_vel_out", TWIST, inbox)
+            robot.subscribe("/cmd_vel_out", Twist, inbox)
             source, lock = (
-                robot.advertise(*each, queue_size=1) for each in (("/a", TWIST), ("/estop", flag))
+                robot.advertise(*each, queue_size=1) for each in (("/a", Twist), ("/estop", flag))
             )
             wait_until(lambda: source.connection_count and lock.connection_count)
 
@@ -76,14 +75,14 @@ def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
 
             wait_until(drives)
             lock.publish(flag(True))
-            wait_until(lambda: inbox.messages[-3:] == [TWIST()] * 3)
+            wait_until(lambda: inbox.messages[-3:] == [Twist()] * 3)
 
 
 def test_a_node_that_ends_stops_the_robot(ros: RosSystem) -> None:
     ros.serve_master()
     with ros.node("robot") as robot:
         inbox = Inbox()
-        robot.subscribe("/cmd_vel", TWIST, inbox)
+        robot.subscribe("/cmd_vel", Twist, inbox)
 
         def drive_and_fail() -> None:
             with ros.node("driver") as node:
@@ -95,7 +94,7 @@ def test_a_node_that_ends_stops_the_robot(ros: RosSystem) -> None:
 
         with pytest.raises(ZeroDivisionError):
             drive_and_fail()
-        wait_until(lambda: inbox.messages == [driving(), TWIST()])
+        wait_until(lambda: inbox.messages == [driving(), Twist()])
 
 
 def test_twist_mux_stops_no_robot_while_another_source_is_in_charge() -> None:
@@ -129,8 +128,8 @@ def test_a_failing_smoother_stops_the_robot_and_goes_on(
 
     with ros.node("smoother") as node:
         inbox = Inbox()
-        node.subscribe("~smooth_cmd_vel", TWIST, inbox)
-        commands = node.advertise("~raw_cmd_vel", TWIST, queue_size=1)
+        node.subscribe("~smooth_cmd_vel", Twist, inbox)
+        commands = node.advertise("~raw_cmd_vel", Twist, queue_size=1)
         smoother = SmootherNode(node)
 
         def moves() -> bool:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
 
 from pipros.basics.env import Environment
 from pipros.basics.limits import Limits
@@ -37,8 +38,6 @@ from tests.support.waiting import wait_until
 
 # Callers of a node that may not be its master: their calls are verified, and not lost.
 
-
-String: Any = load_message_class("std_msgs/String")
 
 STRANGER = ThisMachineCaller("198.51.100.7", 4711, "10.0.0.1", 11311)
 

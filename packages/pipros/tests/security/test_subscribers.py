@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from actionlib_msgs.msg import GoalID, GoalStatus
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from std_msgs.msg import String, UInt8MultiArray
 
+from actionlib.msg import TestActionGoal as ActionGoal
+from actionlib.msg import TestActionResult as ActionResult
 from pipros.basics.env import Environment
 from pipros.basics.limits import Limits
 from pipros.master.master import Master
-from pipros.msg import load_message_class
 from pipros.node import Node
 from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
@@ -28,7 +30,6 @@ from tests.support.waiting import wait_until
 # The cost of slow and stuck subscribers for their publisher and for other subscribers.
 
 
-UInt8MultiArray: Any = load_message_class("std_msgs/UInt8MultiArray")
 LARGE = UInt8MultiArray(data=b"x" * 8_000_000)
 COUNT = 8
 
@@ -126,9 +127,6 @@ def test_messages_that_wait_for_a_subscriber_have_a_limit_in_bytes(
 # Subscribers that send data on a topic link.
 
 
-String: Any = load_message_class("std_msgs/String")
-
-
 def test_a_subscriber_that_keeps_sending_is_disconnected(make_node: MakeNode) -> None:
     log, lines = listening_log()
     talker = make_node("talker", log=log)
@@ -206,9 +204,6 @@ server.start()
 print('ready', flush=True)
 rospy.spin()
 """
-ActionGoal: Any = load_message_class("actionlib/TestActionGoal")
-ActionResult: Any = load_message_class("actionlib/TestActionResult")
-GoalStatusArray: Any = load_message_class("actionlib_msgs/GoalStatusArray")
 
 
 def start_server(processes: Processes, tmp_path: Path, master: Master) -> Process:

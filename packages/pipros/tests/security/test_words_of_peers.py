@@ -16,8 +16,8 @@ from xmlrpc.client import ServerProxy
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
+from roscpp.srv import SetLoggerLevel
 
-from pipros.msg import load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.node.logger_services import serve_loggers
 from pipros.wire.header import encode_header
@@ -252,9 +252,6 @@ def test_frames_results_and_servers_are_escaped(ros: RosSystem) -> None:
 
 
 # `~set_logger_level` does not let peers fill the memory of a node with loggers.
-
-
-SetLoggerLevel: Any = load_service_class("roscpp/SetLoggerLevel")
 
 
 def level_of(name: str) -> int | None:
