@@ -126,9 +126,7 @@ def test_goals_are_answered_on_a_terminal_until_ctrl_c_or_the_end_of_the_node(ro
     assert terminal.wait_for_prompt() == 0
 
 
-def test_feedback_that_another_thread_delivers_after_the_result_is_not_shown(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_feedback_that_another_thread_delivers_after_the_result_is_not_shown(monkeypatch, capsys) -> None:
     from actionlib.msg import TestFeedback, TestResult
 
     class Unordered:

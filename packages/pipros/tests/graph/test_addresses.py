@@ -88,9 +88,7 @@ def test_ports_exclude_single_ports_and_must_be_a_range(master: Master) -> None:
         Node("one", environment=environment, ports="5010-5000")
 
 
-def test_peers_are_told_the_advertised_address_and_the_node_recognises_it(
-    monkeypatch: pytest.MonkeyPatch, port: int
-) -> None:
+def test_peers_are_told_the_advertised_address_and_the_node_recognises_it(monkeypatch, port: int) -> None:
     ports = ClaimedPort()
     outside = f"{NOWHERE}:21311={port},31400-31405={ports.number}-{ports.number + 5}"
     monkeypatch.setenv("PIPROS_PORTS", f"{ports.number}-{ports.number + 5}")

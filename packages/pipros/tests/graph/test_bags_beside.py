@@ -278,9 +278,7 @@ def test_the_table_has_every_row_and_command() -> None:
 
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name != "play"])
 @pytest.mark.parametrize("row", ROWS)
-def test_each_cell_is_true(
-    row: str, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_each_cell_is_true(row: str, command: str, tmp_path, monkeypatch, capfd) -> None:
     monkeypatch.chdir(tmp_path)
     beside = ROWS[row]
     source = beside.make()

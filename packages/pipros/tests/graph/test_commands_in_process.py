@@ -66,9 +66,7 @@ def test_ctrl_c_ends_an_endless_ping_with_the_average(ping_client: MasterClient,
     assert lines[-1].startswith("ping average: ")
 
 
-def test_an_unresponsive_node_is_abandoned(
-    ping_client: MasterClient, master: Master, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unresponsive_node_is_abandoned(ping_client: MasterClient, master: Master, capsys) -> None:
     with socket.create_server(("127.0.0.1", 0)) as deaf:
         register(master, "/deaf", f"http://127.0.0.1:{deaf.getsockname()[1]}/")
         assert not pinging.ping(ping_client, "/deaf", timeout_s=0.1)
@@ -128,9 +126,7 @@ def test_arrays_of_responses_can_be_left_out(
     assert capsys.readouterr().out == printed
 
 
-def test_strings_of_responses_can_be_left_out(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_strings_of_responses_can_be_left_out(make_node: MakeNode, monkeypatch, capsys) -> None:
     service_class: Any = load_service_class("std_srvs/Trigger")
     node = make_node("server")
     monkeypatch.setenv("ROS_MASTER_URI", node.master.uri)

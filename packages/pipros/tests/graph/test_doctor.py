@@ -190,9 +190,7 @@ def test_a_subscriber_that_cannot_reach_this_machine_does_not_connect(master: Ma
     assert reach_back(pairs, Environment(master_uri=master.uri), wait_s=0.1) == frozenset()
 
 
-def test_json_has_the_findings_and_the_exit_code_says_that_there_are_errors(
-    master: Master, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_has_the_findings_and_the_exit_code_says_that_there_are_errors(master: Master, capsys) -> None:
     register_as(master, "/ghost", "registerPublisher", "/a", "std_msgs/String", NOBODY)
     assert doctor.main(["--json"]) == 1
     report = json.loads(capsys.readouterr().out)
@@ -213,9 +211,7 @@ def test_findings_are_printed_with_advice(master: Master, capsys: pytest.Capture
     assert "Found 1 error. Examined: " in output
 
 
-def test_without_a_master_it_says_how_to_start_one(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_master_it_says_how_to_start_one(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
     assert doctor.main(["--offline"]) == 0
     assert "Nothing is wrong. Examined: the setup of this machine." in capsys.readouterr().out
@@ -225,9 +221,7 @@ def test_without_a_master_it_says_how_to_start_one(
 
 @pytest.mark.needs("/proc")
 @pytest.mark.parametrize("ip", ["127.0.0.2", ""])
-def test_a_master_that_does_not_listen_at_localhost_is_found(
-    ip: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_master_that_does_not_listen_at_localhost_is_found(ip: str, monkeypatch, capsys) -> None:
     with Master(host="127.0.0.2", port=0) as master:
         monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{master.port}")
         monkeypatch.setenv("ROS_IP", ip)
@@ -273,9 +267,7 @@ def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.Monke
     }  # fmt: skip
 
 
-def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(
-    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("pipros_tools.health.gather_machine.COMMANDS", ("roscore", "rostopic", "rosnode"))
     for name, text in {
         "roscore": "import roslaunch", "rostopic": "from pipros_tools.cli.rostopic import main",
@@ -448,9 +440,7 @@ def test_a_subscriber_that_drops_messages(master: Master, make_node: MakeNode) -
     assert "[/slow]" in check.steps[-1].text
 
 
-def test_the_command_prints_the_steps_and_the_remedy(
-    master: Master, make_node: MakeNode, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_prints_the_steps_and_the_remedy(master: Master, make_node: MakeNode, capsys) -> None:
     make_node("detector").advertise("/detections", String)
     assert doctor.main(["/detections", "--wait", "0.1"]) == 1
     printed = capsys.readouterr().out

@@ -140,9 +140,7 @@ def test_another_master_changes_nothing(launch: Process) -> None:
             ask(name, {"do": what, "node": "driver-1", "run_id": "of-another-master"})
 
 
-def test_malformed_requests_and_other_users_are_refused(
-    launch: Process, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_malformed_requests_and_other_users_are_refused(launch: Process, monkeypatch) -> None:
     [name] = running_launches()
     run_id = ask(name, {"do": "list"})["run_id"]
     with pytest.raises(LaunchUnavailable, match="do must be"):

@@ -47,9 +47,7 @@ def _with_unix_streams(monkeypatch: pytest.MonkeyPatch) -> None:
 # -- topics ---------------------------------------------------------------------------
 
 
-def test_a_publisher_serves_both_transports_at_once(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_publisher_serves_both_transports_at_once(make_node: MakeNode, monkeypatch) -> None:
     talker, near, far = make_node("talker"), make_node("near"), make_node("far")
     publisher = talker.advertise("chat", String, queue_size=10, latch=True)
     publisher.publish(String(data="latched"))
@@ -78,9 +76,7 @@ def test_tcpros_is_offered_first_and_unknown_protocols_are_skipped(make_node: Ma
     assert local_stream.offer()[0] == ["TCPROS"]
 
 
-def test_a_subscriber_without_the_stream_uses_tcp(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_subscriber_without_the_stream_uses_tcp(make_node: MakeNode, monkeypatch) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("chat", String)
     monkeypatch.setattr(talker.endpoints, "local_name", "pipros-without-a-listener")

@@ -84,9 +84,7 @@ def caller(master: Master, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch)
     return LoggerLevelServiceCaller()
 
 
-def test_levels_are_read_and_set(
-    caller: LoggerLevelServiceCaller, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_levels_are_read_and_set(caller: LoggerLevelServiceCaller, capsys) -> None:
     assert caller.get_node_names() == ["/listener"]
     assert caller.get_levels() == ["debug", "info", "warn", "error", "fatal"]
     logger = caller.get_loggers("/listener")[0]
@@ -97,9 +95,7 @@ def test_levels_are_read_and_set(
     assert caller.send_logger_change_message("/listener", logger, "info")
 
 
-def test_unknown_nodes_and_loggers_raise(
-    caller: LoggerLevelServiceCaller, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unknown_nodes_and_loggers_raise(caller: LoggerLevelServiceCaller, capsys) -> None:
     with pytest.raises(ROSConsoleException, match="node '/nobody' doesn't exist"):
         caller.get_loggers("/nobody")
     with pytest.raises(KeyError):

@@ -288,9 +288,7 @@ def test_a_call_without_a_thread_fails_at_once(make_node: MakeNode, monkeypatch:
     assert lines == ["service [/set]: cannot serve a call: can't start new thread"]
 
 
-def test_calls_at_interpreter_shutdown_fail_silently(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_calls_at_interpreter_shutdown_fail_silently(make_node: MakeNode, monkeypatch) -> None:
     def refuse(*_: object) -> None:
         raise RuntimeError("can't create new thread at interpreter shutdown")  # Python 3.12 and later
 

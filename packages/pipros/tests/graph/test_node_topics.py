@@ -238,9 +238,7 @@ def test_messages_of_a_restarted_publisher_are_received(make_node: MakeNode) -> 
     assert [message.data for message in inbox.messages] == ["0", "1", "2"]
 
 
-def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(make_node: MakeNode, monkeypatch) -> None:
     start, refused = IncomingLink.start, threading.Event()
 
     def refuse_once(link: IncomingLink) -> None:
@@ -486,9 +484,7 @@ def test_shutdown_waits_for_a_running_callback_that_ends_in_time(make_node: Make
     may_end.set()
 
 
-def test_links_of_a_topic_unregistered_during_shutdown_are_closed(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_links_of_a_topic_unregistered_during_shutdown_are_closed(make_node: MakeNode, monkeypatch) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = connected(talker, listener, "chat", String, Inbox())
     (subscriber,) = publisher.publication.links
@@ -511,9 +507,7 @@ def test_links_of_a_topic_unregistered_during_shutdown_are_closed(
 
 
 @pytest.mark.parametrize("kind", ["publication", "subscription", "service"])
-def test_topics_added_during_shutdown_do_not_disturb_it(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, kind: str
-) -> None:
+def test_topics_added_during_shutdown_do_not_disturb_it(make_node: MakeNode, monkeypatch, kind: str) -> None:
     node = make_node("busy")
     node.advertise("/before", String)
     node.subscribe("/before", String, lambda _: None)

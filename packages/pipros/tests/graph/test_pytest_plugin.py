@@ -68,9 +68,7 @@ def write(pytester: pytest.Pytester, name: str, content: str) -> None:
     (pytester.path / name).write_text(textwrap.dedent(content))
 
 
-def test_each_test_of_a_launch_file_is_an_item_and_leaves_no_results_behind(
-    run: Run, pytester: pytest.Pytester
-) -> None:
+def test_each_test_of_a_launch_file_is_an_item_and_leaves_no_results_behind(run: Run, pytester) -> None:
     result = run("-v")
 
     result.assert_outcomes(passed=2)
@@ -78,9 +76,7 @@ def test_each_test_of_a_launch_file_is_an_item_and_leaves_no_results_behind(
     assert not (pytester.path / ".ros/test_results").exists()
 
 
-def test_a_launch_file_is_collected_when_it_has_tests_and_other_files_are_not(
-    run: Run, pytester: pytest.Pytester
-) -> None:
+def test_a_launch_file_is_collected_when_it_has_tests_and_other_files_are_not(run: Run, pytester) -> None:
     write(pytester, "tests.launch", LAUNCH)
     write(pytester, "nodes.launch", "<launch><node name='n' pkg='pkg' type='t.py'/></launch>")
     write(pytester, "other.test", "a test of some other program")
@@ -169,9 +165,7 @@ def test_the_examples_of_the_documentation_work(run: Run, pytester: pytest.Pytes
     result.assert_outcomes(passed=7)
 
 
-def test_respawning_nodes_are_restarted_and_lacking_programs_named(
-    run: Run, pytester: pytest.Pytester
-) -> None:
+def test_respawning_nodes_are_restarted_and_lacking_programs_named(run: Run, pytester) -> None:
     write(pytester, "ends.py", "#!/bin/sh\necho ended >>ends\nexit 3\n")
     (pytester.path / "ends.py").chmod(0o755)
     write(
@@ -248,9 +242,7 @@ def test_the_plugin_is_found_by_its_entry_point() -> None:
 
 
 @pytest.mark.parametrize("words", [(), ("-n", "2")], ids=["one process", "pytest-xdist"])
-def test_the_junit_file_has_each_case_of_a_launch_file(
-    run: Run, pytester: pytest.Pytester, words: tuple[str, ...]
-) -> None:
+def test_the_junit_file_has_each_case_of_a_launch_file(run: Run, pytester, words: tuple[str, ...]) -> None:
     write(pytester, "test_plain.py", "def test_plain(): pass\n")
 
     result = run("--junitxml", "results.xml", "--ros-arg=level:=3", *words)

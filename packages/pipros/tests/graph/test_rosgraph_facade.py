@@ -137,9 +137,7 @@ def test_urls_are_split(url: str, parts: tuple[str, int]) -> None:
     assert rosgraph.network.parse_http_host_and_port(url) == parts
 
 
-def test_addresses_follow_the_environment(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_addresses_follow_the_environment(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     network = rosgraph.network
     assert network.get_address_override() is None
     assert network.get_bind_address() == "127.0.0.1"

@@ -104,9 +104,7 @@ def test_statistics_without_a_master_are_an_error_with_advice(capsys: Any) -> No
         (["-p", "70000"], "rosmaster: error: port must be between 0 and 65535, got 70000"),
     ],
 )  # fmt: skip
-def test_wrong_arguments_are_reported_and_end_with_2(
-    argv: list[str], text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_arguments_are_reported_and_end_with_2(argv: list[str], text: str, capsys) -> None:
     with pytest.raises(SystemExit) as caught:
         main(argv)
     assert caught.value.code == 2

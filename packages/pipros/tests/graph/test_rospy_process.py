@@ -1,8 +1,10 @@
 """A rospy process from start to end: signals, exit codes, registrations, and a second node."""
 
+import functools
 import os
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -68,15 +70,24 @@ except Exception as error:  # the server speaks plain HTTP
 """
 
 
-def start(processes: Processes, uri: str, code: str) -> Process:
-    return processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": uri})
+Start = Callable[..., Process]
 
 
-def test_a_node_loads_openssl_with_its_first_use(processes: Processes, master: Master) -> None:
+@pytest.fixture
+def start(processes: Processes, master: Master) -> Start:
+    """A function that starts a program on the master."""
+
+    def start(body: str, head: str = HEAD, uri: str = master.uri, **more: str) -> Process:
+        return processes.start(sys.executable, "-c", head + body, environment={"ROS_MASTER_URI": uri, **more})
+
+    return start
+
+
+def test_a_node_loads_openssl_with_its_first_use(start: Start, master: Master) -> None:
     address = f"host, port = '127.0.0.1', {master.uri.rpartition(':')[2].strip('/')}"
-    code = HEAD + NAME_OPENSSL + address + USE_TLS
-    assert start(processes, master.uri, code).wait() == 0  # stores the compiled messages
-    node = start(processes, master.uri, code)
+    code = NAME_OPENSSL + address + USE_TLS
+    assert start(code).wait() == 0  # stores the compiled messages
+    node = start(code)
     assert (node.wait(), node.lines[-3:]) == (0, ["[]", "SSLError: True", "hook False"])
 
 
@@ -85,9 +96,9 @@ def test_a_node_loads_openssl_with_its_first_use(processes: Processes, master: M
     ("body", "ready"), [(SPIN, "ready"), (RATE, "ready"), (SLEEP, "ready"), (CALLBACK_SLEEPS, "in callback")]
 )
 def test_a_signal_ends_a_node_cleanly(
-    processes: Processes, master: Master, client: MasterClient, body: str, ready: str, number: signal.Signals
+    start: Start, client: MasterClient, body: str, ready: str, number: int
 ) -> None:
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     node.wait_for(ready)
     node.send_signal(number, code=0)
     assert "hook False" in node.output
@@ -97,17 +108,17 @@ def test_a_signal_ends_a_node_cleanly(
 
 @pytest.mark.parametrize("body", [SPIN, SLEEP])
 def test_a_closed_terminal_ends_a_node_as_without_a_handler_but_after_its_hooks(
-    processes: Processes, master: Master, client: MasterClient, body: str
+    start: Start, client: MasterClient, body: str
 ) -> None:
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     node.wait_for("ready")
     node.send_signal(signal.SIGHUP, code=-signal.SIGHUP)
     assert client.get_system_state() == [[], [], []]
 
 
-def test_a_running_call_may_end_after_a_signal(processes: Processes, master: Master) -> None:
+def test_a_running_call_may_end_after_a_signal(start: Start) -> None:
     head = HEAD.replace("unregister_s=30", "unregister_s=30, call_grace_s=30")
-    node = start(processes, master.uri, head + CALL_IS_ANSWERED)
+    node = start(CALL_IS_ANSWERED, head)
     node.wait_for("in call")
     node.send_signal(signal.SIGINT, code=0)
     assert "hook False" in node.output
@@ -123,120 +134,105 @@ def test_a_running_call_may_end_after_a_signal(processes: Processes, master: Mas
     ],
 )
 def test_a_wait_interrupted_by_a_signal_raises_noetics_exception(
-    processes: Processes, master: Master, body: str, ready: str, error: str
+    start: Start, body: str, ready: str, error: str
 ) -> None:
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     node.wait_for(ready)
     node.send_signal(signal.SIGINT)
     assert (node.wait(), error in node.output) == (INTERRUPTED, True), node.output
 
 
-def test_shutdown_does_not_join_a_thread_that_was_not_started(processes: Processes, master: Master) -> None:
-    end = (
-        "rospy.core._add_shutdown_thread(threading.Thread(target=print))\n"
-        "rospy.signal_shutdown('bye')\nprint('over')\n"
-    )
-    node = start(processes, master.uri, HEAD + end)
-    node.check(0, "over")
+def test_shutdown_does_not_join_a_thread_that_was_not_started(start: Start) -> None:
+    end = "rospy.core._add_shutdown_thread(threading.Thread(target=print))\nrospy.signal_shutdown('bye')\n"
+    start(end + "print('over')").check(0, "over")
 
 
-def test_shutdown_joins_running_threads_and_forgets_ended_ones(processes: Processes, master: Master) -> None:
-    end = (
-        "over = threading.Event()\n"
-        "rospy.core.add_shutdown_hook(lambda _: over.set())\n"
-        "def at_the_end(): over.wait(), print('joined')\n"
-        "for target in (int, int, at_the_end):\n"
-        "    thread = threading.Thread(target=target, daemon=True)\n"
-        "    rospy.core._add_shutdown_thread(thread)\n    thread.start()\n"
-        "    if target is int: thread.join()\n"
-        "print('kept', len(rospy.core._shutdown_threads))\n"
-        "rospy.signal_shutdown('bye')\nprint('over')\n"
-    )
-    node = start(processes, master.uri, HEAD + end)
-    assert node.wait() == 0
-    assert [line for line in node.output.split("\n") if line in ("kept 1", "joined", "over")] == [
-        *("kept 1", "joined", "over")
-    ]
+def test_shutdown_joins_running_threads_and_forgets_ended_ones(start: Start) -> None:
+    node = start("""
+over = threading.Event()
+rospy.core.add_shutdown_hook(lambda _: over.set())
+def at_the_end(): over.wait(), print('joined')
+for target in (int, int, at_the_end):
+    thread = threading.Thread(target=target, daemon=True)
+    rospy.core._add_shutdown_thread(thread)
+    thread.start()
+    if target is int: thread.join()
+print('kept', len(rospy.core._shutdown_threads))
+rospy.signal_shutdown('bye')
+print('over')
+""")
+    expected = ["kept 1", "joined", "over"]
+    assert (node.wait(), [line for line in node.output.split("\n") if line in expected]) == (0, expected)
 
 
-def test_hooks_are_called_without_a_node(processes: Processes, master: Master) -> None:
+def test_hooks_are_called_without_a_node(start: Start) -> None:
     program = (
         "import rospy\nrospy.on_shutdown(lambda: print('client'))\n"
         "rospy.core.add_preshutdown_hook(print)\nrospy.core.add_shutdown_hook(lambda _: print('last'))\n"
         "rospy.signal_shutdown('reason')\nrospy.signal_shutdown('again')\n"
     )
-    node = start(processes, master.uri, program)
+    node = start(program, head="")
     assert (node.wait(), node.output.split()) == (0, ["client", "reason", "last"])
 
 
-def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(processes: Processes, master: Master) -> None:
+def press_until_ended(node: Process) -> None:
+    wait_until(lambda: not node.is_running or node.send_signal(signal.SIGINT), what="the end of the node")
+
+
+def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(start: Start) -> None:
     hang = "rospy.on_shutdown(lambda: (print('hanging', flush=True), time.sleep(1000)))\n"
-    node = start(processes, master.uri, HEAD + hang + "print('hook is set', flush=True)\n" + SPIN)
+    node = start(hang + "print('hook is set', flush=True)\n" + SPIN)
     node.wait_for("hook is set")
     node.send_signal(signal.SIGINT)
     node.wait_for("hanging")
 
-    def press_again() -> (
-        bool
-    ):  # again, in case the second signal followed so quickly that it counted as the first
-        node.send_signal(signal.SIGINT)
-        return not node.is_running
-
-    wait_until(press_again, what="the end of the node")
+    press_until_ended(node)  # again, in case the second signal followed so quickly that it was the first
     assert node.wait() == 128 + signal.SIGINT
 
 
-def test_another_ctrl_c_ends_a_program_that_survives_its_node(processes: Processes, master: Master) -> None:
+def test_another_ctrl_c_ends_a_program_that_survives_its_node(start: Start) -> None:
     body = """
 import threading
 threading.Timer(0, lambda: (rospy.spin(), print('over', flush=True))).start()
 while True:
     time.sleep(0.1)
 """
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     node.wait_for("ready")
     node.send_signal(signal.SIGINT)
     node.wait_for("over")
-
-    def is_ended_by_another() -> bool:
-        if node.is_running:
-            node.send_signal(signal.SIGINT)
-        return not node.is_running
-
-    wait_until(is_ended_by_another, 30)
+    press_until_ended(node)
     node.wait()
     assert "KeyboardInterrupt" in node.output
 
 
 def test_a_node_waits_for_its_master_and_continues_when_it_starts(
-    processes: Processes, claimed_port: ClaimedPort
+    start: Start, claimed_port: ClaimedPort
 ) -> None:
-    node = start(processes, claimed_port.uri, HEAD + SPIN)
+    node = start(SPIN, uri=claimed_port.uri)
     node.wait_for("Will keep trying")
     with Master(port=claimed_port.number):
         node.wait_for("ready")
         node.send_signal(signal.SIGINT, code=0)
 
 
-def test_a_script_that_returns_leaves_no_registrations(
-    processes: Processes, master: Master, client: MasterClient
-) -> None:
-    node = start(processes, master.uri, HEAD + "rospy.Publisher('a', String, queue_size=1)")
+def test_a_script_that_returns_leaves_no_registrations(start: Start, client: MasterClient) -> None:
+    node = start("rospy.Publisher('a', String, queue_size=1)")
     node.check(0, "hook False")
     assert client.get_system_state() == [[], [], []]
 
 
-def test_disable_signals_leaves_them_alone(processes: Processes, master: Master) -> None:
+def test_disable_signals_leaves_them_alone(start: Start) -> None:
     # If text is executed after Ctrl-C, as by a thread that imports dataclasses, Python's exit code is 1.
     code = "import pipros.net.outgoing, pipros.node.shared_publication, pipros.node.subscriber\n"
     code += HEAD.replace("init_node('node')", "init_node('node', disable_signals=True)")
-    node = start(processes, master.uri, code + "time.sleep(1000)")
+    node = start("time.sleep(1000)", code)
     node.wait_for("ready")
     node.send_signal(signal.SIGINT)
     assert (node.wait(), "KeyboardInterrupt" in node.output) == (-signal.SIGINT, True), node.output
 
 
-def test_a_custom_signal_handler_is_respected(processes: Processes, master: Master) -> None:
+def test_a_custom_signal_handler_is_respected(start: Start) -> None:
     body = """
 import os, signal
 def land(number, frame):  # may come while print() prints, which cannot be entered twice
@@ -248,7 +244,7 @@ previous = signal.signal(signal.SIGINT, land)
 print('flies', flush=True)
 rospy.spin()
 """
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     node.wait_for("flies")
     node.send_signal(signal.SIGINT)
     node.wait_for("landing False")
@@ -258,9 +254,7 @@ rospy.spin()
     node.check(0, "hook False")
 
 
-def test_a_signal_is_handled_while_another_library_owns_the_wakeup_descriptor(
-    processes: Processes, master: Master
-) -> None:
+def test_a_signal_is_handled_while_another_library_owns_the_wakeup_descriptor(start: Start) -> None:
     body = """
 import asyncio, signal
 async def main():
@@ -270,16 +264,14 @@ async def main():
         await asyncio.sleep(0.01)
 asyncio.run(main())
 """
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     node.wait_for("in asyncio")
     node.send_signal(signal.SIGINT, code=0)
     assert "hook False" in node.output
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="children are not forked here")
-def test_a_forked_child_ends_by_signals_and_takes_nothing_with_it(
-    processes: Processes, master: Master, client: MasterClient
-) -> None:
+def test_a_forked_child_ends_by_signals_and_takes_nothing_with_it(start: Start, client: MasterClient) -> None:
     body = """
 import multiprocessing, os, sys
 fork = multiprocessing.get_context('fork')
@@ -292,14 +284,14 @@ rospy.Publisher('a', String, queue_size=1)
 print('still', rospy.is_shutdown(), flush=True)
 rospy.spin()
 """
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     node.wait_for("still False")
     assert "hook" not in node.output
     assert ["/a", ["/node"]] in client.get_system_state()[0]
     node.send_signal(signal.SIGINT, code=0)
 
 
-def test_a_signal_to_a_child_at_its_start_does_not_end_the_node(processes: Processes, master: Master) -> None:
+def test_a_signal_to_a_child_at_its_start_does_not_end_the_node(start: Start) -> None:
     body = """
 import os, signal
 if os.fork() == 0:
@@ -316,16 +308,14 @@ except rospy.ROSException as error:
 import os, signal
 os.register_at_fork(after_in_child=lambda: os.kill(os.getpid(), signal.SIGTERM))
 """
-    node = start(processes, master.uri, early + HEAD + body)
+    node = start(body, early + HEAD)
     node.wait_for(f"child {-signal.SIGTERM}")
     node.wait_for("ROSException False")
     assert node.wait() == 0
 
 
-def test_a_node_logs_the_reason_of_a_requested_shutdown(
-    processes: Processes, master: Master, client: MasterClient
-) -> None:
-    node = start(processes, master.uri, HEAD + SPIN)
+def test_a_node_logs_the_reason_of_a_requested_shutdown(start: Start, client: MasterClient) -> None:
+    node = start(SPIN)
     node.wait_for("ready")
     api = client.lookup_node("/node")
     with RpcClient(api) as peer:
@@ -334,7 +324,7 @@ def test_a_node_logs_the_reason_of_a_requested_shutdown(
     assert "shutdown request: user request" in node.stdout
 
 
-def test_simulated_time_follows_clock(processes: Processes, master: Master, client: MasterClient) -> None:
+def test_simulated_time_follows_clock(start: Start, client: MasterClient) -> None:
     client.set_param("/use_sim_time", True)
     body = """
 from rosgraph_msgs.msg import Clock
@@ -348,7 +338,7 @@ rospy.sleep(20)
 print('slept', rospy.get_time() >= 30, flush=True)
 rospy.signal_shutdown('done')
 """
-    node = start(processes, master.uri, HEAD + body)
+    node = start(body)
     assert node.wait() == 0
     assert "zero 0" in node.stdout
     assert "slept True" in node.stdout
@@ -373,8 +363,8 @@ def test_remappings_and_namespaces_from_the_command_line(
 
 
 @pytest.mark.parametrize("call", ["get_param", "get_param_cached", "delete_param"])
-def test_a_missing_parameter_is_one_traceback(master: Master, processes: Processes, call: str) -> None:
-    node = start(processes, master.uri, HEAD + f"rospy.{call}('~turtle')")
+def test_a_missing_parameter_is_one_traceback(start: Start, call: str) -> None:
+    node = start(f"rospy.{call}('~turtle')")
     assert node.wait() == 1
     text = "\n".join(node.lines)
     assert text.count("Traceback (most recent call last)") == 1
@@ -426,9 +416,9 @@ print('ended', registered())
 """
 
 
-def again_start(processes: Processes, uri: str, code: str) -> Process:
-    environment = {"ROS_MASTER_URI": uri, "PYTHONUNBUFFERED": "1"}
-    return processes.start(sys.executable, "-c", AGAIN_HEAD + code, environment=environment)
+@pytest.fixture
+def again(start: Start) -> Start:
+    return functools.partial(start, head=AGAIN_HEAD, PYTHONUNBUFFERED="1")
 
 
 @pytest.mark.parametrize(
@@ -440,8 +430,8 @@ def again_start(processes: Processes, uri: str, code: str) -> Process:
         "rospy.client._init_node_args = None\nrospy.init_node('second')",
     ],
 )
-def test_a_second_node_is_fully_functional(processes: Processes, master: Master, between: str) -> None:
-    node = again_start(processes, master.uri, FIRST + between + SECOND)
+def test_a_second_node_is_fully_functional(again: Start, between: str) -> None:
+    node = again(FIRST + between + SECOND)
     node.wait_for("^registered")
     node.press_ctrl_c(code=0)
     assert [line for line in node.stdout if not line.startswith("[")] == [
@@ -451,7 +441,7 @@ def test_a_second_node_is_fully_functional(processes: Processes, master: Master,
     assert len([line for line in node.stdout if "said once" in line]) == 1
 
 
-def test_objects_of_the_first_node_are_refused_with_a_reason(processes: Processes, master: Master) -> None:
+def test_objects_of_the_first_node_are_refused_with_a_reason(again: Start) -> None:
     code = """
 rospy.init_node('first')
 publisher = rospy.Publisher('said', String, queue_size=1)
@@ -466,12 +456,11 @@ except rospy.ROSException as error:
 publisher.unregister()
 subscriber.unregister()
 """
-    node = again_start(processes, master.uri, code)
-    assert node.wait() == 0, node.output
-    assert node.stdout == ["publish() to a closed topic"]
+    node = again(code)
+    assert (node.wait(), node.stdout) == (0, ["publish() to a closed topic"]), node.output
 
 
-def test_a_forked_child_may_start_its_own_node(processes: Processes, master: Master) -> None:
+def test_a_forked_child_may_start_its_own_node(again: Start) -> None:
     code = """
 rospy.init_node('parent')
 child = os.fork()
@@ -486,7 +475,7 @@ print('is shut down', rospy.is_shutdown())
 print('registered', registered())
 talk_to_oneself()
 """
-    node = again_start(processes, master.uri, code)
+    node = again(code)
     assert node.wait() == 0, node.output
     assert node.stdout == [
         "heard by /child", "answered /child", "registered ['/child', '/parent']", "is shut down False",
@@ -494,7 +483,7 @@ talk_to_oneself()
     ]  # fmt: skip
 
 
-def test_a_child_forked_while_a_thread_imports_may_use_topics(processes: Processes, master: Master) -> None:
+def test_a_child_forked_while_a_thread_imports_may_use_topics(again: Start) -> None:
     code = """
 import importlib.util, threading, time
 from pipros.node import node
@@ -519,11 +508,11 @@ if not child:
     os._exit(0)
 assert os.waitpid(child, 0)[1] == 0
 """
-    node = again_start(processes, master.uri, code)
+    node = again(code)
     assert node.wait() == 0, node.output
 
 
-def test_a_flag_that_a_program_sets_ends_its_loops(processes: Processes, master: Master) -> None:
+def test_a_flag_that_a_program_sets_ends_its_loops(again: Start) -> None:
     code = """
 rospy.init_node('first')
 rospy.core._shutdown_flag = True
@@ -533,12 +522,11 @@ rospy.core._shutdown_flag = False
 print(rospy.is_shutdown(), rospy.get_name())
 talk_to_oneself()
 """
-    node = again_start(processes, master.uri, code)
-    assert node.wait() == 0, node.output
-    assert node.stdout == ["False /first", "heard by /first", "answered /first"]
+    node = again(code)
+    assert (node.wait(), node.stdout) == (0, ["False /first", "heard by /first", "answered /first"])
 
 
-def test_ctrl_c_ends_a_second_node_made_in_another_thread(processes: Processes, master: Master) -> None:
+def test_ctrl_c_ends_a_second_node_made_in_another_thread(again: Start) -> None:
     code = """
 import threading
 rospy.init_node('first')
@@ -550,7 +538,7 @@ print('up')
 rospy.spin()
 print('ended', registered())
 """
-    node = again_start(processes, master.uri, code)
+    node = again(code)
     node.wait_for("^up$")
     node.send_signal(signal.SIGINT, code=0)
     assert node.stdout[-1] == "ended []"

@@ -51,18 +51,14 @@ WITHOUT_MASTER = [
 
 
 @pytest.mark.parametrize(("line", "code"), WITHOUT_MASTER)
-def test_without_a_master_a_tool_prints_one_line(
-    line: str, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_master_a_tool_prints_one_line(line: str, code: int, monkeypatch, capsys) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", NO_MASTER)
     command, *arguments = line.split()
     assert importlib.import_module(f"pipros_tools.cli.{command}").main(arguments) == code
     assert capsys.readouterr().err == "ERROR: Unable to communicate with master!\n"
 
 
-def test_a_master_lost_during_the_examination_is_a_finding(
-    master: Master, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_master_lost_during_the_examination_is_a_finding(master: Master, monkeypatch) -> None:
     def lose(uri: str, **_: Any) -> Any:
         raise Unreachable(uri, "Connection refused")
 

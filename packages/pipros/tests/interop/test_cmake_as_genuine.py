@@ -24,9 +24,7 @@ set_property(GLOBAL PROPERTY P)
 
 
 @pytest.mark.parametrize("name", ["language", "files"])
-def test_a_script_prints_the_same_as_with_cmake(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_script_prints_the_same_as_with_cmake(name: str, tmp_path, capsys, monkeypatch) -> None:
     script = tmp_path / f"{name}.cmake"
     shutil.copy(SCRIPTS / script.name, script)
     genuine = carried_out_by_cmake(script, tmp_path / "work")
@@ -39,9 +37,7 @@ def test_a_script_prints_the_same_as_with_cmake(
 
 
 @pytest.mark.parametrize("text", MISTAKES)
-def test_errors_are_also_errors_of_cmake_and_name_their_line(
-    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_errors_are_also_errors_of_cmake_and_name_their_line(text: str, tmp_path, monkeypatch) -> None:
     script = tmp_path / "mistake.cmake"
     script.write_text(f"cmake_minimum_required(VERSION 3.16)\n{text}\n")
     assert carried_out_by_cmake(script, tmp_path / "work").returncode == 1

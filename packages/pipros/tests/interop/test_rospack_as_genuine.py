@@ -105,9 +105,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("words", QUESTIONS, ids=" ".join)
-def test_the_answer_is_that_of_genuine_rospack(
-    words: list[str], source: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_the_answer_is_that_of_genuine_rospack(words: list[str], source: Path, monkeypatch, capfd) -> None:
     base = source.parent
     environment = {
         "HOME": str(base), "ROS_PACKAGE_PATH": str(source), "CMAKE_PREFIX_PATH": str(base / "devel"),

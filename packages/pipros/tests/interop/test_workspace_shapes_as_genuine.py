@@ -150,9 +150,7 @@ def built(side: Side, base: Path) -> tuple[list[str], list[str], str]:
 
 
 @pytest.mark.timeout(900)
-def test_all_kinds_of_packages_are_built_and_installed_as_by_genuine_catkin(
-    ros: RosSystem, tmp_path: Path
-) -> None:
+def test_all_kinds_of_packages_are_built_and_installed_as_by_genuine_catkin(ros: RosSystem, tmp_path) -> None:
     folder = machine_folder("shapes", (Path(__file__), CATKIN))
     outcome = folder / "outcome.json"
     make_once(folder, lambda: outcome.write_text(json.dumps(built(ros.genuine, folder / "workspace"))))

@@ -3,7 +3,6 @@
 import io
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy
@@ -96,9 +95,7 @@ print([each.name for each in answer.ints], [(each.name, each.value) for each in 
 """
 
 
-def test_values_of_another_type_are_converted_or_not(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_values_of_another_type_are_converted_or_not(processes: Processes, tmp_path, master: Master) -> None:
     package = tmp_path / "robot_pkg"
     (package / "cfg").mkdir(parents=True)
     (package / "package.xml").write_text("<package><name>robot_pkg</name><version>1.0.0</version></package>")

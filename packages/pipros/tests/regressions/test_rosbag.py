@@ -85,9 +85,7 @@ def test_a_file_header_with_a_damaged_length_does_not_hide_the_chunks(tmp_path: 
 # rosjava, roslibpy: recorded definitions lack std_msgs/Header, so that tools refuse the topic or the bag.
 
 
-def test_a_type_without_the_definition_of_its_header_is_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_type_without_the_definition_of_its_header_is_read(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     header = Imu._full_text[Imu._full_text.index(SEPARATOR) :].split(SEPARATOR)[1]
     text = "Header header\nint32 level\n"

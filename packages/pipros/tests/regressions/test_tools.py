@@ -180,9 +180,7 @@ def test_the_type_of_a_topic_with_only_subscribers_is_described(make_node: MakeN
 
 
 @pytest.mark.parametrize("header", ["auto", "{stamp: now, frame_id: map}"])
-def test_a_request_can_have_the_time(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, header: str
-) -> None:
+def test_a_request_can_have_the_time(make_node: MakeNode, monkeypatch, header: str) -> None:
     get_plan: Any = load_service_class("nav_msgs/GetPlan")
     node, stamps = make_node("planner"), []
     monkeypatch.setenv("ROS_MASTER_URI", node.master.uri)

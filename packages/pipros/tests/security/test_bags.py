@@ -326,9 +326,7 @@ def test_the_yaml_of_info_is_what_the_bag_has(bag: Path) -> None:
 @pytest.mark.parametrize(
     "topic", ["/../", "/..", "/../../x", "/a/../../b", "..", "/", "", "~/x", "/a\0b", "/a\nb", "C:\\x"]
 )
-def test_a_topic_that_is_a_path_is_not_exported(
-    topic: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_topic_that_is_a_path_is_not_exported(topic: str, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     Path("x.bag").write_bytes(
         bag_bytes([(topic, CompressedImage(data=b"\xff\xd8"), 5, 0), ("/b", Int32(1), 5, 0)])

@@ -173,9 +173,7 @@ def test_commands_run_in_the_environment_of_a_folder_of_any_name(tmp_path: Path,
 
 
 @pytest.mark.parametrize("main", [roslaunch_deps.main, roslaunch_complete.main], ids=["deps", "complete"])
-def test_a_program_that_reads_a_launch_file_runs_no_command(
-    main: object, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_program_that_reads_a_launch_file_runs_no_command(main: object, tmp_path, capsys) -> None:
     file = tmp_path / "x.launch"
     file.write_text(
         f"<launch><arg name='a' default='1'/><param name='p' command='touch {tmp_path}/ran'/>"

@@ -104,9 +104,7 @@ def test_files_that_others_could_have_written_are_not_read(
 
 
 @needs_shared
-def test_a_file_that_is_being_replaced_is_read(
-    cache: CacheFolder, shared_home: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_is_being_replaced_is_read(cache: CacheFolder, shared_home: Path, monkeypatch) -> None:
     fstat = os.fstat
 
     def replace_and_fstat(descriptor: int) -> os.stat_result:
@@ -188,9 +186,7 @@ def test_nothing_is_left_in_the_home_of_another_user(shared_home: Path) -> None:
 
 
 @needs_shared
-def test_a_cache_that_is_not_used_is_reported_once(
-    cache: CacheFolder, shared_home: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cache_that_is_not_used_is_reported_once(cache: CacheFolder, shared_home: Path, capfd) -> None:
     things(shared_home).chmod(0o777)
 
     for _ in range(3):
@@ -389,9 +385,7 @@ def test_files_that_another_user_could_have_planted_are_not_written_to(
 
 @needs_other_users
 @pytest.mark.skipif(sys.platform != "linux", reason="needs descriptors of links")
-def test_a_link_exchanged_after_it_was_checked_is_not_followed(
-    tmp_path: Path, victim: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_link_exchanged_after_it_was_checked_is_not_followed(tmp_path, victim: Path, monkeypatch) -> None:
     path, allowed = tmp_path / "x.log", tmp_path / "of-mine.log"
     path.symlink_to(allowed)
     link_of_another_user(tmp_path / "evil", victim)
@@ -412,9 +406,7 @@ def test_a_link_exchanged_after_it_was_checked_is_not_followed(
 
 
 @needs_other_users
-def test_the_log_of_a_node_does_not_follow_the_link_of_another_user(
-    tmp_path: Path, victim: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_log_of_a_node_does_not_follow_the_link_of_another_user(tmp_path, victim: Path, capsys) -> None:
     link_of_another_user(tmp_path / "talker.log", victim)
 
     open_file_handler(tmp_path / "talker.log").emit(logging.makeLogRecord({"msg": "a line"}))

@@ -118,9 +118,7 @@ def test_a_measured_velocity_that_is_not_finite_does_not_become_a_command() -> N
         assert found[1] == 0
 
 
-def test_a_failing_smoother_stops_the_robot_and_goes_on(
-    ros: RosSystem, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failing_smoother_stops_the_robot_and_goes_on(ros: RosSystem, monkeypatch) -> None:
     ros.serve_master()
 
     def fails(*_: Any) -> Any:

@@ -441,9 +441,7 @@ def test_an_invalid_list_of_publishers_ends_no_link(make_node: MakeNode, value: 
     assert loop_failures == []
 
 
-def test_odd_failures_are_logged(
-    make_node: MakeNode, master: Master, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_odd_failures_are_logged(make_node: MakeNode, master: Master, monkeypatch) -> None:
     log, lines = listening_log()
     listener = make_node("listener", log=log)
     subscription = listener.subscribe("chat", String, Inbox()).subscription

@@ -59,9 +59,7 @@ def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (HERE / "transcripts").glob("*.txt")))
-def test_commands_behave_like_the_recorded_genuine_ones(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_behave_like_the_recorded_genuine_ones(name: str, tmp_path, monkeypatch) -> None:
     folder = shutil.copytree(HERE / "files", tmp_path / "work")
     transcript = (HERE / "transcripts" / f"{name}.txt").read_text()
     masks = {str(folder): "FOLDER", os.uname().nodename: "HOST", **MASKS}
