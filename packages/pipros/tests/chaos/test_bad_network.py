@@ -140,9 +140,7 @@ def test_links_that_are_cut_repeatedly_lose_only_messages_in_transit(proxy: Faul
     assert relay.counted()["links_ended"] >= 20
 
 
-def test_a_stalled_link_loses_the_counted_messages(
-    make_node: MakeNode, proxy: FaultProxy, behind: Node
-) -> None:
+def test_a_stalled_link_loses_the_counted_messages(make_node, proxy: FaultProxy, behind: Node) -> None:
     relay = Relay(make_node("near", timings=QUICK_RETRIES), behind, queue_size=5)
     relay.connect()
     relay.wait(relay.say())
@@ -194,9 +192,7 @@ def test_corrupted_bytes_end_links_not_nodes(make_node: MakeNode, proxy: FaultPr
     assert [line for line in relay.problems() if line not in torn and "lost" not in line] == []
 
 
-def test_calls_over_a_bad_network_are_right_or_fail(
-    make_node: MakeNode, behind: Node, proxy: FaultProxy
-) -> None:
+def test_calls_over_a_bad_network_are_right_or_fail(make_node, behind: Node, proxy: FaultProxy) -> None:
     behind.serve("set", SetBool, lambda request: SetBool._response_class(request.data, str(request.data)))
     client = make_node("caller", timings=QUICK_RETRIES).client("set", SetBool)
     proxy.inject("services", cut_every_bytes=400, split_bytes=5, jitter_s=0.001)

@@ -87,9 +87,7 @@ CODE_MOMENTS = (*range(30, 400, 40), *range(1000, 1250, 50))
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs are forked children")
 @pytest.mark.parametrize("what", ["command", "node"])
-def test_ctrl_c_between_two_byte_codes_is_not_lost(
-    processes: Processes, master: Master, make_node: MakeNode, what: str
-) -> None:
+def test_ctrl_c_between_two_byte_codes_is_not_lost(processes, master, make_node: MakeNode, what: str) -> None:
     make_node("talker").advertise("/chatter", String, latch=True).publish(String("x"))
     runs = processes.run(
         sys.executable, "-m", "tests.chaos.interrupt_at", what, *map(str, CODE_MOMENTS), cwd=REPOSITORY,
@@ -141,9 +139,7 @@ def send_goal(node: Node) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_a_server_whose_callback_blocks(
-    processes: Processes, tmp_path: Path, master: Master, number: signal.Signals
-) -> None:
+def test_a_signal_ends_a_server_whose_callback_blocks(processes, tmp_path, master, number) -> None:
     server = start_server(processes, tmp_path, master, BLOCKS, "rospy.spin()")
     with Node("client", environment=Environment(master_uri=master.uri)) as node:
         send_goal(node)
@@ -154,9 +150,7 @@ def test_a_signal_ends_a_server_whose_callback_blocks(
     assert "the hook ran" in server.output
 
 
-def test_a_callback_that_notices_the_shutdown_finishes_its_work(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_callback_that_notices_the_shutdown_finishes_its_work(processes, tmp_path, master: Master) -> None:
     patient = "actionlib.simple_action_server._GRACE_S = 60.0\nrospy.spin()"  # for a busy machine
     server = start_server(processes, tmp_path, master, NOTICES, patient)
     with Node("client", environment=Environment(master_uri=master.uri)) as node:
@@ -168,9 +162,7 @@ def test_a_callback_that_notices_the_shutdown_finishes_its_work(
     assert "the robot is parked" in server.output
 
 
-def test_a_server_without_spin_serves_until_a_signal_as_in_noetic(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_server_without_spin_serves_until_a_signal_as_in_noetic(processes, tmp_path, master) -> None:
     server = start_server(processes, tmp_path, master, BLOCKS, "")
     with Node("client", environment=Environment(master_uri=master.uri)) as node:
         send_goal(node)
@@ -223,9 +215,7 @@ def start(processes: Processes, master: Master, tool: str) -> Process:
 
 
 @pytest.mark.parametrize("tool", TOOLS)
-def test_ctrl_c_ends_a_tool_that_waits_for_silent_nodes(
-    processes: Processes, master: Master, silent: SilentSlave, tool: str
-) -> None:
+def test_ctrl_c_ends_a_tool_that_waits_for_silent_nodes(processes, master, silent, tool: str) -> None:
     process = start(processes, master, tool)
     process.wait_for(f"asks {silent.api}")  # the master has connected to it, too
     began = time.monotonic()

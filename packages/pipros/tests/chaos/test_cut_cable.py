@@ -97,9 +97,7 @@ def test_a_cut_cable_does_not_affect_others_and_the_newest_message_arrives_after
 
 
 @pytest.mark.parametrize("links", [LinkTimings(unanswered_s=0.5, check_peer_interval_s=0.05)])
-def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(
-    network: FarNetwork, master: Master, node: Node, processes: Processes
-) -> None:
+def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(network, master, node, processes) -> None:
     lines = listen(node.log)
     far = start_far(network, master, processes, LISTENER)
     publisher = node.advertise("chat", String, queue_size=5)
@@ -117,9 +115,7 @@ def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(
 @pytest.mark.parametrize(
     "links", [LinkTimings(keepalive_idle_s=1, keepalive_interval_s=1, keepalive_count=1)]
 )
-def test_a_publisher_behind_a_cut_cable_is_dropped_and_reconnected(
-    network: FarNetwork, master: Master, node: Node, processes: Processes
-) -> None:
+def test_a_publisher_behind_a_cut_cable_is_dropped_and_reconnected(network, master, node, processes) -> None:
     start_far(network, master, processes, TALKER)
     inbox = Inbox()
     subscriber = node.subscribe("chat", String, inbox)

@@ -9,7 +9,7 @@ import socket
 import struct
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,7 +20,7 @@ from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
 from pipros.wire.header import HeaderReader, encode_header
-from tests.support.nodes import Inbox, MakeNode, wait_until_connected
+from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
 
@@ -182,9 +182,7 @@ def victim(master: Master, processes: Processes) -> Iterator[Victim]:
 
 
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__.replace("_", " "))
-def test_an_attacked_node_continues_to_serve_others(
-    victim: Victim, make_node: MakeNode, attack: Callable[[Victim], None]
-) -> None:
+def test_an_attacked_node_continues_to_serve_others(victim, make_node, attack) -> None:
     friend, inbox = make_node("friend"), Inbox()
     publisher = friend.advertise("forth", String)
     wait_until_connected(friend.subscribe("back", String, inbox))

@@ -306,9 +306,7 @@ def test_a_thousand_calls_leave_no_resources_behind(node: Node, make_node: MakeN
     ],
     ids=["silence", "within the answer", "within the body", "within the error", "4 GB announced"],
 )  # fmt: skip
-def test_a_call_ends_with_an_error_when_the_server_dies(
-    make_node: MakeNode, master: Master, answer: bytes, complaint: str
-) -> None:
+def test_a_call_ends_with_an_error_when_the_server_dies(make_node, master, answer, complaint: str) -> None:
     node = make_node("client")
     client = node.client("set", SetBool)
     node.master.get_pid()  # the node keeps a connection to its master

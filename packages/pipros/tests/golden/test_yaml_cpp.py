@@ -77,9 +77,7 @@ def test_maps_are_read_as_by_a_program_with_yaml_cpp(tmp_path: Path, row: dict[s
         ({"free_thresh": "0.1 # gr\udcfc\udcdfe"}, "trinary", "a.pgm"),
     ],
 )
-def test_fields_of_maps_are_as_lenient_as_those_of_genuine(
-    tmp_path: Path, changes: dict[str, str], mode: str, image: str
-) -> None:
+def test_fields_of_maps_are_as_lenient_as_those_of_genuine(tmp_path, changes, mode: str, image: str) -> None:
     file = tmp_path / "map.yaml"
     text = "".join(f"{name}: {each}\n" for name, each in {**MAP, **changes}.items())
     file.write_bytes(text.encode("utf-8", "surrogateescape"))

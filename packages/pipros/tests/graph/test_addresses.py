@@ -390,6 +390,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 uri, name, user, role, host = sys.argv[1:]
+Image = load_message_class("sensor_msgs/Image")
 environment = Environment(master_uri=uri, ip=host or None)
 with Node(name + "_first", environment=environment) as first:
     heard = threading.Event()

@@ -26,7 +26,6 @@ from pipros_tools.cli.rosbag import main
 from tests.support import documents
 from tests.support.bags import bag_bytes, header_of
 from tests.support.nodes import Inbox, MakeNode
-from tests.support.ros import RosSystem
 
 COMMANDS = {
     "info": "info IN", "check": "check IN", "play": "", "filter": "filter IN OUT True",
@@ -321,14 +320,7 @@ def _before(beside: Beside, path: Path) -> Any:
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_each_cell_of_play_is_true(
-    row: str,
-    ros: RosSystem,
-    master: Master,
-    make_node: MakeNode,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_each_cell_of_play_is_true(row, ros, master: Master, make_node: MakeNode, monkeypatch, capfd) -> None:
     monkeypatch.chdir(ros.home)
     source = ROWS[row].make()
     expected = TABLE[row]["play"]

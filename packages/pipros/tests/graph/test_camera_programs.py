@@ -174,9 +174,7 @@ def test_raw_images_are_republished_everywhere(transport_processes: Processes, m
         (["raw", "in:=/a", "theora", "out:=/b"], 1, "it must be one of raw, compressed, compressedDepth\n"),
     ],
 )  # fmt: skip
-def test_impossible_conversions_are_reported(
-    transport_processes: Processes, arguments: list[str], code: int, text: str
-) -> None:
+def test_impossible_conversions_are_reported(transport_processes, arguments, code: int, text: str) -> None:
     ended = transport_processes.run("rosrun", "image_transport", "republish", *arguments)
 
     assert ended.returncode == code

@@ -5,14 +5,15 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
+from roscpp.msg import Logger
+from roscpp.srv import GetLoggers
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from diagnostic_common_diagnostics.nodes import ntp_monitor
 from pipros.master.master import Master
-from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros_libraries.diagnostics.items import ERROR, WARN
 from pipros_tools.cli.rosservice import main
@@ -80,9 +81,7 @@ def test_an_unresponsive_node_is_abandoned(ping_client: MasterClient, master: Ma
         ("http://no-such-host.invalid:1/", "ERROR: Unknown host [no-such-host.invalid] for node [/lost]\n"),
     ],
 )
-def test_an_unreachable_node_is_explained(
-    ping_client: MasterClient, master: Master, capsys: pytest.CaptureFixture[str], api: str, complaint: str
-) -> None:
+def test_an_unreachable_node_is_explained(ping_client, master, capsys, api: str, complaint: str) -> None:
     register(master, "/lost", api)
     assert not pinging.ping(ping_client, "/lost")
     assert capsys.readouterr().err == complaint
@@ -103,37 +102,22 @@ def test_cleanup_removes_every_registration_of_a_node(ping_client: MasterClient,
 
 
 @pytest.mark.parametrize(
-    ("options", "printed"),
+    ("options", "service", "printed"),
     [
-        ((), 'loggers: \n  - \n    name: "ros"\n    level: "info"\n'),
-        (("--noarr",), 'loggers: "<array type: roscpp/Logger, length: 1>"\n'),
+        ((), "/levels", 'loggers: \n  - \n    name: "ros"\n    level: "info"\n'),
+        (("--noarr",), "/levels", 'loggers: "<array type: roscpp/Logger, length: 1>"\n'),
+        (("--nostr",), "/ready", 'success: True\nmessage: "<string length: 11>"\n'),
     ],
 )
-def test_arrays_of_responses_can_be_left_out(
-    make_node: MakeNode,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    options: tuple[str, ...],
-    printed: str,
+def test_arrays_and_strings_of_responses_can_be_left_out(
+    make_node: MakeNode, monkeypatch, capsys, options: tuple[str, ...], service: str, printed: str
 ) -> None:
-    service_class: Any = load_service_class("roscpp/GetLoggers")
-    logger_class: Any = load_message_class("roscpp/Logger")
-    response_class: Any = service_class._response_class
     node = make_node("server")
     monkeypatch.setenv("ROS_MASTER_URI", node.master.uri)
-    node.serve("/levels", service_class, lambda _: response_class([logger_class("ros", "info")]))
-    assert main(["call", *options, "/levels"]) == 0
+    node.serve("/levels", GetLoggers, lambda _: GetLoggers._response_class([Logger("ros", "info")]))
+    node.serve("/ready", Trigger, lambda _: Trigger._response_class(True, "all systems"))
+    assert main(["call", *options, service]) == 0
     assert capsys.readouterr().out == printed
-
-
-def test_strings_of_responses_can_be_left_out(make_node: MakeNode, monkeypatch, capsys) -> None:
-    service_class: Any = load_service_class("std_srvs/Trigger")
-    node = make_node("server")
-    monkeypatch.setenv("ROS_MASTER_URI", node.master.uri)
-    response_class: Any = service_class._response_class
-    node.serve("/ready", service_class, lambda _: response_class(True, "all systems"))
-    assert main(["call", "--nostr", "/ready"]) == 0
-    assert capsys.readouterr().out == 'success: True\nmessage: "<string length: 11>"\n'
 
 
 # A time server on a socket, queried as by `ntp_monitor.py`.

@@ -220,9 +220,7 @@ rospy.signal_shutdown("the end")
 """
 
 
-def test_a_node_survives_cells_that_run_again_also_with_another_name(
-    ros: RosSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_node_survives_cells_that_run_again_also_with_another_name(ros, tmp_path, monkeypatch) -> None:
     ros.serve_master()
     monkeypatch.setenv("ROS_MASTER_URI", ros.master_uri)
     cells = [nbformat.v4.new_code_cell(each) for each in CELLS.split("\n\n")]

@@ -103,18 +103,14 @@ def test_it_ends_before_any_order_when_its_parent_is_gone(ros: RosSystem, parent
     assert child.wait() == 0
 
 
-def test_a_node_that_floods_its_output_is_not_blocked_by_a_parent_that_does_not_read_it(
-    ros: RosSystem, parent: Parent
-) -> None:
+def test_a_node_that_floods_its_output_is_not_blocked_by_a_parent_that_does_not_read_it(ros, parent) -> None:
     start(ros, parent)
     launch(parent, ("a", "floods"), more='output="screen"')
     log = ros.home / ".ros" / "log" / "run" / "a-1-stdout.log"
     wait_until(lambda: log.stat().st_size > 1_000_000)
 
 
-def test_an_invalid_launch_file_is_refused_and_a_valid_one_launched_later(
-    ros: RosSystem, parent: Parent
-) -> None:
+def test_an_invalid_launch_file_is_refused_and_a_valid_one_launched_later(ros, parent: Parent) -> None:
     start(ros, parent)
     code, text, nodes = parent.child.call("launch", '<launch><node name="a" type="t"/></launch>')
     assert (code, nodes) == (-1, [[], []])
@@ -123,9 +119,7 @@ def test_an_invalid_launch_file_is_refused_and_a_valid_one_launched_later(
     assert launch(parent, ("a", "sleeper"))[0] == 1
 
 
-def test_a_program_that_cannot_be_started_is_reported_and_the_others_stay(
-    ros: RosSystem, parent: Parent, package: Path
-) -> None:
+def test_a_program_that_cannot_be_started_is_reported_and_the_others_stay(ros, parent, package: Path) -> None:
     (package / "sleeper").write_text("#!/nope\n")
     child = start(ros, parent)
     code, text, _ = launch(parent, ("a", "ends"), ("b", "sleeper"))

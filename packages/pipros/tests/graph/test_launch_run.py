@@ -5,6 +5,7 @@ import re
 import signal
 import socket
 import threading
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
@@ -66,6 +67,12 @@ def is_running(pid: int) -> bool:
         return False
 
 
+def printed_pids(running: Process, count: int = 1) -> list[int]:
+    """Return the process ids that this number of nodes print."""
+    wait_until(lambda: running.output.count("ready ") == count)
+    return [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
+
+
 def param(ros: RosSystem, key: str) -> Any:
     with ServerProxy(ros.master_uri) as master:
         code, _, value = master.getParam("/test", key)  # type: ignore[misc]
@@ -74,12 +81,10 @@ def param(ros: RosSystem, key: str) -> Any:
 
 def test_ctrl_c_ends_every_node_and_roslaunch_with_status_0(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("sleeper", "a") + node("with_child", "b"))
-    pids = [int(running.wait_for(r"ready (\d+)")[1])]
     running.wait_for(r"process\[b-3\]: started")
-    wait_until(lambda: running.output.count("ready ") == 2)
-    pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
+    pids = printed_pids(running, 2)
     running.press_ctrl_c(code=0)
-    wait_until(lambda: not any(is_running(pid) for pid in pids))
+    wait_until(lambda: not any(map(is_running, pids)))
     end = running.stdout[running.stdout.index("[b-3] killing on exit") :]
     assert end == [
         "[b-3] killing on exit", "[a-2] killing on exit", "[rosout-1] killing on exit",
@@ -91,32 +96,28 @@ def test_ctrl_c_ends_every_node_and_roslaunch_with_status_0(ros: RosSystem, pack
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_other_signals_end_it_in_order_too(ros: RosSystem, package: Path, number: int) -> None:
     running = launch(ros, package, node("sleeper"))
-    pid = int(running.wait_for(r"ready (\d+)")[1])
+    (pid,) = printed_pids(running)
     running.send_signal(number, code=0)
     assert not is_running(pid)
 
 
-def test_no_process_outlives_a_roslaunch_that_is_killed(ros: RosSystem, package: Path) -> None:
-    running = launch(ros, package, node("stubborn", "a") + node("with_child", "b"))
-    wait_until(lambda: running.output.count("ready ") == 2)
-    pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
+@pytest.mark.parametrize(
+    ("nodes", "count"), [(node("stubborn", "a") + node("with_child", "b"), 2), (node("escapes"), 1)],
+    ids=["nodes", "a process outside its group"],
+)  # fmt: skip
+def test_no_process_outlives_a_roslaunch_that_is_killed(ros, package: Path, nodes: str, count: int) -> None:
+    running = launch(ros, package, nodes)
+    pids = printed_pids(running, count)
     running.kill()
-    wait_until(lambda: not any(is_running(pid) for pid in pids))
-
-
-def test_a_process_outside_its_group_does_not_outlive_it(ros: RosSystem, package: Path) -> None:
-    running = launch(ros, package, node("escapes"))
-    pid = int(running.wait_for(r"ready (\d+)")[1])
-    running.kill()
-    wait_until(lambda: not is_running(pid))
+    wait_until(lambda: not any(map(is_running, pids)))
 
 
 def test_a_node_that_ignores_signals_is_killed_after_the_timeouts(ros: RosSystem, package: Path) -> None:
     running = launch(ros, package, node("stubborn"), "--sigint-timeout=0.2", "--sigterm-timeout=0.2")
     running.wait_for("ready")
     running.press_ctrl_c(code=0)
-    assert "\033[31m[n-2] escalating to SIGTERM\033[0m" in running.stderr
-    assert "\033[31m[n-2] escalating to SIGKILL\033[0m" in running.stderr
+    for name in ("SIGTERM", "SIGKILL"):
+        assert f"\033[31m[n-2] escalating to {name}\033[0m" in running.stderr
     assert any("required SIGKILL" in line for line in running.stderr)
 
 
@@ -154,8 +155,7 @@ def test_a_respawning_node_is_restarted(ros: RosSystem, package: Path) -> None:
 def test_roslaunch_ends_with_its_nodes_when_the_master_is_not_its_own(ros: RosSystem, package: Path) -> None:
     ros.serve_master()
     running = launch(ros, package, node("ends"))
-    assert running.wait() == 0
-    assert "all processes on machine have died, roslaunch will exit" in running.stdout
+    running.check(0, "all processes on machine have died, roslaunch will exit")
     assert not any("auto-starting" in line for line in running.stdout)
 
 
@@ -203,9 +203,13 @@ def test_the_standard_output_is_written_to_a_log_file_without_screen(ros: RosSys
     assert "first" not in running.stdout
 
 
-def test_a_missing_program_does_not_stop_other_nodes(ros: RosSystem, package: Path) -> None:
-    running = launch(ros, package, node("nope", "a") + node("sleeper", "b"))
-    running.wait_for(r"ERROR: cannot launch node of type \[programs/nope\]: Cannot locate node of type")
+@pytest.mark.parametrize(("program", "error"), [
+    ("nope", r"cannot launch node of type \[programs/nope\]: Cannot locate node of type"),
+    ("from_windows", "Unable to launch .*has Windows line endings"),
+])  # fmt: skip
+def test_a_program_that_is_missing_or_wrong_does_not_stop_others(ros, package, program, error: str) -> None:
+    running = launch(ros, package, node(program, "a") + node("sleeper", "b"))
+    running.wait_for(f"ERROR: {error}")
     running.wait_for("ready")
 
 
@@ -222,39 +226,28 @@ def test_programs_that_cannot_start_end_all(ros: RosSystem, package: Path, progr
     assert "[a-2] killing on exit" in running.stdout
 
 
-def test_a_script_with_windows_line_ends_does_not_stop_other_nodes(ros: RosSystem, package: Path) -> None:
-    running = launch(ros, package, node("from_windows", "a") + node("sleeper", "b"))
-    running.wait_for("ERROR: Unable to launch .*has Windows line endings")
-    running.wait_for("ready")
-
-
 def test_a_launch_without_nodes_ends_at_once_on_the_master_of_others(ros: RosSystem, package: Path) -> None:
     ros.serve_master()
     running = launch(ros, package, "")
-    assert running.wait() == 0
-    assert "\033[1mNo processes to monitor\033[0m" in running.stdout
+    running.check(0, "\033[1mNo processes to monitor\033[0m")
 
 
 def test_verbose_prints_the_files_parameters_and_nodes(ros: RosSystem, package: Path) -> None:
     ros.serve_master()
     running = launch(ros, package, '<param name="p" value="1"/>' + node("ends"), "-v", "--wait", "--local")
-    assert running.wait() == 0
-    for line in (
-        "master has started, initiating launch", f"... loading XML file [{package}/x.launch]",
+    running.check(
+        0, "master has started, initiating launch", f"... loading XML file [{package}/x.launch]",
         "Added parameter [/p]", "Added node of type [programs/ends] in namespace [/]",
         "local only launch specified, will not launch remote nodes",
-    ):  # fmt: skip
-        assert line in running.stdout
+    )  # fmt: skip
 
 
-@pytest.mark.parametrize("count", [50])
-def test_fifty_nodes_are_started_and_ended(ros: RosSystem, package: Path, count: int) -> None:
-    running = launch(ros, package, "".join(node("sleeper", f"n{i}") for i in range(count)))
-    wait_until(lambda: running.output.count("ready ") == count)
-    pids = [int(pid) for pid in re.findall(r"ready (\d+)", running.output)]
+def test_fifty_nodes_are_started_and_ended(ros: RosSystem, package: Path) -> None:
+    running = launch(ros, package, "".join(node("sleeper", f"n{i}") for i in range(50)))
+    pids = printed_pids(running, 50)
     running.press_ctrl_c()
     assert running.wait(timeout_s=60) == 0, running.stderr
-    assert not any(is_running(pid) for pid in pids)
+    assert not any(map(is_running, pids))
 
 
 def test_an_invalid_file_prevents_the_launch_and_is_named_with_a_line(ros: RosSystem, package: Path) -> None:
@@ -324,8 +317,6 @@ def test_roscore_prints_noetics_lines_and_the_allowed_networks(ros: RosSystem) -
     core.press_ctrl_c(code=0)
     run_id = re.search(r"setting /run_id to (\S+)\033", core.output)
     server = re.search(r"started roslaunch server (\S+)\033", core.output)
-    assert run_id
-    assert server
     log = f"{ros.pipros.environment['ROS_HOME']}/log/{run_id[1]}/roslaunch-{os.uname().nodename}-{pid}.log"
     assert core.stdout == [
         f"... logging to {log}", "Checking log directory for disk usage. This may take a while.",
@@ -407,13 +398,9 @@ def test_wait_delays_the_launch_until_a_master_runs(ros: RosSystem, package: Pat
 
 def test_the_masters_shutdown_call_ends_roscore_in_order(ros: RosSystem) -> None:
     core = ros.pipros.start_master()
-    client = MasterClient(ros.master_uri, "/a_test")
-
-    client.call("shutdown", "the end of the day")
-
-    client.close()
-    assert core.wait() == 0
-    assert core.stdout[-1].endswith("done\x1b[0m")
+    with closing(MasterClient(ros.master_uri, "/a_test")) as client:
+        client.call("shutdown", "the end of the day")
+    assert (core.wait(), core.stdout[-1][-8:]) == (0, "done\x1b[0m")
 
 
 # roslaunch on a terminal: each line shows its node.

@@ -239,9 +239,7 @@ def add_bad(master: Master, make_node: MakeNode) -> Iterator[Callable[[str, bool
 
 @PLACES
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_subscriber_hears_the_good_publishers(
-    kind: str, place: int, make_node: MakeNode, add_bad: Callable[[str, bool], None]
-) -> None:
+def test_a_subscriber_hears_the_good_publishers(kind, place, make_node, add_bad) -> None:
     for number in range(3):
         if number == place:
             add_bad(kind, True)
@@ -257,9 +255,7 @@ def test_a_subscriber_hears_the_good_publishers(
 
 @PLACES
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_publisher_reaches_the_good_subscribers(
-    kind: str, place: int, make_node: MakeNode, add_bad: Callable[[str, bool], None]
-) -> None:
+def test_a_publisher_reaches_the_good_subscribers(kind, place, make_node, add_bad) -> None:
     inboxes = []
     for number in range(3):
         if number == place:
@@ -273,9 +269,7 @@ def test_a_publisher_reaches_the_good_subscribers(
 
 
 @pytest.mark.parametrize("kind", KINDS[:-1])
-def test_the_good_services_of_a_caller_answer(
-    kind: str, make_node: MakeNode, add_bad: Callable[[str, bool], None]
-) -> None:
+def test_the_good_services_of_a_caller_answer(kind, make_node, add_bad: Callable[[str, bool], None]) -> None:
     add_bad(kind, True)
     make_node("server").serve("/good_service", Trigger, lambda _: Trigger._response_class(True, "yes"))
     caller = make_node("caller")
@@ -291,9 +285,7 @@ def test_the_good_services_of_a_caller_answer(
 API = "http://127.0.0.1:1/"
 
 
-def test_a_failed_registration_is_repeated_while_the_master_knows_the_node(
-    master: Master, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_registration_is_repeated_while_the_master_knows_the_node(master, monkeypatch) -> None:
     client = MasterClient(master.uri, "/talker")
     registrations = Registrations(client, "/talker", API, logging.getLogger(__name__))
     registrations.add(PublicationEntry("/registered", "std_msgs/String"))
@@ -322,9 +314,7 @@ def test_a_failed_registration_is_repeated_while_the_master_knows_the_node(
     assert published(MasterClient(master.uri, "/test")) == []
 
 
-def test_a_node_without_other_registrations_reports_a_refusal_once(
-    master: Master, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_node_without_other_registrations_reports_a_refusal_once(master, monkeypatch, caplog) -> None:
     client = MasterClient(master.uri, "/talker")
     registrations = Registrations(client, "/talker", API, logging.getLogger(__name__))
     registrations.add(PublicationEntry("/bad name", "std_msgs/String"))

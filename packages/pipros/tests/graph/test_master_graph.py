@@ -185,9 +185,7 @@ def test_a_node_that_registers_while_it_is_shut_down_does_not_end_its_successor(
     successor.stop()
 
 
-def test_a_vanished_node_is_removed_and_its_subscribers_are_notified(
-    quick_master: Master, slave: FakeSlave
-) -> None:
+def test_a_vanished_node_is_removed_and_its_subscribers_are_notified(quick_master, slave: FakeSlave) -> None:
     gone = FakeSlave()
     client(quick_master, "/s").register_subscriber("/t", "x/Y", slave.api)
     client(quick_master, "/gone").register_publisher("/t", "x/Y", gone.api)

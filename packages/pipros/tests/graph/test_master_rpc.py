@@ -8,6 +8,7 @@ import termios
 import threading
 import xmlrpc.client
 from collections.abc import Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -62,16 +63,18 @@ class Serving:
     def connect(self) -> socket.socket:
         return socket.create_connection(("127.0.0.1", self.server.port), 60)
 
-    def close(self) -> None:
+    def __enter__(self) -> "Serving":
+        return self
+
+    def __exit__(self, *_: object) -> None:
         self.loop.run(self.server.stop())
         self.loop.stop()
 
 
 @pytest.fixture
 def serving() -> Iterator[Serving]:
-    found = Serving()
-    yield found
-    found.close()
+    with Serving() as found:
+        yield found
 
 
 def request(method: str, *params: Any) -> bytes:
@@ -233,9 +236,7 @@ def test_a_client_that_expects_100_continue_gets_it(serving: Serving) -> None:
         (b"POST / HTTP/1.1\r\nX: " + b"y" * 20_000, b"431"),
     ],
 )  # fmt: skip
-def test_an_invalid_request_is_refused_by_status_counted_and_closed(
-    serving: Serving, sent: bytes, status: bytes, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_invalid_request_is_refused_by_status_counted_and_closed(serving, sent, status, caplog) -> None:
     for _ in range(2):
         with serving.connect() as peer:
             peer.sendall(sent)
@@ -245,19 +246,18 @@ def test_an_invalid_request_is_refused_by_status_counted_and_closed(
 
 
 def test_a_client_that_sends_too_much_can_read_the_reason() -> None:
-    serving = Serving(limits=Limits(body_bytes=1_000_000))
-    with RpcClient(serving.uri, timeout_s=20) as client:
+    with (
+        Serving(limits=Limits(body_bytes=1_000_000)) as serving,
+        RpcClient(serving.uri, timeout_s=20) as client,
+    ):
         with pytest.raises(ProtocolError, match=r"413 .* the limit is 1000000 \(body_bytes in PIPROS_LIMITS"):
             client.call("echo", "x" * 20_000_000)
         assert client.call("echo", 1) == 1
-    serving.close()
 
 
 def test_the_asyncio_client_reads_the_reason_too_and_sends_large_values() -> None:
-    serving = Serving(limits=Limits(body_bytes=1_000_000))
-
-    async def calls() -> None:
-        client = AsyncRpcClient(serving.uri)
+    async def calls(uri: str) -> None:
+        client = AsyncRpcClient(uri)
         with pytest.raises(ProtocolError, match=r"responded with 413"):
             await client.call("echo", "x" * 20_000_000, timeout_s=20)
         large = "x" * 900_000
@@ -265,8 +265,8 @@ def test_the_asyncio_client_reads_the_reason_too_and_sends_large_values() -> Non
             assert await client.call("echo", large, timeout_s=20) == large
         client.close()
 
-    asyncio.run(calls())
-    serving.close()
+    with Serving(limits=Limits(body_bytes=1_000_000)) as serving:
+        asyncio.run(calls(serving.uri))
 
 
 def test_the_asyncio_client_gives_up_in_time_when_a_large_value_is_not_read() -> None:
@@ -293,19 +293,16 @@ def test_requests_before_garbage_are_answered_before_the_garbage_is_refused(serv
 
 def test_a_peer_with_a_slow_request_is_closed(constants: Constants) -> None:
     constants(WHOLE_REQUEST_S=0.1)
-    serving = Serving(limits=Limits())
-    with serving.connect() as slow, serving.connect() as idle:
+    with Serving(limits=Limits()) as serving, serving.connect() as slow, serving.connect() as idle:
         slow.sendall(b"POST / HTT")
         assert read_to_end(slow) == b""
         idle.sendall(request("echo", "still here"))
         assert b"still here" in idle.recv(65536)
-    serving.close()
 
 
 def test_a_peer_that_does_not_read_its_answers_is_closed(constants: Constants) -> None:
     constants(WHOLE_REQUEST_S=0.3)
-    serving = Serving(limits=Limits())
-    with serving.connect() as deaf:
+    with Serving(limits=Limits()) as serving, serving.connect() as deaf:
         deaf.settimeout(30)
         call = request("echo", "x" * 60_000)
 
@@ -315,27 +312,22 @@ def test_a_peer_that_does_not_read_its_answers_is_closed(constants: Constants) -
 
         with pytest.raises((ConnectionResetError, BrokenPipeError)):
             talk()
-    serving.close()
 
 
 def test_the_connection_idle_longest_is_closed_for_a_new_one() -> None:
-    serving = Serving(limits=Limits(rpc_connections=3))
-    peers = [serving.connect() for _ in range(3)]
-    wait_until(lambda: len(serving.server.connections) == 3)
-    for peer in (peers[0], peers[2]):
-        peer.sendall(request("echo", "used"))
-        assert b"used" in peer.recv(65536)
-    with serving.connect() as late:
+    with Serving(limits=Limits(rpc_connections=3)) as serving, ExitStack() as closing:
+        peers = [closing.enter_context(serving.connect()) for _ in range(3)]
+        wait_until(lambda: len(serving.server.connections) == 3)
+        for peer in (peers[0], peers[2]):
+            peer.sendall(request("echo", "used"))
+            assert b"used" in peer.recv(65536)
+        late = closing.enter_context(serving.connect())
         late.sendall(request("echo", "in"))
         assert b"in" in late.recv(65536)
-    assert peers[1].recv(1) == b""
-    for peer in peers:
-        peer.close()
-    serving.close()
+        assert peers[1].recv(1) == b""
 
 
-def test_idle_connections_are_closed_without_affecting_clients(constants: Constants) -> None:
-    serving = Serving()
+def test_idle_connections_are_closed_without_affecting_clients(serving, constants: Constants) -> None:
     usual = serving.server.limits
     with RpcClient(serving.uri, timeout_s=10) as client:
         assert client.call("echo", 1) == 1
@@ -344,15 +336,13 @@ def test_idle_connections_are_closed_without_affecting_clients(constants: Consta
         wait_until(lambda: len(serving.server.connections) == 0)
         serving.server.limits = usual
         assert client.call("echo", 2) == 2
-    serving.close()
 
 
 def test_peers_that_are_not_admitted_are_closed_and_counted() -> None:
-    serving = Serving(admits=lambda _: False)
-    with RpcClient(serving.uri, timeout_s=10) as client, pytest.raises(Unreachable):
-        client.call("echo", 1)
-    assert serving.server.refusals.total >= 1
-    serving.close()
+    with Serving(admits=lambda _: False) as serving, RpcClient(serving.uri, timeout_s=10) as client:
+        with pytest.raises(Unreachable):
+            client.call("echo", 1)
+        assert serving.server.refusals.total >= 1
 
 
 def test_many_threads_share_a_client(serving: Serving) -> None:
@@ -434,10 +424,8 @@ def test_the_asyncio_client_keeps_its_connection_and_replaces_a_closed_one(servi
 
 def test_a_multicall_with_too_large_responses_is_truncated(constants: Constants) -> None:
     constants(MULTICALL_ANSWER_BYTES=10000)
-    serving = Serving(limits=Limits())
-    with RpcClient(serving.uri, timeout_s=10) as client:
+    with Serving(limits=Limits()) as serving, RpcClient(serving.uri, timeout_s=10) as client:
         call = {"methodName": "echo", "params": ["x" * 4000]}
         *good, bad = client.call("system.multicall", [call] * 3)
     assert good == [["x" * 4000]] * 2
     assert "the combined responses to a system.multicall are too large" in bad["faultString"]
-    serving.close()

@@ -167,9 +167,7 @@ def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_respo
     assert (events, service.calls) == (["connecting", "looked up"], 2)
 
 
-def test_a_server_that_closes_the_early_connection_is_connected_to_again(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_server_that_closes_the_early_connection_is_connected_to_again(make_node, monkeypatch) -> None:
     server, client = make_node("server"), make_node("client", timings=PATIENT)
     server.serve("set", SetBool, answer("done"))
     proxy = client.client("set", SetBool)

@@ -258,9 +258,7 @@ def test_a_subscriber_without_a_thread_for_a_publisher_tries_again(make_node: Ma
     assert "can't start new thread" in lines[0]
 
 
-def test_a_link_opened_during_interpreter_shutdown_is_dropped_silently(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_link_opened_during_interpreter_shutdown_is_dropped_silently(make_node, monkeypatch) -> None:
     refused = threading.Event()
 
     def refuse(_: IncomingLink) -> None:
@@ -445,9 +443,7 @@ def test_a_node_that_ends_leaves_no_registrations(make_node: MakeNode) -> None:
     assert observer.master.get_system_state() == [[], [], []]
 
 
-def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(make_node, monkeypatch) -> None:
     observer, node = make_node("observer"), make_node("busy", timings=NodeTimings(unregister_s=60.0))
     publisher = node.advertise("/chatter", String)
     end, is_interrupted = threading.Thread(target=node.shutdown), threading.Event()
@@ -658,9 +654,7 @@ def test_a_refused_call_names_the_refusing_server(make_node: MakeNode) -> None:
 
 
 @pytest.mark.parametrize("has_multicall", [True, False])
-def test_a_node_with_many_topics_unregisters_them_together(
-    master: Master, monkeypatch: pytest.MonkeyPatch, has_multicall: bool
-) -> None:
+def test_a_node_with_many_topics_unregisters_them_together(master, monkeypatch, has_multicall: bool) -> None:
     calls: list[str] = []
 
     class CountingClient(RpcClient):

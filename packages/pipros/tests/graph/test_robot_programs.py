@@ -88,9 +88,7 @@ def test_rosrun_xacro_expands_and_names_packages_that_are_unknown(ros: RosSystem
         ("<map/>", "robot_description"), ("[1]", "robot_description"),
     ],
 )  # fmt: skip
-def test_a_description_that_is_missing_or_wrong_is_named(
-    ros: RosSystem, program: str, description: str | None, complaint: str
-) -> None:
+def test_a_description_that_is_missing_or_wrong_is_named(ros, program, description, complaint: str) -> None:
     ros.serve_master()
     if description:
         ros.pipros.run("rosparam", "set", "robot_description", description)
@@ -212,9 +210,7 @@ def test_wrong_arguments_are_explained(ros: RosSystem, program: str, arguments: 
 
 
 @pytest.mark.parametrize(("size", "cells"), [((2, 2), 3), ((2**32 - 1, 2**32 - 1), 0), ((1, 1), 2)])
-def test_a_map_with_a_wrong_number_of_cells_is_not_saved(
-    ros: RosSystem, size: tuple[int, int], cells: int
-) -> None:
+def test_a_map_with_a_wrong_number_of_cells_is_not_saved(ros, size: tuple[int, int], cells: int) -> None:
     ros.serve_master()
     saver = ros.pipros.start("rosrun", "map_server", "map_saver", "-f", "saved")
     with ros.node("broken") as node:

@@ -6,6 +6,8 @@ import os
 import re
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,16 @@ from tests.support.waiting import wait_until
 @pytest.fixture
 def talker(make_node: MakeNode) -> Node:
     return make_node("talker")
+
+
+def listen(make_node: MakeNode, topic: str, kind: Any = Int32, **options: Any) -> Inbox:
+    inbox = Inbox()
+    make_node("listener").subscribe(topic, kind, inbox, **options)
+    return inbox
+
+
+def data_of(messages: list[Any]) -> list[Any]:
+    return [message.data for message in messages]
 
 
 def publish(node: Node, topic: str, messages: list[Any], **options: Any) -> None:
@@ -246,7 +258,7 @@ def test_a_bag_is_played_in_order_with_types_and_latching(commands: Commands, ma
     listener.subscribe("/p/text", String, texts)
     play = commands.start("rosbag", "play", "-r", "50", "-p", "/p", "--wait-for-subscribers", "in.bag")
 
-    assert [message.data for message in inbox.wait(20)] == list(range(20))
+    assert data_of(inbox.wait(20)) == list(range(20))
     assert texts.wait()[0].data == "latched"
     assert (play.wait(), play.stdout[-1]) == (0, "Done.")
 
@@ -278,7 +290,7 @@ def test_parts_and_the_clock_are_played(commands: Commands, make_node: MakeNode)
     # Slowly, so that a listener that is late gets a part of the clock.
     play = commands.start("rosbag", "play", "-d", "2", "-r", "0.2", "--wait-for-subscribers", *words)
 
-    assert [message.data for message in inbox.wait(10)] == list(range(10, 20))
+    assert data_of(inbox.wait(10)) == list(range(10, 20))
     assert play.wait() == 0
     times = [message.clock.to_sec() for message in clock.wait(5)]
     assert times == sorted(times)
@@ -287,12 +299,11 @@ def test_parts_and_the_clock_are_played(commands: Commands, make_node: MakeNode)
 
 def test_a_loop_continues_until_ctrl_c(commands: Commands, make_node: MakeNode) -> None:
     bag_of(commands.home / "in.bag")
-    inbox = Inbox()
-    make_node("listener").subscribe("/number", Int32, inbox)
+    inbox = listen(make_node, "/number")
     play = commands.start(
         "rosbag", "play", "-l", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=in.bag"
     )
-    numbers = [message.data for message in inbox.wait(50)]
+    numbers = data_of(inbox.wait(50))
     play.press_ctrl_c(code=0)
     assert numbers[:20] == numbers[20:40] == list(range(20))
 
@@ -311,9 +322,7 @@ def test_a_loop_continues_until_ctrl_c(commands: Commands, make_node: MakeNode) 
         (("record", "-e", "("), 1, "[(] is not a regular expression"),
     ],
 )
-def test_invalid_arguments_are_explained(
-    words: tuple[str, ...], code: int, complaint: str, commands: Commands
-) -> None:
+def test_invalid_arguments_are_explained(words, code: int, complaint: str, commands: Commands) -> None:
     bag_of(commands.home / "in.bag")
     done = commands.start("rosbag", *words)
 
@@ -329,8 +338,7 @@ def test_launch_files_and_rosrun_know_record_and_play(commands: Commands, make_n
         <node pkg="rosbag" type="record" name="recorder" args="-q -l 20 -O {commands.home}/out.bag /number"/>
         </launch>"""
     )
-    inbox = Inbox()
-    make_node("listener").subscribe("/text", String, inbox)
+    inbox = listen(make_node, "/text", String)
     launch = commands.start("roslaunch", "both.launch")
 
     assert inbox.wait()[0].data == "latched"
@@ -339,6 +347,16 @@ def test_launch_files_and_rosrun_know_record_and_play(commands: Commands, make_n
     assert len(recorded(commands.home / "out.bag")) == 20
     played = commands.run("rosrun", "rosbag", "play", "-i", "-q", str(commands.home / "in.bag"))
     assert (played.returncode, played.output) == (0, "")
+
+
+@contextmanager
+def playing(player: Player) -> Iterator[None]:
+    """Play in a thread, to the end of the bag."""
+    thread = threading.Thread(target=player.run)
+    thread.start()
+    yield
+    thread.join(30)
+    assert not thread.is_alive()
 
 
 class _Keys:
@@ -356,22 +374,19 @@ class _Keys:
 
 
 def test_a_pause_is_stepped_through_and_ended_by_keys(make_node: MakeNode, tmp_path: Path) -> None:
-    inbox, keys = Inbox(), _Keys()
-    make_node("listener").subscribe("/number", Int32, inbox)
+    inbox, keys = listen(make_node, "/number"), _Keys()
     options = PlayOptions(paused=True, rate=1000.0, wait_for_subscribers=True, topics=["number"])
     with BagReader(bag_of(tmp_path / "in.bag")) as bag:
         player = Player(make_node("player"), [bag], options, keys, lambda _: None)
-        playing = threading.Thread(target=player.run)
-        playing.start()
-        wait_until(lambda: "PAUSED" in keys.states, what="the pause")
-        assert inbox.messages == []
-        keys.pressed += ["s", "s"]
-        assert [message.data for message in inbox.wait(2)] == [0, 1]
-        wait_until(lambda: not keys.pressed, what="the keys to be taken")
-        assert len(inbox.messages) == 2
-        keys.pressed.append(" ")
-        assert [message.data for message in inbox.wait(20)] == list(range(20))
-        playing.join(30)
+        with playing(player):
+            wait_until(lambda: "PAUSED" in keys.states, what="the pause")
+            assert inbox.messages == []
+            keys.pressed += ["s", "s"]
+            assert data_of(inbox.wait(2)) == [0, 1]
+            wait_until(lambda: not keys.pressed, what="the keys to be taken")
+            assert len(inbox.messages) == 2
+            keys.pressed.append(" ")
+            assert data_of(inbox.wait(20)) == list(range(20))
     assert keys.states == {"PAUSED", "RUNNING"}
 
 
@@ -396,9 +411,7 @@ def test_images_that_wait_for_a_slow_subscriber_arrive_unchanged(make_node: Make
 
 
 @pytest.mark.parametrize("options", [{"immediate": True}, {"rate": 20.0, "clock": True}])
-def test_messages_that_are_due_without_subscribers_are_not_read(
-    make_node: MakeNode, tmp_path: Path, options: dict[str, Any]
-) -> None:
+def test_messages_that_are_due_without_subscribers_are_not_read(make_node, tmp_path, options) -> None:
     inbox = Inbox()
     rows: list[Any] = [("/heard", Int32(n), 100, n) for n in range(20)]
     rows += [("/unheard", Int32(n), 100, n) for n in range(20, 40)]
@@ -417,32 +430,25 @@ def test_messages_that_are_due_without_subscribers_are_not_read(
     with BagReader(io.BytesIO(data)) as bag:
         chosen = PlayOptions(paused=True, **options)
         player = Player(make_node("player"), [bag], chosen, keys, lambda _: None)
-        playing = threading.Thread(target=player.run)
-        playing.start()
-        wait_until(lambda: subscriber.connection_count, what="the player's topic")
-        keys.pressed.append(" ")
-        assert [message.data for message in inbox.wait(40)] == [*range(20), *range(40, 60)]
-        playing.join(30)
-        assert not playing.is_alive()
+        with playing(player):
+            wait_until(lambda: subscriber.connection_count, what="the player's topic")
+            keys.pressed.append(" ")
+            assert data_of(inbox.wait(40)) == [*range(20), *range(40, 60)]
 
 
 def test_a_topic_pauses_the_playback(make_node: MakeNode, tmp_path: Path) -> None:
-    inbox, keys = Inbox(), _Keys()
-    make_node("listener").subscribe("/number", Int32, inbox)
+    inbox, keys = listen(make_node, "/number"), _Keys()
     options = PlayOptions(
         immediate=True, wait_for_subscribers=True, topics=["/number"], pause_topics=["/number"]
     )
     with BagReader(bag_of(tmp_path / "in.bag", 3)) as bag:
         player = Player(make_node("player"), [bag], options, keys, lambda _: None)
-        playing = threading.Thread(target=player.run)
-        playing.start()
-        for count in range(1, 4):
-            assert len(inbox.wait(count)) == count
-            wait_until(lambda: "PAUSED" in keys.states, what="the pause")
-            keys.states.clear()
-            keys.pressed.append(" ")
-        playing.join(30)
-        assert not playing.is_alive()
+        with playing(player):
+            for count in range(1, 4):
+                assert len(inbox.wait(count)) == count
+                wait_until(lambda: "PAUSED" in keys.states, what="the pause")
+                keys.states.clear()
+                keys.pressed.append(" ")
 
 
 def test_latched_topics_exist_long_enough_for_a_search(make_node: MakeNode, tmp_path: Path) -> None:
@@ -466,14 +472,13 @@ def test_a_bag_of_ros2_is_played_as_ros1(commands: Commands, make_node: MakeNode
     bag_of(commands.home / "in.bag")
     done = commands.run("rosbag", "convert", "--ros2", "humble", "in.bag", "ros2")
     assert done.returncode == 0, done.output
-    inbox = Inbox()
-    make_node("listener").subscribe("/number", Int32, inbox, queue_size=None)
+    inbox = listen(make_node, "/number", queue_size=None)
 
     player = commands.start(
         "rosbag", "play", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=ros2"
     )
 
-    assert [message.data for message in inbox.wait(20)] == list(range(20))
+    assert data_of(inbox.wait(20)) == list(range(20))
     assert player.wait() == 0
 
 
@@ -482,13 +487,12 @@ def test_only_topics_that_would_be_played_need_legal_names(commands: Commands, m
         ("/number", Int32(1), 10, 0), ("/number", Int32(2), 11, 0), ("/no topic!", Int32(3), 20, 0),
     ]  # fmt: skip
     (commands.home / "run.bag").write_bytes(bag_bytes(rows))
-    inbox = Inbox()
-    make_node("listener").subscribe("/number", Int32, inbox)
+    inbox = listen(make_node, "/number")
 
     part = commands.start("rosbag", "play", "-i", "-d", "1", "-u", "5", "run.bag")
 
     assert part.wait() == 0
-    wait_until(lambda: [message.data for message in inbox.messages] == [1, 2])
+    wait_until(lambda: data_of(inbox.messages) == [1, 2])
     whole = commands.start("rosbag", "play", "-i", "run.bag")
     whole.check(1, "[/no topic!] is not a legal topic name")
 
@@ -496,12 +500,11 @@ def test_only_topics_that_would_be_played_need_legal_names(commands: Commands, m
 def test_a_topic_is_played_without_doubled_slashes(commands: Commands, make_node: MakeNode) -> None:
     """Nodes that join namespaces by hand leave such names in bags."""
     (commands.home / "run.bag").write_bytes(bag_bytes([("//robot//number/", Int32(1), 10, 0)]))
-    inbox = Inbox()
-    make_node("listener").subscribe("/robot/number", Int32, inbox)
+    inbox = listen(make_node, "/robot/number")
 
     player = commands.start("rosbag", "play", "-i", "--wait-for-subscribers", "run.bag")
 
-    assert [message.data for message in inbox.wait(1)] == [1]
+    assert data_of(inbox.wait(1)) == [1]
     assert player.wait() == 0
 
 
@@ -524,7 +527,7 @@ def test_nodes_that_connect_later_get_the_last_message_of_each_recorded_publishe
         inbox = Inbox()
         make_node("late").subscribe("/number", Int32, inbox)
 
-        assert [message.data for message in inbox.wait(2)] == [3, 4]
+        assert data_of(inbox.wait(2)) == [3, 4]
 
 
 @pytest.mark.parametrize("name", ["run.bag", "run.mcap"])

@@ -115,9 +115,7 @@ def test_anonymous_names_differ_and_are_legal() -> None:
         ({"ROS_MASTER_URI": "http://h:1"}, ["__master:=http://x:2"], "http://x:2"),
     ],
 )  # fmt: skip
-def test_the_master_uri_is_read_from_arguments_or_environment(
-    env: dict[str, str], argv: list[str], uri: str
-) -> None:
+def test_the_master_uri_is_read_from_arguments_or_environment(env, argv: list[str], uri: str) -> None:
     assert rosgraph.get_master_uri(env, argv) == uri
 
 

@@ -36,18 +36,14 @@ def is_up(port: ClaimedPort) -> bool:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_until_a_signal_and_ends_with_0(
-    processes: Processes, claimed_port: ClaimedPort, number: signal.Signals
-) -> None:
+def test_it_serves_until_a_signal_and_ends_with_0(processes, claimed_port, number: signal.Signals) -> None:
     process = start(processes, claimed_port, "--core", "-w", "3", "-t", "5")
     wait_until(lambda: is_up(claimed_port))
     process.send_signal(number, code=0)
     assert process.output == ""
 
 
-def test_without_core_it_recommends_roscore_and_prints_its_address(
-    processes: Processes, claimed_port: ClaimedPort
-) -> None:
+def test_without_core_it_recommends_roscore_and_prints_its_address(processes, claimed_port) -> None:
     process = start(processes, claimed_port)
     process.wait_for("Standalone zenmaster has been deprecated, please use 'roscore' instead")
     process.wait_for(rf"http://127.0.0.1:{claimed_port.number}/ listens on 127.0.0.1, for this computer only")
@@ -81,9 +77,7 @@ def test_it_logs_to_roslaunchs_file(processes: Processes, claimed_port: ClaimedP
     assert "+PARAM [/w] by /test" in log.read_text()
 
 
-def test_statistics_of_a_running_master_are_printed(
-    processes: Processes, claimed_port: ClaimedPort, monkeypatch: pytest.MonkeyPatch, capsys: Any
-) -> None:
+def test_statistics_of_a_running_master_are_printed(processes, claimed_port, monkeypatch, capsys) -> None:
     start(processes, claimed_port, "--core")
     wait_until(lambda: is_up(claimed_port))
     monkeypatch.setenv("ROS_MASTER_URI", claimed_port.uri)

@@ -175,9 +175,7 @@ def test_it_prints_the_lines_of_noetic(
     assert [line for line in node.stdout if not line.startswith("[INFO]")] == expected
 
 
-def test_all_loggers_of_a_process_write_to_its_log_file_as_in_noetic(
-    processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_all_loggers_of_a_process_write_to_its_log_file_as_in_noetic(processes, tmp_path, master) -> None:
     script = tmp_path / "node.py"
     script.write_text(
         'import logging, rospy\nrospy.init_node("node")\nlogging.getLogger("mine").info("own words")\n'
@@ -513,9 +511,7 @@ print(dynparam("load", "node", "saved.yaml"), server.config.gain, server.config.
         ),
     ],
 )  # fmt: skip
-def test_a_script_prints(
-    script: str, expected: list[str], processes: Processes, tmp_path: Path, master: Master
-) -> None:
+def test_a_script_prints(script, expected: list[str], processes: Processes, tmp_path, master: Master) -> None:
     file = tmp_path / "script.py"
     file.write_text(LIBRARY_HEAD + script)
     environment = {"ROS_MASTER_URI": master.uri, "ROS_HOME": str(tmp_path)}

@@ -5,7 +5,6 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -95,9 +94,7 @@ def test_a_node_loads_openssl_with_its_first_use(start: Start, master: Master) -
 @pytest.mark.parametrize(
     ("body", "ready"), [(SPIN, "ready"), (RATE, "ready"), (SLEEP, "ready"), (CALLBACK_SLEEPS, "in callback")]
 )
-def test_a_signal_ends_a_node_cleanly(
-    start: Start, client: MasterClient, body: str, ready: str, number: int
-) -> None:
+def test_a_signal_ends_a_node_cleanly(start, client, body: str, ready: str, number: int) -> None:
     node = start(body)
     node.wait_for(ready)
     node.send_signal(number, code=0)
@@ -107,9 +104,7 @@ def test_a_signal_ends_a_node_cleanly(
 
 
 @pytest.mark.parametrize("body", [SPIN, SLEEP])
-def test_a_closed_terminal_ends_a_node_as_without_a_handler_but_after_its_hooks(
-    start: Start, client: MasterClient, body: str
-) -> None:
+def test_a_closed_terminal_ends_a_node_as_without_a_handler_but_after_its_hooks(start, client, body) -> None:
     node = start(body)
     node.wait_for("ready")
     node.send_signal(signal.SIGHUP, code=-signal.SIGHUP)
@@ -133,9 +128,7 @@ def test_a_running_call_may_end_after_a_signal(start: Start) -> None:
         (CALL_HANGS, "in call", "ROSInterruptException: node shutdown interrupted service call"),
     ],
 )
-def test_a_wait_interrupted_by_a_signal_raises_noetics_exception(
-    start: Start, body: str, ready: str, error: str
-) -> None:
+def test_a_wait_interrupted_by_a_signal_raises_noetics_exception(start, body, ready: str, error: str) -> None:
     node = start(body)
     node.wait_for(ready)
     node.send_signal(signal.SIGINT)
@@ -206,9 +199,7 @@ while True:
     assert "KeyboardInterrupt" in node.output
 
 
-def test_a_node_waits_for_its_master_and_continues_when_it_starts(
-    start: Start, claimed_port: ClaimedPort
-) -> None:
+def test_a_node_waits_for_its_master_and_continues_when_it_starts(start, claimed_port: ClaimedPort) -> None:
     node = start(SPIN, uri=claimed_port.uri)
     node.wait_for("Will keep trying")
     with Master(port=claimed_port.number):
@@ -344,9 +335,7 @@ rospy.signal_shutdown('done')
     assert "slept True" in node.stdout
 
 
-def test_remappings_and_namespaces_from_the_command_line(
-    processes: Processes, tmp_path: Path, master: Master, client: MasterClient
-) -> None:
+def test_remappings_and_namespaces_from_the_command_line(processes, tmp_path, master, client) -> None:
     script = tmp_path / "node.py"
     script.write_text(
         HEAD + "rospy.Publisher('chat', String, queue_size=1)\nprint(rospy.get_param('~rate'), flush=True)\n"

@@ -61,9 +61,7 @@ def test_python_nodes_get_the_python_that_pipros_is_in(ros: RosSystem, folder: P
         ("#!/no/such/ruby\n", "/no/such/ruby, which does not exist", 127),
     ],
 )
-def test_a_script_that_cannot_start_is_explained(
-    ros: RosSystem, folder: Path, content: str, complaint: str, code: int
-) -> None:
+def test_a_script_that_cannot_start_is_explained(ros, folder, content, complaint: str, code: int) -> None:
     script(folder, "bad.py", content)
     ended = ros.pipros.run("rosrun", "programs", "bad.py")
     ended.check(code, complaint)

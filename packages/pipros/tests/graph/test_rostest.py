@@ -140,9 +140,7 @@ def test_the_end_of_a_required_node_ends_the_test_with_an_error(ros: RosSystem, 
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_ends_everything_and_does_not_look_like_a_passed_one(
-    ros: RosSystem, package: Path, how: signal.Signals
-) -> None:
+def test_an_interrupted_run_ends_everything_and_does_not_look_like_a_passed_one(ros, package, how) -> None:
     write_test(package, WAITS, nodes='<node name="n" pkg="pkg" type="stays.py"/>')
     run = ros.pipros.start("rostest", "pkg", "t.test")
     wait_until((ros.home / ".ros/started").exists, 60, "the test to run")

@@ -32,9 +32,7 @@ def talker(make_node: MakeNode) -> Publisher:
     return make_node("talker").advertise("/chatter", String)
 
 
-def test_echo_shows_messages_and_ends_after_the_requested_number(
-    commands: Commands, talker: Publisher
-) -> None:
+def test_echo_shows_messages_and_ends_after_the_requested_number(commands, talker: Publisher) -> None:
     echo = commands.start("rostopic", "echo", "-n", "2", "/chatter")
     wait_until_connected(talker)
     for word in ("one", "two", "three"):
@@ -59,9 +57,7 @@ def test_echo_shows_types_of_unknown_packages(commands: Commands, make_node: Mak
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_echo_with_0_and_without_registrations(
-    commands: Commands, talker: Publisher, client: MasterClient, number: signal.Signals
-) -> None:
+def test_a_signal_ends_echo_with_0_and_without_registrations(commands, talker, client, number) -> None:
     echo = commands.start("rostopic", "echo", "/chatter")
     wait_until_connected(talker)
     echo.send_signal(number, code=0)
@@ -112,9 +108,7 @@ def test_echo_follows_a_topic_across_restarts_of_publishers(commands: Commands, 
     assert (echo.wait(), echo.stdout) == (0, ['data: "one"', "---", 'data: "two"', "---"])
 
 
-def test_an_index_beyond_an_array_is_reported_and_the_next_message_is_shown(
-    commands: Commands, make_node: MakeNode
-) -> None:
+def test_an_index_beyond_an_array_is_reported_and_the_next_message_is_shown(commands, make_node) -> None:
     numbers = load_message_class("std_msgs/Int32MultiArray")
     publisher = make_node("talker").advertise("/numbers", numbers)
     echo = commands.start("rostopic", "echo", "-n", "1", "/numbers/data[1]")
@@ -126,9 +120,7 @@ def test_an_index_beyond_an_array_is_reported_and_the_next_message_is_shown(
     assert echo.stderr == ["tuple index out of range: /data[1]"]
 
 
-def test_a_filter_that_fails_is_reported_once_and_hides_messages(
-    commands: Commands, make_node: MakeNode
-) -> None:
+def test_a_filter_that_fails_is_reported_once_and_hides_messages(commands, make_node: MakeNode) -> None:
     numbers = load_message_class("std_msgs/Int32MultiArray")
     publisher = make_node("talker").advertise("/numbers", numbers)
     echo = commands.start("rostopic", "echo", "-n", "1", "--filter", "m.data[0] > 1", "/numbers/data")
@@ -158,9 +150,7 @@ def test_a_filter_cannot_run_python(commands: Commands, talker: Publisher, tmp_p
         ("bw", (r"^average: [\d.]+B/s$", r"^\tmean: 9.00B min: 9.00B max: 9.00B window: \d+$")),
     ],
 )
-def test_measures_are_reported_until_ctrl_c(
-    commands: Commands, talker: Publisher, subcommand: str, report: tuple[str, str]
-) -> None:
+def test_measures_are_reported_until_ctrl_c(commands, talker, subcommand, report: tuple[str, str]) -> None:
     measuring = commands.start("rostopic", subcommand, "/chatter")
     measuring.wait_for(r"subscribed to \[/chatter\]")
     wait_until_connected(talker)
@@ -192,9 +182,7 @@ def test_hz_of_a_silent_topic_reports_no_new_messages(commands: Commands, talker
 
 
 @pytest.mark.parametrize(("option", "report"), [((), "no new messages"), (("--wall-time",), "average rate")])
-def test_hz_measures_by_the_simulated_clock_by_default(
-    commands: Commands, client: MasterClient, talker: Publisher, option: tuple[str, ...], report: str
-) -> None:
+def test_hz_measures_by_the_simulated_clock_by_default(commands, client, talker, option, report: str) -> None:
     client.set_param("/use_sim_time", True)  # without a publisher of /clock, simulated time stands still
     hz = commands.start("rostopic", "hz", *option, "/chatter")
     wait_until_connected(talker)

@@ -40,7 +40,7 @@ from pipros.wire.slot_frames import (
     encode_acknowledgement,
 )
 from tests.support.constants import Constants
-from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
+from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(not local_stream.shares_memory(), reason="needs shared memory of Linux")
@@ -74,6 +74,14 @@ class Images(Inbox):
     def __call__(self, message: Any) -> None:
         if message.encoding != WARM:
             super().__call__(message)
+
+
+def listening(make_node: MakeNode, publisher: Any, *callbacks: Any, **options: Any) -> int:
+    """Subscribe a node for each callback. Return the number of messages published to make memory ready."""
+    for number, callback in enumerate(callbacks):
+        make_node(f"listener{number}").subscribe("images", Image, callback, **options)
+    wait_until_connected(publisher, len(callbacks))
+    return warm_up(publisher)
 
 
 def warm_up(publisher: Any) -> int:
@@ -120,10 +128,7 @@ def _without_leaks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_five_subscribers_get_all_messages_in_order(make_node: MakeNode, queue_size: int | None) -> None:
     publisher = make_node("talker").advertise("images", Image, queue_size=queue_size)
     inboxes = [Images() for _ in range(5)]
-    for number, inbox in enumerate(inboxes):
-        make_node(f"listener{number}").subscribe("images", Image, inbox)
-    wait_until_connected(publisher, 5)
-    before = warm_up(publisher)
+    before = listening(make_node, publisher, *inboxes)
     sizes = [SIZE, 100, 40_000, SIZE, 2 * SIZE]
     for number in range(60):
         publisher.publish(image(number, sizes[number % 5]))
@@ -159,13 +164,10 @@ def test_a_subscriber_without_copies_gets_read_only_arrays_of_shared_memory(make
     kinds: list[Any] = []
 
     def look(message: Any) -> None:
-        if message.encoding == WARM:
-            return
-        kinds.append((type(message.data), message.data.flags.writeable, is_intact(message)))
+        if message.encoding != WARM:
+            kinds.append((type(message.data), message.data.flags.writeable, is_intact(message)))
 
-    make_node("listener").subscribe("images", Image, look, zero_copy=True)
-    wait_until_connected(publisher)
-    warm_up(publisher)
+    listening(make_node, publisher, look, zero_copy=True)
     for number in range(20):
         publisher.publish(image(number, 10 if number == 5 else SIZE))
     wait_until(lambda: len(kinds) == 20)
@@ -178,14 +180,11 @@ def test_arrays_that_are_kept_never_change_and_lose_no_messages(make_node: MakeN
     kept: list[Any] = []
 
     def keep(message: Any) -> None:
-        if message.encoding == WARM:
-            return
-        message.data = message.data[100:].reshape(-1, 100)[::2]
-        kept.append(message)
+        if message.encoding != WARM:
+            message.data = message.data[100:].reshape(-1, 100)[::2]
+            kept.append(message)
 
-    make_node("listener").subscribe("images", Image, keep, zero_copy=True)
-    wait_until_connected(publisher)
-    warm_up(publisher)
+    listening(make_node, publisher, keep, zero_copy=True)
     for number in range(30):
         publisher.publish(image(number))
     wait_until(lambda: len(kept) == 30)
@@ -220,9 +219,7 @@ def test_callbacks_of_both_kinds_share_a_topic_with_latched_messages(make_node: 
 
 
 @pytest.mark.parametrize("switch", ["PIPROS_LOCAL", "PIPROS_SHARED_MEMORY"])
-def test_zero_copy_without_shared_memory_gives_the_same_arrays(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, switch: str
-) -> None:
+def test_zero_copy_without_shared_memory_gives_the_same_arrays(make_node, monkeypatch, switch: str) -> None:
     monkeypatch.setenv(switch, "off")
     publisher = make_node("talker").advertise("images", Image, queue_size=None)
     kept: list[Any] = []
@@ -257,9 +254,7 @@ def test_zero_copy_messages_behave_as_documented(make_node: MakeNode) -> None:
 
 def test_a_subscriber_that_joins_others_misses_nothing(make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("images", Image, queue_size=1000)
-    make_node("viewing").subscribe("images", Image, lambda _: None, zero_copy=True)
-    wait_until_connected(publisher)
-    warm_up(publisher)
+    listening(make_node, publisher, lambda _: None, zero_copy=True)
     inbox = Images()
     subscriber = make_node("late").subscribe("images", Image, inbox)
     wait_until_connected(publisher, 2)
@@ -306,9 +301,7 @@ def start_listener() -> Iterator[Any]:
         process.communicate()
 
 
-def test_a_subscriber_killed_with_slots_leaves_nothing_behind(
-    make_node: MakeNode, master: Any, start_listener: Any
-) -> None:
+def test_a_subscriber_killed_with_slots_leaves_nothing_behind(make_node, master, start_listener: Any) -> None:
     publisher = make_node("talker").advertise("images", Image, queue_size=None)
     pipes = count_open("pipe:")
     for number in range(3):
@@ -401,14 +394,18 @@ class Stranger:
             os.close(descriptor)
 
 
+def visited(talker: Node) -> tuple[Any, Stranger]:
+    """Return a publisher of images, and a stranger that has accepted its memory."""
+    publisher, stranger = talker.advertise("images", Image, queue_size=1000), Stranger(talker)
+    wait_until_connected(publisher)
+    stranger.accept(publisher)
+    return publisher, stranger
+
+
 @pytest.mark.parametrize("attack", ["another slot", "another segment", "half", "twice", "close"])
 def test_a_subscriber_that_lies_loses_its_link_and_its_slots(make_node: MakeNode, attack: str) -> None:
     log, lines = listening_log()
-    talker = make_node("talker", log=log)
-    publisher = talker.advertise("images", Image, queue_size=1000)
-    stranger = Stranger(talker)
-    wait_until_connected(publisher)
-    stranger.accept(publisher)
+    publisher, stranger = visited(make_node("talker", log=log))
     publisher.publish(image(0))
     assert stranger.read_frame().kind == SEGMENT
     slot = stranger.read_frame()
@@ -434,11 +431,7 @@ def test_a_subscriber_that_lies_loses_its_link_and_its_slots(make_node: MakeNode
 
 
 def test_a_subscriber_that_never_acknowledges_loses_only_its_own_messages(make_node: MakeNode) -> None:
-    talker = make_node("talker")
-    publisher = talker.advertise("images", Image, queue_size=1000)
-    stranger = Stranger(talker)
-    wait_until_connected(publisher)
-    stranger.accept(publisher)
+    publisher, stranger = visited(make_node("talker"))
     inbox = Inbox()
     make_node("good").subscribe("images", Image, inbox)
     wait_until_connected(publisher, 2)
@@ -465,9 +458,7 @@ def test_as_many_slots_wait_for_a_subscriber_as_its_queue_holds(make_node: MakeN
     timings = NodeTimings(links=LinkTimings(keep_memory_s=0.2))
     publisher = make_node("talker", timings=timings).advertise("images", Image, queue_size=20)
     inbox = Blocking()
-    make_node("listener").subscribe("images", Image, inbox)
-    wait_until_connected(publisher)
-    warm_up(publisher)
+    listening(make_node, publisher, inbox)
     memory = memory_of(publisher)
     for number in range(20):
         publisher.publish(image(number))
@@ -484,9 +475,7 @@ def test_as_many_slots_wait_for_a_subscriber_as_its_queue_holds(make_node: MakeN
 def test_a_publisher_waits_now_and_then_for_a_stream_to_return_to_memory(make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("images", Image, queue_size=50)
     inbox = Blocking()
-    make_node("listener").subscribe("images", Image, inbox)
-    wait_until_connected(publisher)
-    warm_up(publisher)
+    listening(make_node, publisher, inbox)
     link: Any = publisher.publication.links[0].link
     for number in range(40):
         publisher.publish(image(number))
@@ -504,10 +493,7 @@ def test_a_publisher_waits_now_and_then_for_a_stream_to_return_to_memory(make_no
 def test_a_subscriber_that_hangs_costs_four_others_nothing(make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("images", Image, queue_size=50)
     hanging, inboxes = Blocking(), [Images() for _ in range(4)]
-    for number, inbox in enumerate((hanging, *inboxes)):
-        make_node(f"listener{number}").subscribe("images", Image, inbox)
-    wait_until_connected(publisher, 5)
-    warm_up(publisher)
+    listening(make_node, publisher, hanging, *inboxes)
     for number in range(200):
         publisher.publish(image(number))
         for inbox in inboxes:
@@ -538,9 +524,7 @@ def test_a_callback_that_forks_or_ends_its_process_returns_no_slot_of_its_parent
         os.waitpid(child, 0)
         seen.append(message.encoding)
 
-    make_node("listener").subscribe("images", Image, fork, zero_copy=True)
-    wait_until_connected(publisher)
-    warm_up(publisher)
+    listening(make_node, publisher, fork, zero_copy=True)
     for number in range(10):
         publisher.publish(image(number))
     wait_until(lambda: len(seen) == 10)
@@ -557,10 +541,7 @@ def publish_to_two(
     log, lines = listening_log()
     publisher = make_node("talker", log=log, **options).advertise("images", Image, queue_size=None)
     inboxes = Images(), Images()
-    for number, inbox in enumerate(inboxes):
-        make_node(f"listener{number}").subscribe("images", Image, inbox)
-    wait_until_connected(publisher, 2)
-    warm_up(publisher)
+    listening(make_node, publisher, *inboxes)
     for number in range(count):
         publisher.publish(image(number, size))
     for inbox in inboxes:
@@ -589,9 +570,7 @@ def test_messages_use_the_stream_with_one_log_line_if_the_system_refuses(
     assert memory_of(publisher).held_slots == 0
 
 
-def test_messages_beyond_limits_use_the_stream_with_a_log_line(
-    make_node: MakeNode, constants: Constants
-) -> None:
+def test_messages_beyond_limits_use_the_stream_with_a_log_line(make_node, constants: Constants) -> None:
     constants(SHARED_TOPIC_BYTES=SIZE)
     publisher, lines = publish_to_two(make_node)
     assert len(lines) == 1
@@ -627,10 +606,7 @@ def test_all_topics_of_a_node_share_one_limit(make_node: MakeNode) -> None:
 def test_growing_messages_get_larger_slots_and_the_memory_of_before_is_freed(make_node: MakeNode) -> None:
     publisher = make_node("talker").advertise("images", Image, queue_size=None)
     inboxes = Images(), Images()
-    for number, inbox in enumerate(inboxes):
-        make_node(f"listener{number}").subscribe("images", Image, inbox)
-    wait_until_connected(publisher, 2)
-    warm_up(publisher)
+    listening(make_node, publisher, *inboxes)
     sizes = [200_000, 500_000, 200_000, 2_000_000, 100, 500_000]
     for number, size in enumerate(sizes):
         publisher.publish(image(number, size))
@@ -663,10 +639,8 @@ def test_log_topics_need_no_shared_memory(make_node: MakeNode) -> None:
 
 
 def test_memory_that_was_just_used_is_kept_even_if_the_event_loop_is_late(make_node: MakeNode) -> None:
-    publisher = connected(
-        make_node("talker"), make_node("listener"), "images", Image, Inbox(), queue_size=None
-    )
-    warm_up(publisher)
+    publisher = make_node("talker").advertise("images", Image, queue_size=None)
+    listening(make_node, publisher, Inbox())
     publisher.publish(image(0))
     memory = memory_of(publisher)
     assert memory.used_bytes
@@ -685,10 +659,7 @@ def test_memory_that_was_just_used_is_kept_even_if_the_event_loop_is_late(make_n
 def test_bus_info_names_the_memory_and_its_limit(make_node: MakeNode) -> None:
     talker = make_node("talker")
     publisher = talker.advertise("images", Image, queue_size=None)
-    for name in ("first", "second"):
-        make_node(name).subscribe("images", Image, Inbox())
-    wait_until_connected(publisher, 2)
-    warm_up(publisher)
+    listening(make_node, publisher, Inbox(), Inbox())
     publisher.publish(image(0))
     with ServerProxy(talker.uri) as slave:
         rows: Any = slave.getBusInfo("/test")
@@ -707,6 +678,7 @@ from pipros.net.timings import LinkTimings
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
 kind, value = getattr(resource, sys.argv[1]), int(sys.argv[2])
+Image = load_message_class("sensor_msgs/Image")
 with Master(port=0) as master:
     nodes = [Node(name, environment=Environment(master_uri=master.uri)) for name in ("a", "b", "c")]
     for node in nodes:

@@ -109,9 +109,7 @@ def test_a_joystick_steers_while_its_button_is_held(ros: RosSystem, commands: In
 
 
 @pytest.mark.parametrize("repeats", [1, 5])
-def test_a_joystick_that_ends_or_stops_repeating_its_state_stops_the_robot(
-    ros: RosSystem, commands: Inbox, repeats: int
-) -> None:
+def test_a_joystick_that_ends_or_stops_repeating_its_state_stops_the_robot(ros, commands, repeats) -> None:
     ros.pipros.start("rosrun", "teleop_twist_joy", "teleop_node")
     joy: Any = load_message_class("sensor_msgs/Joy")
     ros.wait_for_subscriber("/joy")
@@ -162,9 +160,7 @@ MUX = """<launch>
 """
 
 
-def test_twist_mux_passes_on_the_velocities_of_the_source_that_may_steer(
-    ros: RosSystem, commands: Inbox, tmp_path: Path
-) -> None:
+def test_twist_mux_passes_on_the_velocities_of_the_source_that_may_steer(ros, commands, tmp_path) -> None:
     (tmp_path / "mux.launch").write_text(MUX)
     launch = ros.pipros.start("roslaunch", tmp_path / "mux.launch")
     launch.wait_for(r"~topics\[2\]: timeout must be a number of seconds, got None")

@@ -100,9 +100,7 @@ def test_tools_outlive_their_master_and_end_on_ctrl_c(ros: RosSystem, system: tu
         tool.check(0)
 
 
-def test_measuring_and_publishing_tools_outlive_the_master(
-    ros: RosSystem, system: tuple[Master, Node]
-) -> None:
+def test_measuring_and_publishing_tools_outlive_the_master(ros, system: tuple[Master, Node]) -> None:
     master, node = system
     ticks = node.advertise("/ticks", String)
     heard: list[Any] = []
@@ -153,9 +151,7 @@ def repeating(action: Callable[[], object], pause_s: float) -> Iterator[None]:
         thread.join()
 
 
-def test_a_topic_of_ten_thousand_messages_a_second_is_measured_and_shown(
-    ros: RosSystem, system: tuple[Master, Node]
-) -> None:
+def test_a_topic_of_ten_thousand_messages_a_second_is_measured_and_shown(ros, system) -> None:
     _, node = system
     quick = node.advertise("/quick", String)
 
@@ -350,9 +346,7 @@ def terminal(ros: RosSystem, master: Master) -> Terminal:
     return ros.pipros.open_terminal()
 
 
-def test_lists_are_aligned_and_coloured_outside_pipes(
-    ros: RosSystem, terminal: Terminal, make_node: MakeNode
-) -> None:
+def test_lists_are_aligned_and_coloured_outside_pipes(ros, terminal: Terminal, make_node: MakeNode) -> None:
     make_node("talker").advertise("/a_long_name", String)
 
     _, coloured = terminal.run("rostopic list -v")
@@ -370,9 +364,7 @@ def test_lists_are_aligned_and_coloured_outside_pipes(
 @pytest.mark.parametrize(
     ("command", "heading"), [("hz", "topic +rate +min_delta"), ("bw", "topic +average +mean")]
 )
-def test_figures_of_several_topics_are_shown_in_place(
-    terminal: Terminal, make_node: MakeNode, command: str, heading: str
-) -> None:
+def test_figures_of_several_topics_are_shown_in_place(terminal, make_node, command, heading: str) -> None:
     node = make_node("talker")
     publishers = [node.advertise(topic, String, queue_size=10) for topic in ("/a", "/b")]
     replaced = re.compile(rf"\x1b\[\d+A\x1b\[J *{heading}")

@@ -109,9 +109,7 @@ def network() -> Iterator[LoneNetwork]:
 
 
 @pytest.mark.parametrize(("master", "place"), PAIRS)
-def test_listeners_started_first_hear_all_talkers(
-    network: LoneNetwork, ros: RosSystem, master: str, place: str
-) -> None:
+def test_listeners_started_first_hear_all_talkers(network, ros: RosSystem, master: str, place: str) -> None:
     machine = Machine(ros, network, place)
     machine.start_master(ros.pipros if master == "pipros" else ros.genuine)
     listeners = {kind: machine.start_node(kind, "listener") for kind in ("pipros", "rospy", "roscpp")}
@@ -152,9 +150,7 @@ def far() -> Iterator[FarNetwork]:
 
 
 @pytest.mark.parametrize("listener", ["pipros", "rospy"])
-def test_a_master_in_another_network_namespace_that_calls_from_another_address(
-    far: FarNetwork, ros: RosSystem, listener: str
-) -> None:
+def test_a_master_in_another_network_namespace_that_calls_from_another_address(far, ros, listener) -> None:
     """A master as in a container: it is reached at one address, and calls from another."""
     second = far.give_second_address()
     uri = f"http://{second}:{ros.port}"

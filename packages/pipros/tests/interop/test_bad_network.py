@@ -117,9 +117,7 @@ def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy) -> None:
 
 
 @pytest.mark.parametrize("reset", [True, False])
-def test_a_cut_link_to_a_rospy_publisher_is_reopened(
-    plain_ros: RosSystem, proxy: FaultProxy, reset: bool
-) -> None:
+def test_a_cut_link_to_a_rospy_publisher_is_reopened(plain_ros, proxy: FaultProxy, reset: bool) -> None:
     """In one trial, a subscriber of rospy got no message for 8 s after this."""
     plain_ros.genuine.start("/usr/bin/python3", "-c", TALKER, ROS_MASTER_URI=proxy.uri)
     history = History()

@@ -57,9 +57,7 @@ def test_a_chart_shows_cost_over_scale_side_by_side(processes: Processes, tmp_pa
     assert [line.get("class") for line in svg.iter(f"{namespace}polyline")] == ["genuine", "pipros"] * 2
 
 
-def test_one_table_joins_the_benchmarks_and_replaces_the_one_of_a_document(
-    processes: Processes, tmp_path: Path
-) -> None:
+def test_one_table_joins_the_benchmarks_and_replaces_the_one_of_a_document(processes, tmp_path) -> None:
     document = tmp_path / "performance.md"
     document.write_text("before\n<!-- script/bench begin -->\nold\n<!-- script/bench end -->\nafter\n")
     everything = benchmark("everything.py")

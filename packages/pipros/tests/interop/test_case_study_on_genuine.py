@@ -93,8 +93,7 @@ def _tests_in(result_file: Path) -> tuple[int, int]:
 def test_the_rostest_passes_on_genuine_ros(ros: RosSystem) -> None:
     ended = ros.genuine.run("rostest", "vehicle_battery", "battery.test", timeout_s=300)
 
-    assert ended.returncode == 0, ended.output
-    assert " * TESTS: 3" in ended.output
+    ended.check(0, " * TESTS: 3")
 
 
 def test_the_tests_of_the_logic_pass_on_genuine_ros(ros: RosSystem) -> None:
@@ -102,8 +101,7 @@ def test_the_tests_of_the_logic_pass_on_genuine_ros(ros: RosSystem) -> None:
 
     ended = ros.genuine.run("python3", "-m", "unittest", "discover", "-s", tests, "-p", "test_[as]*.py")
 
-    assert ended.returncode == 0, ended.output
-    assert "Ran 21 tests" in ended.output
+    ended.check(0, "Ran 21 tests")
 
 
 @pytest.mark.parametrize("driver_is_genuine", [True, False])
@@ -187,9 +185,7 @@ def test_roslaunch_starts_cpp_and_python_nodes_and_ends_both(sourced: RosSystem)
     assert launch.wait() == 0
 
 
-def test_the_generated_modules_of_the_workspace_work_with_our_genpy(
-    sourced: RosSystem, catkin_workspace: CatkinWorkspace
-) -> None:
+def test_the_generated_modules_of_the_workspace_work_with_our_genpy(sourced, catkin_workspace) -> None:
     modules = catkin_workspace.folder / "devel/lib/python3/dist-packages"
     asked = (
         "import composiv_tryouts.msg._BatteryLevel as generated, genpy; m = generated.BatteryLevel('%25'); "

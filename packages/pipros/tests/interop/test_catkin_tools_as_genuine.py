@@ -206,9 +206,7 @@ ENDS = [
 
 
 @pytest.mark.parametrize("words", ENDS)
-def test_wrong_command_lines_of_catkin_make_isolated_end_alike(
-    ros: RosSystem, spaces: Path, words: str
-) -> None:
+def test_wrong_command_lines_of_catkin_make_isolated_end_alike(ros, spaces: Path, words: str) -> None:
     (spaces / "empty").mkdir()
     ends = []
     for side in (ros.pipros, ros.genuine):
@@ -241,9 +239,7 @@ def test_an_isolated_workspace_is_set_up_alike(ros: RosSystem, tmp_path: Path, w
     assert outcomes[0] == outcomes[1]
 
 
-def test_packages_with_compiled_code_are_built_by_genuine_catkin_with_what_they_need(
-    ros: RosSystem, tmp_path: Path
-) -> None:
+def test_packages_with_compiled_code_are_built_by_genuine_catkin_with_what_they_need(ros, tmp_path) -> None:
     write_package(tmp_path / "src", "b")
     write_plain_package(tmp_path / "src", "plain")
     cmake = "find_package(b REQUIRED)\nfind_package(plain REQUIRED)\nadd_executable(tool tool.cpp)\n"

@@ -118,9 +118,7 @@ def count(peer: Process) -> int:
 
 
 @pytest.mark.parametrize(("master", "aspect", "first", "second"), cells())
-def test_both_implementations_interoperate(
-    findings_with: Callable[[str], Findings], master: str, aspect: str, first: str, second: str
-) -> None:
+def test_both_implementations_interoperate(findings_with, master, aspect, first: str, second: str) -> None:
     findings = findings_with(master)
     expected = (DIRECT | SEEN_BY_ALL)[aspect].format(first, second)
     for finder in PEERS if aspect in SEEN_BY_ALL else (second,):

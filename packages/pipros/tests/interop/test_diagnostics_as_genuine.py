@@ -117,9 +117,7 @@ MONITORS = [
 
 
 @pytest.mark.parametrize(("program", "arguments", "ends"), MONITORS)
-def test_names_and_keys_are_those_of_genuine(
-    plain_ros: RosSystem, program: str, arguments: list[str], ends: list[str]
-) -> None:
+def test_names_and_keys_are_those_of_genuine(plain_ros, program, arguments, ends: list[str]) -> None:
     plain_ros.serve_master()
     seen = {side: reported(plain_ros, side, program, arguments, ends) for side in ("genuine", "pipros")}
 

@@ -315,9 +315,7 @@ def cases() -> Iterator[str]:
             yield element(outer, attributes, element(tag, base) * 2)
 
 
-def test_every_attribute_and_every_nesting_has_the_outcome_of_genuine_roslaunch(
-    ros: RosSystem, tmp_path: Path
-) -> None:
+def test_every_attribute_and_every_nesting_has_the_outcome_of_genuine_roslaunch(ros, tmp_path) -> None:
     folder = tmp_path / "files"
     shutil.copytree(FOLDER / "files", folder)
     (tmp_path / "cases.txt").write_text("".join(f"{case}\n" for case in dict.fromkeys(cases())))

@@ -153,9 +153,7 @@ def test_a_second_node_of_a_name_ends_the_first_one(scene: Scene, talker: str, l
 
 
 @BOTH_WAYS
-def test_nodes_that_are_killed_are_forgotten_without_rosnode_cleanup(
-    scene: Scene, ros: RosSystem, talker: str, listener: str
-) -> None:
+def test_nodes_that_are_killed_are_forgotten_without_rosnode_cleanup(scene, ros, talker, listener) -> None:
     scene.start_master()
     killed_talker, killed_listener = scene.start_talker(talker), scene.start_listener(listener)
     staying = scene.start_listener(talker, "staying")
@@ -175,9 +173,7 @@ def test_nodes_that_are_killed_are_forgotten_without_rosnode_cleanup(
 
 
 @BOTH_WAYS
-def test_links_survive_a_master_restart_and_resume_restores_registrations(
-    scene: Scene, talker: str, listener: str
-) -> None:
+def test_links_survive_a_master_restart_and_resume_restores_registrations(scene, talker, listener) -> None:
     first = scene.start_master(resumes=True)
     scene.start_talker(talker)
     staying = scene.start_listener(listener)

@@ -103,9 +103,7 @@ def test_it_is_built_in_sourced_and_fresh_terminals_again_and_again(workspace: P
 
 
 @pytest.mark.parametrize("space", ["devel", "install"])
-def test_the_python_node_runs_on_pipros_beside_the_cpp_node(
-    workspace: Path, plain_ros: RosSystem, space: str
-) -> None:
+def test_the_python_node_runs_on_pipros_beside_the_cpp_node(workspace, plain_ros, space: str) -> None:
     source(plain_ros.pipros, workspace / space / "setup.bash")
 
     check_that_all_works(plain_ros, workspace / space)
@@ -267,9 +265,7 @@ def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> No
     ]  # fmt: skip
 
 
-def test_catkin_make_of_pipros_adds_the_packages_that_genuine_ros_does_not_have(
-    ros: RosSystem, tmp_path: Path
-) -> None:
+def test_catkin_make_of_pipros_adds_the_packages_that_genuine_ros_does_not_have(ros, tmp_path) -> None:
     manifest, cmake = (text.replace("control_msgs", "map_msgs") for text in (USES_MANIFEST, USES_CMAKE))
     add_package(tmp_path, manifest, cmake, MAP_PROGRAM)
 

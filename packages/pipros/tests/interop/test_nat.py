@@ -147,9 +147,7 @@ def test_the_doctor_tells_whether_the_master_reaches_the_advertised_address(worl
 
 
 @pytest.mark.parametrize(("parent", "child"), [(None, 0), (0, 1)], ids=["genuine-and-open", "behind-nat"])
-def test_roslaunch_starts_nodes_behind_nat_by_ssh(
-    world: World, tmp_path: Path, parent: int | None, child: int
-) -> None:
+def test_roslaunch_starts_nodes_behind_nat_by_ssh(world, tmp_path, parent: int | None, child: int) -> None:
     if not Path(SSHD).exists() or shutil.which("ssh") is None:
         pytest.skip("openssh-server and openssh-client are needed")
     if parent is not None:

@@ -28,9 +28,7 @@ from tests.support.waiting import wait_until
 
 @pytest.mark.parametrize("manager_side", ["pipros", "genuine"])
 @pytest.mark.parametrize("loader_side", ["pipros", "genuine"])
-def test_a_nodelet_has_the_same_names_and_ends_with_its_loader(
-    ros: RosSystem, manager_side: str, loader_side: str
-) -> None:
+def test_a_nodelet_has_the_same_names_and_ends_with_its_loader(ros, manager_side, loader_side: str) -> None:
     ros.serve_master()
     program = {"pipros": ["rosrun", "nodelet", "nodelet"], "genuine": ["/usr/lib/nodelet/nodelet"]}
     manager = getattr(ros, manager_side).start(*program[manager_side], "manager", "__name:=mgr", "__ns:=/r")
@@ -187,9 +185,7 @@ def test_a_nodelet_is_loaded_into_a_genuine_manager(plain_ros: RosSystem, path: 
         ("rosbag", "record", f"{SHARED_PACKAGES}/rosbag/"),
     ],
 )
-def test_rosrun_finds_programs_of_debian_and_of_pipros(
-    plain_ros: RosSystem, package: str, program: str, place: str, path: str
-) -> None:
+def test_rosrun_finds_programs_of_debian_and_of_pipros(plain_ros, package, program, place, path: str) -> None:
     plain_ros.pipros.environment["ROS_PACKAGE_PATH"] = path
     found = plain_ros.pipros.run("rosrun", "--prefix", "/bin/echo", package, program)
     assert found.stdout[0].startswith(place), found.output

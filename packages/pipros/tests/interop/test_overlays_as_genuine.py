@@ -93,9 +93,7 @@ def build(side: Processes, base: Path) -> None:
 @pytest.mark.timeout(900)  # the first test of a worker builds, or waits until another has
 @pytest.mark.parametrize("shell", ["bash", "zsh"])
 @pytest.mark.parametrize("sequence", SEQUENCES)
-def test_the_environment_is_that_of_genuine_setup_files(
-    sides: dict[str, Processes], base: Path, sequence: str, shell: str
-) -> None:
+def test_the_environment_is_that_of_genuine_setup_files(sides, base: Path, sequence: str, shell: str) -> None:
     script = f"{sequence.replace('SETUP', f'setup.{shell}')}; {SHOW}"
     assert environment(sides["pipros"], shell, script) == environment(sides["genuine"], shell, script)
 

@@ -164,9 +164,7 @@ def shown(parameters: list[Parameter] | None) -> str:
     return "(" + ", ".join(texts) + ")"
 
 
-def test_every_public_name_of_genuine_ros_exists_with_its_arguments(
-    both: tuple[Described, Described],
-) -> None:
+def test_every_public_name_of_genuine_ros_exists_with_its_arguments(both) -> None:
     wrong = []
     for name, what in differences(*both):
         known = listed(name) or listed(name.rpartition(".")[0])
@@ -194,9 +192,7 @@ def test_nearly_all_names_are_the_same(both: tuple[Described, Described]) -> Non
 
 
 @pytest.mark.parametrize(("script", "outcomes"), SCRIPTS.items(), ids=list(SCRIPTS))
-def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(
-    script: str, outcomes: int, tmp_path: Path
-) -> None:
+def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(script, outcomes, tmp_path) -> None:
     genuine, ours = (outcomes_of(script, *each) for each in interpreters(tmp_path))
     assert len(genuine) >= outcomes
     different = list(difflib.unified_diff(genuine, ours, "genuine", "pipros", n=0, lineterm=""))

@@ -130,18 +130,14 @@ def test_our_roslaunch_is_the_child_of_a_genuine_one(ros: RosSystem, sshd: SshSe
     ros.pipros.processes.assert_nothing_left(60)
 
 
-def test_a_genuine_parent_is_notified_of_the_end_of_a_node(
-    ros: RosSystem, sshd: SshServer, programs: Path
-) -> None:
+def test_a_genuine_parent_is_notified_of_the_end_of_a_node(ros, sshd: SshServer, programs: Path) -> None:
     running = launch_on_genuine(ros, sshd, programs, "fails")
     running.wait_for(r"\[0-0\]: \[other-2\] process has died \[pid \d+, exit code 3, cmd ", 60)
     running.wait_for(r"^\[other-2\]   the reason")
     end(ros, running)
 
 
-def test_the_child_of_a_genuine_parent_ends_with_a_required_node(
-    ros: RosSystem, sshd: SshServer, programs: Path
-) -> None:
+def test_the_child_of_a_genuine_parent_ends_with_a_required_node(ros, sshd, programs: Path) -> None:
     running = launch_on_genuine(ros, sshd, programs, "ends", 'required="true"')
     running.wait_for(r"\[0-0\]: =+REQUIRED process \[other-2\] has died!", 60)
     running.wait_for(r"\[0-0\]: \[g/there-1\] killing on exit")
@@ -149,18 +145,14 @@ def test_the_child_of_a_genuine_parent_ends_with_a_required_node(
     ros.pipros.processes.assert_nothing_left(60)
 
 
-def test_a_genuine_parent_gets_the_nodes_that_cannot_be_started(
-    ros: RosSystem, sshd: SshServer, programs: Path
-) -> None:
+def test_a_genuine_parent_gets_the_nodes_that_cannot_be_started(ros, sshd: SshServer, programs: Path) -> None:
     running = launch_on_genuine(ros, sshd, programs, "nope")
     running.wait_for(r"\[0-0\]: ERROR: cannot launch node of type \[programs/nope\]", 60)
     running.wait_for(r"\[0-0\]: \.\.\. done launching nodes")
     end(ros, running)
 
 
-def test_nothing_of_the_child_outlives_a_genuine_parent_that_is_killed(
-    ros: RosSystem, sshd: SshServer, programs: Path
-) -> None:
+def test_nothing_of_the_child_outlives_a_genuine_parent_that_is_killed(ros, sshd, programs: Path) -> None:
     running = launch_on_genuine(ros, sshd, programs)
     running.wait_for(r"\[0-0\]: \.\.\. done launching nodes", 60)
     running.kill()
@@ -171,9 +163,7 @@ def test_nothing_of_the_child_outlives_a_genuine_parent_that_is_killed(
 
 
 @pytest.mark.parametrize("far", ["genuine", "pipros"])
-def test_our_roslaunch_starts_nodes_over_a_real_ssh(
-    ros: RosSystem, sshd: SshServer, programs: Path, bare_tools: Path, far: str
-) -> None:
+def test_our_roslaunch_starts_nodes_over_a_real_ssh(ros, sshd, programs, bare_tools: Path, far: str) -> None:
     side = getattr(ros, far)
     tools = ros.home / "tools"
     tools.mkdir()

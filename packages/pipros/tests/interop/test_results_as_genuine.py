@@ -119,9 +119,7 @@ def comparable(text: str) -> str:
     return text.replace("False is not true : ", "").replace("[Errno 111] ", "")
 
 
-def test_a_test_script_reports_and_leaves_results_as_with_genuine_rosunit(
-    ros: RosSystem, package: Path
-) -> None:
+def test_a_test_script_reports_and_leaves_results_as_with_genuine_rosunit(ros, package: Path) -> None:
     script = str(package / "test" / "kinds.py")
 
     ours, our_files = run(ros.pipros, script)
@@ -140,9 +138,7 @@ def test_a_test_script_reports_and_leaves_results_as_with_genuine_rosunit(
         ("none.test", 0), ("nopkg.test", 1), ("absent.test", 1), ("nonode.test", 1), ("twice.test", 1),
     ],
 )  # fmt: skip
-def test_rostest_reports_and_ends_as_genuine_does(
-    ros: RosSystem, package: Path, file: str, code: int
-) -> None:
+def test_rostest_reports_and_ends_as_genuine_does(ros, package: Path, file: str, code: int) -> None:
     ours, our_files = run(ros.pipros, "rostest", "kinds", file)
     theirs, their_files = run(ros.genuine, "rostest", "kinds", file)
 
@@ -169,9 +165,7 @@ def test_rostest_reports_and_ends_as_genuine_does(
     ],
     ids=lambda options: " ".join(options) or "nothing",
 )  # fmt: skip
-def test_options_of_rostest_have_the_effect_of_genuine_ones(
-    ros: RosSystem, package: Path, options: list[str]
-) -> None:
+def test_options_of_rostest_have_the_effect_of_genuine_ones(ros, package: Path, options: list[str]) -> None:
     options = [option.replace("{package}", str(package)) for option in options]
 
     ours, our_files = run(ros.pipros, "rostest", *options)
@@ -192,9 +186,7 @@ def test_options_of_rostest_have_the_effect_of_genuine_ones(
     ],
     ids=lambda words: " ".join(words) if isinstance(words, list) else "",
 )  # fmt: skip
-def test_the_command_rosunit_runs_a_test_program_as_genuine_does(
-    ros: RosSystem, package: Path, words: list[str], code: int
-) -> None:
+def test_the_command_rosunit_runs_a_test_program_as_genuine_does(ros, package, words, code: int) -> None:
     # Genuine rosunit starts Python as `python`, which Debian no longer has.
     (ros.home / "python").symlink_to("/usr/bin/python3")
     ros.genuine.environment["PATH"] += f":{ros.home}"

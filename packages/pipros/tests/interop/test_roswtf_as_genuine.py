@@ -111,9 +111,7 @@ def test_both_print_the_same_usage(ros: RosSystem) -> None:
 
 
 @pytest.mark.parametrize("master", ["genuine", "pipros"])
-def test_both_find_the_same_faults_in_a_broken_system(
-    ros: RosSystem, environment: dict[str, str], master: str
-) -> None:
+def test_both_find_the_same_faults_in_a_broken_system(ros, environment: dict[str, str], master: str) -> None:
     (ros.genuine if master == "genuine" else ros.pipros).start_master()
     ros.genuine.start("/usr/bin/python3", "-c", NODE).wait_for("up")
     ros.pipros.start("rostopic", "echo", "/chatter", "__name:=listener")

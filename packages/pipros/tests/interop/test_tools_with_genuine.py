@@ -145,9 +145,7 @@ def test_services_are_called_across(ros: RosSystem, master: Process) -> None:
     assert pipros.stdout == genuine.stdout == ["success: True", 'message: "got it"']
 
 
-def test_both_end_with_the_same_code_and_keep_the_order_of_the_master(
-    ros: RosSystem, master: Process
-) -> None:
+def test_both_end_with_the_same_code_and_keep_the_order_of_the_master(ros, master: Process) -> None:
     server = ros.genuine.start(
         "/usr/bin/python3",
         "-c",

@@ -103,9 +103,7 @@ def test_a_relay_forwards_the_type_of_roscpp_and_rospy(graph: Graph, side: str) 
 
 @pytest.mark.parametrize("program", [["relay", "/in"], ["throttle", "messages", "/in", "1000"]])
 @pytest.mark.parametrize("side", SIDES)
-def test_in_lazy_mode_the_input_is_subscribed_to_for_subscribers(
-    graph: Graph, side: str, program: list[str]
-) -> None:
+def test_in_lazy_mode_the_input_is_subscribed_to_for_subscribers(graph, side, program: list[str]) -> None:
     target = f"/in_{program[0]}"
     publish = graph.publisher("/in", latch=True)
     publish("1")
@@ -176,9 +174,7 @@ def test_the_first_of_every_few_messages_are_dropped(graph: Graph, side: str, ar
     ],
 )
 @pytest.mark.parametrize("side", SIDES)
-def test_a_throttle_forwards_up_to_its_limit(
-    graph: Graph, side: str, arguments: list[str], passing: int
-) -> None:
+def test_a_throttle_forwards_up_to_its_limit(graph, side: str, arguments: list[str], passing: int) -> None:
     publish = graph.publisher("/in")
     graph.listen("/in_throttle")
     program = graph.start(side, "throttle", *arguments)

@@ -100,9 +100,7 @@ def test_a_buffer_client_looks_up_transforms(sides: dict[str, Side], server: str
 
 @pytest.mark.parametrize("package", ["tf", "tf2_ros"])
 @pytest.mark.parametrize(("sender", "listener"), PAIRS)
-def test_a_published_frame_is_echoed(
-    sides: dict[str, Side], package: str, sender: str, listener: str
-) -> None:
+def test_a_published_frame_is_echoed(sides, package: str, sender: str, listener: str) -> None:
     more = ["20"] if package == "tf" else []
     sending = sides[sender].start(*program(sender, package, "static_transform_publisher"), *NUMBERS, *more)
     echo = sides[listener].start(*program(listener, "tf", "tf_echo"), "map", "hand", "20")

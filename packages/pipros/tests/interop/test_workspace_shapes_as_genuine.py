@@ -174,9 +174,7 @@ def test_all_kinds_of_packages_are_built_and_installed_as_by_genuine_catkin(ros:
         ),
     ],
 )
-def test_packages_refused_by_genuine_catkin_are_refused(
-    ros: RosSystem, tmp_path: Path, cmake: str, complaint: str
-) -> None:
+def test_packages_refused_by_genuine_catkin_are_refused(ros, tmp_path, cmake: str, complaint: str) -> None:
     files = {"setup.py": SETUP.format(name="refused", folder="src"), "msg/A.msg": "int32 a\n"}
     for name, side in (("pipros", ros.pipros), ("genuine", ros.genuine)):
         base = tmp_path / name

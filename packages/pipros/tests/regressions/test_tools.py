@@ -11,7 +11,6 @@ from std_msgs.msg import String
 
 import roslaunch
 import roslaunch.config
-from pipros.master.master import Master
 from pipros.msg import load_service_class
 from pipros_tools.bag.reader import BagReader
 from pipros_tools.cli.rosservice import main
@@ -154,9 +153,7 @@ def test_files_with_other_letters_are_read_in_the_c_locale(ros: RosSystem, local
     ("bad", "reason"),
     [("99999999999", "int exceeds XML-RPC limits"), ("[1, [2, null]]", "cannot marshal None")],
 )
-def test_a_file_with_a_value_that_cannot_be_sent_changes_nothing(
-    bad: str, reason: str, ros: RosSystem, tmp_path: Path, master: Master
-) -> None:
+def test_a_file_with_a_value_that_cannot_be_sent_changes_nothing(bad, reason, ros, tmp_path, master) -> None:
     file = tmp_path / "params.yaml"
     file.write_text(f"first: 1\nwheels: {{left: 2}}\nbad: {bad}\nlast: 3\n")
     loaded = ros.pipros.run("rosparam", "load", str(file), "/robot", ROS_MASTER_URI=master.uri)

@@ -80,9 +80,7 @@ def test_five_subscribers_get_messages_serialised_once(make_node: MakeNode, queu
 
 @pytest.mark.parametrize("queue_size", QUEUE_SIZES)
 @pytest.mark.parametrize("size", [1, 1000, 1449, 5000])
-def test_publish_returns_when_a_message_is_sent(
-    make_node: MakeNode, queue_size: int | None, size: int
-) -> None:
+def test_publish_returns_when_a_message_is_sent(make_node, queue_size: int | None, size: int) -> None:
     talker = make_node("talker")
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=queue_size)
     raw = RawSubscriber(talker)

@@ -4,7 +4,7 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
 from pathlib import Path
 
@@ -101,101 +101,91 @@ def port_of(server: socket.socket) -> int:
     return int(server.getsockname()[1])
 
 
-def start(processes: Processes, uri: str, code: str) -> Process:
-    return processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": uri})
+Start = Callable[..., Process]
+
+
+@pytest.fixture
+def start(processes: Processes, master: Master) -> Start:
+    def start(code: str, ready: str, uri: str = master.uri) -> Process:
+        process = processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": uri})
+        process.wait_for(ready)
+        return process
+
+    return start
 
 
 def assert_ends_at_once(process: Process) -> None:
     began = time.monotonic()
     process.send_signal(signal.SIGINT)
     process.wait(30)
-    took_s = time.monotonic() - began
-    assert took_s < AT_ONCE_S, process.output
+    assert time.monotonic() - began < AT_ONCE_S, process.output
 
 
-def offer(master: Master, service: str, uri: str) -> None:
+def offer(master: Master, uri: str) -> None:
+    """Register a service or publisher at an address."""
     with closing(MasterClient(master.uri, "/mute_node")) as client:
-        client.register_service(service, uri, "http://127.0.0.1:9/")
+        if uri.startswith("rosrpc"):
+            client.register_service("/mute", uri, "http://127.0.0.1:9/")
+        else:
+            client.register_publisher("/mute", "std_msgs/String", uri)
 
 
 @pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, HOOK, ASYNC_CALL])
-def test_with_a_service_that_accepts_and_never_answers(
-    processes: Processes, master: Master, mute: socket.socket, body: str
-) -> None:
-    offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(mute)}")
-    node = start(processes, master.uri, HEAD + body)
-    node.wait_for("ready")
+def test_with_a_service_that_accepts_and_never_answers(start, master, mute: socket.socket, body: str) -> None:
+    offer(master, f"rosrpc://127.0.0.1:{port_of(mute)}")
+    node = start(HEAD + body, "ready")
     with mute.accept()[0] as connection:
         connection.recv(1024)
         assert_ends_at_once(node)
 
 
 @pytest.mark.parametrize("body", [CALL, WAIT, ASYNC_CALL])
-def test_with_a_service_that_does_not_even_accept(
-    processes: Processes, master: Master, full: socket.socket, body: str
-) -> None:
-    offer(master, "/mute", f"rosrpc://127.0.0.1:{port_of(full)}")
-    node = start(processes, master.uri, HEAD + body)
-    node.wait_for("ready")
+def test_with_a_service_that_does_not_even_accept(start: Start, master: Master, full, body: str) -> None:
+    offer(master, f"rosrpc://127.0.0.1:{port_of(full)}")
+    node = start(HEAD + body, "ready")
     wait_until(lambda: "SYN_SENT" in states_of_connections_to(port_of(full), node.pid))
     assert_ends_at_once(node)
 
 
 @pytest.mark.parametrize("body", [CALL, PERSISTENT_CALL, WAIT, ASYNC_CALL])
-def test_with_a_service_at_an_unknown_host(processes: Processes, master: Master, body: str) -> None:
-    offer(master, "/mute", "rosrpc://host.silent:1234")
-    node = start(processes, master.uri, HEAD + body)
-    node.wait_for("looking up host.silent")
-    assert_ends_at_once(node)
+def test_with_a_service_at_an_unknown_host(start: Start, master: Master, body: str) -> None:
+    offer(master, "rosrpc://host.silent:1234")
+    assert_ends_at_once(start(HEAD + body, "looking up host.silent"))
 
 
-def test_with_a_publisher_at_an_unknown_host(processes: Processes, master: Master) -> None:
-    with closing(MasterClient(master.uri, "/mute_node")) as client:
-        client.register_publisher("/mute", "std_msgs/String", "http://host.silent:1234/")
-    node = start(processes, master.uri, HEAD + SUBSCRIBE)
-    node.wait_for("looking up host.silent")
-    assert_ends_at_once(node)
+def test_with_a_publisher_at_an_unknown_host(start: Start, master: Master) -> None:
+    offer(master, "http://host.silent:1234/")
+    assert_ends_at_once(start(HEAD + SUBSCRIBE, "looking up host.silent"))
 
 
-def test_with_a_publisher_that_accepts_and_never_answers(
-    processes: Processes, master: Master, mute: socket.socket
-) -> None:
-    with closing(MasterClient(master.uri, "/mute_node")) as client:
-        client.register_publisher("/mute", "std_msgs/String", f"http://127.0.0.1:{port_of(mute)}/")
-    node = start(processes, master.uri, HEAD + SUBSCRIBE)
-    node.wait_for("ready")  # others may connect, too: nodes of tests before, whose peer had this port
+def test_with_a_publisher_that_accepts_and_never_answers(start: Start, master: Master, mute) -> None:
+    offer(master, f"http://127.0.0.1:{port_of(mute)}/")
+    node = start(HEAD + SUBSCRIBE, "ready")
+    # Others may connect, too: nodes of tests before, whose peer had this port.
     with mute.accept()[0]:
         assert_ends_at_once(node)
 
 
-def test_with_a_master_at_an_unknown_host(processes: Processes) -> None:
-    node = start(processes, "http://host.silent:11311", HEAD + "init()")
-    node.wait_for("looking up host.silent")
-    assert_ends_at_once(node)
+TOOL = f"{SILENT_NAMES}\nfrom pipros_tools.cli.rostopic import main\nmain(['list'])"
 
 
-def test_a_tool_with_a_master_at_an_unknown_host(processes: Processes) -> None:
-    code = f"{SILENT_NAMES}\nfrom pipros_tools.cli.rostopic import main\nmain(['list'])"
-    tool = start(processes, "http://host.silent:11311", code)
-    tool.wait_for("looking up host.silent")
-    assert_ends_at_once(tool)
+@pytest.mark.parametrize("code", [HEAD + "init()", TOOL], ids=["node", "tool"])
+def test_with_a_master_at_an_unknown_host(start: Start, code: str) -> None:
+    assert_ends_at_once(start(code, "looking up host.silent", "http://host.silent:11311"))
 
 
 @pytest.mark.parametrize("server", ["mute", "full"])
-def test_with_a_silent_master(processes: Processes, server: str, request: pytest.FixtureRequest) -> None:
+def test_with_a_silent_master(start: Start, server: str, request: pytest.FixtureRequest) -> None:
     port = port_of(request.getfixturevalue(server))
-    node = start(processes, f"http://127.0.0.1:{port}", HEAD + "print('start', flush=True)\ninit()")
-    node.wait_for("start")
+    node = start(HEAD + "print('start', flush=True)\ninit()", "start", f"http://127.0.0.1:{port}")
     wait_until(lambda: states_of_connections_to(port, node.pid))
     assert_ends_at_once(node)
 
 
-def test_with_a_master_that_has_stopped(processes: Processes, claimed_port: ClaimedPort) -> None:
-    uri = f"http://127.0.0.1:{claimed_port.number}/"
+def test_with_a_master_that_has_stopped(start: Start, processes: Processes, claimed_port) -> None:
     code = "import sys\nfrom pipros_tools.cli.rosmaster import main\nmain(['--core', '-p', sys.argv[1]])"
     master = processes.start(sys.executable, "-c", code, str(claimed_port.number))
-    node = start(processes, uri, HEAD + "init()\nrospy.spin()")
-    node.wait_for("ready")
+    node = start(HEAD + "init()\nrospy.spin()", "ready", claimed_port.uri)
     master.send_signal(signal.SIGSTOP)
     try:
         assert_ends_at_once(node)
@@ -203,23 +193,14 @@ def test_with_a_master_that_has_stopped(processes: Processes, claimed_port: Clai
         master.send_signal(signal.SIGCONT)
 
 
-def test_with_a_subscribe_listener_that_never_returns(processes: Processes, master: Master) -> None:
-    node = start(processes, master.uri, HEAD + LISTENER)
-    node.wait_for("blocked")
-    assert_ends_at_once(node)
+def test_with_a_subscribe_listener_that_never_returns(start: Start) -> None:
+    assert_ends_at_once(start(HEAD + LISTENER, "blocked"))
 
 
-def test_a_master_that_looks_up_an_unknown_host(
-    processes: Processes, tmp_path: Path, claimed_port: ClaimedPort
-) -> None:
-    port = claimed_port.number
-    uri = f"http://127.0.0.1:{port}/"
-    script = tmp_path / "rosmaster.py"
-    script.write_text(
-        f"{SILENT_NAMES}\nfrom pipros_tools.cli.rosmaster import main\nimport sys\n"
-        f"sys.exit(main(['--core', '-p', '{port}']))\n"
-    )
-    process = processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})
+def test_a_master_that_looks_up_an_unknown_host(processes: Processes, claimed_port: ClaimedPort) -> None:
+    uri, code = claimed_port.uri, f"{SILENT_NAMES}\nfrom pipros_tools.cli.rosmaster import main\n"
+    code += f"raise SystemExit(main(['--core', '-p', '{claimed_port.number}']))"
+    process = processes.start(sys.executable, "-c", code, environment={"ROS_MASTER_URI": uri})
     with closing(MasterClient(uri, "/mute_node")) as client:
         wait_until(lambda: answers(client))
         client.register_subscriber("/chat", "std_msgs/String", "http://host.silent:1234/")
@@ -249,15 +230,12 @@ def states_of_connections_to(port: int, pid: int) -> list[str]:
 
 
 @needs_network
-def test_with_name_servers_that_never_answer(processes: Processes, tmp_path: Path) -> None:
+def test_with_name_servers_that_never_answer(processes: Processes) -> None:
     network = LoneNetwork("127.0.0.1 localhost\n", nameserver="192.0.2.1")
     try:
-        script = tmp_path / "node.py"
-        script.write_text("print('start', flush=True)\nimport rospy\nrospy.init_node('node')\n")
-        node = processes.start(
-            *network.command(sys.executable, str(script)),
-            environment={"ROS_MASTER_URI": "http://host.example:11311"},
-        )
+        code = "print('start', flush=True)\nimport rospy\nrospy.init_node('node')\n"
+        variables = {"ROS_MASTER_URI": "http://host.example:11311"}
+        node = processes.start(*network.command(sys.executable, "-c", code), environment=variables)
         node.wait_for("start")
         wait_until(lambda: ":0035 " in Path(f"/proc/{node.pid}/net/udp").read_text(), what="a question")
         assert_ends_at_once(node)

@@ -123,9 +123,7 @@ class TestCompiling:
         "text", [text_of("C[100000] cs", C=""), text_of("D[65000] d", D="E[60] e", E="")],
         ids=["many", "many of many"],
     )  # fmt: skip
-    def test_a_message_that_holds_too_much_without_bytes_is_refused_before_any_is_made(
-        self, text: str
-    ) -> None:
+    def test_a_message_that_holds_too_much_without_bytes_is_refused_before_any_is_made(self, text) -> None:
         """A class of the second type would create 3.9 million objects for each empty message."""
         tracemalloc.start()
         try:

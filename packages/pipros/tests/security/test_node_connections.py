@@ -83,9 +83,7 @@ def service_threads() -> int:
 
 
 @pytest.mark.parametrize("fields", [SERVICE, {**SERVICE, "persistent": "1"}], ids=["one call", "persistent"])
-def test_idle_service_clients_need_no_thread_and_do_not_block_others(
-    make_node: MakeNode, attacker: Attacker, fields: dict[str, str]
-) -> None:
+def test_idle_service_clients_need_no_thread_and_do_not_block_others(make_node, attacker, fields) -> None:
     log, lines = listening_log()
     node, friend = make_node("node", log=log, limits=FEW), make_node("friend")
     node.serve("set", SetBool, answer)
@@ -146,9 +144,7 @@ def test_no_address_exceeds_its_share(make_node: MakeNode, attacker: Attacker, c
     assert not any(map(is_closed, others))
 
 
-def test_half_a_request_is_waited_for_up_to_its_deadline(
-    make_node: MakeNode, attacker: Attacker, constants: Constants
-) -> None:
+def test_half_a_request_is_waited_for_up_to_its_deadline(make_node, attacker, constants: Constants) -> None:
     constants(WHOLE_REQUEST_S=0.3)
     node = make_node("node")
     node.serve("set", SetBool, answer)
@@ -221,9 +217,7 @@ def test_an_unread_reply_holds_no_thread_and_is_dropped_at_its_deadline(
     wait_until(lambda: len(node.connections) == 0)
 
 
-def test_unread_replies_have_a_total_limit(
-    make_node: MakeNode, attacker: Attacker, constants: Constants
-) -> None:
+def test_unread_replies_have_a_total_limit(make_node, attacker: Attacker, constants: Constants) -> None:
     constants(BODIES_BYTES=50000000)
     node = make_node("node")
     service = LargeAnswers(node)
@@ -398,9 +392,7 @@ def test_a_forked_child_does_not_keep_the_ports_of_a_node_open(make_node: MakeNo
         os.waitpid(child, 0)
 
 
-def test_unfinished_requests_to_the_slave_api_have_a_total_limit(
-    make_node: MakeNode, attacker: Attacker, constants: Constants
-) -> None:
+def test_unfinished_requests_to_the_slave_api_have_a_total_limit(make_node, attacker, constants) -> None:
     constants(BODIES_BYTES=1000000)
     node = make_node("node")
     port = int(node.uri.rpartition(":")[2].strip("/"))

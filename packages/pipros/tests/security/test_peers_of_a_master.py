@@ -240,9 +240,7 @@ def wait_until_delivered(master: Master) -> None:
 
 
 @pytest.mark.parametrize("methods", SERVERS.values(), ids=SERVERS)
-def test_a_server_that_is_no_node_receives_queries_only(
-    master: Master, methods: dict[str, Any] | None
-) -> None:
+def test_a_server_that_is_no_node_receives_queries_only(master, methods: dict[str, Any] | None) -> None:
     with serving(methods) as server:
         provoke_all_notices(master, server.api)
         MasterClient(master.uri, "/node").register_publisher("/t", "std_msgs/String", server.api)
@@ -395,9 +393,7 @@ def test_ids_of_noetic_and_of_pipros_name_runs() -> None:
 
 
 @pytest.mark.parametrize("value", ["../../stolen", "x" * 300, "line\nbreak"], ids=repr)
-def test_roslaunch_logs_to_a_new_folder_if_the_run_id_is_unsafe(
-    ros: RosSystem, run_client: MasterClient, value: str
-) -> None:
+def test_roslaunch_logs_to_a_new_folder_if_the_run_id_is_unsafe(ros, run_client, value: str) -> None:
     run_client.set_param("/run_id", value)
 
     code, output = launch_nothing(ros)

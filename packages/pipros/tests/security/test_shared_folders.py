@@ -95,9 +95,7 @@ GIVEN_AWAY: dict[str, Callable[[Path], object]] = {
 
 @needs_shared
 @pytest.mark.parametrize("plant", PLANTED.values(), ids=PLANTED)
-def test_files_that_others_could_have_written_are_not_read(
-    cache: CacheFolder, shared_home: Path, plant: Callable[[Path], object]
-) -> None:
+def test_files_that_others_could_have_written_are_not_read(cache, shared_home, plant) -> None:
     plant(shared_home)
 
     assert cache.read("thing") is None
@@ -122,9 +120,7 @@ def test_a_file_that_is_being_replaced_is_read(cache: CacheFolder, shared_home: 
 @needs_shared
 @needs_other_users
 @pytest.mark.parametrize("give", GIVEN_AWAY.values(), ids=GIVEN_AWAY)
-def test_files_of_other_users_are_not_read(
-    cache: CacheFolder, shared_home: Path, give: Callable[[Path], object]
-) -> None:
+def test_files_of_other_users_are_not_read(cache, shared_home: Path, give: Callable[[Path], object]) -> None:
     give(shared_home)
 
     assert cache.read("thing") is None
@@ -144,9 +140,7 @@ def test_nothing_is_written_through_a_link(cache: CacheFolder, shared_home: Path
 
 @needs_shared
 @pytest.mark.parametrize("plant", [link_to_a_folder_of_mine, link_to_a_folder_above])
-def test_nothing_is_written_through_a_linked_folder(
-    cache: CacheFolder, shared_home: Path, plant: Callable[[Path], object]
-) -> None:
+def test_nothing_is_written_through_a_linked_folder(cache, shared_home, plant) -> None:
     plant(shared_home)
 
     cache.write("another", b"mine")
@@ -312,9 +306,7 @@ STORES: dict[str, Callable[[Path], object]] = {
 @needs_shared
 @needs_other_users
 @pytest.mark.parametrize("plant", STORES.values(), ids=STORES)
-def test_parameters_that_another_user_could_have_written_are_not_restored(
-    tmp_path: Path, plant: Callable[[Path], object]
-) -> None:
+def test_parameters_that_another_user_could_have_written_are_not_restored(tmp_path, plant) -> None:
     file = tmp_path / "pipros" / "master.sqlite"
     store = Store(file)
     store.param_set("/speed/", 99)

@@ -87,9 +87,7 @@ def test_an_untrusted_caller_cannot_name_publishers(make_node: MakeNode, master:
         assert subscription.attempts == 1  # to reach a publisher: the talker
 
 
-def test_a_thousand_untrusted_calls_cost_the_master_only_a_few_calls(
-    make_node: MakeNode, master: Master, constants: Constants
-) -> None:
+def test_a_thousand_untrusted_calls_cost_the_master_only_a_few_calls(make_node, master, constants) -> None:
     log, lines = listening_log()
     constants(RECHECK_S=1000.0)
     listener = make_node("listener", log=log)
@@ -115,9 +113,7 @@ def test_an_untrusted_caller_cannot_change_the_cached_parameters_of_a_node(make_
 
 
 @pytest.mark.usefixtures("unknown_master")
-def test_changes_of_parameters_arrive_from_an_unexpected_address_as_well(
-    make_node: MakeNode, constants: Constants
-) -> None:
+def test_changes_of_parameters_arrive_from_an_unexpected_address_as_well(make_node, constants) -> None:
     constants(RECHECK_S=0.01)
     node, other = make_node("node"), make_node("other")
     other.params.set("/speed", 1)
@@ -377,9 +373,7 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(
         assert peer.call("getPid", "/friend")[0] == 1
 
 
-def test_hosts_that_do_not_answer_keep_no_publisher_waiting(
-    make_node: MakeNode, silent: SilentSlave, constants: Constants
-) -> None:
+def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node, silent, constants: Constants) -> None:
     constants(CONNECTION_ATTEMPTS=4)
     listener, talker = make_node("listener"), make_node("talker")
     subscriber = listener.subscribe("chat", String, Inbox())
@@ -394,9 +388,7 @@ def test_hosts_that_do_not_answer_keep_no_publisher_waiting(
     assert attempts_under_way(listener) <= 4 + 40
 
 
-def test_publishers_beyond_the_limit_are_left_out_and_logged(
-    make_node: MakeNode, constants: Constants
-) -> None:
+def test_publishers_beyond_the_limit_are_left_out_and_logged(make_node, constants: Constants) -> None:
     log, lines = listening_log()
     constants(PUBLISHERS_PER_TOPIC=5)
     listener = make_node("listener", log=log)
@@ -462,9 +454,7 @@ def test_odd_failures_are_logged(make_node: MakeNode, master: Master, monkeypatc
         ("a..b", 1234, "cannot reach a..b:1234: "),
     ],
 )
-def test_an_impossible_address_is_reported_and_tried_again(
-    make_node: MakeNode, host: str, port: int, reason: str
-) -> None:
+def test_an_impossible_address_is_reported_and_tried_again(make_node, host, port: int, reason: str) -> None:
     log, lines = listening_log()
     listener, talker = make_node("listener", log=log), make_node("talker")
     subscriber = listener.subscribe("chat", String, Inbox())

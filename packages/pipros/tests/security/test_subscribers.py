@@ -103,9 +103,7 @@ def test_publish_waits_again_for_a_subscriber_that_has_caught_up(make_node: Make
 
 
 @pytest.mark.parametrize("queue_size", [0, 1000])
-def test_messages_that_wait_for_a_subscriber_have_a_limit_in_bytes(
-    make_node: MakeNode, queue_size: int
-) -> None:
+def test_messages_that_wait_for_a_subscriber_have_a_limit_in_bytes(make_node, queue_size: int) -> None:
     talker = make_node("talker", limits=Limits(queue_bytes=1_000_000))
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=queue_size)
     with raw_subscriber(talker, "/chat") as sock:

@@ -375,9 +375,7 @@ def command_lines() -> str:
 
 
 @pytest.mark.parametrize("command", ["rqt_graph", "rviz", "rosrun turtlesim turtlesim_node"])
-def test_the_browser_of_a_command_gets_no_secret_in_its_command_line(
-    ros: RosSystem, tmp_path: Path, command: str
-) -> None:
+def test_the_browser_of_a_command_gets_no_secret_in_its_command_line(ros, tmp_path, command: str) -> None:
     opened, browser = tmp_path / "opened", tmp_path / "browser"
     copies = f'cp "${{1#file://}}" {opened}.part\nmv {opened}.part {opened}'
     browser.write_text(f"#!/bin/sh\n{copies}\nread line <{tmp_path}/fifo\n")

@@ -53,9 +53,7 @@ def test_a_killed_roslaunch_leaves_no_node_and_no_master(start: StartOnWindows) 
 
 
 @pytest.mark.skipif(bool(missing_packages() or browser.missing()), reason="needs genuine ROS 1 and Chromium")
-def test_windows_linux_and_genuine_ros_are_one_system(
-    ros: RosSystem, start: StartOnWindows, open_tab: OpenTab
-) -> None:
+def test_windows_linux_and_genuine_ros_are_one_system(ros, start: StartOnWindows, open_tab: OpenTab) -> None:
     ros.genuine.start_bare_master()
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(EXAMPLES)
     ros.pipros.start("rosrun", "composiv_tryouts", "composiv_listener.py", "__name:=linux_listener")

@@ -8,7 +8,6 @@ import pytest
 
 from tests.support import windows
 from tests.support.environments import EXAMPLES
-from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 from tests.support.windows import DRIVE, WindowsProgram
 from tests.windows.conftest import StartOnWindows
@@ -150,9 +149,7 @@ sys.exit(main(["record", "-O", sys.argv[1], "/numbers"]))
 """
 
 
-def test_a_recording_is_complete_after_its_console_was_closed(
-    ros: RosSystem, start: StartOnWindows, long_folder: Path
-) -> None:
+def test_a_recording_is_complete_after_its_console_was_closed(ros, start, long_folder: Path) -> None:
     ros.serve_master()
     ros.pipros.start("rostopic", "pub", "-r", "10", "/numbers", "std_msgs/Int32", "data: 5")
     record = start("python", "-c", _CLOSE, rf"{windows.windows_path(long_folder)}\closed")
