@@ -15,9 +15,13 @@ import typing as _typing
 import xml as _xml
 
 import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
+from pipros.basics.lasting_imports import lasting_imports as _lasting_imports
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
-from rospy import client as client
+
+with _lasting_imports():  # of nearly all modules, which need a tenth of a millisecond each
+    from rospy import client as client
+
 from rospy import core as core
 from rospy import exceptions as exceptions
 from rospy import impl as impl

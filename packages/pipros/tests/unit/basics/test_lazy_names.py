@@ -77,6 +77,22 @@ def test_plain_imports_do_not_import_what_star_imports_bind(statement: str, not_
     assert not_imported & set(ran.stdout.split()) == set()
 
 
+@pytest.mark.parametrize(("before", "is_enabled", "is_spared"), [
+    ("from math import pi; import json", True, True), ("gc.disable()", False, True),
+    ("value = type('A', (), {})(); value.self = value", True, False),
+])  # fmt: skip
+def test_the_collector_is_spared_what_rospy_imports_but_no_value_of_the_program(
+    before: str, is_enabled: bool, is_spared: bool
+) -> None:
+    program = (
+        f"import gc, weakref\n{before}\nimport rospy\n"
+        "seen = weakref.ref(value) if 'value' in dir() else id\nvalue = None\ngc.collect()\n"
+        "print(gc.isenabled(), gc.get_freeze_count() > 10_000, seen is id or seen() is None)"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (ran.stdout, ran.stderr) == (f"{is_enabled} {is_spared} True\n", "")
+
+
 def test_a_module_of_a_package_is_imported_when_its_name_is_first_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
