@@ -6,10 +6,10 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 
-from pipros.basics import names
 from pipros.basics.env import Environment
+from pipros_tools.cli.roslaunch_inspect import print_file_of_node
 from pipros_tools.launch.command import CannotLaunch, CommandMaker
-from pipros_tools.launch.inspect import args_of_node, full_node_name, node_names
+from pipros_tools.launch.inspect import args_of_node, node_names
 from pipros_workspace.index import PackageIndex
 from rosgraph.names import script_resolve_name
 from roslaunch.config import ROSLaunchConfig, load_config_default
@@ -55,14 +55,8 @@ def print_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments])
 
 def print_node_filename(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> None:
     """Print the launch file that contains a node; an error if none does."""
-    config = load_config_default(roslaunch_files, None)
-    wanted = full_node_name(node_name)
-    for node in (*config.nodes, *config.tests):
-        if node.name and names.join(node.namespace, node.name) == wanted:
-            print(os.path.abspath(node.filename))
-            return
-    advice = "Run \n\troslaunch --nodes <files>\nto see list of node names."
-    print(f"ERROR: cannot find node named [{wanted}]. {advice}", file=sys.stderr)
+    launch = load_config_default(roslaunch_files, None).to_launch()
+    print_file_of_node(node_name, launch, PackageIndex.from_environment())
 
 
 def get_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> list[str]:

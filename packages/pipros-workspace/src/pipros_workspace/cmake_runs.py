@@ -7,14 +7,17 @@ If any target failed, make is then run for each package, to determine whether th
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
+from pipros.basics.terminals import HAS_PTYS, open_pty
 
 _PROCESSING = re.compile(r"-- \+\+\+ processing catkin (?:meta)?package: '(.+)'")
 _ERROR = re.compile(r"CMake Error (?:at|in) (.+?)(?::\d+)?(?: \(\w+\))?:")
@@ -44,17 +47,12 @@ def configure(
         NativeBuildFailed: CMake failed, but its output names no package as the cause.
     """
     output = _ConfigureOutput(packages)
-    with subprocess.Popen(  # noqa: S603
-        command, cwd=folder, env=dict(variables), stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-    ) as process:
-        if process.stdout is None:
-            raise AssertionError("a pipe was requested")
-        for raw in process.stdout:
-            line = raw.decode("utf-8", "replace")
-            sys.stdout.write(line)
-            sys.stdout.flush()
-            output.read(line.rstrip())
-    if process.returncode == 0:
+
+    def read(line: str) -> None:
+        _show(line)
+        output.read(line)
+
+    if _ended(command, folder, folder, variables, read) == 0:
         return {}
     if not output.reasons:
         raise NativeBuildFailed(failure_of(command))
@@ -126,21 +124,12 @@ def make_all(
         NativeBuildFailed: make failed, but all packages are complete.
     """
     command = ["make", "--keep-going", *jobs]
-    sys.stdout.flush()
-    if subprocess.run(command, cwd=folder, env=dict(variables), check=False).returncode == 0:  # noqa: S603
+    if _ended(command, folder, folder, variables) == 0:
         return {}
     failed = {}
     for name in packages:
-        alone = subprocess.run(  # noqa: S603
-            ["make", *jobs],  # noqa: S607
-            cwd=folder / name,
-            env=dict(variables),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            check=False,
-        )
-        if alone.returncode != 0:
-            lines = alone.stdout.decode("utf-8", "replace").splitlines()
+        lines: list[str] = []
+        if _ended(["make", *jobs], folder / name, folder, variables, lines.append) != 0:
             failed[name] = next(filter(_COMPILER_ERROR.match, lines), failure_of(command))
     if not failed:
         raise NativeBuildFailed(failure_of(command))
@@ -153,10 +142,50 @@ def run(command: Sequence[str], folder: Path, variables: Mapping[str, str]) -> N
     Raises:
         NativeBuildFailed: the command failed.
     """
-    sys.stdout.flush()
-    ended = subprocess.run(command, cwd=folder, env=dict(variables), check=False)  # noqa: S603
-    if ended.returncode != 0:
+    if _ended(command, folder, folder, variables) != 0:
         raise NativeBuildFailed(failure_of(command))
+
+
+def _show(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def _ended(
+    command: Sequence[str],
+    folder: Path,
+    build: Path,
+    variables: Mapping[str, str],
+    read: Callable[[str], object] = _show,
+) -> int:
+    """Run a command in a folder, pass each line of its output to `read`, and return its exit code.
+
+    The links to packages beside the build folder are replaced by the folders of the packages, because users
+    look for an error in their own file.
+    """
+    links = f"{build.parent}/src/"
+
+    def own_path(found: re.Match[str]) -> str:
+        link = Path(found[0])
+        return os.readlink(link) if link.is_symlink() else found[0]
+
+    # On a terminal, tools use colors; what is parsed has none.
+    has_colors = HAS_PTYS and read is _show and sys.stdout.isatty()
+    ours, theirs = open_pty(sys.stdout.fileno()) if has_colors else os.pipe()
+    with (
+        open(ours, "rb") as output,
+        subprocess.Popen(command, cwd=folder, env=dict(variables), stdout=theirs, stderr=theirs) as process,  # noqa: S603
+    ):
+        os.close(theirs)
+        for raw in _lines(output):
+            line = raw.decode("utf-8", "replace").rstrip()
+            read(re.sub(rf"{re.escape(links)}[^/\s:]+(?=/)", own_path, line) if links in line else line)
+    return process.returncode
+
+
+def _lines(output: Iterable[bytes]) -> Iterator[bytes]:
+    with contextlib.suppress(OSError):  # which a pty raises at its end
+        yield from output
 
 
 def failure_of(command: Sequence[str]) -> str:

@@ -84,7 +84,7 @@ def test_an_unresponsive_node_is_abandoned(ping_client: MasterClient, master: Ma
 def test_an_unreachable_node_is_explained(ping_client, master, capsys, api: str, complaint: str) -> None:
     register(master, "/lost", api)
     assert not pinging.ping(ping_client, "/lost")
-    assert capsys.readouterr().err == complaint
+    assert capsys.readouterr().err.startswith(complaint)
 
 
 def test_cleanup_removes_every_registration_of_a_node(ping_client: MasterClient, master: Master) -> None:

@@ -205,7 +205,12 @@ def test_everything_but_the_failing_programs_is_built(plain_ros: RosSystem) -> N
     assert '"NoSuchThing", but CMake did not find one.' in failed
     assert "no_component: CMake Error at" in failed
     assert "no_compile: " in failed
+    # Errors name the user's file, not the link to it below `build`.
+    own = f"{source}/no_compile/"
+    assert f"no_compile: {own}" in failed
     assert "error: " in failed[failed.index("no_compile: ") :].splitlines()[0]
+    assert built.output.count(f"{own}") > 1
+    assert "native/src/no_compile" not in built.output
     assert "skipped: needs_config (needs no_config)" in failed
     assert "only_python compiles nothing, so it is built anyway" in built.output
     for space in ("devel", "install"):

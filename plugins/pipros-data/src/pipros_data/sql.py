@@ -6,6 +6,7 @@ files, networks and extensions is disabled, and the configuration is locked.
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections import Counter
@@ -94,7 +95,8 @@ class Database:
     def select(self, sql: str) -> Iterator[Any]:
         """Run a query. Yield an empty `pyarrow` table with the result's columns, then its rows in batches.
 
-        Afterwards, nothing can be added, and no query can read or write files.
+        Of columns with the same name, such as `a` of two topics, the later ones are `a_1`, `a_2` ..., as in
+        DuckDB's subqueries. Afterwards, nothing can be added, and no query can read or write files.
 
         Raises:
             QueryError: the query is not a single SELECT, or fails.
@@ -110,9 +112,10 @@ class Database:
             result = self._work(self._connection.sql, sql)
             read = getattr(result, "to_arrow_reader", None) or result.fetch_record_batch
             reader = self._work(read, _BATCH_ROWS)
-            yield reader.schema.empty_table()
+            names = _unique(reader.schema.names)
+            yield reader.schema.empty_table().rename_columns(names)
             while (batch := self._work(next, reader, None)) is not None:
-                yield batch
+                yield batch.rename_columns(names)
         except (self._duckdb.CatalogException, self._duckdb.BinderException) as error:
             hint = "Columns with dots need double quotes. Tables have the names of topics:"
             raise QueryError(f"{error}\n{hint} {', '.join(map(listed, self._topics))}") from None
@@ -178,6 +181,17 @@ def tables_in(sql: str, topics: Sequence[str]) -> dict[str, str]:
             found[topic] = name if is_unique or exact[name] == 1 else ""
     aliases = Counter(map(str.lower, found.values()))
     return {topic: name if aliases[name.lower()] == 1 else "" for topic, name in found.items()}
+
+
+def _unique(names: Sequence[str]) -> list[str]:
+    """Number the repetitions of names, without the names that exist."""
+    unique: list[str] = []
+    for name in names:
+        numbered = (f"{name}_{number}" for number in itertools.count(1))
+        unique.append(
+            next(each for each in numbered if each not in (*names, *unique)) if name in unique else name
+        )
+    return unique
 
 
 def _quoted(name: str) -> str:

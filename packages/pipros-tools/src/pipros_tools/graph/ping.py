@@ -166,6 +166,9 @@ class _Pings:
         elif isinstance(cause, gaierror):
             host = self._api.partition("://")[2].rpartition(":")[0]
             self._report(f"ERROR: Unknown host [{listed(host)}] for node [{listed(self._node)}]")
+            from pipros.net.unreachable import advice_on  # imports asyncio
+
+            self._report(advice_on(listed(host), cause).removeprefix(". "))
         elif isinstance(cause, TimeoutError):
             self._report(f"connection to [{listed(self._node)}] timed out")
         else:

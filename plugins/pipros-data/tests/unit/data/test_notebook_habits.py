@@ -135,6 +135,8 @@ def test_bags_are_asked_for_topics_times_and_rows() -> None:
             ["/imu", "/n"],
         ]
         assert bags.query("SELECT count(*) AS n, max(data) AS most FROM n", end=1005)["n"].to_pylist() == [6]
+        joined = bags.query("SELECT 1 AS a, 2 AS a_1, 3 AS a, 4 AS a")
+        assert joined.to_pylist() == [{"a": 1, "a_1": 2, "a_2": 3, "a_3": 4}]
         with pytest.raises(QueryError, match="must be a single SELECT"):
             bags.query("DROP TABLE n")
 
