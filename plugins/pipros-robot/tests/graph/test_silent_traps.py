@@ -14,6 +14,8 @@ from pipros_libraries.nodes.frames import Frames
 from pipros_libraries.nodes.params import InvalidParameter
 from pipros_libraries.nodes.schedule import Schedule
 from pipros_robot.navigation.costmap.costmap import Costmap
+from pipros_robot.navigation.costmap.grid import FREE, UNKNOWN
+from pipros_robot.navigation.costmap.layered import Pose2D
 from pipros_robot.navigation.move_base import plugins
 from pipros_robot.navigation.world_parameters import PARAMETERS
 from tests.graph.unlinked import Unlinked
@@ -59,6 +61,22 @@ def test_parameters_outside_of_their_planner_are_named(make: Any, caplog: pytest
     plugins.warn_of_names(node, LOG)
     assert "reads its parameters below ~NavfnROS: ~default_tolerance" in caplog.text
     assert "reads its parameters below ~DWAPlannerROS: ~max_vel_x\n" in caplog.text
+
+
+@pytest.mark.parametrize(("own", "is_allowed"), [({}, False), ({"allow_unknown": True}, True)])
+def test_navfn_has_the_topics_and_parameters_of_the_planner_that_it_replaces(
+    make: Any, caplog: pytest.LogCaptureFixture, own: dict[str, Any], is_allowed: bool
+) -> None:
+    caplog.set_level(logging.INFO)
+    given = {"allow_unknown": False, "use_quadratic": True}
+    node = make(local_costmap=COSTMAP, GlobalPlanner=given, NavfnROS=own)
+    costmap = costmap_of(node)
+    costmap.grid.costs[...] = FREE
+    costmap.grid.costs[:, costmap.grid.nearest_cell(1.5, 1.0)[0]] = UNKNOWN
+    planner = plugins.global_planner(node, LOG, costmap, "global_planner/GlobalPlanner")
+    assert (planner.make_plan(Pose2D(1, 1, 0), Pose2D(2, 1, 0)) is not None) == is_allowed
+    assert node.sent["/move_base/GlobalPlanner/plan"]
+    assert f"allow_unknown = {is_allowed}\n  not taken over: use_quadratic" in caplog.text
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,6 @@ from pipros_robot.navigation.move_base.machine import STILL, DrivingState, End, 
 from pipros_robot.navigation.move_base.recovery import Tools
 from pipros_robot.navigation.move_base.services import PlanService
 from pipros_robot.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS, MoveBaseSettings
-from pipros_robot.navigation.navfn.navfn_node import NavfnPlanner
 from pipros_robot.navigation.plane import Poses, Triple
 
 BAD_QUATERNION = End(GoalEvent.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
@@ -62,7 +61,8 @@ class MoveBase:
         self._slow = Throttle(log, MISSED_S)
         plugins.warn_of_names(node, log)
         local_planner = given.text("base_local_planner", MoveBaseSettings().base_local_planner)
-        ours = self._check_planners(given.text("base_global_planner", plugins.GLOBAL_PLANNER), local_planner)
+        global_planner = given.text("base_global_planner", plugins.GLOBAL_PLANNER)
+        ours = self._check_planners(global_planner, local_planner)
         stamped = "geometry_msgs/PoseStamped"
         self._velocities = VelocityOutput(node, "cmd_vel")
         self._current_goal = advertise(node, "~current_goal", stamped, None)
@@ -70,7 +70,7 @@ class MoveBase:
         self._forwarded = advertise(node, "move_base/goal", "move_base_msgs/MoveBaseActionGoal")
         self._frames = Frames(node, log)
         self._global_map = Costmap(node, log, self._frames, schedule, "global_costmap")
-        self._planner = NavfnPlanner(node, log, self._global_map)
+        self._planner = plugins.global_planner(node, log, self._global_map, global_planner)
         self._local_map = Costmap(node, log, self._frames, schedule, "local_costmap")
         self._controller = plugins.local_planner(node, log, self._local_map, local_planner, ours)
         self._controllers = {ours: self._controller}

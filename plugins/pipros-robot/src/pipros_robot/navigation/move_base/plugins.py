@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 from pipros.node import Node
-from pipros_libraries.nodes.params import InvalidParameter, is_number, read_parameters
+from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters, is_number, read_parameters
 from pipros_libraries.nodes.velocities import checked_number
 from pipros_robot.navigation.costmap.costmap import Costmap
 from pipros_robot.navigation.dwa.dwa_node import DwaLocalPlanner
@@ -17,6 +17,7 @@ from pipros_robot.navigation.move_base.limit_names import flat, meaning, misunde
 from pipros_robot.navigation.move_base.recovery import Behaviour, ClearCostmap, Rotate, Tools
 from pipros_robot.navigation.move_base.settings import SETTINGS as MOVE_BASE
 from pipros_robot.navigation.move_base.settings import MoveBaseSettings
+from pipros_robot.navigation.navfn.navfn_node import NavfnPlanner
 from pipros_robot.navigation.trajectory.trajectory_node import TrajectoryLocalPlanner
 
 GLOBAL_PLANNER: Final = "navfn/NavfnROS"
@@ -71,12 +72,30 @@ def warn_of_names(node: Node, log: logging.Logger) -> None:
     own = {each.name for each in MOVE_BASE}
     local = namespace_of(given.text("base_local_planner", MoveBaseSettings().base_local_planner))
     for names, namespace in (
-        (_GLOBAL_NAMES, "NavfnROS"),
+        (_GLOBAL_NAMES, namespace_of(given.text("base_global_planner", GLOBAL_PLANNER))),
         ([each.name for kind in LOCAL_PLANNERS.values() for each in kind.settings], local),
     ):
         if outside := sorted({*names} & given.values.keys() - own):
             text = "without effect, because the planner reads its parameters below ~%s: %s"
             log.warning(text, namespace, ", ".join(f"~{each}" for each in outside))
+
+
+def global_planner(node: Node, log: logging.Logger, costmap: Costmap, name: str) -> NavfnPlanner:
+    """Create navfn, with the topics and parameters of the planner that the parameter names.
+
+    Parameters below `~NavfnROS` take precedence. If navfn replaces another planner, log what it takes over.
+    """
+    namespace = namespace_of(name)
+    if namespace == "NavfnROS" or not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", namespace):
+        return NavfnPlanner(node, log, costmap)
+    given = read_parameters(node, f"~{namespace}").values
+    known = {**given, **read_parameters(node, "~NavfnROS").values}
+    taken = {each: known[each] for each in _GLOBAL_NAMES if each in known}
+    rows = ", ".join(f"{each} = {value}" for each, value in taken.items())
+    left = ", ".join(sorted({*given} - {*taken}))
+    text = "global planner [%s] instead of [%s]\n  taken over: %s\n  not taken over: %s"
+    log.info(text, GLOBAL_PLANNER, name, rows or "none", left or "none")
+    return NavfnPlanner(node, log, costmap, f"~{namespace}", PrivateParameters(taken, f"~{namespace}/"))
 
 
 def local_planner(node: Node, log: logging.Logger, costmap: Costmap, name: str, ours: str) -> DwaLocalPlanner:

@@ -11,7 +11,7 @@ import numpy as np
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros_libraries.nodes.frames import Frames
-from pipros_libraries.nodes.params import read_parameters
+from pipros_libraries.nodes.params import PrivateParameters, read_parameters
 from pipros_libraries.nodes.program import run_node
 from pipros_libraries.nodes.schedule import Schedule
 from pipros_libraries.nodes.wiring import advertise, serve, subscribe
@@ -30,11 +30,16 @@ class NavfnPlanner:
     """Plans on a costmap. Poses are (x, y, yaw) in its global frame."""
 
     def __init__(
-        self, node: Node, log: logging.Logger, costmap: Costmap, namespace: str = "~NavfnROS"
+        self,
+        node: Node,
+        log: logging.Logger,
+        costmap: Costmap,
+        namespace: str = "~NavfnROS",
+        given: PrivateParameters | None = None,
     ) -> None:
-        """Read the parameters, and offer the topics and the service in the namespace."""
+        """Read the parameters, if they are not `given`, and offer topics and the service in the namespace."""
         self._node, self._log, self._costmap = node, log, costmap
-        given = read_parameters(node, namespace)
+        given = given or read_parameters(node, namespace)
         self._allow_unknown = given.boolean("allow_unknown", True)
         self._tolerance = given.number("default_tolerance", 0.0)
         self._plans = advertise(node, f"{namespace}/plan", "nav_msgs/Path")
