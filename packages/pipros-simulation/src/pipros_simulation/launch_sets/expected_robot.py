@@ -106,8 +106,12 @@ class _Reader:
     # -- topics ----------------------------------------------------------------------
 
     def controllers(self) -> None:
-        """Find the controllers that spawners load; a diff_drive_controller has the robot's topics."""
-        for view in self._of("controller_manager/spawner"):
+        """Find the controllers that spawners load; a diff_drive_controller has the robot's topics.
+
+        Without one, the robot has its own topics, because nothing else would move it.
+        """
+        joints = []
+        for view in (spawners := list(self._of("controller_manager/spawner"))):
             for name in view.words():
                 prefix = names.join(view.node.namespace, name)
                 params = params_below(self._launch, prefix + "/")
@@ -117,13 +121,21 @@ class _Reader:
                     self._reads.append(("cmd_vel", f"{prefix}/cmd_vel", view))
                     self._writes.append(("odom", f"{prefix}/odom", view))
                 elif kind.endswith("JointStateController"):
-                    self._writes.append(("joints", view.topic("joint_states"), view))
+                    joints.append(("joints", view.topic("joint_states"), view))
                 else:
                     self.found.unknown.append(
                         f"controller [{prefix}] ({kind or 'without a type'}) is not simulated"
                     )
-            self.found.params["controllers"] = view.node.namespace
-            self.found.notes.append(f"controllers: {view.node.full_name} loads them")
+        who = ", ".join(view.node.full_name for view in spawners)
+        if self._drives:
+            self._writes += joints
+            self.found.params["controllers"] = spawners[-1].node.namespace
+            self.found.notes.append(f"controllers: {who} loads them")
+        elif spawners:
+            self.found.unknown.append(
+                f"a controller of {who} that moves the base: the robot takes velocities on its own cmd_vel, "
+                "and has no controller manager; leave the spawner out"
+            )
 
     def topics(self) -> None:
         """Find the topics that the nodes read and no node writes, and the commands that no node reads."""

@@ -186,6 +186,8 @@ def test_invalid_footprints_filters_and_controllers_are_left_out(tmp_path: Path)
     assert "robot" not in found.params
     assert found.params["publish_tf"] is False
     assert "controller [/arm] (without a type) is not simulated" in found.unknown
+    assert "controllers" not in found.params  # with a manager, nothing would move the base
+    assert any("a controller of /spawner that moves the base" in each for each in found.unknown)
 
 
 def test_a_wrapper_is_a_launch_file_with_all_parameters(tmp_path: Path) -> None:
