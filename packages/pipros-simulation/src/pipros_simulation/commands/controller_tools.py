@@ -39,10 +39,14 @@ class ManagerClient:
         return client.call(service_class._request_class(**fields), timeout_s)
 
     def wait(self, timeout_s: float | None) -> bool:
-        """Wait until the manager answers. Return False after `timeout_s`, or at shutdown."""
+        """Wait until the manager offers all services. Return False after `timeout_s`, or at shutdown."""
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
+        service_class: Any = load_service_class("controller_manager_msgs/ListControllers")
         while not self._node.is_ending and (end_s is None or time.monotonic() < end_s):
             try:
+                for service in ("load", "unload", "switch"):
+                    name = f"{self._prefix}{service}_controller"
+                    self._node.client(name, service_class).probe(1.0)  # which ignores the class
                 self.call("list_controllers", "ListControllers", 1.0)
                 return True
             except PiprosError:
