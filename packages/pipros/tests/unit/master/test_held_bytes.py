@@ -115,6 +115,13 @@ def test_the_counted_bytes_of_registrations_are_always_their_size(changes: list[
         assert len(books.topic_types.keys() - in_use) <= 1
 
 
+def test_a_type_that_replaces_another_is_counted_instead_of_it() -> None:
+    books = Registry()
+    for type_name in ("*", "a/B", "pkg/Type"):
+        books.register_publisher("/n", "/t", type_name, "http://a:1/")
+        assert books.held_bytes == held(books)
+
+
 def test_a_registration_beyond_the_limit_is_refused_and_changes_nothing(constants: Constants) -> None:
     constants(REGISTRATIONS_BYTES=600)
     books = Registry()

@@ -64,23 +64,15 @@ def test_a_package_has_a_module_for_each_kind_and_one_for_all(packages: Path) ->
 
 def test_every_kind_of_field_has_its_type(packages: Path) -> None:
     text = stubs_of(packages, "robot")["robot/msg/__init__.pyi"]
-    for line in (
-        "import std_msgs.msg",
-        "class Arm(_base.Message):",
-        "    REACH: _Final = 1e999",
-        "    NAME: _Final = 'arm'",
-        "    header: std_msgs.msg.Header",
-        "    hands: list[Hand]",
-        "    since: _time.Time",
-        "    spans: list[_time.Duration]",
-        "    def image(self) -> bytes: ...",
+    assert {
+        "import std_msgs.msg", "class Arm(_base.Message):", "    REACH: _Final = 1e999",
+        "    NAME: _Final = 'arm'", "    header: std_msgs.msg.Header", "    hands: list[Hand]",
+        "    since: _time.Time", "    spans: list[_time.Duration]", "    def image(self) -> bytes: ...",
         "    def image(self, value: _types.Octets) -> None: ...",
         "    def angles(self) -> _Sequence[float]: ...",
-        "    def angles(self, value: _types.Array[float]) -> None: ...",
-        "    switches: list[bool]",
+        "    def angles(self, value: _types.Array[float]) -> None: ...", "    switches: list[bool]",
         "    fingers: int",
-    ):
-        assert line in text.splitlines()
+    } <= set(text.splitlines())  # fmt: skip
     compile(text, "stub", "exec")
 
 
@@ -94,17 +86,12 @@ def test_the_types_that_stubs_refer_to_exist(packages: Path) -> None:
 
 def test_a_service_names_its_halves(packages: Path) -> None:
     text = stubs_of(packages, "robot")["robot/srv/__init__.pyi"]
-    for line in (
-        "import robot.msg",
-        "class GripRequest(_base.Message):",
-        "    hand: robot.msg.Hand",
-        "class GripResponse(_base.Message):",
-        "    success: bool",
-        "class Grip:",
+    assert {
+        "import robot.msg", "class GripRequest(_base.Message):", "    hand: robot.msg.Hand",
+        "class GripResponse(_base.Message):", "    success: bool", "class Grip:",
         "    _request_class: _ClassVar[type[GripRequest]]",
         "    _response_class: _ClassVar[type[GripResponse]]",
-    ):
-        assert line in text.splitlines()
+    } <= set(text.splitlines())  # fmt: skip
     compile(text, "stub", "exec")
 
 
@@ -190,12 +177,6 @@ def test_a_mistake_is_reported_once_and_tried_again_after_its_correction(
 
     (package / "msg" / "Leg.msg").write_text("int32 x\n")
     assert tmp_path / "typings" / "stubbed_robot-stubs" / "msg" / "__init__.pyi" in files.update()
-
-
-def test_an_unknown_package_is_not_found_until_it_exists(package: Path, tmp_path: Path) -> None:
-    files = StubFiles(["stubbed_legs"], tmp_path / "typings")
-    with pytest.raises(NotFound, match="stubbed_legs"):
-        files.update()
 
 
 def test_files_that_an_editor_removes_while_it_saves_are_left_out(package: Path, tmp_path: Path) -> None:

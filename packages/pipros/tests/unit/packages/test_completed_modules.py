@@ -5,14 +5,14 @@ import subprocess
 import sys
 from functools import partial
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import pytest
 
 import pipros.startup  # noqa: F401 # what pipros.pth imports
 from pipros.packages import SHARE
 from pipros.packages.ament_index_python.packages import PackageNotFoundError, get_package_share_directory
-from pipros.packages.completed_modules import add_distributions, add_folders, spec
+from pipros.packages.completed_modules import add_folders, spec
 from pipros.packages.distributions import shipped_distribution
 
 MODULE = "rospkg.environment"
@@ -68,41 +68,12 @@ def test_pkg_resources_finds_the_packages_of_pipros_by_name_but_does_not_list_th
     assert run(code) == "True set()\n1.15.15 True sensor-msgs"
 
 
-def test_pip_lists_pipros_alone() -> None:
-    listed = run(
-        "import runpy, sys; sys.argv = ['pip', 'list']; runpy.run_module('pip', run_name='__main__')"
-    )
-    assert "pipros" in listed
-    assert "rospy" not in listed
-
-
 def test_an_installed_distribution_wins_over_that_of_pipros(tmp_path: Path) -> None:
     folder = tmp_path / "rospy-9.9.dist-info"
     folder.mkdir()
     (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: rospy\nVersion: 9.9\n")
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import pkg_resources as p; "
     assert run(code + "print(p.get_distribution('rospy').version)") == "9.9"
-
-
-def test_shipped_packages_are_distributions_that_pkg_resources_does_not_list() -> None:
-    added: dict[str, tuple[str, str, bool]] = {}
-
-    class WorkingSet:
-        def add(self, distribution: tuple[str, str, str], insert: bool) -> None:
-            folder, name, version = distribution
-            added[name] = folder, version, insert
-
-    module = SimpleNamespace(
-        Distribution=lambda folder, project_name, version: (folder, project_name, version),
-        working_set=WorkingSet(),
-    )
-
-    add_distributions(module)
-
-    folder, version, is_listed = added["rospy"]
-    assert (Path(folder).name, version, is_listed) == ("rospy", "1.15.15", False)
-    assert folder not in sys.path
-    assert "message_generation" not in added  # a package without Python modules
 
 
 # Modules of Noetic that pipros does not have.

@@ -51,13 +51,6 @@ def test_a_bad_document_is_refused_with_its_place(text: str, place: str) -> None
     assert str(error.value).startswith(place)
 
 
-def test_multiplying_aliases_are_refused() -> None:
-    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
-    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
-    with pytest.raises(YamlError, match="expands to more than"):
-        load("\n".join(lines))
-
-
 def test_an_alias_to_itself_is_refused() -> None:
     with pytest.raises(YamlError, match=r":1:5: \*a is inside the value that it refers to"):
         load("&a [*a]")

@@ -45,14 +45,6 @@ def test_requests_and_responses_have_the_headers_that_genuine_parsers_expect() -
     )
 
 
-def test_a_request_sent_byte_by_byte_is_one_request() -> None:
-    reader = RequestReader()
-    stream = build_request("h:1", "/", b"hello")
-    got = [found for byte in stream for found in read(bytes([byte]), reader)]
-    assert [(found.method, found.target, found.body) for found in got] == [("POST", "/", b"hello")]
-    assert reader.is_idle
-
-
 @given(st.lists(st.binary(max_size=50)), st.data())
 def test_requests_are_the_same_for_any_split_of_the_stream(bodies: list[bytes], data: st.DataObject) -> None:
     stream = b"".join(build_request("h:1", "/", body) for body in bodies)

@@ -63,10 +63,6 @@ def test_a_message_larger_than_the_first_buffer_arrives_whole() -> None:
     assert fed(MessageReader(), framed(b"before", body, b"after")) == [b"before", body, b"after"]
 
 
-def test_an_empty_message_arrives() -> None:
-    assert fed(MessageReader(), framed(b"", b"")) == [b"", b""]
-
-
 def test_a_message_above_the_limit_is_refused_before_it_arrives() -> None:
     with pytest.raises(LimitExceeded, match="message of 11 bytes was announced; the limit is 10"):
         fed(MessageReader(limit_bytes=10), struct.pack("<I", 11))

@@ -65,18 +65,3 @@ def test_values_that_no_byte_explains_are_counted() -> None:
     assert layout_of("Empty[100] nothing").unpaid_values == 101
     assert layout_of("Empty[100] nothing\nint8 x").unpaid_values == 95
     assert layout_of("").unpaid_values_of_element == 1
-
-
-def test_a_type_is_resolved_once() -> None:
-    asked: list[str] = []
-
-    def lookup(type_name: str) -> Any:
-        asked.append(type_name)
-        return parse_message(TYPES[type_name], type_name)
-
-    layouts = TypeLayouts(lookup)
-    first = layouts.of(parse_message("Named a\nPoint[] b", "p/First"))
-    second = layouts.of(parse_message("Point p", "p/Second"))
-
-    assert sorted(asked) == ["p/Named", "p/Point"]
-    assert first.members["p/Point"] is second.members["p/Point"]

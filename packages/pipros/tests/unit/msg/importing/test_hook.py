@@ -362,12 +362,6 @@ def test_a_built_package_wins_over_the_sources_of_the_workspace(workspace: Works
     assert workspace.shows("import xacro; print(xacro.here)", PYTHONPATH=str(built)) == "built"
 
 
-def test_a_package_that_only_setup_py_declares_wins_over_an_installed_one(workspace: Workspace) -> None:
-    setup = "generate_distutils_setup(packages=['xacro'], package_dir={'': 'python'})"
-    workspace.package("xacro", **{"setup.py": setup, "python/xacro/__init__.py": "here = 'workspace'"})
-    assert workspace.shows("import xacro; print(xacro.here)") == "workspace"
-
-
 def test_a_package_without_python_does_not_hide_an_installed_one(workspace: Workspace) -> None:
     workspace.package("xacro", **{"msg/One.msg": "int8 x"})
     assert workspace.shows("import xacro; print(hasattr(xacro, 'process_file'))") == "True"

@@ -20,7 +20,6 @@ from pipros.msg.compile.run import run
 from pipros.msg.importing import load
 from pipros.msg.importing.library import Library
 from pipros.msg.importing.load import installed_md5, load_message_class, load_service_class
-from pipros.msg.importing.modules import interface_spec, type_spec
 from pipros.msg.importing.star_names import imported_name, imported_names
 from pipros.msg.language.spec import DefinitionError
 from tests.support.definitions import Packages
@@ -44,33 +43,12 @@ def test_the_code_of_a_type_names_what_it_embeds(library: Library) -> None:
     assert run(code, {embedded["robot/Hand"]: hand})["Arm"](1.5, hand(3)).hand.fingers == 3
 
 
-def test_a_second_library_finds_the_code_in_the_cache(
-    library: Library, packages: Packages, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = library.code("msg", "robot/Hand")
-    second = Library(packages.find, str(tmp_path / "home" / "cache"))
-    monkeypatch.setattr(second, "_compile", None)  # would be called without the cache
-
-    assert second.code("msg", "robot/Hand") == first
-
-
-def test_without_a_cache_folder_types_are_compiled(packages: Packages, library: Library) -> None:
-    assert Library(packages.find, None).code("srv", "robot/Wave")[1] == {}
-    assert library.code("srv", "robot/Wave")[1] == {}
-
-
 def test_a_mistake_is_raised_and_an_unknown_type_is_not_found(library: Library) -> None:
     for kind in ("msg", "srv"):
         with pytest.raises(DefinitionError, match=rf"Broken\.{kind}:1:1"):
             library.code(kind, "robot/Broken")
     with pytest.raises(NotFound):
         library.code("msg", "robot/Leg")
-
-
-def test_a_module_exists_for_packages_with_definitions(library: Library) -> None:
-    assert interface_spec(library, "robot", "msg", None).name == "robot.msg"
-    assert interface_spec(library, "nowhere", "msg", None) is None
-    assert type_spec(library, "robot", "msg", "_Arm") is None  # robot.msg was not imported
 
 
 @pytest.mark.parametrize("name", ["String", "std_msgs/", "a/b/c", "../x/Y", "std_msgs/String;x"])
