@@ -1,7 +1,5 @@
 """The page in examples/browser, from a local web server; as a file it is refused."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from functools import partial

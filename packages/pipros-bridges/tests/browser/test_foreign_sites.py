@@ -1,7 +1,5 @@
 """A web site in the same browser cannot control a robot through rosbridge."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """A bridge while a client, a service or the master does not respond: its other clients are served."""
 
-from __future__ import annotations
-
 import base64
 import json
 import sys

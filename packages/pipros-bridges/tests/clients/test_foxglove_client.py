@@ -1,7 +1,5 @@
 """Foxglove's client library and decoder for Node.js, with nodes of pipros and genuine rospy and roscpp."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Real clients of rosbridge, with robots on pipros and genuine rospy: roslib 2, roslibpy 2 and 1.8."""
 
-from __future__ import annotations
-
 import functools
 import http.server
 import json

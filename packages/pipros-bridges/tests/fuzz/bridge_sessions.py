@@ -7,8 +7,6 @@ hundred times with changing numbers, because a single message rarely exceeds a l
 python -m tests.fuzz.bridge_sessions --seconds 60
 """
 
-from __future__ import annotations
-
 import asyncio
 import sys
 import tracemalloc

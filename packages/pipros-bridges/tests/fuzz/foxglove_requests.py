@@ -5,8 +5,6 @@ An input begins with `t` for text or `b` for binary data. Parameters and assets 
 python -m tests.fuzz.foxglove_requests --seconds 60
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import sys

@@ -6,8 +6,6 @@ of a stream, anything else as frames of a WebSocket.
 python -m tests.fuzz.rosbridge --seconds 60
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from typing import Any

@@ -1,7 +1,5 @@
 """Servers of rosbridge without WebSockets, for a block of a test."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

@@ -1,7 +1,5 @@
 """The Foxglove server with real nodes, and a plain client."""
 
-from __future__ import annotations
-
 import base64
 import itertools
 import json

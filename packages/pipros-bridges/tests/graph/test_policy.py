@@ -1,7 +1,5 @@
 """A policy in front of rosbridge, Foxglove and the page: what it does not allow reaches no node."""
 
-from __future__ import annotations
-
 import json
 import math
 import socket

@@ -1,7 +1,5 @@
 """The rosbridge server on real sockets: topics in each encoding, services in both directions, its clients."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The facade rosbridge_library, as packages with their own servers and capabilities import it."""
 
-from __future__ import annotations
-
 import json
 import sys
 

@@ -1,7 +1,5 @@
 """`pipros foxglove` and `pipros serve` as commands: options, tokens, TLS, and their end."""
 
-from __future__ import annotations
-
 import asyncio
 import http.client
 import json

@@ -1,7 +1,5 @@
 """Topics of a bridge, with real nodes."""
 
-from __future__ import annotations
-
 import json
 import re
 import threading

@@ -1,7 +1,5 @@
 """The guardian stops a robot that holds its last command, whatever happens to clients and servers."""
 
-from __future__ import annotations
-
 import itertools
 import signal
 import socket

@@ -1,7 +1,5 @@
 """A client of rosbridge and a node of genuine roscpp: topics and services in both directions."""
 
-from __future__ import annotations
-
 import cbor2
 import pytest
 

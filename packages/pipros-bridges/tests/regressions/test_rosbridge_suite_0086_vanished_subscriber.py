@@ -1,7 +1,5 @@
 """rosbridge_suite#86, morse#770: a subscriber out of wifi range blocked the publisher for all others."""
 
-from __future__ import annotations
-
 import socket
 from typing import Any
 

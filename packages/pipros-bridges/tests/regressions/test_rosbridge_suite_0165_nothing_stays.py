@@ -1,7 +1,5 @@
 """rosbridge_suite#165, ros_comm#533, #610: processes that opened and closed topics kept growing."""
 
-from __future__ import annotations
-
 import gc
 import sys
 import weakref

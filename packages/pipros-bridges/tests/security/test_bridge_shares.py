@@ -1,7 +1,5 @@
 """What one client of a bridge can make the server keep and do, counted in bytes and in steps."""
 
-from __future__ import annotations
-
 import datetime
 import json
 import re

@@ -1,7 +1,5 @@
 """What the requests of one Foxglove client make the server read and keep, counted in bytes."""
 
-from __future__ import annotations
-
 import struct
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Messages that a bridge keeps for later subscribers count as memory of the client that published them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Hostile clients of rosbridge and publishers: refused or limited, without effect on other clients."""
 
-from __future__ import annotations
-
 import json
 import socket
 import threading

@@ -2,8 +2,6 @@
 
 `PIPROS_SCREENSHOTS=FOLDER` saves pictures of each tab, light and dark."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

@@ -1,7 +1,5 @@
 """A system with data for every tab of the page, and the way through all tabs in one browser page."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

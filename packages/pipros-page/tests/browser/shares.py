@@ -1,7 +1,5 @@
 """The share of the window that pictures cover: camera images, charts, graphs and scenes."""
 
-from __future__ import annotations
-
 from playwright.sync_api import Page as Tab
 
 # An image is as large as what is drawn of it (`object-fit: contain`). What panels and the window cut does

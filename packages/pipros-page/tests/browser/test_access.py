@@ -1,7 +1,5 @@
 """Access to the page in a browser: the printed address, reloads, further tabs, wrong tokens."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer

@@ -1,7 +1,5 @@
 """Actions, steering and expressions: the tabs that make a robot move, and stop it."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import re

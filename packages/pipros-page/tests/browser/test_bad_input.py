@@ -1,7 +1,5 @@
 """The page while the system misbehaves: it reports the fault, stays alive, and recovers."""
 
-from __future__ import annotations
-
 import re
 import socket
 import sys

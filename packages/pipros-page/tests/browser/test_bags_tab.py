@@ -1,7 +1,5 @@
 """The Bags tab: a bag on a timeline, which plays for all tabs."""
 
-from __future__ import annotations
-
 import re
 import struct
 import sys

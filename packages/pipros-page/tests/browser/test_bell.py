@@ -1,7 +1,5 @@
 """The bell in the head of the page, and what it names as stale in the tabs."""
 
-from __future__ import annotations
-
 import re
 import sys
 

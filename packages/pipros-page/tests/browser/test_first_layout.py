@@ -1,7 +1,5 @@
 """Where the page begins, the layout Robot, tabs without data, and panels on a phone."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 from urllib.parse import urlsplit

@@ -1,7 +1,5 @@
 """The Graph and Topics tabs in a browser, with the case study."""
 
-from __future__ import annotations
-
 import re
 import sys
 

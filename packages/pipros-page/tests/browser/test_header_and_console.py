@@ -1,7 +1,5 @@
 """The header with the state of the master, and the filters of the console."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """Zoom, values and colours of images, and transports that are not decoded."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Switching tabs, selecting, zooming and going back lose nothing."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

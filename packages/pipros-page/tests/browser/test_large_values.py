@@ -1,7 +1,5 @@
 """Long keys, large latched messages, equal log entries, and transforms that arrive late."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """The page on a system of pipros, rospy and roscpp nodes or, without genuine ROS, of pipros nodes alone."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

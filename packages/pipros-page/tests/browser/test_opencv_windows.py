@@ -1,7 +1,5 @@
 """Windows of OpenCV in a browser: images, trackbars, keys and the mouse."""
 
-from __future__ import annotations
-
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab, keep_screenshots

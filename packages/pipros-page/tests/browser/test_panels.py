@@ -1,7 +1,5 @@
 """Views side by side: arranging them, what they share, and layouts that are stored and opened."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

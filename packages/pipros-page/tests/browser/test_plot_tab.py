@@ -1,7 +1,5 @@
 """The Plot tab: fields to choose from, gaps, and values at the cursor."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Every action can be reached with the keyboard alone, and with a thumb on a phone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

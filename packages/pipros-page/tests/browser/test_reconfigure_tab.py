@@ -1,7 +1,5 @@
 """Parameters that change while a node runs, on the page: servers of pipros and genuine ROS."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Lists that are redrawn: elements are kept, and clicks hit what they were meant for."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

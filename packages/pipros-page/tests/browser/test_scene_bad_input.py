@@ -1,7 +1,5 @@
 """Bad messages, transforms and meshes are reported by their displays, and do not affect other displays."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Interactive markers send the feedback of genuine rviz: `script/generate rviz controls` recorded it."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Mapping, Sequence

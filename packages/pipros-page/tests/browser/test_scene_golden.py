@@ -1,7 +1,5 @@
 """The Scene tab draws and says what genuine rviz did: `script/generate rviz` recorded tests.golden."""
 
-from __future__ import annotations
-
 import base64
 import json
 import sys

@@ -1,7 +1,5 @@
 """Many markers and large clouds in the Scene tab."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from typing import Any

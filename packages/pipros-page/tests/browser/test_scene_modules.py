@@ -1,7 +1,5 @@
 """The scene's calculations agree with the tables of rviz; `tests/page/unit` compares others with Python."""
 
-from __future__ import annotations
-
 import zlib
 
 import pytest

@@ -1,7 +1,5 @@
 """The Scene tab shows one moment of a bag, without remains of other moments."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -3,8 +3,6 @@
 In the view from above, one metre is 50 pixels, and the origin is in the middle of the picture.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import struct

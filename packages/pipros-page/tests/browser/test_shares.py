@@ -1,7 +1,5 @@
 """Pictures have most of the window, nothing in the head is cut, and labels are legible."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

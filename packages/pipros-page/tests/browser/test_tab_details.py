@@ -1,7 +1,5 @@
 """Interactions with the tabs: curves, logs, images, frames and diagnostics."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

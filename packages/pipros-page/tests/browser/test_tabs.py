@@ -1,7 +1,5 @@
 """Actions in the tabs: control, filters."""
 
-from __future__ import annotations
-
 import re
 import sys
 

@@ -7,8 +7,6 @@ A typed text counts as one key, and not as a click; in a form, it may contain Ta
 field.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import re

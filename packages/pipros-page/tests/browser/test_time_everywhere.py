@@ -1,7 +1,5 @@
 """The timeline along the bottom of all tabs: of a bag, with marks and notes, and of the last minute."""
 
-from __future__ import annotations
-
 import math
 import re
 import struct

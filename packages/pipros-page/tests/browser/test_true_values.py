@@ -1,7 +1,5 @@
 """Numbers in the page are those of the messages."""
 
-from __future__ import annotations
-
 import sys
 
 from playwright.sync_api import expect

@@ -1,7 +1,5 @@
 """Topics, displays, curves and images without data: their reason, and the marks of wrong types."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 import signal

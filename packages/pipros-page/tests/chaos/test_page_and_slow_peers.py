@@ -1,7 +1,5 @@
 """The page while services or the master do not respond."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 

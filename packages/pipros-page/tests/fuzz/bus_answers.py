@@ -5,8 +5,6 @@ An input is one XML-RPC answer, a line `===`, and the other.
 python -m tests.fuzz.bus_answers --seconds 60
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import sys

@@ -3,8 +3,6 @@
 python -m tests.fuzz.edit_methods --seconds 60
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tracemalloc

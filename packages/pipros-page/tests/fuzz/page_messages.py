@@ -5,8 +5,6 @@ An input is the definition, a line `===`, and the bytes.
 python -m tests.fuzz.page_messages --seconds 60
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import sys

@@ -1,7 +1,5 @@
 """A system that the tests of a file share, each of which only looks at what runs in it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The page on a network: `--bind`, certificates, and messages about them. The network is 127.0.0.2."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import hashlib

@@ -1,7 +1,5 @@
 """Recordings that the page makes in its bag folder."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

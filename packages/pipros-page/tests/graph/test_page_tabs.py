@@ -1,7 +1,5 @@
 """The tabs of the page with a running robot: displayed data and permitted changes."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """`rqt_graph`: its server, messages, access control and pictures."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path

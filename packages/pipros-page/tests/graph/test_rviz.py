@@ -1,7 +1,5 @@
 """The command `rviz`: its file, its services, and the data of the scene."""
 
-from __future__ import annotations
-
 import gzip
 import http.client
 import zlib

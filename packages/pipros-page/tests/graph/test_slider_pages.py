@@ -1,7 +1,5 @@
 """joint_state_publisher_gui and rqt_robot_steering: sliders on a page, and what the nodes publish."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

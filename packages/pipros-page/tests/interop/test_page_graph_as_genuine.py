@@ -1,7 +1,5 @@
 """The graph of the page equals that of genuine rosgraph for the same system."""
 
-from __future__ import annotations
-
 import json
 import random
 import threading

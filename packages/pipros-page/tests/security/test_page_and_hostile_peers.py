@@ -1,7 +1,5 @@
 """The page with hostile browsers and peers."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The server of the page: access, limits for unauthenticated clients, and shutdown."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import fcntl

@@ -1,7 +1,5 @@
 """The tools of `pipros mcp` that act: what the policy names, after a human has approved it, with a log."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterator

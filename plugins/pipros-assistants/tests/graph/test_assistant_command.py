@@ -1,7 +1,5 @@
 """`pipros mcp` as a command: every tool over each transport, and who may connect over HTTP."""
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import http.client

@@ -1,7 +1,5 @@
 """`pipros mcp` as a user tries it, with a scripted client: what stands in docs/guides/assistants.md."""
 
-from __future__ import annotations
-
 import base64
 import re
 import shutil

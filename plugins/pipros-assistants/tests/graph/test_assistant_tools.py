@@ -1,7 +1,5 @@
 """The tools of `pipros mcp` on a running system, called by the official client library."""
 
-from __future__ import annotations
-
 import base64
 import io
 import math

@@ -1,7 +1,5 @@
 """Attacks on the acts of assistants: clients that cheat, vanish or flood, changed files, killed servers."""
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import json

@@ -1,7 +1,5 @@
 """A client that obeys every instruction that it reads reaches no act outside the policy."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

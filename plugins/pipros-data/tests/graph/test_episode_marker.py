@@ -1,7 +1,5 @@
 """Service calls mark episodes in a bag, which `pipros dataset` then finds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

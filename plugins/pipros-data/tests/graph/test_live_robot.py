@@ -1,7 +1,5 @@
 """A robot under a policy: what it observes, what it is told, and how it is stopped."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

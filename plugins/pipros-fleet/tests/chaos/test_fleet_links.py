@@ -1,7 +1,5 @@
 """Fleet links that are cut, routers that are restarted, and members that are killed."""
 
-from __future__ import annotations
-
 import itertools
 import socket
 import threading

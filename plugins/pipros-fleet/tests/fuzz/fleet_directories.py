@@ -6,8 +6,6 @@ member that sends it, the second the kind: a token that appears or disappears, o
 python -m tests.fuzz.fleet_directories --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 
 from pipros.basics.errors import PiprosError

@@ -1,7 +1,5 @@
 """Services and parameters between the members of a fleet, and what their files forbid."""
 
-from __future__ import annotations
-
 import json
 import threading
 from contextlib import closing

@@ -1,7 +1,5 @@
 """Recording at a router, and copies of the files for operators who join late."""
 
-from __future__ import annotations
-
 import itertools
 import logging
 import signal

@@ -1,7 +1,5 @@
 """Certificates, access control of routers, and members that withstand a hostile one."""
 
-from __future__ import annotations
-
 import errno
 import itertools
 import json

@@ -1,7 +1,5 @@
 """Topics between the members of a fleet: each has its own master, and all share a router."""
 
-from __future__ import annotations
-
 import itertools
 import logging
 import threading

@@ -1,7 +1,5 @@
 """One bad node among good ones closes only itself: in lists and pings, on the page, in bridges and fleets."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import threading

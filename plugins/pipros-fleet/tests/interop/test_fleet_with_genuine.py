@@ -1,7 +1,5 @@
 """Two robots with genuine masters and genuine nodes, and genuine nodes at an operator's master of pipros."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """The robot in examples/navigation drives to goals set in the scene, on desktops and phones."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -6,8 +6,6 @@ each other after a marker.
 python -m tests.fuzz.costmap_inputs --seconds 60
 """
 
-from __future__ import annotations
-
 import struct
 import sys
 from contextlib import suppress

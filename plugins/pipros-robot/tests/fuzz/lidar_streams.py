@@ -5,8 +5,6 @@ The first byte of an input selects the format, the second how the rest is cut in
 python -m tests.fuzz.lidar_streams --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Launch files for clouds and lasers as courses write them, started for real and fed from a bag."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

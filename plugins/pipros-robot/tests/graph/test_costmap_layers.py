@@ -1,7 +1,5 @@
 """The parameter `plugins` of a costmap: an entry that pipros cannot use is left out, with an error."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The topics that shipped packages declare in package.xml are those of their programs and nodelets."""
 
-from __future__ import annotations
-
 from pipros.basics import names
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class

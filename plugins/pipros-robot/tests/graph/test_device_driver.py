@@ -1,7 +1,5 @@
 """A driver outlives every failure of its device, and never delays the end of its node."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The node `explore` of explore_lite: a robot that knows nothing of an apartment sees all of it."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from dataclasses import replace

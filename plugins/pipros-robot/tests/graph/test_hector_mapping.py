@@ -1,7 +1,5 @@
 """The node hector_mapping: a map of five rooms without odometry, its frames, commands and bad messages."""
 
-from __future__ import annotations
-
 import logging
 import math
 import tracemalloc

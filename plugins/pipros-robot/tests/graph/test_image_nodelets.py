@@ -1,7 +1,5 @@
 """Image nodelets as launch files start them: a depth camera, and two cameras with a view of disparities."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

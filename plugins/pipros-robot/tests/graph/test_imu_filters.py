@@ -1,7 +1,5 @@
 """The nodes of imu_filter_madgwick and imu_complementary_filter."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Callable

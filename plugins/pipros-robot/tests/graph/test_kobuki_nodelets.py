@@ -1,7 +1,5 @@
 """The nodelets of Kobuki's launch files: a multiplexer of velocities, and the safety controller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

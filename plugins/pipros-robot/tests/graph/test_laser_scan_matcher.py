@@ -1,7 +1,5 @@
 """The node laser_scan_matcher_node: a drive through rooms without odometry, and its inputs and outputs."""
 
-from __future__ import annotations
-
 import logging
 import math
 import tracemalloc

@@ -1,7 +1,5 @@
 """Nodes for laser scans in launch files, as users start them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

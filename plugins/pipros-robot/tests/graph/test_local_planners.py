@@ -1,7 +1,5 @@
 """Drives with the limits of other planners' files: the robot arrives, and never exceeds them."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 from types import SimpleNamespace

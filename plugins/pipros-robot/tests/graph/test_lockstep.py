@@ -1,7 +1,5 @@
 """`pipros_sim` in lockstep with a node that drives by what it measures."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Windows of OpenCV on a page: images, keys, trackbars and the mouse, for builds of OpenCV without a GUI."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import cv2

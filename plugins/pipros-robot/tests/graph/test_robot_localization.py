@@ -1,7 +1,5 @@
 """The filter programs in a running system."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """The node robot_pose_ekf: a drive with drifting wheels and an IMU, and its status."""
 
-from __future__ import annotations
-
 import logging
 import math
 import time

@@ -1,7 +1,5 @@
 """`rplidarNode` with a simulated RPLIDAR on a pseudo-terminal. Never tried with a real device."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import socket

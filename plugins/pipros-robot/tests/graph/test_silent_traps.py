@@ -1,7 +1,5 @@
 """Parameters that have no effect, or that ask for more than the robot or the machine can do, are named."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """`pipros sim-for` with launch files in the shapes of public ones: wrappers start, and robots reach goals."""
 
-from __future__ import annotations
-
 import logging
 import subprocess
 import sys

@@ -3,8 +3,6 @@
 The nodes run in this process. Messages are given to their callbacks directly, and the tests set the time.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

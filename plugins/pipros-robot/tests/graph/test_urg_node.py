@@ -1,7 +1,5 @@
 """`urg_node` with a simulated laser scanner on a TCP port. Never tried with a real device."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import Any

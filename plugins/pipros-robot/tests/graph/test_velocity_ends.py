@@ -1,7 +1,5 @@
 """What left a robot driving in real systems: a closed terminal, a lock, and a stream of goals."""
 
-from __future__ import annotations
-
 import signal
 
 import pytest

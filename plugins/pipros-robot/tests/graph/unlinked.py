@@ -1,7 +1,5 @@
 """Nodes without links on a master of the test, for tests that call their callbacks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

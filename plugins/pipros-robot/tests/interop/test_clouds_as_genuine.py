@@ -1,7 +1,5 @@
 """The nodelets and programs of pcl_ros of both sides, on the same clouds."""
 
-from __future__ import annotations
-
 import json
 import math
 import subprocess

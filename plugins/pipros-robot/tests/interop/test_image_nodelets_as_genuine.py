@@ -1,7 +1,5 @@
 """Nodelets of images beside Debian's genuine ones, with the same inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any

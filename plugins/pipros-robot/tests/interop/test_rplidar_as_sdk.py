@@ -1,7 +1,5 @@
 """Turns of a simulated RPLIDAR, read by the driver and by the vendor's own library (`pyrplidarsdk`)."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import sys

@@ -1,7 +1,5 @@
 """navigation, yujin_ocs: after the simulated time was set back, old commands and obstacles stayed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pipros_libraries.transforms.pose import IDENTITY

@@ -1,7 +1,5 @@
 """robot_localization: a robot with GPS jumped by 10,000 km when it crossed the equator."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros_libraries.transforms.pose import IDENTITY

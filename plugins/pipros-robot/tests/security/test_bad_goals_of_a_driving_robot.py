@@ -1,7 +1,5 @@
 """Whatever a driving robot is told, it stops within a control period, or reaches its goal."""
 
-from __future__ import annotations
-
 import itertools
 import logging
 import math

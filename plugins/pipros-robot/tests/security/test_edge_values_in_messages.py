@@ -4,8 +4,6 @@ The nodes of navigation run in this process. Messages are given to their callbac
 periodic work is called directly, so an exception in a callback or a cycle fails the test.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from copy import deepcopy

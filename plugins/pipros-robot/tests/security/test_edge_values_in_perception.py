@@ -3,8 +3,6 @@
 As in `test_edge_values_in_messages`, callbacks are called directly, so that an exception fails the test.
 """
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Callable, Mapping

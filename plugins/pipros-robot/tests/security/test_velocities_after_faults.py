@@ -1,7 +1,5 @@
 """Each program that commands velocities goes through a table of faults; see `tests.support.motion_table`."""
 
-from __future__ import annotations
-
 import logging
 import math
 import re

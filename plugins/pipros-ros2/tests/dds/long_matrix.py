@@ -1,7 +1,5 @@
 """The cells of `test_dds_matrix.py` with more messages and restarts, and with all kinds of peers."""
 
-from __future__ import annotations
-
 import signal
 
 import pytest

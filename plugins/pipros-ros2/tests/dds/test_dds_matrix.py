@@ -4,8 +4,6 @@ Each cell of the table in docs/internals/rtps.md has a quick test here. Those wi
 kinds of peers; `long_matrix.py` has all of them, and the longer runs.
 """
 
-from __future__ import annotations
-
 import re
 import signal
 

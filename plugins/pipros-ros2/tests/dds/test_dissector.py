@@ -1,7 +1,5 @@
 """Wireshark's dissector reads what pipros sends, as an independent oracle."""
 
-from __future__ import annotations
-
 import subprocess
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`pipros ros2` with peers on Fast DDS and Cyclone DDS, which have the conventions of ROS 2's middlewares."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

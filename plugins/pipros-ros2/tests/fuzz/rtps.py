@@ -6,8 +6,6 @@ writer, a reader and a known peer. Time passes between the datagrams.
 python -m tests.fuzz.rtps --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 import tracemalloc
 import zlib

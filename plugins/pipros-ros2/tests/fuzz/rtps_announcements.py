@@ -7,8 +7,6 @@ reader. The rest replaces or extends the user data of an announcement, or is the
 python -m tests.fuzz.rtps_announcements --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 
 from pipros.basics.limits import process_limits

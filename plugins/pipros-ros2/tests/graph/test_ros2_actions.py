@@ -1,7 +1,5 @@
 """Actions through a gateway: two gateways back to back, and an engine as the other side."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator

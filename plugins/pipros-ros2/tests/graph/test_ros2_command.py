@@ -1,7 +1,5 @@
 """`pipros ros2` as a command: its output, its status and its end."""
 
-from __future__ import annotations
-
 import hashlib
 import signal
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A gateway between a master and a ROS 2 domain, with an engine as the other side."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor

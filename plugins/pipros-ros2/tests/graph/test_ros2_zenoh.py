@@ -1,7 +1,5 @@
 """The engine for rmw_zenoh with peers that are written from the published format."""
 
-from __future__ import annotations
-
 import itertools
 import struct
 import sys

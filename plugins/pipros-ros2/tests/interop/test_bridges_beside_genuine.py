@@ -4,8 +4,6 @@ A bridge asks publishers for the definitions of their topics. Genuine rospy keep
 caller ID: the questions must not end the bridge's subscription.
 """
 
-from __future__ import annotations
-
 import itertools
 import struct
 from collections.abc import Iterator

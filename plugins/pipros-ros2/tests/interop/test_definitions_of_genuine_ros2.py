@@ -1,7 +1,5 @@
 """The `.idl` files of genuine ROS 2: their types equal those of `.msg`, `.srv` and `.action` files."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Drafts of `pipros port` run with genuine rclpy, if nothing in them is marked with a TODO."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

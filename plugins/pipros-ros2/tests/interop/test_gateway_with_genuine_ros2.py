@@ -3,8 +3,6 @@
 Both engines pass everything, except that the engine rclpy offers only actions whose types its ROS 2 has.
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Genuine rclpy goes on after large messages that lose datagrams and are displaced before they arrive."""
 
-from __future__ import annotations
-
 import signal
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """pipros and genuine ROS 2 from PyPI in one environment: both work, and a script can use both."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

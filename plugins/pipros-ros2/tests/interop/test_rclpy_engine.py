@@ -1,7 +1,5 @@
 """The engine for rclpy with genuine rclpy, beside pipros's engine for DDS in the same domain."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -5,8 +5,6 @@
 # needs the plugins: wheels
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

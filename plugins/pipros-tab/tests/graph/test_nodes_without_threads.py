@@ -1,7 +1,5 @@
 """Nodes, services and commands as in a browser tab: processes without threads, whose streams a hub passes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final

@@ -4,8 +4,6 @@ The tests of `PROGRAMS` start programs, here as workers of a tab. The tests of `
 nodes in their own process: each of these modules runs in one worker.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

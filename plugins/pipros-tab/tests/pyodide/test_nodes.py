@@ -1,7 +1,5 @@
 """Nodes, the master and commands in Pyodide, one in each worker of Node.js, connected by the hub of a tab."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

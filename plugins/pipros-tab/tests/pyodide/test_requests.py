@@ -1,7 +1,5 @@
 """The files of a program's page: few requests at the same time, and again those that get no answer."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 

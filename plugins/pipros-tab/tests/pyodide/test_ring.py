@@ -1,7 +1,5 @@
 """The rings of a tab: a full one refuses packets, and loses none."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 

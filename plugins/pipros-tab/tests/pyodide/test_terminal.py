@@ -1,7 +1,5 @@
 """The case study in terminals whose programs run in Pyodide."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

@@ -3,8 +3,6 @@
 python -m tests.fuzz.wheel_files --seconds 60
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The case study installed by pip, outside of any workspace, with genuine nodes on the other side."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 # needs the plugins: ros2
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

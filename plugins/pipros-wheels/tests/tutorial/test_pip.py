@@ -1,7 +1,5 @@
 """ROS packages that pip itself builds and installs, in new environments that have no index."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager

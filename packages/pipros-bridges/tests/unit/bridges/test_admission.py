@@ -1,7 +1,5 @@
 """Who may connect to a bridge: origins and tokens."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros_bridges import serve

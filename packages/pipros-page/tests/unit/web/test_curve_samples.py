@@ -1,7 +1,5 @@
 """Samples of curves: expressions, times, marks, and curves of whole bags."""
 
-from __future__ import annotations
-
 import math
 import struct
 import time

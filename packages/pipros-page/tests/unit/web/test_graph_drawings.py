@@ -1,7 +1,5 @@
 """Browsers with the same options share one drawing."""
 
-from __future__ import annotations
-
 import asyncio
 from dataclasses import replace
 from unittest.mock import Mock

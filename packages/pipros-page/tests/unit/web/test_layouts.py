@@ -1,7 +1,5 @@
 """Layouts of panels: stored ones, files, perspectives of rqt."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,8 +1,6 @@
 """The files of the page: unmodified third-party code, and nothing that the page's policy forbids."""
 
 # needs tree_sitter
-from __future__ import annotations
-
 import asyncio
 import base64
 import hashlib

@@ -1,7 +1,5 @@
 """Data of the scene: layouts of messages, columns of clouds, queues, and the files that services may use."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import struct

@@ -1,7 +1,5 @@
 """Which data are stale, and what the bell in the head of the page lists."""
 
-from __future__ import annotations
-
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 

@@ -1,7 +1,5 @@
 """The Teleop tab stops its robot also while other browsers keep the server's event loop busy."""
 
-from __future__ import annotations
-
 import asyncio
 from concurrent.futures import Future
 from types import SimpleNamespace

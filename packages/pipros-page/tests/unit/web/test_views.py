@@ -1,7 +1,5 @@
 """The data of the tabs: numbers for curves, pixels, frames, components."""
 
-from __future__ import annotations
-
 import json
 import math
 import struct

@@ -1,7 +1,5 @@
 """The observed system, with observers that fail or are rarely asked."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from types import SimpleNamespace

@@ -2,8 +2,6 @@
 
 # needs the plugins: ros2
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

@@ -2,8 +2,6 @@
 
 # needs the plugins: data, ros2
 
-from __future__ import annotations
-
 import bz2
 import io
 import re

@@ -1,7 +1,5 @@
 """The Python examples of docs/guides/bags.md run, and its sizes are those of bags."""
 
-from __future__ import annotations
-
 import re
 from io import BytesIO
 from pathlib import Path

@@ -2,8 +2,6 @@
 
 # needs the plugins: data, ros2
 
-from __future__ import annotations
-
 import io
 import os
 import sqlite3

@@ -1,7 +1,5 @@
 """`rosbag merge`, `rosbag split`, and `rosbag filter` by topic and time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Cases that users of bags reported: nothing is lost, mixed or changed without a word."""
 
-from __future__ import annotations
-
 import zlib
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`import rosbag`. tests.interop compares both implementations on the same bags."""
 
-from __future__ import annotations
-
 import io
 import pickle
 from pathlib import Path

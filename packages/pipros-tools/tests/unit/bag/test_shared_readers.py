@@ -2,8 +2,6 @@
 
 # needs the plugins: data, ros2
 
-from __future__ import annotations
-
 import multiprocessing
 import pickle
 import sqlite3

@@ -1,7 +1,5 @@
 """Completion of the word at the cursor, without a master."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

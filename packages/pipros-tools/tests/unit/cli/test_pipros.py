@@ -1,7 +1,5 @@
 """The `pipros` command."""
 
-from __future__ import annotations
-
 import json
 import platform
 import re

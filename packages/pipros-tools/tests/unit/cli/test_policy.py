@@ -1,7 +1,5 @@
 """`pipros policy check`: the examples of docs/guides/policy.md, and a bag tested with that of turtlesim."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

@@ -1,7 +1,5 @@
 """rosmsg, rossrv and rosaction, beyond the transcripts of genuine ROS (tests.golden.cli)."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

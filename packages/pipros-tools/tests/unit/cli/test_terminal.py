@@ -1,7 +1,5 @@
 """Output on a terminal, none of which is written to a pipe."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros_tools.cli.terminal import (

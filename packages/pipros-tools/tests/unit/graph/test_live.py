@@ -1,7 +1,5 @@
 """The connections of a graph, from tables of responses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

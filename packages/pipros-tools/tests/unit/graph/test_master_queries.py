@@ -1,7 +1,5 @@
 """Topics, services, nodes and parameters of a system, from a table of master responses."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros.basics.errors import NotFound, Unreachable

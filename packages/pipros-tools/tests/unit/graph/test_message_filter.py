@@ -1,7 +1,5 @@
 """`--filter`: the messages that an expression selects, and the fields that it can read."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros.msg import load_message_class

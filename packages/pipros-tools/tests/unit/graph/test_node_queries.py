@@ -1,7 +1,5 @@
 """Queries of nodes that may not answer."""
 
-from __future__ import annotations
-
 import math
 import threading
 from http import HTTPStatus

@@ -1,7 +1,5 @@
 """GraphObservation of a running system: connections, rates, and unresponsive nodes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Pings of nodes that are functions: output, counts and waits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import count
 from socket import gaierror

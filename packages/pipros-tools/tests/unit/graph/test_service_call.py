@@ -1,7 +1,5 @@
 """Service requests from YAML values, and waits for a service, without a server."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros.msg import load_service_class

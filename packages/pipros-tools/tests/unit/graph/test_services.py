@@ -1,7 +1,5 @@
 """Looking up services at their servers."""
 
-from __future__ import annotations
-
 import socket
 import time
 from contextlib import suppress

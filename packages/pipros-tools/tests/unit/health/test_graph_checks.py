@@ -1,7 +1,5 @@
 """Findings about a running system: each fault is found, and nothing in a healthy one."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Findings about the setup of a machine: each fault is found, and nothing on a healthy one."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import sys

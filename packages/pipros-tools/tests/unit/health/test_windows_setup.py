@@ -1,7 +1,5 @@
 """The setup of Windows is read from variables, the registry and WSL's files, which are simulated here."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

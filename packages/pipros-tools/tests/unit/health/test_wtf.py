@@ -1,7 +1,5 @@
 """Rules and plugins of `roswtf`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Scripts for rclpy in launch files: arguments, and the Python that runs them."""
 
-from __future__ import annotations
-
 import math
 import sys
 from itertools import pairwise

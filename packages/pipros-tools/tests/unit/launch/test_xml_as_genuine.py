@@ -4,8 +4,6 @@
 `<launch>` around it. `genuine.jsonl` was captured by `tests.interop.programs.genuine_launch_loader`.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """How rostest runs the tests of a launch file, without processes."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout

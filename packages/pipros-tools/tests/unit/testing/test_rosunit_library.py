@@ -1,7 +1,5 @@
 """The classes of rosunit and rostest that scripts use, on a machine without genuine ROS."""
 
-from __future__ import annotations
-
 import io
 import sys
 import unittest

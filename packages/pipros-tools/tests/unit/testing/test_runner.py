@@ -2,8 +2,6 @@
 
 # ruff: noqa: PT009 - the cases that are run are those of unittest
 
-from __future__ import annotations
-
 import io
 import sys
 import unittest

@@ -1,7 +1,5 @@
 """Result files: written in genuine rosunit's form, read from rosunit, rostest and gtest."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree
 
 import pytest

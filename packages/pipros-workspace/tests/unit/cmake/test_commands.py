@@ -1,7 +1,5 @@
 """The commands of CMake. `tests.golden.cmake` has the values of CMake 3.25, which `tests.interop` runs."""
 
-from __future__ import annotations
-
 import errno
 import os
 import sys

@@ -1,7 +1,5 @@
 """`cmake -E`, with which custom commands copy and compare files and run programs."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

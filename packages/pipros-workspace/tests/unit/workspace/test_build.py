@@ -1,7 +1,5 @@
 """Workspaces built without CMake: created, refused and untouched files."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Commands of CMake and catkin in packages: custom commands, installation, hooks, tests."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The files of a package in the devel and install spaces, and the checks before those are written."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

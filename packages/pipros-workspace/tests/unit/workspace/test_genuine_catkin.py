@@ -1,7 +1,5 @@
 """The packages that are passed to genuine catkin besides those of the workspace."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

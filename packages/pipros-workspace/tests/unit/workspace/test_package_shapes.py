@@ -1,7 +1,5 @@
 """Packages like those in public repositories. `tests.interop` builds them with genuine catkin."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Sequence
 from pathlib import Path

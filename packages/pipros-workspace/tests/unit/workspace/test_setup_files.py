@@ -1,7 +1,5 @@
 """The setup files of a workspace, sourced by real shells."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

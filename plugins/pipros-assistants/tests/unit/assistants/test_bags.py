@@ -1,7 +1,5 @@
 """The tools for bags: nothing outside the folder is read."""
 
-from __future__ import annotations
-
 import base64
 import io
 from pathlib import Path

@@ -1,7 +1,5 @@
 """guides/assistants.md: the configuration files follow our schemas for the clients, and the tools exist."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import re

@@ -1,7 +1,5 @@
 """The descriptions of tools: fixed texts and valid schemas, whatever the robot contains."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import json

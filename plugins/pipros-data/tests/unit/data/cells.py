@@ -1,7 +1,5 @@
 """Cells of tables as plain values, to compare them with the messages of the library rosbags."""
 
-from __future__ import annotations
-
 import dataclasses
 import random
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A bag with a demonstration, and the description of a data set for it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`rosbag table` and `rosbag query`: output, exit codes, and what queries cannot do."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

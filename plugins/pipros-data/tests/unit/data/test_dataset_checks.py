@@ -1,7 +1,5 @@
 """The five checks of episodes, each with a defect that it finds and a recording without one."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """`pipros dataset`: errors and limits."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """`pipros dataset`: rows, gaps, episodes, pictures, formats, interruption and parallel runs."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

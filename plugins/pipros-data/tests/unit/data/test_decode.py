@@ -1,7 +1,5 @@
 """Every cell equals what rosbags reads from the same bytes; malformed messages are named."""
 
-from __future__ import annotations
-
 import random
 import tracemalloc
 from typing import Any

@@ -1,7 +1,5 @@
 """Bags and tables in notebooks, and columns of lists as arrays for plots."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every command and example of docs/guides/data.md runs, and prints what the document shows."""
 
-from __future__ import annotations
-
 import math
 import re
 import shlex

@@ -1,7 +1,5 @@
 """ROS 2 bags as tables."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path

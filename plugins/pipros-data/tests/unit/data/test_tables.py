@@ -1,7 +1,5 @@
 """Topics of bags as tables: choice of rows, several bags, formats, limits and damaged bags."""
 
-from __future__ import annotations
-
 import struct
 import tracemalloc
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Access rules of a router."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """The files of examples/fleet."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Fleet files: their settings and their error messages."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Files of a history: their messages, their size limit, and their names."""
 
-from __future__ import annotations
-
 import os
 import threading
 from dataclasses import astuple

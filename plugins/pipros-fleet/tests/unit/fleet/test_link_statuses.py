@@ -1,7 +1,5 @@
 """Diagnostics of a member's links."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros_fleet.health import CHECK

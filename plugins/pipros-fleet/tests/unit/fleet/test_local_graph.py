@@ -1,7 +1,5 @@
 """The names that a member offers to others."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Sequence
 

@@ -1,7 +1,5 @@
 """Attachments, compression, and the count of lost messages."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Selection of the messages to send over a link, and of those to drop."""
 
-from __future__ import annotations
-
 import logging
 
 import pytest

@@ -1,7 +1,5 @@
 """Members that join and leave, also while the link is down."""
 
-from __future__ import annotations
-
 from pipros_fleet import keys
 from pipros_fleet.members import TOKENS_PER_MEMBER, Members, Token
 from pipros_fleet.presence import LEAVE_S, RETURN_S, Presence

@@ -1,7 +1,5 @@
 """The recorder's thread and its limits, with a link that the tests simulate."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

@@ -1,7 +1,5 @@
 """The threads that send messages over a link."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from typing import Any

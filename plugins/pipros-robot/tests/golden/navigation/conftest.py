@@ -1,7 +1,5 @@
 """Recordings for tests that compare nodes of pipros with what genuine ones answered."""
 
-from __future__ import annotations
-
 from collections.abc import Generator
 from pathlib import Path
 

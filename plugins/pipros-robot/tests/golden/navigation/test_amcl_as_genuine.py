@@ -3,8 +3,6 @@
 Genuine amcl draws other random numbers in each of seven runs; pipros is compared with their mean.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from ast import literal_eval

@@ -1,7 +1,5 @@
 """Costmaps on recorded inputs, cell by cell beside the genuine ones."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -3,8 +3,6 @@
 The commands are played open loop: what they command would depend on what the simulator does now.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 from xmlrpc.client import ServerProxy

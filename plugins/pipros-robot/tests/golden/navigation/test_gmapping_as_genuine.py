@@ -3,8 +3,6 @@
 The genuine node draws other random numbers in each of seven runs: pipros is compared with their mean.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import astuple, replace

@@ -1,7 +1,5 @@
 """The nodes for laser scans, on recorded messages: their scans equal those of the genuine nodes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pipros_robot.perception.laser.cloud_to_scan_node import CloudToScanNode

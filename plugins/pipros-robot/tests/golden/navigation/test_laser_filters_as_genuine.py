@@ -1,7 +1,5 @@
 """The filters of laser_filters and the assembler, on recorded scans, beside the genuine ones."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Maps that pipros reads, serves and saves as genuine map_server and map_saver did, byte by byte."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

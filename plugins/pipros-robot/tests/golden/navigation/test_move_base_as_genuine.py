@@ -1,7 +1,5 @@
 """move_base beside the genuine one: results, interfaces, and the commands of the local planner."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 from typing import Any

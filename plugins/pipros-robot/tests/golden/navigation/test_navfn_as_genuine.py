@@ -1,7 +1,5 @@
 """Plans of navfn beside genuine ones: costs, distances from obstacles, and what is published."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

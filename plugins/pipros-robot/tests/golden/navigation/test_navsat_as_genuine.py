@@ -1,7 +1,5 @@
 """navsat_transform_node on recorded messages, beside what the genuine node answered."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The filters of robot_localization, on recorded messages: their estimates equal the genuine ones."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ Simulated time advances by one period when the nodelet has published what it com
 has noted its inputs.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What launch files in the shapes of public ones expect from the robot, and what cannot be found out."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Actions: definitions, type hashes, conversion, and the messages that all actions share, against rosbags."""
 
-from __future__ import annotations
-
 import struct
 from functools import partial
 from typing import Any

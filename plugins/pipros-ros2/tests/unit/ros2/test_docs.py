@@ -1,7 +1,5 @@
 """The example and the figures of docs/guides/ros2.md."""
 
-from __future__ import annotations
-
 import math
 import re
 import zlib

@@ -1,7 +1,5 @@
 """The reports of a gateway: for `pipros ros2 status`, for diagnostics, and for the doctor."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

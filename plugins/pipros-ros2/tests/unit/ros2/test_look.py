@@ -1,7 +1,5 @@
 """The view of a ROS 2 domain, whose other participant is an engine of pipros."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator
 from types import SimpleNamespace

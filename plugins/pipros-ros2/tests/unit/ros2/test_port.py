@@ -1,7 +1,5 @@
 """Drafts of rospy nodes for rclpy. `port_nodes.txt` contains 30 nodes in the style of public ones."""
 
-from __future__ import annotations
-
 import ast
 import math
 import os

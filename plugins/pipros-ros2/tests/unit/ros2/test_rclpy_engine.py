@@ -1,7 +1,5 @@
 """The engine for rclpy, without rclpy: its environment, queues and calls, and Pythons that cannot run it."""
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Callable

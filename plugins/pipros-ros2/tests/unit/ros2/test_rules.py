@@ -1,7 +1,5 @@
 """The rules of a gateway: which topics pass, under which name, and with which quality of service."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import re

@@ -1,7 +1,5 @@
 """The type pairs of a gateway: installed types, received definitions, services, actions and hashes."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

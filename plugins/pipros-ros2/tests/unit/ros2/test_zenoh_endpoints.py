@@ -1,7 +1,5 @@
 """Endpoints for rmw_zenoh, without Zenoh."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Command lines of a tab."""
 
-from __future__ import annotations
-
 import platform
 
 import pytest

@@ -1,7 +1,5 @@
 """Files that the workers of a tab share."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 

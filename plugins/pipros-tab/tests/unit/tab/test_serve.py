@@ -1,7 +1,5 @@
 """The server of the tab's page, and computers that open many connections or send too much."""
 
-from __future__ import annotations
-
 import functools
 import gzip
 import http.client

@@ -1,7 +1,5 @@
 """The shell of a tab's terminals."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Sockets of a tab: what nodes, asyncio and XML-RPC use of Python's sockets."""
 
-from __future__ import annotations
-
 import errno
 import os
 import select

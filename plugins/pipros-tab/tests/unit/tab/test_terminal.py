@@ -1,7 +1,5 @@
 """Completion in the terminals of a tab, and the commands of docs/start/tab.md."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The turns of a worker: event loops, links and jobs in one thread."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import signal

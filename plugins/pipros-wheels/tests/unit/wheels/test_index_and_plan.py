@@ -1,7 +1,5 @@
 """Indexes of wheels, the plan of an installation, and the tables of keys."""
 
-from __future__ import annotations
-
 import os
 import struct
 import subprocess

@@ -1,7 +1,5 @@
 """`pipros install` with a hostile index: what the plan names is installed, and nothing else is asked for."""
 
-from __future__ import annotations
-
 import io
 import os
 import sys

@@ -1,7 +1,5 @@
 """One bad package, wheel or folder among good ones closes only itself, wherever it is in the order."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The contents of wheels: those of catkin's install space, and what packages of many forms lack."""
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import csv

@@ -1,7 +1,5 @@
 """Workspaces of the shapes that public repositories have: the files of their wheels, and what is said."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

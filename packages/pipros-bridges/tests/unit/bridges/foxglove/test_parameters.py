@@ -1,7 +1,5 @@
 """Parameters as Foxglove clients see them."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 from xmlrpc.client import Binary

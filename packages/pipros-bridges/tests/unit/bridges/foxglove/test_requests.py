@@ -1,7 +1,5 @@
 """Messages of Foxglove clients, literally."""
 
-from __future__ import annotations
-
 import json
 from typing import Any, get_args
 

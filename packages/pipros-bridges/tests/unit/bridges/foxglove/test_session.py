@@ -1,7 +1,5 @@
 """One Foxglove client on a bridge without ROS and without sockets."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Collection, Mapping

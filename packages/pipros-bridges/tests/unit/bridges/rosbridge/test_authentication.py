@@ -1,7 +1,5 @@
 """The operation `auth`: which claims are accepted."""
 
-from __future__ import annotations
-
 import hashlib
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Messages: conversion to JSON, CBOR and BSON, and back."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

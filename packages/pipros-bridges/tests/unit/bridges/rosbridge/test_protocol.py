@@ -1,7 +1,5 @@
 """Operations of one client as literal JSON, and their effects or answers."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import random

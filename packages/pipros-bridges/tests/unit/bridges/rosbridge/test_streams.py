@@ -1,7 +1,5 @@
 """The messages of one topic for one client, without a node."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Parts of bags that a browser saves."""
 
-from __future__ import annotations
-
 import re
 import struct
 import zipfile

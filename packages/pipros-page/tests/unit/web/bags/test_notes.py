@@ -1,7 +1,5 @@
 """Notes beside a bag."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import io

@@ -1,7 +1,5 @@
 """The bags that browsers have opened, one per browser."""
 
-from __future__ import annotations
-
 import contextlib
 import contextvars
 import os

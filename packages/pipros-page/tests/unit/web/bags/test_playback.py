@@ -1,7 +1,5 @@
 """Reading a bag for a browser that jumps between times."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The last minute of the running system, which browsers open like a bag."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import io

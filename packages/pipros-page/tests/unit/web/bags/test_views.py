@@ -1,7 +1,5 @@
 """Views of the Bags tab, without a server."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import errno

@@ -1,8 +1,6 @@
 """Pairs of images, and shapes over images: detections of two releases of vision_msgs, and markers."""
 
 # needs numpy
-from __future__ import annotations
-
 import math
 import struct
 from types import SimpleNamespace as Fields

@@ -1,7 +1,5 @@
 """Small pictures of messages."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math

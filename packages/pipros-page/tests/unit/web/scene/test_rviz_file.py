@@ -1,7 +1,5 @@
 """Configurations of rviz survive reading and writing."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros.basics.errors import PiprosError

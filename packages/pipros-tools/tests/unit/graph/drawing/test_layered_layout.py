@@ -1,7 +1,5 @@
 """Layouts: nothing overlaps, arrows point to the right, groups have their own rectangles."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Mapping
 

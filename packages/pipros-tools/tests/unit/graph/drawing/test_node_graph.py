@@ -1,7 +1,5 @@
 """The contents of a drawing of a running system: modes, filters, hidden elements."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

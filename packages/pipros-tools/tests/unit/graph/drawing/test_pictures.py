@@ -1,7 +1,5 @@
 """DOT, SVG and PNG of a graph."""
 
-from __future__ import annotations
-
 import io
 import re
 import sys

@@ -1,7 +1,5 @@
 """Topics and services that must appear, or must not, each within its own time from a common start."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

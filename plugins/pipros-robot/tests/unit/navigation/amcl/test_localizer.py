@@ -1,7 +1,5 @@
 """The particle filter, and localisation on drives through the apartment."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

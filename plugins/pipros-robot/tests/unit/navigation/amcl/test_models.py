@@ -1,7 +1,5 @@
 """Motion and sensor models against closed forms and plain loops."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

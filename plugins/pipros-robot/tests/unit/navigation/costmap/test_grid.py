@@ -1,7 +1,5 @@
 """Grids of costs, lines and polygons, compared with plain loops."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

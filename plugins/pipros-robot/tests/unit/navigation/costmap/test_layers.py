@@ -1,7 +1,5 @@
 """The layers of a costmap, compared with plain loops and with the distances of scipy."""
 
-from __future__ import annotations
-
 import logging
 import math
 import re

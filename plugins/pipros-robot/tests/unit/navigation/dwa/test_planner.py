@@ -1,7 +1,5 @@
 """The planner against a plain loop over velocities, poses and cells."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The filters against derivatives by differences, and estimates in closed form."""
 
-from __future__ import annotations
-
 import re
 from math import inf
 from typing import Any

@@ -1,7 +1,5 @@
 """Maps of the apartment, and the parts of the mapper against plain loops."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

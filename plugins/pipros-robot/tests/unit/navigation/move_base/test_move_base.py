@@ -1,7 +1,5 @@
 """The states of a goal, with a robot that only notes what it is told."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import math

@@ -1,7 +1,5 @@
 """Paths over costs, compared with a plain loop and with the shortest paths of scipy."""
 
-from __future__ import annotations
-
 import heapq
 import math
 from typing import Any

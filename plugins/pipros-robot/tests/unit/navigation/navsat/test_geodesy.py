@@ -1,7 +1,5 @@
 """Projections against numerical integration and derivatives, and the transform on a simple world."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """The scores of TrajectoryPlannerROS beside obstacles, in cells and in metres."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cases computed by hand, and strange clouds; tests.interop.test_clouds_as_genuine compares with PCL."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """The formats of RPLIDARs, decoded by the driver and by pyrplidar."""
 
-from __future__ import annotations
-
 import itertools
 import random
 import struct

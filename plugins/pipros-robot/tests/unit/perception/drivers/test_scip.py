@@ -1,7 +1,5 @@
 """Replies of SCIP 2, decoded by the driver and by hokuyolx."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Cases by hand; `tests.interop.test_image_nodelets_as_genuine` has the genuine nodelets beside ours."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cv2

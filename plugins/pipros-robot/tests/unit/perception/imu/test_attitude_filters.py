@@ -1,7 +1,5 @@
 """Both filters of IMUs, with measurements computed from known orientations."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

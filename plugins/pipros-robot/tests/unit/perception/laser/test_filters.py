@@ -3,8 +3,6 @@
 tests.golden.navigation.test_laser_filters_as_genuine compares all filters with the genuine ones.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Cases computed by hand: points of moving scanners, shapes in another frame, and assembled scans."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Announcements of participants and endpoints: conversion to bytes and back."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Two engines for DDS on one machine."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 from collections.abc import Iterator

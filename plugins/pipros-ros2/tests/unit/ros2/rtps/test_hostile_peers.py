@@ -1,7 +1,5 @@
 """Floods and false claims of peers: bounded, reported, and without effect on other peers."""
 
-from __future__ import annotations
-
 import struct
 import tracemalloc
 

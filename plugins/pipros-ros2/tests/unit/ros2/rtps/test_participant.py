@@ -1,7 +1,5 @@
 """Participants of RTPS on real sockets, in one process and in two."""
 
-from __future__ import annotations
-
 import re
 import signal
 import sys

@@ -1,7 +1,5 @@
 """Participants that find each other and exchange samples, in simulated time."""
 
-from __future__ import annotations
-
 import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound

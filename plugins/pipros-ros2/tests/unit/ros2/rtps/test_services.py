@@ -1,7 +1,5 @@
 """Servers and clients on real sockets, with peers of both styles and of none."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 

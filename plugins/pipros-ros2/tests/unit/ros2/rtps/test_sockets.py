@@ -1,7 +1,5 @@
 """The sockets of a participant: which ports it takes, what it announces, and whom it looks for."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import socket

@@ -1,7 +1,5 @@
 """Submessages: conversion to bytes and back, in both byte orders."""
 
-from __future__ import annotations
-
 from struct import pack
 
 import pytest

@@ -1,7 +1,5 @@
 """The writing end, with readers that do not behave as expected."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from pipros_ros2.rtps.decoding import read_datagram
