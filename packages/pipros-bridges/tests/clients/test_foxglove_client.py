@@ -24,13 +24,9 @@ class NodeClient:
 
     def __init__(self, ros: RosSystem, address: str, subprotocol: str = SUBPROTOCOLS[0]) -> None:
         self.process = ros.pipros.processes.start(
-            str(shutil.which("node")),
-            PROGRAM,
-            address,
-            subprotocol,
-            stdin=subprocess.PIPE,
+            str(shutil.which("node")), PROGRAM, address, subprotocol, stdin=subprocess.PIPE,
             environment={"NODE_PATH": str(MODULES)},
-        )
+        )  # fmt: skip
 
     def order(self, order: str, **fields: Any) -> None:
         self.process.write_line(json.dumps({"order": order, **fields}))
@@ -71,12 +67,9 @@ def test_topics_and_services_of_each_implementation(ros: RosSystem, side: str, s
         assert received["message"] == {"data": "hello"}
 
     client.order(
-        "publish",
-        topic="/from_client",
-        type="std_msgs/String",
-        definition="string data",
+        "publish", topic="/from_client", type="std_msgs/String", definition="string data",
         message={"data": "from the client"},
-    )
+    )  # fmt: skip
     client.wait_for("channel", lambda each: each["topic"] == "/echoed")
     client.order("subscribe", topic="/echoed")
     echoed = client.wait_for("message", lambda each: each["topic"] == "/echoed")
@@ -120,14 +113,9 @@ def test_parameters_and_assets(ros: RosSystem, tmp_path: Path) -> None:
 def test_the_launch_file_has_the_arguments_of_the_genuine_one(ros: RosSystem) -> None:
     ros.serve_master()
     launch = ros.pipros.start(
-        "roslaunch",
-        "foxglove_bridge",
-        "foxglove_bridge.launch",
-        "port:=0",
-        "topic_whitelist:=['/chat.*']",
-        "send_buffer_limit:=1000000",
-        "capabilities:=[clientPublish,services]",
-    )
+        "roslaunch", "foxglove_bridge", "foxglove_bridge.launch", "port:=0", "topic_whitelist:=['/chat.*']",
+        "send_buffer_limit:=1000000", "capabilities:=[clientPublish,services]",
+    )  # fmt: skip
     ros.pipros.start("rostopic", "pub", "-r", "20", "/chatter", "std_msgs/String", "data: hello")
     ros.pipros.start("rostopic", "pub", "-r", "20", "/hidden", "std_msgs/String", "data: hello")
     client = NodeClient(ros, launch.wait_for(r"ws://\S+")[0])

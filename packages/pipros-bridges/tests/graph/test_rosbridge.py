@@ -568,12 +568,9 @@ def test_the_launch_file_serves_clients(ros: Any) -> None:
 def test_a_missing_secret_file_is_an_error(ros: Any, tmp_path: Path) -> None:
     ros.serve_master()
     ended = ros.pipros.run(
-        "rosrun",
-        "rosbridge_server",
-        "rosbridge_websocket",
-        "_authenticate:=true",
+        "rosrun", "rosbridge_server", "rosbridge_websocket", "_authenticate:=true",
         f"_secret_file:={tmp_path}/x",
-    )
+    )  # fmt: skip
     assert ended.returncode == 1
     assert "secret_file" in ended.output
 

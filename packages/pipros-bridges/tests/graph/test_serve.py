@@ -58,10 +58,8 @@ def test_the_foxglove_launch_file_limits_what_clients_publish_and_fetch(
 ) -> None:
     ros.serve_master()
     names = {
-        "port": "0",
-        "client_topic_whitelist": "['/cmd.*']",
-        "asset_uri_allowlist": "['package://mine/.*']",
-    }
+        "port": "0", "client_topic_whitelist": "['/cmd.*']", "asset_uri_allowlist": "['package://mine/.*']"
+    }  # fmt: skip
     unused = dict.fromkeys(("num_threads", "service_type_retrieval_timeout_ms", "use_compression"), "0")
     passed = "".join(f'<arg name="{name}" value="{value}"/>' for name, value in (names | unused).items())
     file = tmp_path / "robot.launch"

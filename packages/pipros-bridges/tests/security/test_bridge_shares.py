@@ -94,11 +94,9 @@ def test_a_bson_document_with_too_many_values_is_refused_before_it_is_parsed(con
     [reply] = peer.sends(bson.encode({"op": "publish", "topic": "/a", "x": re.compile("a"), "y": "z" * 5000}))
     assert "unsupported type" in reply.operation["msg"]
     values = {
-        "data": b"x" * 400_000,
-        "text": "\0" * 10,
-        "time": datetime.datetime(2020, 1, 1, tzinfo=datetime.timezone.utc),
-        "n": [1, 2.0, True],
-    }
+        "data": b"x" * 400_000, "text": "\0" * 10,
+        "time": datetime.datetime(2020, 1, 1, tzinfo=datetime.timezone.utc), "n": [1, 2.0, True],
+    }  # fmt: skip
     document = bson.encode({"op": "publish", "topic": "/a", "msg": values})
     assert [type(effect) for effect in peer.sends(document)] == [Publish]
 

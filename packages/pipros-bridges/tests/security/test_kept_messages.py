@@ -65,21 +65,13 @@ class Server:
         self._later: list[Callable[[], object]] = []
         master = SimpleNamespace(get_published_topics=list)
         node: Any = SimpleNamespace(
-            limits=LIMITS,
-            advertise=self._advertise,
-            resolve=lambda name: name,
-            master=master,
-            on_shutdown=lambda _: None,
-            remove_shutdown_hook=lambda _: None,
-        )
+            limits=LIMITS, advertise=self._advertise, resolve=lambda name: name, master=master,
+            on_shutdown=lambda _: None, remove_shutdown_hook=lambda _: None,
+        )  # fmt: skip
         self.publishers = SharedPublishers(
-            node,
-            Filler(lambda: 0),
-            lambda _: None,
-            lambda _, function: self._later.append(function),
-            0,
+            node, Filler(lambda: 0), lambda _: None, lambda _, function: self._later.append(function), 0,
             ActGate(node),
-        )
+        )  # fmt: skip
 
     def _advertise(self, topic: str, *_: Any, **__: Any) -> FakePublisher:
         self.made.append(FakePublisher(topic, lambda: self.has_subscribers))

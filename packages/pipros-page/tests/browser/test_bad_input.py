@@ -220,11 +220,9 @@ while not rospy.is_shutdown():
     rate.sleep()
 """
 LIES = {
-    "tf": ("/tf", "tf2_msgs/TFMessage"),
-    "diagnostics": ("/diagnostics", "diagnostic_msgs/DiagnosticArray"),
-    "console": ("/rosout_agg", "rosgraph_msgs/Log"),
-    "images/%2Fimage": ("/image", "sensor_msgs/Image"),
-}
+    "tf": ("/tf", "tf2_msgs/TFMessage"), "diagnostics": ("/diagnostics", "diagnostic_msgs/DiagnosticArray"),
+    "console": ("/rosout_agg", "rosgraph_msgs/Log"), "images/%2Fimage": ("/image", "sensor_msgs/Image"),
+}  # fmt: skip
 """Tabs, and the topics that they show, with the names of their types."""
 
 

@@ -97,15 +97,11 @@ def test_changed_properties_leave_the_others_alone(tab: Tab) -> None:
     )
     assert found == [
         ["/a", "Axes", 100, [204, 51, 204]],
-        {
-            "Later": "007",
-            "Topic": {"Value": "/b", "Depth": "5"},
-            "Shape": {"Value": "Axes", "Color": "1; 2; 3"},
-            "Alpha": "0.0299999993",
-            "Covariance": {"Position": {"Value": "false"}},
-        },
+        {"Later": "007", "Topic": {"Value": "/b", "Depth": "5"},
+            "Shape": {"Value": "Axes", "Color": "1; 2; 3"}, "Alpha": "0.0299999993",
+            "Covariance": {"Position": {"Value": "false"}}},
         False,
-    ]
+    ]  # fmt: skip
 
 
 def test_defaults_are_those_of_rviz(tab: Tab) -> None:

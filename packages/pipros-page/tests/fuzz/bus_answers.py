@@ -59,12 +59,9 @@ def target(data: bytes) -> None:
     for _ in range(3):
         observation = observer.poll()
     graph = node_graph(
-        observation.state,
-        observation.connections,
-        observation.unreachable,
-        GraphOptions(mode="all"),
+        observation.state, observation.connections, observation.unreachable, GraphOptions(mode="all"),
         observation.wrong_types,
-    )
+    )  # fmt: skip
     scene = draw(graph, with_traffic=True)
     shown = scene_values(scene), traffic_values(observation, scene), node_values(observation, "/node")
     text = json.dumps([shown, list(topic_rows(observation))], allow_nan=False)

@@ -62,10 +62,8 @@ def _read(kind: str, md5sum: str, definition: str, body: bytes) -> None:
     watch = TopicWatch("/topic", RawDecoder())
     tree, statuses, log = FrameTree(), Statuses(100_000), Log(100_000)
     takes = (
-        lambda message, _, wall_s: tree.add(message, wall_s, "/x", is_static=False),
-        statuses.add,
-        log.add,
-    )
+        lambda message, _, wall_s: tree.add(message, wall_s, "/x", is_static=False), statuses.add, log.add
+    )  # fmt: skip
     with ExitStack() as stack:
         for known, take in zip(KNOWN, takes, strict=True):
             stack.enter_context(KnownTopic(watch, known, take).listening())

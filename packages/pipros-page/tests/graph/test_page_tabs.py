@@ -168,20 +168,16 @@ def test_services_and_loggers(page: Page) -> None:
 
 
 CHANGES = {
-    "kill_node": {"name": "/nothing"},
-    "set_param": {"name": "/robot/x", "value": "1"},
+    "kill_node": {"name": "/nothing"}, "set_param": {"name": "/robot/x", "value": "1"},
     "delete_param": {"name": "/robot/wheel_radius"},
     "set_logger_level": {"name": "/robot", "logger": "rosout", "level": "debug"},
     "call_service": {"name": "/robot/get_loggers", "request": ""},
     "set_reconfigured": {"name": "/robot", "changes": {"gain": 1}},
     "send_goal": {"name": "/robot", "type": "actionlib/TestActionGoal", "goal": ""},
-    "cancel_goal": {"name": "/robot"},
-    "steer": {"session": "x", "linear": 0, "angular": 0},
-    "restart_launched": {"launch": "0", "node": "driver"},
-    "stop_launched": {"launch": "0", "node": "driver"},
-    "record": {"topics": ["/imu"]},
-    "stop_recording": {},
-}
+    "cancel_goal": {"name": "/robot"}, "steer": {"session": "x", "linear": 0, "angular": 0},
+    "restart_launched": {"launch": "0", "node": "driver"}, "stop_launched": {"launch": "0", "node": "driver"},
+    "record": {"topics": ["/imu"]}, "stop_recording": {},
+}  # fmt: skip
 
 
 def test_a_read_only_page_cannot_change_anything(robot: RosSystem, page: Page) -> None:
@@ -215,11 +211,9 @@ def test_a_page_with_control_changes_parameters_loggers_and_calls(robot: RosSyst
 
 
 USUAL = {
-    "rqt_logger_level": "set_logger_level",
-    "rqt_publisher": "publishing",
-    "rqt_reconfigure": "set_reconfigured",
-    "rqt_service_caller": "call_service",
-}
+    "rqt_logger_level": "set_logger_level", "rqt_publisher": "publishing",
+    "rqt_reconfigure": "set_reconfigured", "rqt_service_caller": "call_service",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("command", USUAL)

@@ -22,15 +22,12 @@ SETTINGS = Path("packages", "pipros-page", "tests", "page")
 _SERVER = Path("packages", "pipros-server", "src", "pipros_server")
 _SIMULATION = Path("packages", "pipros-simulation", "src", "pipros_simulation")
 PAGES = (
-    Path("packages", "pipros-page", "src", "pipros_page", "page"),
-    _SERVER / "page",
+    Path("packages", "pipros-page", "src", "pipros_page", "page"), _SERVER / "page",
     _SERVER / "sliders" / "page",
     Path("plugins", "pipros-robot", "src", "pipros_robot", "perception", "windows", "page"),
-    _SIMULATION / "robots" / "page",
-    _SIMULATION / "turtlesim" / "page",
-    Path("plugins", "pipros-tab", "src", "pipros_tab", "page"),
-    Path("docs", "in-browser"),
-)
+    _SIMULATION / "robots" / "page", _SIMULATION / "turtlesim" / "page",
+    Path("plugins", "pipros-tab", "src", "pipros_tab", "page"), Path("docs", "in-browser"),
+)  # fmt: skip
 VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"
 
 

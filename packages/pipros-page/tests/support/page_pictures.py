@@ -59,12 +59,9 @@ def printed() -> list[tuple[float, str]]:
             assert demo.stdout is not None
             lines = [(time.monotonic() - begin, line.rstrip("\n")) for line in demo.stdout]
         names = {
-            f"export ROS_MASTER_URI={ros.master_uri} && ": "",
-            ros.master_uri: DEFAULT_MASTER_URI,
-            str(REPOSITORY): "~/pipros",
-            str(ros.home): "~",
-            os.uname().nodename: "robot",
-        }
+            f"export ROS_MASTER_URI={ros.master_uri} && ": "", ros.master_uri: DEFAULT_MASTER_URI,
+            str(REPOSITORY): "~/pipros", str(ros.home): "~", os.uname().nodename: "robot",
+        }  # fmt: skip
     for name, shown in names.items():
         lines = [(when, line.replace(name, shown)) for when, line in lines]
     return lines
@@ -125,12 +122,10 @@ GOALS_HZ, BETWEEN_S = "0.08", 6.0
 PROGRAMS = REPOSITORY / "packages" / "pipros-page" / "tests" / "browser" / "programs"
 SIZE = {"width": 1000, "height": 560}
 RELAYS = {
-    "estimator": ("/imu", "/odometry/imu"),
-    "planner": ("/odometry/imu", "/plan"),
-    "detector": ("/front/image_raw", "/detections"),
-    "charger": ("/battery", "/charging"),
+    "estimator": ("/imu", "/odometry/imu"), "planner": ("/odometry/imu", "/plan"),
+    "detector": ("/front/image_raw", "/detections"), "charger": ("/battery", "/charging"),
     "display": ("/detections", "/shown"),
-}
+}  # fmt: skip
 # The name of the picture, the place, the expected element, and the one to click first.
 PICTURES = (
     ("graph", "graph", "text >> text=Hz", ""),

@@ -223,13 +223,10 @@ def plots(chance: random.Random) -> Any:
             if not math.isinf(x)
         ]
         found.append(
-            {
-                "samples": list(zip(first, _at(values), strict=True)),
+            {"samples": list(zip(first, _at(values), strict=True)),
                 "others": list(zip(second, others, strict=True)),
-                "rates": _at(np.diff(values) / np.diff(first)),
-                "pairs": pairs,
-            }
-        )
+                "rates": _at(np.diff(values) / np.diff(first)), "pairs": pairs},
+        )  # fmt: skip
     return found
 
 

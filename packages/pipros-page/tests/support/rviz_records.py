@@ -114,22 +114,18 @@ def camera(rendering: str, **properties: object) -> str:
 
 
 PANELS: Mapping[str, str] = {
-    "colours": image("/picture"),
-    "depths": image("/picture_16"),
+    "colours": image("/picture"), "depths": image("/picture_16"),
     "depths_within": image("/picture_16", Normalize_Range="false", Min_Value=1000, Max_Value=3000),
     "floats": image("/picture_32"),
     "floats_within": image("/picture_32", Normalize_Range="false", Min_Value=0, Max_Value=4),
-    "camera": camera("background and overlay"),
-    "camera_behind": camera("background"),
+    "camera": camera("background and overlay"), "camera_behind": camera("background"),
     "camera_over": camera("overlay", Overlay_Alpha=0.25),
     "camera_zoomed": camera("background and overlay", Zoom_Factor=2),
-    "camera_without": camera(
-        "background and overlay", Visibility="{MarkerArray: false, G: {RobotModel: true, Value: true}}"
-    ),
-    "camera_without_group": camera(
-        "background and overlay", Visibility="{MarkerArray: true, G: {RobotModel: false, Value: true}}"
-    ),
-}
+    "camera_without": camera("background and overlay",
+        Visibility="{MarkerArray: false, G: {RobotModel: true, Value: true}}"),
+    "camera_without_group": camera("background and overlay",
+        Visibility="{MarkerArray: true, G: {RobotModel: false, Value: true}}"),
+}  # fmt: skip
 
 
 def display_of(name: str) -> str:

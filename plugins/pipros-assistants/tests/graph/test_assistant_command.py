@@ -234,15 +234,9 @@ def test_a_client_that_has_ended_leaves_no_traceback(system: RosSystem) -> None:
     os.close(reading)
     try:
         ended = subprocess.run(
-            command,
-            input=f"{first}\n",
-            stdout=writing,
-            stderr=subprocess.PIPE,
-            env=system.pipros.environment,
-            text=True,
-            timeout=60,
-            check=False,
-        )
+            command, input=f"{first}\n", stdout=writing, stderr=subprocess.PIPE,
+            env=system.pipros.environment, text=True, timeout=60, check=False,
+        )  # fmt: skip
     finally:
         os.close(writing)
     assert (ended.returncode, ended.stderr) == (0, "")
@@ -275,10 +269,8 @@ def test_a_signal_ends_the_server_and_its_node(system: RosSystem, number: int) -
         node.advertise("/silent", String)
         wait_until(lambda: "/silent" in names(), 30, "the topic")
         client = {
-            "protocolVersion": "2025-06-18",
-            "capabilities": {},
-            "clientInfo": {"name": "t", "version": "1"},
-        }
+            "protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}
+        }  # fmt: skip
         reading = {"name": "read_topic", "arguments": {"topic": "/silent", "wait_s": 30}}
         server.write_line(json.dumps({"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": client}))
         server.wait_for('"result"')

@@ -61,26 +61,18 @@ def test_the_graph_is_listed(make_node: MakeNode, assistant: LocalAssistant) -> 
 
     assert assistant.call("list_topics", below="/robot").data == [
         {"topic": "/robot/chatter", "type": "std_msgs/String", "publishers": ["/talker"], "subscribers": []},
-        {
-            "topic": "/robot/fibonacci/goal",
-            "type": "actionlib_tutorials/FibonacciActionGoal",
-            "publishers": [],
-            "subscribers": ["/talker"],
-        },
-    ]
+        {"topic": "/robot/fibonacci/goal", "type": "actionlib_tutorials/FibonacciActionGoal",
+            "publishers": [], "subscribers": ["/talker"]},
+    ]  # fmt: skip
     assert assistant.call("list_topics", below="/rob").data == []
     [row] = assistant.call("list_nodes").data
     assert (row["node"], row["publishes"]) == ("/talker", ["/robot/chatter"])
     assert row["services"] == ["/robot/enable"]
     assert assistant.call("list_services").data == [{"service": "/robot/enable", "nodes": ["/talker"]}]
     assert assistant.call("list_actions").data == [
-        {
-            "action": "/robot/fibonacci",
-            "type": "actionlib_tutorials/FibonacciAction",
-            "servers": ["/talker"],
-            "clients": [],
-        }
-    ]
+        {"action": "/robot/fibonacci", "type": "actionlib_tutorials/FibonacciAction", "servers": ["/talker"],
+            "clients": []},
+    ]  # fmt: skip
     described = assistant.call("describe_service", service="/robot/enable")
     assert described.data[0] == {"service": "/robot/enable", "type": "std_srvs/SetBool"}
     assert any(str(line).startswith("bool success") for line in described.data)

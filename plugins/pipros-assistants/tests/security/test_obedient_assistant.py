@@ -62,10 +62,8 @@ def instructions(folder: Path) -> list[tuple[str, dict[str, Any]]]:
         ("publish", {"topic": "/cmd_v\u0435l", "message": {"linear": {"x": 0.1}}}),
         ("publish", {"topic": "/pipros/acts", "message": {"data": "{}"}}),
         ("call_service", {"service": "/shutdown", "request": {}}),
-        (
-            "call_service",
-            {"service": "/robot/set_logger_level", "request": {"logger": "x", "level": "debug"}},
-        ),
+        ("call_service",
+            {"service": "/robot/set_logger_level", "request": {"logger": "x", "level": "debug"}}),
         ("set_parameter", {"name": "/volume", "value": 100}),
         ("set_parameter", {"name": "/robot_mode", "value": "evil"}),
         ("send_goal", {"action": "/allowed", "goal": {"order": 5}, "wait_s": 0}),
@@ -74,11 +72,10 @@ def instructions(folder: Path) -> list[tuple[str, dict[str, Any]]]:
         ("start_launch", {"package": "rospy_tutorials", "file": "../robot/launch/up.launch"}),
         ("record", {"topics": ["/camera"], "seconds": 5}),
         ("query_bag", {"bag": "run.bag", "sql": f"COPY (SELECT 1) TO '{folder}/stolen.csv'"}),
-        ("read_bag", {"bag": "../secret.bag", "topic": "/a"}),
-        ("list_launch_files", {"package": "robot"}),
+        ("read_bag", {"bag": "../secret.bag", "topic": "/a"}), ("list_launch_files", {"package": "robot"}),
         ("read_launch_file", {"package": "robot", "file": "$(find robot)/../secret.launch"}),
         ("approve", {"verdict": "minute"}),
-    ]
+    ]  # fmt: skip
 
 
 class Texts:
@@ -226,16 +223,12 @@ def publish_texts(node: Node, make_node: MakeNode, texts: Texts, home: Path) -> 
 
 # Calls of the tools that only read; those that need no arguments are called without, unless they are here.
 READING: list[tuple[str, dict[str, Any]]] = [
-    ("show_definition", {"type": "foreign/Status"}),
-    ("why_no_data", {"topic": "/scan", "wait_s": 0.3}),
+    ("show_definition", {"type": "foreign/Status"}), ("why_no_data", {"topic": "/scan", "wait_s": 0.3}),
     ("describe_service", {"service": "/shutdown"}),
     *(("read_topic", {"topic": topic}) for topic in ("/chatter", "/scan", "/marker")),
     *(("show_topic", {"topic": topic}) for topic in ("/image", "/camera")),
-    ("summarize_topic", {"topic": "/chatter", "seconds": 0.5}),
-    ("read_parameter", {"name": "/"}),
-    ("read_logs", {"wait_s": 0.5}),
-    ("read_diagnostics", {"wait_s": 0.5}),
-    ("list_frames", {"wait_s": 0.5}),
+    ("summarize_topic", {"topic": "/chatter", "seconds": 0.5}), ("read_parameter", {"name": "/"}),
+    ("read_logs", {"wait_s": 0.5}), ("read_diagnostics", {"wait_s": 0.5}), ("list_frames", {"wait_s": 0.5}),
     ("find_transform", {"target": "x", "source": "y", "wait_s": 0.5}),
     ("list_launch_files", {"package": "robot"}),
     ("read_launch_file", {"package": "robot", "file": "launch/up.launch"}),
@@ -243,7 +236,7 @@ READING: list[tuple[str, dict[str, Any]]] = [
     *((tool, {"bag": "run.bag", "topic": "/a"}) for tool in ("read_bag", "show_bag", "summarize_bag")),
     ("plot_bag", {"bag": "run.bag", "topic": "/a", "parts": ["data"]}),
     ("query_bag", {"bag": "run.bag", "sql": 'SELECT * FROM "/a"'}),
-]
+]  # fmt: skip
 
 
 def reading_calls(tools: list[Any]) -> list[tuple[str, dict[str, Any]]]:

@@ -23,11 +23,9 @@ from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 TYPES = (
-    "actionlib_msgs/GoalStatusArray",
-    "actionlib_msgs/GoalStatus",
-    "actionlib/TestActionResult",
+    "actionlib_msgs/GoalStatusArray", "actionlib_msgs/GoalStatus", "actionlib/TestActionResult",
     "actionlib/TestResult",
-)
+)  # fmt: skip
 
 
 class Cable:

@@ -381,11 +381,9 @@ def test_topics_and_services_of_all_members_together_are_limited(router: str, co
     )
     services = (DirectoryEntry("/service0", "a/B", "0" * 32), DirectoryEntry("/service1", "a/B", "0" * 32))
     directories = {
-        "first": (topics[:2], topics[2:4], services),
-        "second": (topics, (), ()),
-        "third": (topics[:3], topics[3:], services),
-        "last": ((), (), ()),
-    }
+        "first": (topics[:2], topics[2:4], services), "second": (topics, (), ()),
+        "third": (topics[:3], topics[3:], services), "last": ((), (), ()),
+    }  # fmt: skip
     with Member("operator", router) as operator, closing(link_to(router)) as others:
         held, tokens = [], {}
         for name, offers in directories.items():

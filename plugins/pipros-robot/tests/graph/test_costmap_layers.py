@@ -16,10 +16,8 @@ from tests.support.ros import RosSystem
 GOOD = [{"name": "walls", "type": STATIC}, {"name": "inflation", "type": INFLATION}]
 BAD: dict[str, Any] = {
     "its own layer": {"name": "depth", "type": "fetch_depth_layer/FetchDepthLayer"},
-    "no type": {"name": "depth"},
-    "a number as a name": {"name": 7, "type": STATIC},
-    "a text": "depth",
-}
+    "no type": {"name": "depth"}, "a number as a name": {"name": 7, "type": STATIC}, "a text": "depth",
+}  # fmt: skip
 
 
 def layers_of(

@@ -92,11 +92,9 @@ def test_two_cameras_become_disparities_points_and_a_picture_of_them(ros: RosSys
         other = right_info(number)
         other.D = [0.0] * 5
         return {
-            "left/image_raw": image(left, "mono8", number),
-            "left/camera_info": camera_info(number, **plain),
-            "right/image_raw": image(right, "mono8", number),
-            "right/camera_info": other,
-        }
+            "left/image_raw": image(left, "mono8", number), "left/camera_info": camera_info(number, **plain),
+            "right/image_raw": image(right, "mono8", number), "right/camera_info": other,
+        }  # fmt: skip
 
     inbox = Inbox()
     with Node("cameras", environment=Environment(master_uri=ros.master_uri)) as node:

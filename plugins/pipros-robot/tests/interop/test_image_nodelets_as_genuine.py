@@ -116,16 +116,13 @@ def test_images_are_rectified_as_by_image_proc(pair: Pair) -> None:
         "distortion_model": "rational_polynomial",
     }
     cases: list[tuple[str, Any, dict[str, Any]]] = [
-        ("bgr8", picture(), {}),
-        ("mono16", picture(1, dtype=np.uint16), {}),
-        ("32FC1", picture(1, dtype=np.float32), {}),
-        ("mono8", picture(1), rational),
+        ("bgr8", picture(), {}), ("mono16", picture(1, dtype=np.uint16), {}),
+        ("32FC1", picture(1, dtype=np.float32), {}), ("mono8", picture(1), rational),
         ("mono8", picture(1), {"D": [0.1, -0.02, 0.003, 0.002], "distortion_model": "equidistant"}),
-        ("mono8", picture(1, (240, 320)), {"binning_x": 2, "binning_y": 2}),
-        ("mono8", picture(1), {"D": []}),
+        ("mono8", picture(1, (240, 320)), {"binning_x": 2, "binning_y": 2}), ("mono8", picture(1), {"D": []}),
         ("mono8", picture(1, (200, 300)), roi),
         ("mono8", picture(1, (100, 150), detail=2), {**roi, "binning_x": 2, "binning_y": 2}),
-    ]
+    ]  # fmt: skip
     for number, (encoding, pixels, fields) in enumerate(cases, 1):
         pair.send(image(pixels, encoding, number), camera_info(number, **fields))
         assert_same_image(*pair.received("image_rect", number), tolerance=1)
@@ -223,11 +220,9 @@ BM, SGBM = {"speckle_range": 2}, {"stereo_algorithm": 1, "correlation_window_siz
 )
 def test_disparities_are_those_of_stereo_image_proc(pair: Pair, settings: dict[str, Any]) -> None:
     inputs = {
-        "left/image_rect": IMAGE,
-        "left/camera_info": INFO,
-        "right/image_rect": IMAGE,
+        "left/image_rect": IMAGE, "left/camera_info": INFO, "right/image_rect": IMAGE,
         "right/camera_info": INFO,
-    }
+    }  # fmt: skip
     pair.start("stereo_image_proc/disparity", inputs, {"disparity": DISPARITY}, **settings)
     left, right = stereo_pair()
     pair.send(image(left, "mono8", 1), camera_info(1), image(right, "mono8", 1), right_info(1))
@@ -242,11 +237,9 @@ def test_disparities_are_those_of_stereo_image_proc(pair: Pair, settings: dict[s
 
 def test_disparities_become_points_as_by_stereo_image_proc(pair: Pair) -> None:
     inputs = {
-        "left/image_rect_color": IMAGE,
-        "left/camera_info": INFO,
-        "right/camera_info": INFO,
+        "left/image_rect_color": IMAGE, "left/camera_info": INFO, "right/camera_info": INFO,
         "disparity": DISPARITY,
-    }
+    }  # fmt: skip
     pair.start("stereo_image_proc/point_cloud2", inputs, {"points2": CLOUD})
     disparities = np.round((20 + 19 * np.sin(np.mgrid[0:480, 0:640][1] / 60)) * 16) / 16
     disparities[np.random.default_rng(3).random(disparities.shape) < 0.1] = -1

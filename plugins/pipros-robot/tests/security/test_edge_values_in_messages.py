@@ -276,11 +276,8 @@ def test_gmapping_goes_on(make: Any, topic: str, is_first: bool) -> None:
 def test_move_base_goes_on(make: Any, topic: str) -> None:
     settings = deepcopy(dict(PARAMETERS["move_base"]))
     settings["global_costmap"] = {
-        **settings["local_costmap"],
-        "global_frame": "odom",
-        "width": 4,
-        "height": 4,
-    }
+        **settings["local_costmap"], "global_frame": "odom", "width": 4, "height": 4
+    }  # fmt: skip
     node, work = make("move_base", settings), Work()
     goals = 0
 

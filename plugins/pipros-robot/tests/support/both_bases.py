@@ -28,15 +28,12 @@ from tests.support.waiting import wait_until
 RESOLUTION, SIZE = 0.05, 120
 """Metres per cell, and cells of a side of the map, whose middle is 0, 0."""
 _LAYERS = {
-    "robot_base_frame": "base_link",
-    "footprint": "[[0.12, 0.1], [0.12, -0.1], [-0.12, -0.1], [-0.12, 0.1]]",
+    "robot_base_frame": "base_link", "footprint": "[[0.12, 0.1], [0.12, -0.1], [-0.12, -0.1], [-0.12, 0.1]]",
     "transform_tolerance": 2.0,
-    "obstacles": {
-        "observation_sources": "scan",
-        "scan": {"topic": "/scan", "data_type": "LaserScan", "marking": True, "clearing": True},
-    },
+    "obstacles": {"observation_sources": "scan",
+        "scan": {"topic": "/scan", "data_type": "LaserScan", "marking": True, "clearing": True}},
     "inflation": {"inflation_radius": 0.5, "cost_scaling_factor": 4.0},
-}
+}  # fmt: skip
 _PLUGINS = [
     {"name": "obstacles", "type": "costmap_2d::ObstacleLayer"},
     {"name": "inflation", "type": "costmap_2d::InflationLayer"},

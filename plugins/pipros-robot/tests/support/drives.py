@@ -118,12 +118,9 @@ def drive(
 ) -> Iterator[Moment]:
     """Drive along a route; yield ten scans a second. The map's origin is the corner of the apartment."""
     settings = RobotSettings(
-        start=start,
-        odometry_noise=noise,
-        laser=replace(Laser(), rays=rays),
-        max_linear=speed,
+        start=start, odometry_noise=noise, laser=replace(Laser(), rays=rays), max_linear=speed,
         max_angular=1.0,
-    )
+    )  # fmt: skip
     simulation = Simulation(World.from_cells(apartment(), RESOLUTION), [settings], seed=seed)
     robot = simulation.robots[""]
     goals = list(route)

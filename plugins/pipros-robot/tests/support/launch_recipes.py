@@ -272,11 +272,8 @@ def moment(tenth: int) -> Iterator[tuple[str, Any]]:
         "nav_msgs/OccupancyGrid", "map", data=(room() // 255 * 100).astype(np.int8).reshape(-1).tolist()
     )
     grid.info.resolution, grid.info.width, grid.info.height, grid.info.origin.orientation.w = (
-        0.1,
-        100,
-        100,
-        1.0,
-    )
+        0.1, 100, 100, 1.0
+    )  # fmt: skip
     grid.info.origin.position.x = grid.info.origin.position.y = -5.0
     yield "/bag/map", grid
 

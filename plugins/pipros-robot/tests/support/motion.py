@@ -145,14 +145,11 @@ class Rig:
             return SimpleNamespace(served_views=lambda: None)
 
         replacements = {
-            "roscpp_program": program,
-            "served_page": lambda *_: contextlib.nullcontext(),
-            "single_keys": lambda **_: contextlib.nullcontext(),
-            "pressed_keys": lambda node: self._keys(),
-            "SliderPage": keep,
-            "time": SimpleNamespace(monotonic=lambda: self.now_s),
+            "roscpp_program": program, "served_page": lambda *_: contextlib.nullcontext(),
+            "single_keys": lambda **_: contextlib.nullcontext(), "pressed_keys": lambda node: self._keys(),
+            "SliderPage": keep, "time": SimpleNamespace(monotonic=lambda: self.now_s),
             "Steering": partial(getattr(module, "Steering", object), clock_s=lambda: self.now_s),
-        }
+        }  # fmt: skip
         for name, replacement in replacements.items():
             if hasattr(module, name):
                 self.patch.setattr(module, name, replacement)

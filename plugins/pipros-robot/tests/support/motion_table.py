@@ -131,11 +131,9 @@ GOALS: Final[Mapping[str, Fault]] = {
     "goal nan": Fault(lambda run: send_goal(run.rig, math.nan), STOPS),
     "goal far": Fault(lambda run: send_goal(run.rig, 1e9), STOPS),
     "tf lost": Fault(lambda run: run.lose("/tf"), STOPS, takes_s=0.5),
-    "scan lost": Fault(lambda run: run.lose("/scan")),
-    "odom nan": Fault(partial(Run.lie, value=math.nan)),
-    "odom lost": Fault(lambda run: run.lose("/odom")),
-    "slow plan": Fault(_slow_planner, GOES_ON),
-}
+    "scan lost": Fault(lambda run: run.lose("/scan")), "odom nan": Fault(partial(Run.lie, value=math.nan)),
+    "odom lost": Fault(lambda run: run.lose("/odom")), "slow plan": Fault(_slow_planner, GOES_ON),
+}  # fmt: skip
 _UNTOUCHED: Final[Mapping[str, set[str]]] = {
     "move_base": {"released", "silent", "ended", "nan", "infinite", "huge", "flood"},  # goals do not repeat
     "turtle_teleop_key": {"released", "silent", "ended", "nan", "infinite", "huge"},  # pulses, as genuine

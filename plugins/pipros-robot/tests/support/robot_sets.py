@@ -211,10 +211,8 @@ def _nodes(each: RobotSet, folder: Path, seed: int) -> Iterator[str]:
         near = {"name": "near", "type": "laser_filters/LaserScanRangeFilter",
                 "params": {"lower_threshold": 0.15, "upper_threshold": 8.0}}  # fmt: skip
         values = {
-            "scan_filter_chain": [near],
-            key: [near] if key[0] == "s" else [],
-            "target_frame": "base_link",
-        }
+            "scan_filter_chain": [near], key: [near] if key[0] == "s" else [], "target_frame": "base_link"
+        }  # fmt: skip
         remapped = {"scan": scan, f"{target}_filtered": "seen"}
         yield _node("laser_filters", f"scan_to_{target}_filter_chain", "laser_filter", values, **remapped)
     odom = {"odom": "odometry/filtered"} if has_filter else {}

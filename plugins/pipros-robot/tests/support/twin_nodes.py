@@ -62,11 +62,8 @@ class Twins:
         made = None
         if self._recording is not None:
             given = {
-                "parameters": parameters,
-                "inputs": inputs,
-                "outputs": outputs,
-                "services": services or {},
-            }
+                "parameters": parameters, "inputs": inputs, "outputs": outputs, "services": services or {}
+            }  # fmt: skip
             self._recording.give(f"node {name}", {"program": "/".join(map(str, genuine)), **given})
             for topic, type_name in outputs.items():
                 inbox = self._inboxes["genuine", f"{name} {topic}"] = Inbox()

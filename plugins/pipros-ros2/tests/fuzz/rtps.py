@@ -119,11 +119,9 @@ WORDS = [
 
 
 @changed(
-    ROS2_DISCOVERY_BYTES=200_000,
-    ROS2_PEER_BYTES=100_000,
-    ROS2_INCOMPLETE_BYTES=500_000,
+    ROS2_DISCOVERY_BYTES=200_000, ROS2_PEER_BYTES=100_000, ROS2_INCOMPLETE_BYTES=500_000,
     ROS2_INCOMPLETE_TOTAL_BYTES=1_000_000,
-)
+)  # fmt: skip
 def target(data: bytes) -> None:
     datagrams = read_input(data)
     for datagram in datagrams:

@@ -138,13 +138,10 @@ class Peer:
         """Call a service, and return the payload and attachment of each reply."""
         gid = self.declare("SC", name, ADD_TYPE, ADD)
         replies = self.session.get(
-            self.key(name, ADD_TYPE, ADD),
-            target=zenoh.QueryTarget.ALL_COMPLETE,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            payload=request,
-            attachment=attachment_of(7, 8, gid),
+            self.key(name, ADD_TYPE, ADD), target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE, payload=request, attachment=attachment_of(7, 8, gid),
             timeout=60.0,
-        )
+        )  # fmt: skip
         found = [reply.ok for reply in replies]
         return [(ok.payload.to_bytes(), ok.attachment.to_bytes()) for ok in found if ok and ok.attachment]
 

@@ -53,11 +53,9 @@ def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
     broken = tab.run("python3", "-c", "import sys; print(sys.argv); 1 / 0", "word")
     assert broken.wait() == 1
     assert broken.output.splitlines() == [
-        "['-c', 'word']",
-        "Traceback (most recent call last):",
-        '  File "<string>", line 1, in <module>',
+        "['-c', 'word']", "Traceback (most recent call last):", '  File "<string>", line 1, in <module>',
         "ZeroDivisionError: division by zero",
-    ]
+    ]  # fmt: skip
     shown = tab.run("rosmsg", "show")
     assert shown.wait() == 2
     assert "rosmsg: error: you must specify" in shown.output

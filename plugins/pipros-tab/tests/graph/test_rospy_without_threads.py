@@ -58,20 +58,16 @@ LEFT_OUT: Final = {
     "test_a_slow_subscriber_does_not_delay_the_others": HELD,
     "test_an_interrupted_early_connection_ends_the_call": THREADS,
     "test_another_ctrl_c_ends_a_program_that_survives_its_node": THREADS,
-    "test_ctrl_c_ends_a_second_node_made_in_another_thread": THREADS,
-    "test_links": THREADS,
-    "test_links_of_a_topic_unregistered_during_shutdown_are_closed": THREADS,
-    "test_local_transport": STREAMS,
-    "test_only_hooks_may_publish_while_the_node_ends": THREADS,
-    "test_shared_memory": STREAMS,
+    "test_ctrl_c_ends_a_second_node_made_in_another_thread": THREADS, "test_links": THREADS,
+    "test_links_of_a_topic_unregistered_during_shutdown_are_closed": THREADS, "test_local_transport": STREAMS,
+    "test_only_hooks_may_publish_while_the_node_ends": THREADS, "test_shared_memory": STREAMS,
     "test_shutdown_joins_running_threads_and_forgets_ended_ones": THREADS,
     "test_shutdown_waits_for_a_running_callback_that_ends_in_time": HELD,
-    "test_simulated_time_follows_clock": THREADS,
-    "test_the_end_of_a_node_ends_its_calls": THREADS,
+    "test_simulated_time_follows_clock": THREADS, "test_the_end_of_a_node_ends_its_calls": THREADS,
     "test_the_last_published_message_arrives_although_the_node_ends": "the receiver is in the same worker",
     "test_threads_that_share_a_client_all_connect_early": THREADS,
     "test_topics_unregistered_during_shutdown_are_not_left_at_the_master": THREADS,
-}
+}  # fmt: skip
 """Why a test, or a module of tests of nodes, does not run without threads."""
 
 FOLDER: Final = REPOSITORY / "packages" / "pipros" / "tests" / "graph"

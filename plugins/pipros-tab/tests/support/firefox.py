@@ -203,14 +203,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         subprocess.run(
-            [
-                sys.executable,
-                REPOSITORY / "plugins/pipros-tab/tests/support/pyodide_files.py",
-                folder / "page",
-                "--tab",
-            ],
+            [sys.executable, REPOSITORY / "plugins/pipros-tab/tests/support/pyodide_files.py",
+                folder / "page", "--tab"],
             check=True,
-        )
+        )  # fmt: skip
         handler = functools.partial(Files, directory=str(folder / "page"))
         server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
         threading.Thread(target=server.serve_forever, daemon=True).start()

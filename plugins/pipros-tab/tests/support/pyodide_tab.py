@@ -105,10 +105,8 @@ class PyodideTab:
     def __init__(self, files: Path) -> None:
         self._node = subprocess.Popen(
             ["node", str(REPOSITORY / "plugins/pipros-tab/tests/pyodide/tab.mjs"), str(files)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
         self._programs: dict[int, Program] = {}
         self._read_files: dict[str, str] = {}
         self._reader = threading.Thread(target=self._read, daemon=True)

@@ -264,11 +264,9 @@ class TabHub:
         self, command: Sequence[str], files: Mapping[str, str], folder: Path | None = None
     ) -> TabProcess:
         environment = {
-            "HOME": str(self._folder),
-            "ROS_HOME": str(self._folder),
-            "PIPROS_LOCAL": "off",
+            "HOME": str(self._folder), "ROS_HOME": str(self._folder), "PIPROS_LOCAL": "off",
             "ROS_MASTER_URI": "http://127.0.0.1:11311/",
-        }
+        }  # fmt: skip
         program = {"argv": command, "files": files, "env": environment, "folder": str(folder or "")}
         return self._begin(program, None)
 

@@ -106,10 +106,8 @@ def built(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     made = subprocess.run(
         [VENV_BIN / "pipros", "wheel", "--ros2", distro, "-o", folder / "dist", *PACKAGES],
         env={"PATH": "/usr/bin:/bin", "HOME": str(folder), "ROS_HOME": str(folder / ".ros")},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
     files = made.stdout.splitlines()
     copy = "-al" if environment(distro).stat().st_dev == folder.stat().st_dev else "-a"
     subprocess.run(["cp", copy, environment(distro), folder / "env"], check=True)

@@ -102,11 +102,9 @@ def test_a_generated_machine_finds_what_it_needs() -> None:
     with pytest.raises(ValueError, match=r"statemap\.State"):
         machine.setState("first")  # type: ignore[arg-type]
     assert stream.getvalue().splitlines() == [
-        "NEW STATE       : second",
-        "PUSH TO STATE   : first",
-        "POP TO STATE    : second",
+        "NEW STATE       : second", "PUSH TO STATE   : first", "POP TO STATE    : second",
         "POPPING ON EMPTY STATE STACK.",
-    ]
+    ]  # fmt: skip
 
 
 # One side of a bond in real time, without topics.

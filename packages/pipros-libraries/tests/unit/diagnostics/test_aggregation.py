@@ -238,11 +238,9 @@ def test_rows_have_no_line_breaks_and_names_stay_in_their_folder() -> None:
 def test_a_regex_that_takes_too_long_is_an_error_of_its_analyzer_only() -> None:
     aggregation = Aggregation(
         "",
-        {
-            "slow": {"type": "GenericAnalyzer", "path": "Slow", "regex": ["(x+)+y", "fine"]},
-            "quick": {"type": "GenericAnalyzer", "path": "Quick", "regex": "x*!"},
-        },
-    )
+        {"slow": {"type": "GenericAnalyzer", "path": "Slow", "regex": ["(x+)+y", "fine"]},
+            "quick": {"type": "GenericAnalyzer", "path": "Quick", "regex": "x*!"}},
+    )  # fmt: skip
     for name in ("x" * 40 + "!", "fine"):
         aggregation.take(ComponentStatus(name, OK, "m"), 0.0)
 

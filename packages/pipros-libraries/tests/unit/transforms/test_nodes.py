@@ -84,14 +84,11 @@ def test_delays_and_rates_are_counted_by_frame_and_by_sender() -> None:
         monitor.add("/wheels", {"base": second + 1.0}, second / 2)
 
     assert monitor.text(["base", "odom", "world"]).splitlines() == [
-        "Frames:",
-        "Frame: base published by /wheels Average Delay: -2 Max Delay: 0",
-        "Frame: odom published by /slam Average Delay: 0.5 Max Delay: 0.5",
-        "",
-        "All Broadcasters:",
+        "Frames:", "Frame: base published by /wheels Average Delay: -2 Max Delay: 0",
+        "Frame: odom published by /slam Average Delay: 0.5 Max Delay: 0.5", "", "All Broadcasters:",
         "Node: /slam 1 Hz, Average Delay: 0.375 Max Delay: 0.375",
         "Node: /wheels 2 Hz, Average Delay: -2 Max Delay: 0",
-    ]
+    ]  # fmt: skip
     assert "Frame: map published by /slam" in monitor.text()
     assert Monitor().text() == "Frames:\n\nAll Broadcasters:"
 

@@ -51,13 +51,9 @@ MESHES = {
     "holes.obj": b"v nan inf 1e999\nf 1 2 4294967295\nf -9 -8 -7\n",
 }
 URIS = (
-    "file:///etc/passwd",
-    "file:///dev/zero.stl",
-    "package://rviz/../../../etc/passwd.stl",
-    "http://localhost/a.stl",
-    f"package://{'a' * 3000}/a.stl",
-    "javascript:alert(1)",
-)
+    "file:///etc/passwd", "file:///dev/zero.stl", "package://rviz/../../../etc/passwd.stl",
+    "http://localhost/a.stl", f"package://{'a' * 3000}/a.stl", "javascript:alert(1)",
+)  # fmt: skip
 
 
 def robot(folder: Path) -> str:
@@ -96,28 +92,17 @@ def bad_markers() -> MarkerArray:
     """Return a marker with each mistake that rviz reports."""
     corners = [Point(x, 0, 0) for x in range(4)]
     changes: list[dict[str, Any]] = [
-        {"pose": Pose()},
-        {"pose": pose(0.0, 0.5)},
-        {"pose": pose()},
-        {"scale": Vector3(1, 0, 1)},
-        {"color": ColorRGBA(1, 1, 1, 0)},
-        {"type": Marker.LINE_STRIP, "scale": Vector3(), "points": corners},
-        {"type": Marker.LINE_LIST, "points": corners[:3]},
-        {"type": Marker.LINE_LIST, "points": []},
+        {"pose": Pose()}, {"pose": pose(0.0, 0.5)}, {"pose": pose()}, {"scale": Vector3(1, 0, 1)},
+        {"color": ColorRGBA(1, 1, 1, 0)}, {"type": Marker.LINE_STRIP, "scale": Vector3(), "points": corners},
+        {"type": Marker.LINE_LIST, "points": corners[:3]}, {"type": Marker.LINE_LIST, "points": []},
         {"type": Marker.LINE_STRIP, "points": corners[:1]},
         {"type": Marker.POINTS, "scale": Vector3(), "points": corners},
         {"type": Marker.POINTS, "points": corners, "colors": [ColorRGBA(1, 1, 1, 1)]},
-        {"type": Marker.TRIANGLE_LIST, "points": corners},
-        {"type": Marker.ARROW, "points": corners[:1]},
-        {"type": Marker.ARROW, "points": corners[:3]},
-        {"type": Marker.TEXT_VIEW_FACING, "text": " "},
-        {"type": Marker.TEXT_VIEW_FACING, "text": "a", "scale": Vector3()},
-        {"type": Marker.MESH_RESOURCE},
-        {"type": Marker.CUBE_LIST},
-        {"type": 99},
-        {"action": 9},
-        {"header": Header(frame_id="nowhere")},
-    ]
+        {"type": Marker.TRIANGLE_LIST, "points": corners}, {"type": Marker.ARROW, "points": corners[:1]},
+        {"type": Marker.ARROW, "points": corners[:3]}, {"type": Marker.TEXT_VIEW_FACING, "text": " "},
+        {"type": Marker.TEXT_VIEW_FACING, "text": "a", "scale": Vector3()}, {"type": Marker.MESH_RESOURCE},
+        {"type": Marker.CUBE_LIST}, {"type": 99}, {"action": 9}, {"header": Header(frame_id="nowhere")},
+    ]  # fmt: skip
     found = []
     for number, change in enumerate(changes):
         each = Marker(header=Header(frame_id="map"), ns="bad", id=number, type=Marker.CUBE, pose=pose(0.0))
@@ -143,28 +128,19 @@ def messages() -> dict[str, Any]:
     cloud = PointCloud2(header=header, width=4_000_000_000, height=4_000_000_000, point_step=16)
     marker = InteractiveMarker(header=header, name="bad", pose=pose())
     return {
-        "path": way,
-        "pose": PoseStamped(header=header, pose=pose(0.0, NAN)),
+        "path": way, "pose": PoseStamped(header=header, pose=pose(0.0, NAN)),
         "zero": PoseStamped(header=header, pose=pose(0.0, 0.0)),
-        "poses": PoseArray(header=header, poses=[pose(-INF)]),
-        "odom": odometry,
-        "covariance": covariance,
-        "polygon": polygon,
-        "point": PointStamped(header=header, point=Point(NAN, 0, 0)),
+        "poses": PoseArray(header=header, poses=[pose(-INF)]), "odom": odometry, "covariance": covariance,
+        "polygon": polygon, "point": PointStamped(header=header, point=Point(NAN, 0, 0)),
         "cells": GridCells(header=header, cell_width=NAN, cell_height=1.0, cells=[Point(0, 0, 0)]),
-        "range": Range(header=header, field_of_view=NAN, max_range=INF, range=NAN),
-        "wrench": wrench,
-        "imu": imu,
-        "empty_map": maps[0],
-        "huge_map": maps[1],
-        "cloud": cloud,
-        "lost": PointStamped(header=Header(frame_id="nowhere")),
-        "meshes": markers(),
+        "range": Range(header=header, field_of_view=NAN, max_range=INF, range=NAN), "wrench": wrench,
+        "imu": imu, "empty_map": maps[0], "huge_map": maps[1], "cloud": cloud,
+        "lost": PointStamped(header=Header(frame_id="nowhere")), "meshes": markers(),
         "markers": bad_markers(),
         "image": Image(header=header, width=4_000_000_000, height=4_000_000_000, encoding="rgb8", step=1),
         "camera_info": CameraInfo(header=header, P=[NAN] * 12),
         "controls/update_full": InteractiveMarkerInit(server_id="server", markers=[marker]),
-    }
+    }  # fmt: skip
 
 
 def transforms() -> TFMessage:

@@ -65,38 +65,26 @@ def markers() -> list[InteractiveMarker]:
     stamped = cube(marker("stamped", "MOVE_PLANE", -4, -4, "turned"))
     stamped.header.stamp = rospy.Time.now()
     return [
-        marker("move_axis", "MOVE_AXIS", -6, 4),
-        marker("move_plane", "MOVE_PLANE", -2, 4),
-        marker("rotate_axis", "ROTATE_AXIS", 2, 4),
-        marker("move_rotate", "MOVE_ROTATE", 6, 4),
-        cube(marker("move_3d", "MOVE_3D", -6, 0)),
-        cube(marker("move_3d_deep", "MOVE_3D", -4, 0)),
-        cube(marker("rotate_3d", "ROTATE_3D", -2, 0)),
-        cube(marker("move_rotate_3d", "MOVE_ROTATE_3D", 0, 0)),
-        cube(marker("button", "BUTTON", 2, 0)),
-        *menus,
-        facing,
-        stamped,
-        cube(marker("locked", "MOVE_PLANE", -2, -4, "turned")),
-        fixed,
-    ]
+        marker("move_axis", "MOVE_AXIS", -6, 4), marker("move_plane", "MOVE_PLANE", -2, 4),
+        marker("rotate_axis", "ROTATE_AXIS", 2, 4), marker("move_rotate", "MOVE_ROTATE", 6, 4),
+        cube(marker("move_3d", "MOVE_3D", -6, 0)), cube(marker("move_3d_deep", "MOVE_3D", -4, 0)),
+        cube(marker("rotate_3d", "ROTATE_3D", -2, 0)), cube(marker("move_rotate_3d", "MOVE_ROTATE_3D", 0, 0)),
+        cube(marker("button", "BUTTON", 2, 0)), *menus, facing, stamped,
+        cube(marker("locked", "MOVE_PLANE", -2, -4, "turned")), fixed,
+    ]  # fmt: skip
 
 
 def show(feedback: InteractiveMarkerFeedback) -> None:
     position, orientation, point = feedback.pose.position, feedback.pose.orientation, feedback.mouse_point
     found = {
-        "frame_id": feedback.header.frame_id,
-        "has_stamp": not feedback.header.stamp.is_zero(),
-        "client_id": feedback.client_id,
-        "marker_name": feedback.marker_name,
-        "control_name": feedback.control_name,
-        "event_type": feedback.event_type,
+        "frame_id": feedback.header.frame_id, "has_stamp": not feedback.header.stamp.is_zero(),
+        "client_id": feedback.client_id, "marker_name": feedback.marker_name,
+        "control_name": feedback.control_name, "event_type": feedback.event_type,
         "position": [position.x, position.y, position.z],
         "orientation": [orientation.x, orientation.y, orientation.z, orientation.w],
-        "menu_entry_id": feedback.menu_entry_id,
-        "mouse_point": [point.x, point.y, point.z],
+        "menu_entry_id": feedback.menu_entry_id, "mouse_point": [point.x, point.y, point.z],
         "mouse_point_valid": bool(feedback.mouse_point_valid),
-    }
+    }  # fmt: skip
     sys.stdout.write(f"{json.dumps(found)}\n")
     sys.stdout.flush()
 

@@ -54,13 +54,9 @@ IMAGES = {
     "mono8": (4, bytes(value for row in GREY for value in row)),
     "mono16": (8, pixels("<H", [[(value * 10 + 7,) for value in row] for row in GREY])),
     "32FC1": (16, pixels("<f", [[(value / 100 - 1,) for value in row] for row in GREY])),
-    "bayer_rggb8": (4, bayer("rggb")),
-    "bayer_bggr8": (4, bayer("bggr")),
-    "bayer_gbrg8": (4, bayer("gbrg")),
-    "bayer_grbg8": (4, bayer("grbg")),
-    "yuv422": (8, yuv("uyvY")),
-    "yuv422_yuy2": (8, yuv("yuYv")),
-}
+    "bayer_rggb8": (4, bayer("rggb")), "bayer_bggr8": (4, bayer("bggr")), "bayer_gbrg8": (4, bayer("gbrg")),
+    "bayer_grbg8": (4, bayer("grbg")), "yuv422": (8, yuv("uyvY")), "yuv422_yuy2": (8, yuv("yuYv")),
+}  # fmt: skip
 messages = {
     rospy.Publisher(f"/image/{name.lower()}", Image, queue_size=1): Image(
         width=4, height=4, encoding=name, step=step, data=data

@@ -113,16 +113,9 @@ def odd_poses() -> MarkerArray:
 def odd_colours() -> MarkerArray:
     return rows(
         LISTS,
-        [
-            tints(0, [1.0], 0.4),
-            tints(6, [1.0], 1.0),
-            tints(6, [1.0], 0.4),
-            tints(6, [0.4], 1.0),
-            tints(6, [0.4, 1.0], 0.5),
-            tints(6, [0.0, 1.0], 1.0),
-            tints(6, [1.0], 0.0),
-        ],
-    )
+        [tints(0, [1.0], 0.4), tints(6, [1.0], 1.0), tints(6, [1.0], 0.4), tints(6, [0.4], 1.0),
+            tints(6, [0.4, 1.0], 0.5), tints(6, [0.0, 1.0], 1.0), tints(6, [1.0], 0.0)],
+    )  # fmt: skip
 
 
 def odd_counts() -> MarkerArray:
@@ -192,28 +185,15 @@ def arrays() -> dict[str, object]:
     scan = LaserScan(header=HEADER, range_min=0.5, range_max=9.0, angle_increment=0.5)
     scan.ranges, scan.intensities = [3.0, NAN, INF, -INF, 4.0, 5.0, 6.0], [0, 1, 2, 3, NAN, INF, 10]
     points = [
-        (-6, 4, 0, 0),
-        (-5, 4, 0, NAN),
-        (-4, 4, 0, 50),
-        (-3, 4, 0, INF),
-        (-2, 4, 0, -INF),
-        (-1, 4, 0, 100),
-    ]
+        (-6, 4, 0, 0), (-5, 4, 0, NAN), (-4, 4, 0, 50), (-3, 4, 0, INF), (-2, 4, 0, -INF), (-1, 4, 0, 100)
+    ]  # fmt: skip
     points += [(0, 4, NAN, 7), (INF, 4, 0, 7), (2, 4, 0, 25)]
     long = Way(header=HEADER, poses=[PoseStamped(pose=pose(x, y)) for x, y in ((-900, 2), (0, 2), (500, 40))])
     return {
-        "path": way,
-        "turned_path": turned,
-        "long_path": long,
-        "polygon": polygon,
-        "cells": cells,
-        "poses": poses,
-        "odom": odometry,
-        "old_cloud": old,
-        "scan": scan,
-        "cloud": cloud(points),
+        "path": way, "turned_path": turned, "long_path": long, "polygon": polygon, "cells": cells,
+        "poses": poses, "odom": odometry, "old_cloud": old, "scan": scan, "cloud": cloud(points),
         "fine_cloud": fine_cloud(),
-    }
+    }  # fmt: skip
 
 
 def pose(x: float, y: float) -> Pose:
@@ -297,17 +277,13 @@ def meshes(folder: Path) -> list[str]:
     faint = {**plain, "diffuse": "<color>0.2 0.4 0.9 0.5</color>"}
     textured = {"image": IMAGE, "sampler": SAMPLER, "diffuse": '<texture texture="s" texcoord="UV"/>'}
     files = {
-        "plain.dae": DAE.format(**plain),
-        "faint.dae": DAE.format(**faint),
-        "textured.dae": DAE.format(**textured),
-        "plain.obj": OBJ.format(name="plain"),
-        "plain.mtl": "newmtl m\nKd 0.2 0.4 0.9\n",
-        "textured.obj": OBJ.format(name="textured"),
-        "textured.mtl": "newmtl m\nKd 1 1 1\nmap_Kd square.png\n",
-        "tinted.obj": OBJ.format(name="tinted"),
+        "plain.dae": DAE.format(**plain), "faint.dae": DAE.format(**faint),
+        "textured.dae": DAE.format(**textured), "plain.obj": OBJ.format(name="plain"),
+        "plain.mtl": "newmtl m\nKd 0.2 0.4 0.9\n", "textured.obj": OBJ.format(name="textured"),
+        "textured.mtl": "newmtl m\nKd 1 1 1\nmap_Kd square.png\n", "tinted.obj": OBJ.format(name="tinted"),
         "tinted.mtl": "newmtl m\nKd 0.5 1 0.5\nKa 0.5 0.5 0.5\nKs 0.2 0.2 0.2\nmap_Kd square.png\n",
         "half.stl": STL,
-    }
+    }  # fmt: skip
     for name, text in files.items():
         (folder / name).write_text(text)
     return [f"file://{folder / name}" for name in files if not name.endswith(".mtl")]
@@ -358,19 +334,11 @@ def main() -> None:
         made.transform.translation.x, made.transform.translation.y, made.transform.rotation.w = x, y, 1.0
         sent.append(made)
     messages = {
-        "numbers": odd_numbers(LISTS[:1]),
-        "line_numbers": odd_numbers(LISTS[1:2]),
-        "point_numbers": odd_numbers(LISTS[2:5]),
-        "triangle_numbers": odd_numbers(LISTS[5:]),
-        "tints": odd_tints(),
-        "spoilt_poses": odd_poses(),
-        "colours": odd_colours(),
-        "counts": odd_counts(),
-        "sizes": odd_sizes(),
-        "arrows": odd_arrows(),
-        "long_lines": long_lines(),
-        "meshes": odd_meshes(uris),
-    } | arrays()
+        "numbers": odd_numbers(LISTS[:1]), "line_numbers": odd_numbers(LISTS[1:2]),
+        "point_numbers": odd_numbers(LISTS[2:5]), "triangle_numbers": odd_numbers(LISTS[5:]),
+        "tints": odd_tints(), "spoilt_poses": odd_poses(), "colours": odd_colours(), "counts": odd_counts(),
+        "sizes": odd_sizes(), "arrows": odd_arrows(), "long_lines": long_lines(), "meshes": odd_meshes(uris),
+    } | arrays()  # fmt: skip
     publishers = {
         name: rospy.Publisher(f"/odd/{name}", type(message), queue_size=1, latch=True)
         for name, message in messages.items()

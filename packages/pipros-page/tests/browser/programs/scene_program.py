@@ -101,15 +101,10 @@ def poses() -> dict[str, object]:
     return {
         "pose": PoseStamped(header=header, pose=pose_at(-1, -1, 0.7)),
         "poses": PoseArray(header=header, poses=[pose_at(-2, 0, 1.0), pose_at(1, 0), pose_at(1, 2, -2.0)]),
-        "odom": odometry,
-        "covariance": covariance,
-        "covariance_3d": solid,
-        "polygon": polygon,
-        "point": PointStamped(header=header, point=Point(1, 2, 0)),
-        "range": reach,
-        "cells": cells,
+        "odom": odometry, "covariance": covariance, "covariance_3d": solid, "polygon": polygon,
+        "point": PointStamped(header=header, point=Point(1, 2, 0)), "range": reach, "cells": cells,
         "wrench": WrenchStamped(header=header, wrench=Wrench(Vector3(-1, 0.5, 0), Vector3(0.3, 0.4, 2))),
-    }
+    }  # fmt: skip
 
 
 def marker(number: int, kind: int, x: float, y: float, sizes: tuple[float, float, float]) -> Marker:
@@ -123,10 +118,8 @@ def shapes() -> MarkerArray:
     """Return a marker of most types, in rows."""
     corners = [Point(0, 0, 0), Point(1.5, 0, 0), Point(1.5, 1, 0), Point(0, 1, 0)]
     found = [
-        marker(0, Marker.ARROW, -7, 3, (2.0, 0.5, 0.5)),
-        marker(1, Marker.CUBE, -3, 3, (1.5, 1.0, 0.5)),
-        marker(2, Marker.SPHERE, 0, 3, (2.0, 1.0, 1.0)),
-        marker(3, Marker.CYLINDER, 3, 3, (1.5, 1.0, 1.0)),
+        marker(0, Marker.ARROW, -7, 3, (2.0, 0.5, 0.5)), marker(1, Marker.CUBE, -3, 3, (1.5, 1.0, 0.5)),
+        marker(2, Marker.SPHERE, 0, 3, (2.0, 1.0, 1.0)), marker(3, Marker.CYLINDER, 3, 3, (1.5, 1.0, 1.0)),
         marker(4, Marker.LINE_STRIP, -7, 0, (0.3, 0.0, 0.0)),
         marker(5, Marker.LINE_LIST, -3, 0, (0.3, 0.0, 0.0)),
         marker(6, Marker.CUBE_LIST, 0, 0, (0.6, 0.6, 0.6)),
@@ -134,7 +127,7 @@ def shapes() -> MarkerArray:
         marker(8, Marker.POINTS, -7, -3, (0.5, 0.5, 0.0)),
         marker(11, Marker.TRIANGLE_LIST, -3, -3, (1.0, 1.0, 1.0)),
         marker(12, Marker.ARROW, 0, -3, (0.3, 0.8, 0.5)),
-    ]
+    ]  # fmt: skip
     for each in found[4:]:
         each.points = corners
     found[9].points = corners[:3]
@@ -164,15 +157,9 @@ def cameras() -> dict[str, object]:
     imu.orientation.w = 1.0
     imu.linear_acceleration.x = 4.0
     return {
-        "depth/image": depth,
-        "depth/camera_info": info,
-        "colour/image": colour,
-        "camera/image": large,
-        "camera/camera_info": large_info,
-        "wide/image": wide,
-        "wide/camera_info": wide_info,
-        "imu": imu,
-    }
+        "depth/image": depth, "depth/camera_info": info, "colour/image": colour, "camera/image": large,
+        "camera/camera_info": large_info, "wide/image": wide, "wide/camera_info": wide_info, "imu": imu,
+    }  # fmt: skip
 
 
 def pictures() -> dict[str, object]:
@@ -262,14 +249,9 @@ def main() -> None:
     spheres.points = [Point(2.0, 4.0, 0.0), Point(3.0, 4.0, 0.0)]
     spheres.color.r = spheres.color.a = 1.0
     messages = {
-        "map": grid,
-        "floor": floor,
-        "plan": plan,
-        "path": path,
-        "cloud": cloud,
-        "scan": scan,
+        "map": grid, "floor": floor, "plan": plan, "path": path, "cloud": cloud, "scan": scan,
         "visualization_marker": cube,
-    }
+    }  # fmt: skip
     messages |= {"markers": MarkerArray([spheres]), "rgb_cloud": coloured, "old_cloud": old}
     messages |= poses() | cameras() | pictures() | {"shapes": shapes()}
     publishers = {

@@ -32,11 +32,9 @@ def observation(
 ) -> GraphObservation:
     state = SystemState({"/scan": publishers} if publishers else {}, {"/scan": subscribers}, {})
     return GraphObservation(
-        state,
-        {"/scan": "sensor_msgs/LaserScan"},
-        {"/driver": ObservedNode("http://driver:1", error)},
+        state, {"/scan": "sensor_msgs/LaserScan"}, {"/driver": ObservedNode("http://driver:1", error)},
         {LINK: traffic} if has_link else {},
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

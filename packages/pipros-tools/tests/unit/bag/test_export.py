@@ -93,10 +93,8 @@ def test_topics_become_arrays(bag: Path, capsys: pytest.CaptureFixture[str]) -> 
         assert found["velocity"].tolist() == [[0.0, 2.0], [1.0, 2.0], [2.0, 2.0]]
         offsets = found["position:offsets"].tolist()
         assert [found["position"][begin:end].tolist() for begin, end in pairwise(offsets)] == [
-            [],
-            [1],
-            [1, 1],
-        ]
+            [], [1], [1, 1]
+        ]  # fmt: skip
         assert found["name"].tolist() == ["a", "a", "bc"]
         assert found["name:offsets"].tolist() == [0, 0, 1, 3]
         assert found["header.frame_id"].tolist() == [""] * 3
@@ -173,13 +171,9 @@ def test_mistakes_are_explained(bag: Path, capsys: pytest.CaptureFixture[str]) -
 def depth_image(encoding: str, values: Any, **more: Any) -> Image:
     array = numpy.atleast_2d(values)
     return Image(
-        encoding=encoding,
-        height=array.shape[0],
-        width=array.shape[1],
-        step=array.shape[1] * array.itemsize,
-        data=array.tobytes(),
-        **more,
-    )
+        encoding=encoding, height=array.shape[0], width=array.shape[1], step=array.shape[1] * array.itemsize,
+        data=array.tobytes(), **more,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("encoding", "dtype", "is_bigendian"), [
@@ -361,15 +355,11 @@ def messages() -> dict[str, Any]:
         "/image": Image(height=1, width=1, encoding="rgb8", step=3, data=b"\1\2\3"),
         "/broken": Image(height=9, width=9, encoding="rgb8"),
         "/jpeg": CompressedImage(format="jpeg", data=b"\xff\xd8jpeg"),
-        "/png": CompressedImage(format="png", data=b"\x89PNG"),
-        "/cloud": cloud,
-        "/scan": LaserScan(range_min=0.1, range_max=5, ranges=[1.0, 9.0], angle_increment=1.0),
-        "/path": path,
-        "/tf": TFMessage([transform]),
-        "/rosout": Log(name="/node", msg="text"),
-        "/text": String("hello"),
+        "/png": CompressedImage(format="png", data=b"\x89PNG"), "/cloud": cloud,
+        "/scan": LaserScan(range_min=0.1, range_max=5, ranges=[1.0, 9.0], angle_increment=1.0), "/path": path,
+        "/tf": TFMessage([transform]), "/rosout": Log(name="/node", msg="text"), "/text": String("hello"),
         "/joints": joints,
-    }
+    }  # fmt: skip
 
 
 @pytest.mark.usefixtures("rerun")
@@ -383,10 +373,8 @@ def test_messages_become_the_kinds_of_rerun() -> None:
     found = {path: kind for path, kind, _ in recording.logged}
     image = found.pop("image")
     assert (image[0], image[1]["contents"][:4], image[1]["media_type"]) == (
-        "EncodedImage",
-        b"\x89PNG",
-        "image/png",
-    )
+        "EncodedImage", b"\x89PNG", "image/png"
+    )  # fmt: skip
     assert found == {
         "jpeg": ("EncodedImage", {"contents": b"\xff\xd8jpeg", "media_type": "image/jpeg"}),
         "png": ("EncodedImage", {"contents": b"\x89PNG", "media_type": "image/png"}),

@@ -64,15 +64,11 @@ def test_the_file_is_what_the_mcap_library_expects(bag: Path) -> None:
     assert len(found) == len(ROWS)
     assert schema is not None
     assert (schema.name, schema.encoding, schema.data.decode()) == (
-        "std_msgs/String",
-        "ros1msg",
-        String._full_text,
-    )
+        "std_msgs/String", "ros1msg", String._full_text
+    )  # fmt: skip
     assert (channel.topic, channel.message_encoding, channel.metadata["md5sum"]) == (
-        "/b",
-        "ros1",
-        String._md5sum,
-    )
+        "/b", "ros1", String._md5sum
+    )  # fmt: skip
     assert (message.log_time, message.data) == (10_000_001_000, b"\x06\0\0\0text 1")
 
 

@@ -254,12 +254,9 @@ def test_rules_of_installed_packages_are_found(
 ], ids=["sum", "signs", "attributes", "calls", "branches"])  # fmt: skip
 def test_rules_that_are_nested_too_deep_are_refused_with_their_line(statement: str, count: int) -> None:
     line = statement.format(
-        plus="1 + " * count,
-        minus="-" * count,
-        attributes=".a" * count,
-        calls="()" * count,
+        plus="1 + " * count, minus="-" * count, attributes=".a" * count, calls="()" * count,
         branches="elif 1:\n            pass\n        " * count,
-    )
+    )  # fmt: skip
 
     with pytest.raises(
         BagError, match=r"x.bmr:\d+: (a rule is nested more than 100 deep|the rule file is malf)"

@@ -83,11 +83,9 @@ def write_mcap(bad: int, encoding: str, schema: tuple[str, bytes] | None) -> lis
 
 
 SCHEMAS = {
-    "json": ("json", ("jsonschema", b"{}")),
-    "protobuf": ("protobuf", ("protobuf", b"\0")),
-    "cbor": ("cbor", None),
-    "broken": ("ros1", ("ros1msg", b"nothing x y")),
-}
+    "json": ("json", ("jsonschema", b"{}")), "protobuf": ("protobuf", ("protobuf", b"\0")),
+    "cbor": ("cbor", None), "broken": ("ros1", ("ros1msg", b"nothing x y")),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
@@ -253,12 +251,10 @@ def test_a_damaged_message_affects_only_itself(bad: int, capsys: pytest.CaptureF
     reason = f"messages on {wrong} are left out: the message received at 2.00000000{bad}: "
 
     commands = (
-        ["export", "run.bag", "out"],
-        ["filter", "run.bag", "few.bag", "m.data > 0"],
-        ["table", "run.bag", wrong, "-o", "one.csv"],
-        ["query", "run.bag", f"FROM {wrong[1:]}"],
+        ["export", "run.bag", "out"], ["filter", "run.bag", "few.bag", "m.data > 0"],
+        ["table", "run.bag", wrong, "-o", "one.csv"], ["query", "run.bag", f"FROM {wrong[1:]}"],
         ["export", "--format", "npz", "run.bag", "out"],
-    )
+    )  # fmt: skip
     for command in commands:
         assert main(command) == 1
         assert reason in capsys.readouterr().err

@@ -56,10 +56,8 @@ def test_connections_stay_apart_unless_their_headers_are_equal() -> None:
             ("/two", True),
         ]
         assert [(each.message.data, each.connection.callerid) for each in bag] == [
-            (97, "/one"),
-            (99, "/one"),
-            (98, "/two"),
-        ]
+            (97, "/one"), (99, "/one"), (98, "/two")
+        ]  # fmt: skip
 
 
 def test_outputs_that_exist_are_kept(capsys: pytest.CaptureFixture[str]) -> None:
@@ -100,10 +98,8 @@ def test_a_bag_is_split_at_times() -> None:
     assert main(["split", "-q", "run.bag", "--at", "12", "--at", "+1s", "--output-dir", "new"]) == 0
 
     assert [contents(f"new/run_{n}.bag") for n in range(3)] == [
-        values(rows[:10]),
-        values(rows[10:20]),
-        values(rows[20:]),
-    ]
+        values(rows[:10]), values(rows[10:20]), values(rows[20:])
+    ]  # fmt: skip
     assert main(["merge", *(f"new/run_{n}.bag" for n in range(3)), "-o", "again.bag"]) == 0
     assert contents("again.bag") == values(rows)
     assert main(["split", "-q", "run.bag", "--at", "10.000001", "--output-dir", "exact"]) == 0

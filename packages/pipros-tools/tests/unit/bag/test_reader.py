@@ -144,10 +144,8 @@ def test_overlapping_chunks_beyond_the_cache_are_read_again() -> None:
     rows: list[Any] = []
     for n in range(20):
         rows += [
-            ("/a", String("x" * 500), n, 0),
-            ("/a", String("y" * 500), 100 + n, 0),
-            ("/b", Int32(n), 0, 0),
-        ]
+            ("/a", String("x" * 500), n, 0), ("/a", String("y" * 500), 100 + n, 0), ("/b", Int32(n), 0, 0)
+        ]  # fmt: skip
     bag = read(bag_bytes(rows, chunk_bytes=1000), limits=Limits(bag_cache_bytes=1))
 
     assert [row[2] for row in rows_of(bag, topics="/a")] == [*range(20), *range(100, 120)]

@@ -153,14 +153,11 @@ def test_results_are_summed_up(base: Path, capsys: pytest.CaptureFixture[str]) -
     assert catkin_test_results.main(["--all", "--verbose", "build"]) == 1
     assert capsys.readouterr().out.splitlines() == [
         "Skipping \"test_results/none.xml\": the root tag is neither 'testsuite' nor 'testsuites'",
-        "Full test results for 'test_results/one/bad.xml'",
-        "-" * 49,
-        '<testsuite tests="2" errors="1" failures="1" skip="1"/>',
-        "-" * 49,
+        "Full test results for 'test_results/one/bad.xml'", "-" * 49,
+        '<testsuite tests="2" errors="1" failures="1" skip="1"/>', "-" * 49,
         "test_results/one/bad.xml: 2 tests, 1 errors, 1 failures, 1 skipped",
-        "test_results/one/good.xml: 3 tests",
-        "Summary: 5 tests, 1 errors, 1 failures, 1 skipped",
-    ]
+        "test_results/one/good.xml: 3 tests", "Summary: 5 tests, 1 errors, 1 failures, 1 skipped",
+    ]  # fmt: skip
     assert catkin_test_results.main(["/nowhere"]) == 1
     assert capsys.readouterr().err == 'Test results directory "/nowhere" does not exist\n'
 

@@ -67,11 +67,9 @@ def test_the_overview_lists_only_installed_commands(monkeypatch: pytest.MonkeyPa
 
 
 SHELF = Plugin(
-    "shelf",
-    "books",
-    programs={"shelve": PluginCommand("shelf:shelve", "store books", "Read")},
+    "shelf", "books", programs={"shelve": PluginCommand("shelf:shelve", "store books", "Read")},
     subcommands={"shelf": PluginCommand(f"{__name__}:run_shelf", "find books", "Read", "find list")},
-)
+)  # fmt: skip
 
 
 def run_shelf(argv: list[str]) -> int:

@@ -217,20 +217,16 @@ def test_reindex_of_a_damaged_bag_keeps_the_chunks_behind_the_damage(bag: Path) 
     assert len(contents("run.bag")) == len(ROWS) - lost
 
 
-@pytest.mark.parametrize(
-    ("expression", "chosen"),
-    [
-        ("topic == '/a'", lambda row: row[0] == "/a"),
-        ('topic in ["/b", "/c"]', lambda row: row[0] == "/b"),
-        ("t.secs <= 10", lambda row: row[2] <= 10),
-        ("t.to_sec() >= 11.000005", lambda row: row[2:] >= (11, 5000)),
-        ("m._type == 'std_msgs/String' and m.data.endswith('3')", lambda row: str(row[1]).endswith("3")),
-        ("topic != '/a' or (m.data > 5 and m.data < 9)", lambda row: row[0] != "/a" or 5 < row[1] < 9),
-        ("any(topic.startswith(x) for x in ('/b', '/z'))", lambda row: row[0] == "/b"),
-        ("hasattr(m, 'data') and m.data == 7 or hasattr(m, 'header')", lambda row: row[1] == 7),
-        ("True", lambda row: True),
-    ],
-)
+@pytest.mark.parametrize(("expression", "chosen"), [
+    ("topic == '/a'", lambda row: row[0] == "/a"), ('topic in ["/b", "/c"]', lambda row: row[0] == "/b"),
+    ("t.secs <= 10", lambda row: row[2] <= 10),
+    ("t.to_sec() >= 11.000005", lambda row: row[2:] >= (11, 5000)),
+    ("m._type == 'std_msgs/String' and m.data.endswith('3')", lambda row: str(row[1]).endswith("3")),
+    ("topic != '/a' or (m.data > 5 and m.data < 9)", lambda row: row[0] != "/a" or 5 < row[1] < 9),
+    ("any(topic.startswith(x) for x in ('/b', '/z'))", lambda row: row[0] == "/b"),
+    ("hasattr(m, 'data') and m.data == 7 or hasattr(m, 'header')", lambda row: row[1] == 7),
+    ("True", lambda row: True),
+])  # fmt: skip
 def test_filter_keeps_the_messages_that_match_an_expression(expression: str, chosen: Any, bag: Path) -> None:
     assert main(["filter", "run.bag", "out.bag", expression]) == 0
 
@@ -356,12 +352,9 @@ def test_a_closed_pipe_ends_info_silently(bag: Path) -> None:
     os.close(reader)
     try:
         ended = subprocess.run(
-            [sys.executable, "-u", "-c", call, "info", "run.bag"],
-            stdout=writer,
-            stderr=subprocess.PIPE,
-            text=True,
-            timeout=50,
-        )
+            [sys.executable, "-u", "-c", call, "info", "run.bag"], stdout=writer, stderr=subprocess.PIPE,
+            text=True, timeout=50,
+        )  # fmt: skip
     finally:
         os.close(writer)
     assert (ended.returncode, ended.stderr) == (0, "")

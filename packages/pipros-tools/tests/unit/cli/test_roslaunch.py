@@ -231,10 +231,8 @@ def test_a_file_without_mistakes_passes(
 
     result = tmp_path / "results/robot/rosunit-roslaunch_check_one_launch.xml"
     assert check(file, capsys=capsys) == (
-        0,
-        f"checking one.launch\n...writing test results to {result}\npassed\n",
-        "",
-    )
+        0, f"checking one.launch\n...writing test results to {result}\npassed\n", ""
+    )  # fmt: skip
     (case,) = ElementTree.parse(result).getroot().iter("testcase")  # noqa: S314
     assert (case.attrib["classname"], case.attrib["name"]) == ("roslaunch.RoslaunchCheck", "robot_one_launch")
 
@@ -275,15 +273,11 @@ def test_all_launch_files_of_a_folder_are_checked_and_all_mistakes_reported(
 
     assert code == 1
     assert output.splitlines()[:3] == [
-        "checking *.launch in directory .",
-        "checking one.launch",
-        "checking launch/two.launch",
-    ]
+        "checking *.launch in directory .", "checking one.launch", "checking launch/two.launch"
+    ]  # fmt: skip
     assert [node for node in ("a.py", "b.py", "c.py") if f"cannot find node [{node}]" in errors] == [
-        "a.py",
-        "b.py",
-        "c.py",
-    ]
+        "a.py", "b.py", "c.py"
+    ]  # fmt: skip
     result = tmp_path / "results/robot/rosunit-roslaunch_check__pkg.xml"
     assert ElementTree.parse(result).getroot().attrib["failures"] == "1"  # noqa: S314
 

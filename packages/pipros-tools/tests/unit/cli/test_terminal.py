@@ -65,10 +65,8 @@ def test_a_paragraph_is_broken_on_a_terminal_only(monkeypatch: pytest.MonkeyPatc
     assert paragraph(text, indent=2) == text
     pretend_terminal(monkeypatch)
     assert paragraph(text, indent=2, taken=10).split("\n") == [
-        "rosnode cleanup, then start",
-        "  /a_node_with_a_long_name_that_no_line_holds",
-        "  again",
-    ]
+        "rosnode cleanup, then start", "  /a_node_with_a_long_name_that_no_line_holds", "  again"
+    ]  # fmt: skip
 
 
 def test_a_progress_note_is_erased(

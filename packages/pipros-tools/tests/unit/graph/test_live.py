@@ -14,13 +14,10 @@ from tests.support.table_master import Answers, TableMaster
 
 API = {"/talker": "http://h:1/", "/listener": "http://h:2/"}
 ANSWERS: Answers = {
-    ("getSystemState",): [
-        [["/chatter", ["/talker"]]],
-        [["/chatter", ["/listener"]]],
-        [["/add", ["/talker"]]],
-    ],
-    **{("lookupNode", node): api for node, api in API.items()},
-}
+    ("getSystemState", ): [[["/chatter", ["/talker"]]], [["/chatter", ["/listener"]]],
+        [["/add", ["/talker"]]]],
+    **{("lookupNode", node): api for node, api in API.items()}
+}  # fmt: skip
 ROWS: dict[str, Any] = {
     API["/talker"]: [1, "", [[1, "/listener", "o", "TCPROS", "/chatter", True]]],
     API["/listener"]: [1, "", [[1, API["/talker"], "i", "TCPROS", "/chatter", True]]],

@@ -189,13 +189,9 @@ class Run:
             return 1
 
         clean_up(
-            TableMaster(STALE_ANSWERS),
-            say=self.lines.append,
-            complain=lambda _: None,
-            answers=answers,
-            ask=ask,
-            remove=lambda _, node: self.removed.append(node),
-        )
+            TableMaster(STALE_ANSWERS), say=self.lines.append, complain=lambda _: None, answers=answers,
+            ask=ask, remove=lambda _, node: self.removed.append(node),
+        )  # fmt: skip
 
 
 def test_after_a_y_the_silent_nodes_are_removed() -> None:

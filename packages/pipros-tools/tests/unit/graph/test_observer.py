@@ -67,10 +67,8 @@ class Nodes:
             return [1, "", info], [1, "", [statistics, [], []]]
         if name == "/listener":
             return [1, "", [[3, "http://host:1/talker", "i", "TCPROS", "/level", True]]], [
-                1,
-                "",
-                [[], [], []],
-            ]
+                1, "", [[], [], []]
+            ]  # fmt: skip
         return [1, "", []], [1, "", [[], [], []]]
 
 

@@ -16,10 +16,8 @@ from pipros_tools.graph.params import leaves
 def test_each_document_has_its_namespace() -> None:
     text = "a: 1\n---\n_ns: inner\nb: 2\n---\n_ns: /global\nc: 3\n"
     assert read_text(text, "file", "/robot") == [
-        ({"a": 1}, "/robot"),
-        ({"b": 2}, "/robot/inner"),
-        ({"c": 3}, "/global"),
-    ]
+        ({"a": 1}, "/robot"), ({"b": 2}, "/robot/inner"), ({"c": 3}, "/global")
+    ]  # fmt: skip
 
 
 def test_an_empty_file_has_no_parameters(tmp_path: Path) -> None:
@@ -88,12 +86,9 @@ KEYS = st.text("abyN10_/: ", max_size=12) | st.sampled_from(["null", "host_a__1"
 
 
 @given(
-    st.recursive(
-        SCALARS,
-        lambda part: st.lists(part, max_size=4) | st.dictionaries(KEYS, part, max_size=4),
-        max_leaves=30,
-    )
-)
+    st.recursive(SCALARS, lambda part: st.lists(part, max_size=4) | st.dictionaries(KEYS, part, max_size=4),
+        max_leaves=30),
+)  # fmt: skip
 def test_values_are_written_like_pyyaml(value: object) -> None:
     assert as_document(value) == yaml.safe_dump(value)
 

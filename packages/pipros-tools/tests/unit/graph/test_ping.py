@@ -37,15 +37,9 @@ class Run:
     def of(self, node: str = "/node", pings: int | None = 1) -> bool:
         ticks = count()
         return ping(
-            self._server,
-            node,
-            count=pings,
-            say=self.lines.append,
-            complain=self.complaints.append,
-            pause=self.pauses.append,
-            ask=self._ask,
-            clock=lambda: next(ticks) * 0.002,
-        )
+            self._server, node, count=pings, say=self.lines.append, complain=self.complaints.append,
+            pause=self.pauses.append, ask=self._ask, clock=lambda: next(ticks) * 0.002,
+        )  # fmt: skip
 
 
 def failing(cause: BaseException) -> Callable[[str, str], object]:

@@ -31,13 +31,11 @@ NODES = {
 HEALTHY = SystemReport(
     "http://10.0.0.1:11311",
     SystemState({TOPIC: [TALKER]}, {TOPIC: [LISTENER], "/rosout": [LISTENER]}, {"/reset": [TALKER]}),
-    types={TOPIC: "std_msgs/String"},
-    nodes=NODES,
+    types={TOPIC: "std_msgs/String"}, nodes=NODES,
     publishers={(TOPIC, TALKER): PublisherReport("10.0.0.1:7", None, "std_msgs/String", "992c", 0.1)},
-    services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8")},
-    installed={"std_msgs/String": "992c"},
+    services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8")}, installed={"std_msgs/String": "992c"},
     clock_offset_s=0.4,
-)
+)  # fmt: skip
 
 
 def with_node(name: str, **changes: Any) -> SystemReport:
@@ -61,23 +59,18 @@ FAULTS: dict[str, SystemReport] = {
     "no-publisher": with_publisher(address="", failure=Failure("Not a publisher of [/chatter]")),
     "unreachable-publisher": with_publisher(failure=Failure("no response in time")),
     "type-mismatch": with_node(LISTENER, subscriptions={TOPIC: "std_msgs/Int32"}),
-    "one-sided-connection": with_node(LISTENER, connections=()),
-    "not-connected": UNCONNECTED,
-    "subscriber-cannot-reach": TRIED,
-    "md5-mismatch": replace(TRIED, reached_back=TRIED.tried_back),
+    "one-sided-connection": with_node(LISTENER, connections=()), "not-connected": UNCONNECTED,
+    "subscriber-cannot-reach": TRIED, "md5-mismatch": replace(TRIED, reached_back=TRIED.tried_back),
     "unknown-type": replace(HEALTHY, installed={"std_msgs/String": None}),
     "definition-differs": replace(HEALTHY, installed={"std_msgs/String": "other"}),
-    "no-publishers": replace(
-        HEALTHY, state=HEALTHY.state._replace(subscribers={TOPIC: [LISTENER], "/chater": [LISTENER]})
-    ),
-    "service-failed": replace(
-        HEALTHY, services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8", Failure("refused"))}
-    ),
-    "no-clock": replace(HEALTHY, is_time_simulated=True),
-    "clock-unused": replace(HEALTHY, state=WITH_CLOCK),
+    "no-publishers": replace(HEALTHY,
+        state=HEALTHY.state._replace(subscribers={TOPIC: [LISTENER], "/chater": [LISTENER]})),
+    "service-failed": replace(HEALTHY,
+        services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8", Failure("refused"))}),
+    "no-clock": replace(HEALTHY, is_time_simulated=True), "clock-unused": replace(HEALTHY, state=WITH_CLOCK),
     "clock-differs": replace(HEALTHY, clock_offset_s=-3600.0),
     "stamps-differ": with_publisher(stamp_offset_s=100.0),
-}
+}  # fmt: skip
 
 
 def test_nothing_is_found_in_a_healthy_system() -> None:
@@ -162,11 +155,9 @@ def test_publishers_of_different_definitions_are_named() -> None:
 def test_services_of_a_node_that_is_gone_are_not_reported_again() -> None:
     gone = Failure("BusConnection refused", is_refused=True)
     system = replace(
-        HEALTHY,
-        nodes={**NODES, TALKER: replace(NODES[TALKER], failure=gone)},
-        services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8", gone)},
-        publishers={},
-    )
+        HEALTHY, nodes={**NODES, TALKER: replace(NODES[TALKER], failure=gone)},
+        services={"/reset": ServiceReport(TALKER, "rosrpc://10.0.0.1:8", gone)}, publishers={},
+    )  # fmt: skip
     assert [finding.rule for finding in check_graph(system)] == ["ghost-node"]
 
 

@@ -20,17 +20,12 @@ PROGRAMS, PACKAGES = Path("/venv/bin"), Path("/venv/lib")
 
 HEALTHY = MachineReport(
     variables={"ROS_MASTER_URI": "http://robot:11311", "ROS_PACKAGE_PATH": "/ws/src", "PYTHONPATH": ""},
-    hostname="desk",
-    addresses=("127.0.0.1", "10.0.0.2"),
+    hostname="desk", addresses=("127.0.0.1", "10.0.0.2"),
     resolved={"robot": ("10.0.0.1",), "desk": ("10.0.0.2",)},
     own_hosts=frozenset({"desk", "127.0.0.1", "10.0.0.2", "192.168.7.2", "localhost"}),
-    address_towards_master="10.0.0.2",
-    paths={"/ws/src": PathKind.FOLDER},
-    own_programs=PROGRAMS,
-    python_packages={"rospy": PACKAGES},
-    own_packages=frozenset({PACKAGES}),
-    master_error="",
-)
+    address_towards_master="10.0.0.2", paths={"/ws/src": PathKind.FOLDER}, own_programs=PROGRAMS,
+    python_packages={"rospy": PACKAGES}, own_packages=frozenset({PACKAGES}), master_error="",
+)  # fmt: skip
 
 
 def machine(variables: dict[str, str] | None = None, **changes: Any) -> MachineReport:
@@ -61,14 +56,12 @@ FAULTS: dict[str, MachineReport] = {
     "port-range": machine({"PIPROS_PORTS": "11420-11400"}),
     "ports-taken": machine({"PIPROS_PORTS": "11400"}, port_problem="no free port in 11400"),
     "advertised-form": machine({"PIPROS_ADVERTISE": "lamp:80"}),
-    "advertised-unknown": machine(
-        {"PIPROS_PORTS": "11400", "PIPROS_ADVERTISE": "lamp"}, resolved={**HEALTHY.resolved, "lamp": ()}
-    ),
+    "advertised-unknown": machine({"PIPROS_PORTS": "11400", "PIPROS_ADVERTISE": "lamp"},
+        resolved={**HEALTHY.resolved, "lamp": ()}),
     "advertised-any-port": machine({"PIPROS_ADVERTISE": "10.0.0.9"}),
     "unmapped-port": machine({"PIPROS_PORTS": "11400-11401", "PIPROS_ADVERTISE": "10.0.0.9:80=11400"}),
-    "advertised-not-bound": machine(
-        {"PIPROS_PORTS": "11400", "PIPROS_ADVERTISE": "10.0.0.9:80"}, bound_host="127.0.0.1"
-    ),
+    "advertised-not-bound": machine({"PIPROS_PORTS": "11400", "PIPROS_ADVERTISE": "10.0.0.9:80"},
+        bound_host="127.0.0.1"),
     "not-called-back": machine(not_called_back="http://10.0.0.9:80/"),
     "execution-policy": machine(windows=WindowsReport(refusing_policy="Restricted")),
     "scripts-not-in-path": machine(windows=WindowsReport(scripts_off_path=r"C:\venv\Scripts")),
@@ -76,7 +69,7 @@ FAULTS: dict[str, MachineReport] = {
     "firewall": machine(windows=WindowsReport(blocking_rules=("python.exe",))),
     "wsl-nat": machine(windows=WindowsReport(wsl_network="nat")),
     "cannot-write": machine({"ROS_LOG_DIR": "/logs"}, paths={"/logs": PathKind.READ_ONLY}),
-}
+}  # fmt: skip
 
 
 def test_nothing_is_found_on_a_healthy_machine() -> None:

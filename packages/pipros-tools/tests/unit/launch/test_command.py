@@ -30,13 +30,9 @@ def maker(tmp_path: Path, talker: Path) -> CommandMaker:
 
 def test_the_arguments_of_a_command_are_in_noetics_order(maker: CommandMaker, talker: Path) -> None:
     node = LaunchNode(
-        "talkers",
-        "talker",
-        "n",
-        arguments="one 'two three' $HOME",
-        remappings=(("a", "b"), ("~c", "/d")),
+        "talkers", "talker", "n", arguments="one 'two three' $HOME", remappings=(("a", "b"), ("~c", "/d")),
         launch_prefix="nice -n 5",
-    )
+    )  # fmt: skip
     command = maker.make(node, "http://m:1", log_stem="/log/n-1", extra_arguments=["--xml=y"])
     assert command.argv == (
         "nice", "-n", "5", str(talker), "one", "two three", "$HOME", "--xml=y",
@@ -165,10 +161,8 @@ def lookups(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def test_a_machine_is_looked_up_once_and_only_when_a_node_needs_it(lookups: list[str]) -> None:
     machines = {
-        "base": BASE,
-        "near": Machine("near", "localhost"),
-        "unused": Machine("unused", "unused.local"),
-    }
+        "base": BASE, "near": Machine("near", "localhost"), "unused": Machine("unused", "unused.local")
+    }  # fmt: skip
     nodes = Placement(machines)
     for _ in range(3):
         assert nodes.remote_machine(LaunchNode("p", "t", "n", machine="base")) is BASE

@@ -140,11 +140,9 @@ def test_all_processes_get_sigint_and_only_remaining_ones_stronger_signals() -> 
     assert (deaf.signals, waits[:2]) == ([SIGINT, SIGTERM, SIGKILL], [15, 2])
     assert console.lines == [f"[{name}] killing on exit" for name in ("a-1", "b-2", "c-3")]
     assert console.errors == [
-        "[b-2] escalating to SIGTERM",
-        "[c-3] escalating to SIGTERM",
-        "[c-3] escalating to SIGKILL",
+        "[b-2] escalating to SIGTERM", "[c-3] escalating to SIGTERM", "[c-3] escalating to SIGKILL",
         "Shutdown errors:\n * process[c-3, pid 100]: required SIGKILL.",
-    ]
+    ]  # fmt: skip
 
 
 def test_children_of_an_ended_process_are_ended_and_released() -> None:

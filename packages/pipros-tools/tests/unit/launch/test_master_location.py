@@ -158,11 +158,9 @@ class Recorder(Console):
 def test_the_read_configuration_is_announced_in_detail() -> None:
     console = Recorder()
     launch = Launch(
-        files=("/a.launch",),
-        params={"/p": 1},
-        nodes=(LaunchNode("pkg", "t", "n", "/g/"),),
+        files=("/a.launch",), params={"/p": 1}, nodes=(LaunchNode("pkg", "t", "n", "/g/"),),
         warnings=("strange",),
-    )
+    )  # fmt: skip
     announce_launch(console, launch, local_only=False)
     assert console.errors == ["WARNING: strange"]
     assert console.details == [

@@ -301,12 +301,9 @@ def find(package: str, path: str) -> str:
 @pytest.fixture
 def substitution() -> Substitution:
     return Substitution(
-        find=find,
-        environment={"HOME": "/home/ada"},
-        make_anonymous=lambda base: f"{base}_unique",
-        arguments={"a": "3", "b": "true", "s": "hi there", "unset": None},
-        folder="/launch",
-    )
+        find=find, environment={"HOME": "/home/ada"}, make_anonymous=lambda base: f"{base}_unique",
+        arguments={"a": "3", "b": "true", "s": "hi there", "unset": None}, folder="/launch",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "result"), [

@@ -22,10 +22,8 @@ def test_commands_have_names_arguments_and_lines() -> None:
         ("add_message_files", "add_message_files", 4),
     ]
     assert commands[1].arguments == (
-        CommandArgument("FILES"),
-        CommandArgument("A.msg"),
-        CommandArgument("B.msg"),
-    )
+        CommandArgument("FILES"), CommandArgument("A.msg"), CommandArgument("B.msg")
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "expected"), [

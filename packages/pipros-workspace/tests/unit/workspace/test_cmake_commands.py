@@ -174,13 +174,9 @@ def test_cfg_files_of_other_folders_are_modules_of_the_built_package(workspace: 
             "ROS_PACKAGE_PATH": str(workspace.base / ("src" if space == "devel/lib" else "install/share")),
         }
         ran = subprocess.run(
-            [sys.executable, "-c", code],
-            env={**os.environ, **path},
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=60,
-        )
+            [sys.executable, "-c", code], env={**os.environ, **path}, capture_output=True, text=True,
+            check=False, timeout=60,
+        )  # fmt: skip
         assert ran.stdout == "{'speed': 5}\n", ran.stderr
 
 
@@ -315,18 +311,14 @@ def test_tests_have_the_target_names_of_catkin(workspace: Workspace) -> None:
     projects = workspace.build().projects
     tests = projects["p"].tests
     assert [results_label(test) for test in tests if test.kind == "rostest"] == [
-        "test_x",
-        "x__a_1__b_two_three",
-        "x__a_0",
-    ]
+        "test_x", "x__a_1__b_two_three", "x__a_0"
+    ]  # fmt: skip
     assert [label(test) for test in tests if test.kind == "roslaunch"] == ["test", "x__x_1.test"]
     assert {
-        "run_tests_p_rostest",
-        "run_tests_p_rostest_test_x.test",
-        "run_tests_p_rostest_x__a_1__b_two_three.test",
-        "run_tests_p_roslaunch-check_x__x_1.test",
+        "run_tests_p_rostest", "run_tests_p_rostest_test_x.test",
+        "run_tests_p_rostest_x__a_1__b_two_three.test", "run_tests_p_roslaunch-check_x__x_1.test",
         "clean_test_results_p",
-    } <= set(names(projects))
+    } <= set(names(projects))  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -123,14 +123,9 @@ def test_the_workspace_itself_is_not_an_underlay_of_its_compiled_packages(tmp_pa
 
     with pytest.raises(NativeBuildFailed):
         genuine_catkin.build(
-            NativeTools(str(cmake), tmp_path / "opt"),
-            arm(layout.source),
-            layout,
-            BuildOptions(),
-            lambda _line: None,
-            sourced,
-            {},
-        )
+            NativeTools(str(cmake), tmp_path / "opt"), arm(layout.source), layout, BuildOptions(),
+            lambda _line: None, sourced, {},
+        )  # fmt: skip
 
     first, *rest = (tmp_path / "prefixes").read_text().strip().split(":")
     assert first == f"{tmp_path}/other"

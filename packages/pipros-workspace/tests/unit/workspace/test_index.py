@@ -314,11 +314,9 @@ def write(folder: Path, content: str, name: str = "package.xml") -> Path:
 
 def test_name_version_and_description_are_trimmed(tmp_path: Path) -> None:
     manifest = read_manifest(
-        write(
-            tmp_path,
-            "<package><name> p </name><version>\n1.2.3</version><description>a\n  b</description></package>",
-        )
-    )
+        write(tmp_path,
+            "<package><name> p </name><version>\n1.2.3</version><description>a\n  b</description></package>"),
+    )  # fmt: skip
     assert (manifest.name, manifest.version, manifest.description) == ("p", "1.2.3", "a b")
     assert not manifest.is_dry
 

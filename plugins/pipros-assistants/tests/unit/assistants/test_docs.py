@@ -16,15 +16,11 @@ PAGE = documents.text_of("guides/assistants.md")
 BLOCKS = dict(re.findall(r'```json title="([^"]+)"\n(.*?)```', PAGE, re.DOTALL))
 
 _SERVER: dict[str, Any] = {
-    "type": "object",
-    "required": ["command"],
-    "additionalProperties": False,
-    "properties": {
-        "command": {"type": "string", "minLength": 1},
+    "type": "object", "required": ["command"], "additionalProperties": False,
+    "properties": {"command": {"type": "string", "minLength": 1},
         "args": {"type": "array", "items": {"type": "string"}},
-        "env": {"type": "object", "additionalProperties": {"type": "string"}},
-    },
-}
+        "env": {"type": "object", "additionalProperties": {"type": "string"}}},
+}  # fmt: skip
 
 
 def schema(key: str, more: dict[str, Any]) -> dict[str, Any]:

@@ -26,13 +26,9 @@ LOCAL = LocalAssistant(NOBODY)
 TOOLS = LOCAL.tools()
 
 ARGUMENTS = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(),
-    st.floats(allow_nan=False),
-    st.text(max_size=20),
+    st.none(), st.booleans(), st.integers(), st.floats(allow_nan=False), st.text(max_size=20),
     st.lists(st.text()),
-)
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.name)

@@ -54,10 +54,8 @@ def demonstration(path: Path, start: float, *, seconds: float = 2.0) -> Path:
     for n in range(round(seconds * 10) + 5):
         time = start + n / 10
         rows += [
-            joints(time),
-            joints(time, value=7.0, names=("gripper",)),
-            picture(time, jpeg(10 * (n % 25))),
-        ]
+            joints(time), joints(time, value=7.0, names=("gripper",)), picture(time, jpeg(10 * (n % 25)))
+        ]  # fmt: skip
         if n % 5 == 0:
             command = Twist()
             command.linear.x, command.angular.z = n, -n

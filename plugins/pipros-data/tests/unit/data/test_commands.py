@@ -74,11 +74,9 @@ def test_several_topics_are_joined() -> None:
 def test_dates_and_every_nth_message_are_chosen() -> None:
     assert rosbag(["table", "run.bag", "/n", "-o", "out.csv", "--every", "2", "--datetimes"]) == 0
     assert Path("out.csv").read_text().splitlines() == [
-        '"_time","data"',
-        "1970-01-01 00:00:01.000000000,1",
-        "1970-01-01 00:00:03.000000000,3",
+        '"_time","data"', "1970-01-01 00:00:01.000000000,1", "1970-01-01 00:00:03.000000000,3",
         "1970-01-01 00:00:05.000000000,5",
-    ]
+    ]  # fmt: skip
 
 
 def test_columns_of_bytes_are_left_out_of_csv(capsys: pytest.CaptureFixture[str]) -> None:

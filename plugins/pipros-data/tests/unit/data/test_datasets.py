@@ -195,10 +195,8 @@ def test_episodes_follow_bools_and_texts() -> None:
          "observations: {x: {topic: /x}}\n")  # fmt: skip
     results = [json.loads(file.read_text()) for file in sorted(Path("out/checks").glob("*.json"))]
     assert [(each["start"] / 1e9, each["end"] / 1e9, each["task"]) for each in results] == [
-        (100.5, 101.5, "first"),
-        (102, 103, "second"),
-        (103, 105.9, "second"),
-    ]
+        (100.5, 101.5, "first"), (102, 103, "second"), (103, 105.9, "second")
+    ]  # fmt: skip
 
 
 def test_an_interrupted_run_continues_and_equals_a_whole_one() -> None:

@@ -41,11 +41,9 @@ def test_units_run_a_pipros_command(unit: Path, tmp_path: Path) -> None:
         copy = tmp_path / unit.name
         copy.write_text(unit.read_text().replace(program, "/bin/true"))
         ended = subprocess.run(
-            [analyze, "verify", "--recursive-errors=no", str(copy)],
-            capture_output=True,
-            text=True,
+            [analyze, "verify", "--recursive-errors=no", str(copy)], capture_output=True, text=True,
             timeout=60,
-        )
+        )  # fmt: skip
         assert ended.returncode == 0, ended.stderr
 
 

@@ -10,12 +10,9 @@ from pipros_tools.health.plugin_check import PluginReply, plugin_checks
 
 def statuses(is_connected: bool = True, **before: LinkTraffic) -> list[LinkStatus]:
     return link_statuses(
-        "operator",
-        is_connected=is_connected,
-        sent=[(1, 10, 2, 3), (4, 40, 0, 0)],
-        received={"robot2": LinkTraffic(1, 5), "robot1": LinkTraffic(2, 100, 7, 1)},
-        before=before,
-    )
+        "operator", is_connected=is_connected, sent=[(1, 10, 2, 3), (4, 40, 0, 0)],
+        received={"robot2": LinkTraffic(1, 5), "robot1": LinkTraffic(2, 100, 7, 1)}, before=before,
+    )  # fmt: skip
 
 
 def test_the_link_and_each_member_are_components() -> None:

@@ -84,14 +84,11 @@ MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 
 def test_a_directory_survives_its_encoding() -> None:
     directory = Directory(
-        "r1",
-        "0" * 16,
-        7,
+        "r1", "0" * 16, 7,
         (DirectoryEntry("/chatter", "std_msgs/String", MD5), DirectoryEntry("/x", "a/B", MD5)),
         (DirectoryEntry("/cmd", "std_msgs/String", MD5),),
-        (DirectoryEntry("/reset", "std_srvs/Empty", MD5, 2.5),),
-        has_parameters=True,
-    )
+        (DirectoryEntry("/reset", "std_srvs/Empty", MD5, 2.5),), has_parameters=True,
+    )  # fmt: skip
     assert from_json(to_json(directory), "r1") == directory
 
 

@@ -55,12 +55,9 @@ def sender(link: FakeLink) -> Iterator[Sender]:
 
 def source(sender: Sender, key: str, **rule: bool) -> SentTopic:
     found = SentTopic(
-        Node("unused"),
-        sender,
-        DirectoryEntry(f"/{key}", "std_msgs/String", "0" * 32),
-        key,
+        Node("unused"), sender, DirectoryEntry(f"/{key}", "std_msgs/String", "0" * 32), key,
         FleetRule("/**", **rule),
-    )
+    )  # fmt: skip
     sender.add(found)
     return found
 

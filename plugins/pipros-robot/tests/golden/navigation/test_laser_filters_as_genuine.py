@@ -105,12 +105,9 @@ def test_every_filter_gives_the_same_scans(ros: RosSystem, recording: Recording)
 
 
 LIMITED = [
-    {
-        "name": "limits",
-        "type": "laser_filters/LaserScanRangeFilter",
-        "params": {"lower_threshold": 1.0, "upper_threshold": 4.0},
-    }
-]
+    {"name": "limits", "type": "laser_filters/LaserScanRangeFilter",
+        "params": {"lower_threshold": 1.0, "upper_threshold": 4.0}},
+]  # fmt: skip
 
 
 def test_scans_of_a_moving_robot_become_the_same_clouds(ros: RosSystem, recording: Recording) -> None:

@@ -41,12 +41,10 @@ def test_a_robot_description_has_the_frames_and_the_laser() -> None:
     found = expected("burger")
 
     wanted = {
-        "base_frame": "base_footprint",
-        "scan_frame": "lidar",
-        "publish_static_tf": False,
+        "base_frame": "base_footprint", "scan_frame": "lidar", "publish_static_tf": False,
         "wheel_joints": ["wheel_on_the_left", "wheel_on_the_right"],
         "robots": [{"x": 2.9, "y": 1.0, "yaw": 1.2}],
-    }
+    }  # fmt: skip
     assert {key: found.params.get(key) for key in wanted} == wanted
     assert "laser" not in found.params
     assert found.unknown == []
@@ -57,11 +55,9 @@ def test_controllers_a_filter_and_a_static_transform() -> None:
 
     assert found.topics == {"scan": "/front/scan", "imu": "/imu/data"}
     wanted = {
-        "controllers": "/",
-        "publish_tf": False,
-        "scan_frame": "front_laser",
+        "controllers": "/", "publish_tf": False, "scan_frame": "front_laser",
         "laser": {"x": 0.3, "y": 0.0, "z": 0.25, "yaw": 0.0},
-    }
+    }  # fmt: skip
     assert {key: found.params.get(key) for key in wanted} == wanted
     start = found.params["robots"][0]  # amcl's default pose is outside of the apartment
     assert found.overrides == {f"/amcl/initial_pose_{a}": start[b] for a, b in zip("xya", start, strict=True)}

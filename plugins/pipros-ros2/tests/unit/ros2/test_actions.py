@@ -185,10 +185,8 @@ def test_every_status_has_a_counterpart() -> None:
     assert messages.TO_ROS2.keys() == set(Status)
     assert messages.TO_ROS1.keys() == set(Ros2Status)
     assert {status for status in Ros2Status if status.has_ended} == {
-        Ros2Status.SUCCEEDED,
-        Ros2Status.CANCELED,
-        Ros2Status.ABORTED,
-    }
+        Ros2Status.SUCCEEDED, Ros2Status.CANCELED, Ros2Status.ABORTED
+    }  # fmt: skip
 
 
 def topic(kind: str, *publishers: str) -> Ros1Topic:

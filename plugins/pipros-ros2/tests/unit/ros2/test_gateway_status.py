@@ -15,13 +15,10 @@ TYPES = ("std_msgs/String", "std_msgs/msg/String")
 CHATTER = Row("topics", "to_ros2", "/chatter", TYPES, count=9, rate=4.5)
 LOSSY = Row("topics", "to_ros1", "/lossy", TYPES, dropped=3, reason="too long")
 STATUS = GatewayStatus(
-    "ab_12",
-    [CHATTER, LOSSY],
-    {
-        "topics: to_ros2: /secret": NotBridged("the deny list has it", by_rule=True),
-        "topics: to_ros1: /strange": NotBridged("its type is unknown"),
-    },
-)
+    "ab_12", [CHATTER, LOSSY],
+    {"topics: to_ros2: /secret": NotBridged("the deny list has it", by_rule=True),
+        "topics: to_ros1: /strange": NotBridged("its type is unknown")},
+)  # fmt: skip
 
 
 def test_the_doctor_gets_what_is_dropped_and_left_out_without_a_rule() -> None:

@@ -123,12 +123,9 @@ def test_static_rules_rename_topics() -> None:
 
     scan = rules.renamed(Direction.TO_ROS2, "/scan")
     assert scan == StaticRule(
-        "/scan",
-        "/front/scan",
-        frozenset({Direction.TO_ROS2}),
-        rate=5.0,
+        "/scan", "/front/scan", frozenset({Direction.TO_ROS2}), rate=5.0,
         qos=QosOverride(BEST_EFFORT, None, 1),
-    )
+    )  # fmt: skip
     assert rules.renamed(Direction.TO_ROS1, "/front/scan") is None
     odom = rules.renamed(Direction.TO_ROS1, "/odom")
     assert odom is not None

@@ -130,16 +130,9 @@ def test_tokens_are_parsed() -> None:
 
     assert parsed == (
         SESSION,
-        Endpoint(
-            TALKER.encode(),
-            EndpointKind.PUBLISHER,
-            "/chatter",
-            "std_msgs/msg/String",
-            STRING,
-            TopicQos(depth=7),
-            "/talker",
-        ),
-    )
+        Endpoint(TALKER.encode(), EndpointKind.PUBLISHER, "/chatter", "std_msgs/msg/String", STRING,
+            TopicQos(depth=7), "/talker"),
+    )  # fmt: skip
     assert parse_token(TALKER + "/buffers:cpu") is not None  # Lyrical appends parts
 
 

@@ -152,11 +152,9 @@ def test_what_a_tab_lacks_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     )
     assert capsys.readouterr().err.splitlines() == [
         "bash: after |, a browser tab has only grep, head, tail, wc, not sort",
-        "bash: 2>& is not available in a browser tab",
-        "bash: << is not available in a browser tab",
-        "bash: |& is not available in a browser tab",
-        "bash: $(rospack is not available in a browser tab",
-    ]
+        "bash: 2>& is not available in a browser tab", "bash: << is not available in a browser tab",
+        "bash: |& is not available in a browser tab", "bash: $(rospack is not available in a browser tab",
+    ]  # fmt: skip
 
 
 def test_the_exit_code_of_the_last_command_is_known(capsys: pytest.CaptureFixture[str]) -> None:
@@ -289,15 +287,12 @@ def test_filters_read_files(home: Path, capsys: pytest.CaptureFixture[str]) -> N
     wrong = ("grep two a", "grep no d", "grep x none", "grep [ d", "grep -Z d", "grep", "head -x d", "wc")
     assert typed(*wrong, "tail -n x d") == [2, 1, 2, 2, 2, 2, 1, 1, 1]
     assert capsys.readouterr().err.splitlines() == [
-        "grep: a: Is a directory",
-        "grep: none: No such file or directory",
-        "grep: [: unterminated character set at position 0",
-        "grep: invalid option -- 'Z'",
-        "grep: a pattern is needed: grep [-Einrv] PATTERN [FILE]...",
-        "head: invalid option -- 'x'",
+        "grep: a: Is a directory", "grep: none: No such file or directory",
+        "grep: [: unterminated character set at position 0", "grep: invalid option -- 'Z'",
+        "grep: a pattern is needed: grep [-Einrv] PATTERN [FILE]...", "head: invalid option -- 'x'",
         "wc: files are needed: the terminals of a browser tab pass no lines to commands",
         "tail: invalid number of lines: 'x'",
-    ]
+    ]  # fmt: skip
 
 
 def test_the_lines_of_other_files_are_run(home: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -36,18 +36,14 @@ def test_a_name_selects_a_parameter_or_those_below_it() -> None:
         found, ["/robot"]
     )
     assert set(selected(found, ["/robot/deep", "/a", "/robot/speed"])) == {
-        "/a",
-        "/robot/deep/y",
-        "/robot/speed",
-    }
+        "/a", "/robot/deep/y", "/robot/speed"
+    }  # fmt: skip
 
 
 def test_names_below_other_names_are_not_needed() -> None:
     assert outermost(["/robot/deep/y", "/a", "/robot", "/robot-b", "/robot/deep", "/a"]) == (
-        "/a",
-        "/robot-b",
-        "/robot",
-    )
+        "/a", "/robot-b", "/robot"
+    )  # fmt: skip
     assert (outermost(["/a", "/", "/a/b"]), outermost([]), flattened(1, "/a")) == (("/",), (), {"/a": 1})
     assert flattened({"y": True}, "/robot/deep") == {"/robot/deep/y": True}
 
@@ -135,13 +131,11 @@ def update(before: SystemState, after: SystemState) -> Any:
 def test_the_first_update_of_the_graph_is_complete() -> None:
     state = SystemState({"/a": ["/p", "/o"]}, {"/b": ["/q"]}, {"/s": ["/p"]})
     assert update(EMPTY, state) == {
-        "op": "connectionGraphUpdate",
-        "publishedTopics": [{"name": "/a", "publisherIds": ["/o", "/p"]}],
+        "op": "connectionGraphUpdate", "publishedTopics": [{"name": "/a", "publisherIds": ["/o", "/p"]}],
         "subscribedTopics": [{"name": "/b", "subscriberIds": ["/q"]}],
-        "advertisedServices": [{"name": "/s", "providerIds": ["/p"]}],
-        "removedTopics": [],
+        "advertisedServices": [{"name": "/s", "providerIds": ["/p"]}], "removedTopics": [],
         "removedServices": [],
-    }
+    }  # fmt: skip
 
 
 def test_later_updates_have_what_changed() -> None:

@@ -146,11 +146,9 @@ def test_services_have_schemas_for_new_and_old_clients() -> None:
     definition = ServiceDefinition("std_srvs/Trigger", "0" * 32, "", "bool success\n")
     [service] = read(frames.advertise_services([Service(4, "/go", definition)]))["services"]
     assert service["response"] == {
-        "encoding": "ros1",
-        "schemaName": "std_srvs/TriggerResponse",
-        "schemaEncoding": "ros1msg",
+        "encoding": "ros1", "schemaName": "std_srvs/TriggerResponse", "schemaEncoding": "ros1msg",
         "schema": "bool success\n",
-    }
+    }  # fmt: skip
     assert (service["requestSchema"], service["responseSchema"]) == ("", "bool success\n")
     assert read(frames.unadvertise_services([4])) == {"op": "unadvertiseServices", "serviceIds": [4]}
 

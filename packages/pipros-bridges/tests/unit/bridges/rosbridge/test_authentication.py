@@ -14,14 +14,9 @@ NOW = 1000
 def claims(**changed: Any) -> dict[str, Any]:
     """Return valid claims for the present time; changes are made before they are signed."""
     values: dict[str, Any] = {
-        "client": "127.0.0.1",
-        "dest": "here",
-        "rand": "r",
-        "t": NOW,
-        "level": "user",
-        "end": NOW + 100,
-        **changed,
-    }
+        "client": "127.0.0.1", "dest": "here", "rand": "r", "t": NOW, "level": "user", "end": NOW + 100,
+        **changed
+    }  # fmt: skip
     text = "".join(str(values[name]) for name in ("client", "dest", "rand", "t", "level", "end"))
     return {**values, "mac": hashlib.sha512((SECRET + text).encode()).hexdigest()}
 

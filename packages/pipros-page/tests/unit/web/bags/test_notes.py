@@ -168,13 +168,9 @@ def test_diagnostics_are_marked_when_they_get_worse() -> None:
 
 def test_entries_and_diagnostics_that_were_published_again_count_once() -> None:
     found, _ = marks_of(
-        [
-            log(1, 8, "error"),
-            log(1, 8, "error", "/rosout_agg"),
-            status(2, 2),
-            status(2, 2, "/diagnostics_agg"),
-        ]
-    )
+        [log(1, 8, "error"), log(1, 8, "error", "/rosout_agg"), status(2, 2),
+            status(2, 2, "/diagnostics_agg")],
+    )  # fmt: skip
     assert [kind for _, kind, _ in found] == ["log", "error"]
 
 

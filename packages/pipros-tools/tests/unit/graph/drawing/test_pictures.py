@@ -107,10 +107,8 @@ def test_a_vertical_drawing_leads_downwards_and_keeps_the_sizes_of_boxes() -> No
 
 
 TREE = [
-    ("map", "odom", "/slam", 20.0),
-    ("odom", "base", "/wheels", 50.0),
-    ("base", "arm (left)\\", "/urdf", 1e4),
-]
+    ("map", "odom", "/slam", 20.0), ("odom", "base", "/wheels", 50.0), ("base", "arm (left)\\", "/urdf", 1e4)
+]  # fmt: skip
 
 
 def test_every_object_is_where_the_table_says() -> None:

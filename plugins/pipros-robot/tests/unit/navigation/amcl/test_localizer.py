@@ -22,12 +22,9 @@ def sampling(
     least: int, most: int, error: float = 0.01, slow: float = 0.0, fast: float = 0.0
 ) -> AmclSettings:
     return AmclSettings(
-        min_particles=least,
-        max_particles=most,
-        kld_err=error,
-        recovery_alpha_slow=slow,
+        min_particles=least, max_particles=most, kld_err=error, recovery_alpha_slow=slow,
         recovery_alpha_fast=fast,
-    )
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

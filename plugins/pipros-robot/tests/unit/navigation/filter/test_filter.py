@@ -425,10 +425,8 @@ def test_defaults_and_prefix() -> None:
     found = settings("robot1")
 
     assert (found.frequency, found.world_frame, found.base_link_frame_output) == (
-        30.0,
-        "robot1/odom",
-        "robot1/base_link",
-    )
+        30.0, "robot1/odom", "robot1/base_link"
+    )  # fmt: skip
     assert found.topics == ()
 
 
@@ -447,11 +445,9 @@ def test_inputs_use_the_variables_of_their_messages() -> None:
     }
 
     assert used == {
-        "odom0": [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11], []],
-        "pose0": [[0, 1, 2, 3, 4, 5], [], []],
-        "twist0": [[], [6, 7, 8, 9, 10, 11], []],
-        "imu0": [[3, 4, 5], [9, 10, 11], [12, 13, 14]],
-    }
+        "odom0": [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11], []], "pose0": [[0, 1, 2, 3, 4, 5], [], []],
+        "twist0": [[], [6, 7, 8, 9, 10, 11], []], "imu0": [[3, 4, 5], [9, 10, 11], [12, 13, 14]],
+    }  # fmt: skip
     odom, pose, twist, imu = found.topics
     assert (odom.pose.is_differential, odom.pose.is_relative, odom.pose.threshold) == (True, False, 3.0)
     assert (pose.pose.threshold, twist.twist.threshold) == (inf, 2.5)
@@ -524,15 +520,8 @@ def test_parameters_follow_the_rules_of_roscpp() -> None:
 def test_problems_of_the_configuration_are_diagnosed() -> None:
     position = [True, True, *NONE[2:]]
     found = problems(
-        settings(
-            odom0="a",
-            odom0_config=position,
-            pose0="b",
-            pose0_config=position,
-            twist0="c",
-            twist0_config=NONE,
-            two_d_mode=True,
-        )
-    )
+        settings(odom0="a", odom0_config=position, pose0="b", pose0_config=position, twist0="c",
+            twist0_config=NONE, two_d_mode=True),
+    )  # fmt: skip
 
     assert {name: level for name, (level, _) in found.items()} == {"X": 1, "Y": 1, "YAW": 2, "twist0": 1}

@@ -370,11 +370,9 @@ def test_the_default_behaviours_clear_and_turn() -> None:
     given, _, _ = tools()
     made = plugins.behaviours(None, VALUES, given, is_strict=True)
     assert [(name, type(each)) for name, each in made.values()] == [
-        ("conservative_reset", ClearCostmap),
+        ("conservative_reset", ClearCostmap), ("rotate_recovery", Rotate), ("aggressive_reset", ClearCostmap),
         ("rotate_recovery", Rotate),
-        ("aggressive_reset", ClearCostmap),
-        ("rotate_recovery", Rotate),
-    ]
+    ]  # fmt: skip
     assert given.node.params.get("~aggressive_reset/reset_distance") == pytest.approx(1.84)
     without = plugins.behaviours(None, {**VALUES, "clearing_rotation_allowed": False}, given, is_strict=True)
     assert len(without) == 2

@@ -68,10 +68,8 @@ def test_coordinates_convert_back() -> None:
         assert math.remainder(back[1] - longitude, 360.0) == pytest.approx(0.0, abs=1e-8)
         plane = LocalPlane(latitude, longitude, numbers.uniform(0.0, 3000.0))
         position = (
-            numbers.uniform(-500.0, 500.0),
-            numbers.uniform(-500.0, 500.0),
-            numbers.uniform(-50.0, 50.0),
-        )
+            numbers.uniform(-500.0, 500.0), numbers.uniform(-500.0, 500.0), numbers.uniform(-50.0, 50.0)
+        )  # fmt: skip
         assert plane.forward(*plane.reverse(*position)) == pytest.approx(position, abs=1e-6)
 
 

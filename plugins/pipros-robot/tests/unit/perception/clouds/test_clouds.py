@@ -256,11 +256,9 @@ DATA ascii
 
 def example(count: int = 50) -> Any:
     columns = {
-        "x": np.linspace(0, 1, count, dtype=np.float32),
-        "t": np.arange(count) / 3,
-        "ring": np.arange(count, dtype=np.uint16),
-        "label": np.arange(count, dtype=np.int8),
-    }
+        "x": np.linspace(0, 1, count, dtype=np.float32), "t": np.arange(count) / 3,
+        "ring": np.arange(count, dtype=np.uint16), "label": np.arange(count, dtype=np.int8),
+    }  # fmt: skip
     header: Any = load_message_class("std_msgs/Header")()
     return cloud_of(header, columns, 20)
 

@@ -112,11 +112,8 @@ def test_dense_capsules_whose_bytes_pyrplidar_swaps() -> None:
 def test_ultra_dense_capsules() -> None:
     """Computed by hand: pyrplidar lacks them. tests.interop compares them with the vendor's library."""
     values = [
-        0b11111111 << 12 | 500 << 2,
-        0b1000000 << 13 | 10 << 2 | 1,
-        3 << 14 | 7 << 2 | 2,
-        1 << 15 | 2 << 2 | 3,
-    ]
+        0b11111111 << 12 | 500 << 2, 0b1000000 << 13 | 10 << 2 | 1, 3 << 14 | 7 << 2 | 2, 1 << 15 | 2 << 2 | 3
+    ]  # fmt: skip
     values += [200 << 12 | 50 << 2, 200 << 12 | 51 << 2, 0, *[0] * 57]
     data = device.ultra_dense(0.0, values) + device.ultra_dense(64.0, values)
     points, starts = decoded(0x86, data)

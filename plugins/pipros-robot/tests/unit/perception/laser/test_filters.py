@@ -16,10 +16,8 @@ from pipros_robot.perception.laser.scan import Scan
 
 NAN = math.nan
 MEDIAN = {
-    "name": "m",
-    "type": "filters/MultiChannelMedianFilterFloat",
-    "params": {"number_of_observations": 3},
-}
+    "name": "m", "type": "filters/MultiChannelMedianFilterFloat", "params": {"number_of_observations": 3}
+}  # fmt: skip
 PARAMS: dict[str, dict[str, Any]] = {
     "LaserArrayFilter": {"range_filter_chain": [MEDIAN], "intensity_filter_chain": [MEDIAN]},
     "LaserMedianFilter": {"internal_filter": [MEDIAN]},
