@@ -203,12 +203,10 @@ def test_a_robot_stops_when_its_server_ends(serve: Serve, robot: Robot) -> None:
 def test_a_robot_stops_when_its_guardian_is_killed_and_can_drive_on(serve: Serve, robot: Robot) -> None:
     server, url = serve(LONG_S)
     with RosbridgeClient(url) as client:
-        drive(client, robot)
-        guardian_of(server).kill()
-        wait_until(lambda: robot.has_stopped)
-        drive(client, robot)
-        server.kill()
-        wait_until(lambda: robot.has_stopped)
+        for victim in (lambda: guardian_of(server), lambda: server):
+            drive(client, robot)
+            victim().kill()
+            wait_until(lambda: robot.has_stopped)
 
 
 def test_acts_are_refused_while_the_guardian_is_suspended_and_a_new_one_stops_the_robot(

@@ -203,8 +203,7 @@ def test_a_silent_stranger_is_disconnected() -> None:
 def test_a_stranger_cannot_send_much(constants: Constants) -> None:
     async def body() -> None:
         constants(LOGIN_BYTES=10000)
-        limits = Limits()
-        async with opened(Admission(Secret(tokens=[TOKEN])), limits) as server, connected(server) as client:
+        async with opened(Admission(Secret(tokens=[TOKEN])), Limits()) as server, connected(server) as client:
             with contextlib.suppress(ConnectionClosed):
                 await client.send("x" * 1_000_000)
             with pytest.raises(ConnectionClosed):

@@ -50,7 +50,7 @@ NOT_HERE = {
     r"pipros serve --bind .*|roslaunch rosbridge_server .*": "fixed ports; pipros-bridges: test_serve.py",
     r"(ROS_\w+=\w+ )?pipros ros2 .*": "multicast; pipros-ros2/tests/graph/test_ros2_command.py",
     r"rviz --bind .*": "a fixed port; pipros-page/tests/browser/test_access.py",
-    r"openssl .*|rqt --read-only --bind .*": "a fixed port; pipros-page/tests/graph/test_page_over_tls.py",
+    r"openssl .*|rqt --read-only --bind .*": "a fixed port; pipros-page/tests/graph/test_page_tabs.py",
     r"pipros fleet (router|join|top).*": "a fixed port; pipros-fleet/tests/graph/test_fleet_history.py",
     r"python imu.py": "pandas; pipros-data/tests/unit/data/test_tables.py",
     r"pipros (install|wheel) .*|roslaunch my_robot bringup.launch": "installs; pipros-wheels: test_pip.py",

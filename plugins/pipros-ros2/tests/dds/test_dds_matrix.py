@@ -49,23 +49,15 @@ def subscribe(peers: Peers, kind: str, how: str = "reliable") -> Process:
 
 
 @pytest.mark.parametrize("kind", ALL)
+@pytest.mark.parametrize("how", ["out", "in"])
 @pytest.mark.parametrize(("count", "size", "period_us"), [(300, 99, 1000), (10, 1_000_000, 20_000)])
-def test_topics_arrive_whole_at_the_peer(
-    peers: Peers, kind: str, count: int, size: int, period_us: int
+def test_topics_of_either_side_arrive_whole(
+    peers: Peers, kind: str, how: str, count: int, size: int, period_us: int
 ) -> None:
-    reader = subscribe(peers, kind)
-    publish(peers, "SUBNET", count, size, period_us)
-    wait_for_all(reader, count)
-
-
-@pytest.mark.parametrize("kind", ALL)
-@pytest.mark.parametrize(("count", "size", "period_us"), [(300, 99, 1000), (10, 1_000_000, 20_000)])
-def test_topics_of_the_peer_arrive_whole(
-    peers: Peers, kind: str, count: int, size: int, period_us: int
-) -> None:
-    reader = subscribe(peers, "SUBNET")
-    publish(peers, kind, count, size, period_us)
-    wait_for_all(reader, count)
+    writer, reader = ("SUBNET", kind) if how == "out" else (kind, "SUBNET")
+    listening = subscribe(peers, reader)
+    publish(peers, writer, count, size, period_us)
+    wait_for_all(listening, count)
 
 
 @pytest.mark.parametrize("kind", ["fast-udp", "cyclone-localhost"])

@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,20 +79,13 @@ def is_on_plane(point: Array) -> bool:
     return abs(float((point - POINT) @ NORMAL)) < 1e-9
 
 
-def test_an_orthogonal_projection_moves_points_along_the_normal() -> None:
-    matrix = projection_matrix(POINT, NORMAL)
+@pytest.mark.parametrize(("given", "along"), [({}, NORMAL), ({"direction": DIRECTION}, DIRECTION)])
+def test_a_parallel_projection_moves_points_along_the_normal_or_its_direction(given: Any, along: Any) -> None:
+    matrix = projection_matrix(POINT, NORMAL, **given)
     for point in DRAW.uniform(-5, 5, (10, 3)):
         target = moved(matrix, point)
         assert is_on_plane(target)
-        assert np.allclose(np.cross(target - point, NORMAL), 0)
-
-
-def test_an_oblique_projection_moves_points_along_its_direction() -> None:
-    matrix = projection_matrix(POINT, NORMAL, direction=DIRECTION)
-    for point in DRAW.uniform(-5, 5, (10, 3)):
-        target = moved(matrix, point)
-        assert is_on_plane(target)
-        assert np.allclose(np.cross(target - point, DIRECTION), 0)
+        assert np.allclose(np.cross(target - point, along), 0)
 
 
 def test_a_perspective_projection_moves_points_along_lines_from_the_eye() -> None:

@@ -37,18 +37,19 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return package / "x.launch"
 
 
-def test_nodes_lists_full_names(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--nodes", "talkers", "x.launch"]) == 0
-    assert capsys.readouterr().out == "/one\n/g/two\n/tt\n"
-
-
-def test_files_lists_absolute_paths(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert (roslaunch.main(["--files", str(file)]), capsys.readouterr().out) == (0, f"{file}\n")
-
-
-def test_args_prints_a_command_line_for_a_shell(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--args", "one", str(file)]) == 0
-    assert capsys.readouterr().out == f'A="1" {file.parent}/talker a b __name:=one\n'
+@pytest.mark.parametrize(("given", "printed"), [
+    (("--nodes", "talkers", "x.launch"), "/one\n/g/two\n/tt\n"), (("--files", "FILE"), "FILE\n"),
+    (("--args", "one", "FILE"), 'A="1" FOLDER/talker a b __name:=one\n'),
+    (("--find-node", "g/two", "FILE"), "FILE\n"),
+    (("--ros-args", "FILE"), 'Optional Arguments:\n  x (default "1"): the x\n'),
+    (("--dump-params", "FILE", "x:=hello"), "/a/b:\n- 1\n- 2\n/p: hello\n\n"),
+])  # fmt: skip
+def test_questions_about_a_file_are_answered(
+    file: Path, capsys: pytest.CaptureFixture[str], given: tuple[str, ...], printed: str
+) -> None:
+    assert roslaunch.main([each.replace("FILE", str(file)) for each in given]) == 0
+    expected = printed.replace("FILE", str(file)).replace("FOLDER", str(file.parent))
+    assert capsys.readouterr().out == expected
 
 
 def test_args_escapes_what_is_special_in_a_shell(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,33 +65,17 @@ def test_args_escapes_what_is_special_in_a_shell(file: Path, capsys: pytest.Capt
     assert printed.stdout == value
 
 
-def test_args_of_an_unknown_node_names_the_known_ones(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--args", "xx", str(file)]) == 1
-    assert capsys.readouterr().err == (
-        f"ERROR: Cannot find node named [/xx] in [{file}].\nNode names are:\n * /one\n * /g/two\n * /tt\n"
-    )
-
-
-def test_args_of_a_node_without_a_program_fails(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--args", "/g/two", str(file)]) == 1
-    assert "Cannot locate node of type [nope]" in capsys.readouterr().err
-
-
-def test_find_node_prints_its_file(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--find-node", "g/two", str(file)]) == 0
-    assert capsys.readouterr().out == f"{file}\n"
-    assert roslaunch.main(["--find-node", "xx", str(file)]) == 0
-    assert "ERROR: cannot find node named [/xx]" in capsys.readouterr().err
-
-
-def test_ros_args_prints_the_arguments(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--ros-args", str(file)]) == 0
-    assert capsys.readouterr().out == 'Optional Arguments:\n  x (default "1"): the x\n'
-
-
-def test_dump_params_prints_yaml(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert roslaunch.main(["--dump-params", str(file), "x:=hello"]) == 0
-    assert capsys.readouterr().out == "/a/b:\n- 1\n- 2\n/p: hello\n\n"
+@pytest.mark.parametrize(("given", "code", "printed"), [
+    (("--args", "xx"), 1,
+     "Cannot find node named [/xx] in [FILE].\nNode names are:\n * /one\n * /g/two\n * /tt\n"),
+    (("--args", "/g/two"), 1, "Cannot locate node of type [nope]"),
+    (("--find-node", "xx"), 0, "ERROR: cannot find node named [/xx]"),
+])  # fmt: skip
+def test_questions_about_nodes_that_cannot_be_answered_say_why(
+    file: Path, capsys: pytest.CaptureFixture[str], given: tuple[str, ...], code: int, printed: str
+) -> None:
+    assert roslaunch.main([*given, str(file)]) == code
+    assert printed.replace("FILE", str(file)) in capsys.readouterr().err
 
 
 def test_dry_run_prints_everything_in_order(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

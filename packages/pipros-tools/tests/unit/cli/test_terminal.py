@@ -82,26 +82,20 @@ def test_a_progress_note_is_erased(
     assert capsys.readouterr() == ("", "\r\x1b[K")
 
 
-def test_a_block_replaces_the_one_before(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(("first", "then"), [
+    ("a\nb", "\x1b[2A\x1b[Jc\n"),
+    ("x" * 81, "\x1b[3A\x1b[Jc\n"),  # a line counts as often as it wraps
+    ("\n" * 20, "c\n"),  # higher than the screen
+])  # fmt: skip
+def test_a_block_replaces_the_one_before_unless_it_is_higher_than_the_screen(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], first: str, then: str
 ) -> None:
     pretend_terminal(monkeypatch)
     block = LiveBlock()
-    block.show("a\nb")
+    block.show(first)
     block.show("c")
 
-    assert capsys.readouterr().out == "a\nb\n\x1b[2A\x1b[Jc\n"
-
-
-def test_wrapped_lines_count_as_often_as_they_wrap(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pretend_terminal(monkeypatch)
-    block = LiveBlock()
-    block.show("x" * 81)
-    block.show("c")
-
-    assert capsys.readouterr().out.endswith("\x1b[3A\x1b[Jc\n")
+    assert capsys.readouterr().out == f"{first}\n{then}"
 
 
 def test_a_line_in_between_stays(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -112,17 +106,6 @@ def test_a_line_in_between_stays(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     block.show("b")
 
     assert capsys.readouterr().out == "a\ntime has reset\nb\n"
-
-
-def test_a_block_higher_than_the_screen_is_not_replaced(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pretend_terminal(monkeypatch)
-    block = LiveBlock()
-    block.show("\n" * 20)
-    block.show("b")
-
-    assert "\x1b" not in capsys.readouterr().out
 
 
 def test_blocks_follow_each_other_in_a_pipe(

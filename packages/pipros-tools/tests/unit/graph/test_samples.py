@@ -4,7 +4,9 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_message_class
+from pipros.msg.time import Time
 from pipros_tools.graph.measurements import NO_NEW_MESSAGES, Rates, as_bytes
+from pipros_tools.graph.message_filter import MessageFilter
 from pipros_tools.graph.samples import BandwidthWindow, RateWindow, Samples
 from pipros_tools.graph.value_statistics import FIELDS, numbers_in, summaries
 
@@ -34,11 +36,13 @@ def test_no_samples_have_no_statistics() -> None:
     assert BandwidthWindow().figures(1.0) is None
 
 
-def test_a_rate_needs_two_distinct_times() -> None:
+def test_a_rate_needs_two_distinct_times_and_is_reset_when_time_goes_back() -> None:
     rate = RateWindow()
-    rate.add(10.0)
+    for moment in (100.0, 101.0):
+        assert rate.add(moment)
+    assert not rate.add(1.0)
     assert rate.figures() is None
-    rate.add(10.5)
+    rate.add(1.5)
     figures = rate.figures()
     assert figures is not None
     assert (figures.mean, figures.count) == (0.5, 2)
@@ -49,17 +53,6 @@ def test_a_rate_with_a_window_of_one_never_has_figures() -> None:
     rate.add(1.0)
     rate.add(2.0)
     assert rate.figures() is None
-
-
-def test_a_rate_is_reset_when_time_goes_back() -> None:
-    rate = RateWindow()
-    for moment in (100.0, 101.0):
-        assert rate.add(moment)
-    assert not rate.add(1.0)
-    rate.add(1.5)
-    figures = rate.figures()
-    assert figures is not None
-    assert (figures.mean, figures.count) == (0.5, 2)
 
 
 def test_bandwidth_is_bytes_until_now_by_the_time_since_the_first() -> None:
@@ -148,3 +141,37 @@ def test_texts_have_no_statistics_and_fields_are_limited() -> None:
     for name in many.__slots__:
         setattr(many, name, 1.0)
     assert len(summaries([many])) == FIELDS
+
+
+# `--filter`: the messages that an expression selects, and the fields that it can read.
+
+
+Pose = load_message_class("geometry_msgs/PoseStamped")
+
+
+def pose(x: float) -> object:
+    message = Pose()
+    message.pose.position.x = x  # type: ignore[attr-defined]
+    message.header.stamp = Time(3, 500_000_000)  # type: ignore[attr-defined]
+    return message
+
+
+@pytest.mark.parametrize(("expression", "selected"), [
+    ("m.pose.position.x > 1", [2.0, 3.0]), ("m.pose.position.x in (1, 3)", [1.0, 3.0]),
+    ("m.header.stamp.secs == 3 and topic == '/goal'", [1.0, 2.0, 3.0]),
+    ("m.header.stamp.to_sec() > 3.4", [1.0, 2.0, 3.0]),
+    ("m._type == 'geometry_msgs/PoseStamped'", [1.0, 2.0, 3.0]), ("False", []),
+])  # fmt: skip
+def test_an_expression_selects(expression: str, selected: list[float]) -> None:
+    passes = MessageFilter(expression)
+
+    assert [x for x in (1.0, 2.0, 3.0) if passes(pose(x), "/goal")] == selected
+
+
+def test_each_reason_of_a_failure_is_reported_once() -> None:
+    complaints: list[str] = []
+    passes = MessageFilter("m.speed > 1", complain=complaints.append)
+
+    assert [passes(pose(x), "/goal") for x in (1.0, 2.0)] == [False, False]
+    assert len(complaints) == 1
+    assert "has no field [speed]" in complaints[0]

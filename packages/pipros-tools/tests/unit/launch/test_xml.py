@@ -58,10 +58,14 @@ def test_malformed_xml_is_refused_with_its_place(tmp_path: Path) -> None:
     assert error.value.places == (Place(file, 3, 3),)
 
 
-def test_a_document_type_is_refused(tmp_path: Path) -> None:
-    file = write(tmp_path, "a.launch", '<!DOCTYPE launch [<!ENTITY a "b">]><launch>&a;</launch>')
-    with pytest.raises(LaunchError, match="document type"):
-        load([file])
+@pytest.mark.parametrize(("text", "error"), [
+    ('<!DOCTYPE launch [<!ENTITY a "b">]><launch>&a;</launch>', "document type"),
+    ('<launch><include file="/nope.launch"/></launch>', r"cannot read \[/nope.launch\]: No such file"),
+    ("<launch>\n <rosparam>\n  a: 1\n  b: 'x\n </rosparam></launch>", r"invalid YAML:\n/.*/a.launch:[45]:"),
+])  # fmt: skip
+def test_what_cannot_be_loaded_is_named(tmp_path: Path, text: str, error: str) -> None:
+    with pytest.raises(LaunchError, match=error):
+        load([write(tmp_path, "a.launch", text)])
 
 
 def test_a_file_that_includes_itself_is_refused(tmp_path: Path) -> None:
@@ -71,22 +75,10 @@ def test_a_file_that_includes_itself_is_refused(tmp_path: Path) -> None:
     assert len(error.value.places) < 10
 
 
-def test_a_missing_include_is_named(tmp_path: Path) -> None:
-    file = write(tmp_path, "a.launch", '<launch><include file="/nope.launch"/></launch>')
-    with pytest.raises(LaunchError, match=r"cannot read \[/nope.launch\]: No such file"):
-        load([file])
-
-
 def test_a_bad_yaml_file_is_named_with_its_line(tmp_path: Path) -> None:
     bad = write(tmp_path, "p.yaml", "a: 1\nb: [\n")
     file = write(tmp_path, "a.launch", f'<launch><rosparam file="{bad}"/></launch>')
     with pytest.raises(LaunchError, match=f"contains invalid YAML:\n{bad}:3:1"):
-        load([file])
-
-
-def test_bad_inline_yaml_is_named_with_the_line_of_the_launch_file(tmp_path: Path) -> None:
-    file = write(tmp_path, "a.launch", "<launch>\n <rosparam>\n  a: 1\n  b: 'x\n </rosparam></launch>")
-    with pytest.raises(LaunchError, match=f"invalid YAML:\n{file}:[45]:"):
         load([file])
 
 

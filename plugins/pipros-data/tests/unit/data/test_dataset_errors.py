@@ -158,17 +158,13 @@ def test_an_extra_that_cannot_be_imported_is_not_called_missing() -> None:
     )
 
 
-def test_an_episode_with_too_many_rows_is_an_error(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("module", "limit", "error"), [
+    ("rows", "dataset_rows=20", "the episode has 21 rows: the limit is 20 (dataset_rows"),
+    ("signals", "table_bytes=300", "observations.joints: the episode is too large: the limit is 300"),
+])  # fmt: skip
+def test_an_episode_with_too_many_rows_or_numbers_is_an_error(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, module: str, limit: str, error: str
 ) -> None:
-    limits = Limits.parse("dataset_rows=20")
-    monkeypatch.setattr("pipros_data.datasets.rows.process_limits", lambda: limits)
-    assert "the episode has 21 rows: the limit is 20 (dataset_rows" in failure(capsys, CONFIG)
-
-
-def test_a_topic_with_too_many_numbers_is_an_error(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    limits = Limits.parse("table_bytes=300")
-    monkeypatch.setattr("pipros_data.datasets.signals.process_limits", lambda: limits)
-    assert "observations.joints: the episode is too large: the limit is 300" in failure(capsys, CONFIG)
+    limits = Limits.parse(limit)
+    monkeypatch.setattr(f"pipros_data.datasets.{module}.process_limits", lambda: limits)
+    assert error in failure(capsys, CONFIG)

@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import os
+import platform
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 
 from pipros_tab import shell
+from pipros_tab.command_run import run_words
 from pipros_tab.filters import run_before
 from pipros_tab.shell import run_line
 from pipros_workspace.overlays import MARKER
@@ -312,3 +314,11 @@ def test_source_sets_the_variables_of_ros(capsys: pytest.CaptureFixture[str]) ->
     os.environ.pop("ROS_DISTRO", None)
     assert typed("source /opt/ros/noetic/setup.bash", "export A=b; echo $ROS_DISTRO ${A}") == [0, 0]
     assert capsys.readouterr().out == "noetic b\n"
+
+
+# Command lines of a tab.
+
+
+def test_python_prints_its_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert [run_words(["python3", option]) for option in ("--version", "-V")] == [0, 0]
+    assert capsys.readouterr().out == f"Python {platform.python_version()}\n" * 2

@@ -2,15 +2,19 @@
 
 import asyncio
 import contextlib
+import contextvars
 import errno
 import gc
 import io
 import os
+import re
 import struct
 import tempfile
 import threading
-from collections.abc import AsyncIterator, Awaitable, Callable
+import zipfile
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from concurrent.futures import Future
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +23,19 @@ from std_msgs.msg import Float64
 
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_page.bags import folder
 from pipros_page.bags import opening as bag_opening
-from pipros_page.bags.folder import BagFolder
+from pipros_page.bags.export import FORMATS, export
+from pipros_page.bags.folder import BadBagName, BagFolder
+from pipros_page.bags.newest import newest_before
 from pipros_page.bags.open_bags import OpenBags
 from pipros_page.bags.playback import BagPlayback
 from pipros_page.bags.tracks import BINS, tracks
 from pipros_page.views.bags import PAGE_BAGS, PAGE_EXPORTS, BagViews
 from pipros_page.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
 from pipros_server.browser_share import set_current_browser
-from pipros_server.view_server import RequestRefused
-from pipros_tools.bag import BagReader
-from pipros_tools.bag.errors import BagError
+from pipros_server.view_server import RequestRefused, ServedViews
+from pipros_tools.bag import BagError, BagReader, BagWriter
 from pipros_tools.bag.opening import open_bag, writer_for
 from pipros_tools.graph.client import GraphClient
 from tests.support.bags import bag_bytes
@@ -206,3 +212,207 @@ def test_a_single_chunk_has_a_visible_track(tmp_path: Path, name: str) -> None:
         (track,) = tracks(bag)
     assert (track.topic, track.count, len(track.bins)) == ("/number", 1000, BINS)
     assert all(track.bins)
+
+
+# The bags that browsers have opened, one per browser.
+
+
+def in_a_browser() -> contextvars.Context:
+    """Return a context that serves a new browser."""
+    context = contextvars.copy_context()
+    context.run(set_current_browser)
+    return context
+
+
+@pytest.fixture
+def playback(tmp_path: Path) -> Iterator[BagPlayback]:
+    with (tmp_path / "a.bag").open("wb") as file:
+        writer = BagWriter(file)
+        fields = {"topic": b"/a", "type": b"std_msgs/Empty", "md5sum": b"*", "message_definition": b""}
+        writer.write(writer.add_connection("/a", fields), 1, 0, b"")
+        writer.finish()
+    system = WatchedSystem(GraphClient("test"), Node("test"))
+    found = BagPlayback(system, BagReader(tmp_path / "a.bag"))
+    yield found
+    found.close()
+
+
+def test_a_bag_belongs_to_the_browser_that_opened_it(playback: BagPlayback) -> None:
+    bags, mine, other = OpenBags(), in_a_browser(), in_a_browser()
+    with contextlib.ExitStack() as stack:
+        mine.run(stack.enter_context, bags.showing(playback))
+        assert mine.run(lambda: bags.playback) is playback
+        assert other.run(lambda: bags.playback) is None
+        assert other.run(bags.served_views, lambda _: ServedViews()) is None
+        with pytest.raises(RequestRefused, match="already opened"):
+            mine.run(stack.enter_context, bags.showing(playback))
+        assert len(bags) == 1
+    assert len(bags) == 0
+
+
+def test_views_are_made_once_per_jump(playback: BagPlayback) -> None:
+    bags, mine = OpenBags(), in_a_browser()
+    made: list[WatchedSystem] = []
+
+    def make(system: WatchedSystem) -> ServedViews:
+        made.append(system)
+        return ServedViews()
+
+    with contextlib.ExitStack() as stack:
+        mine.run(stack.enter_context, bags.showing(playback))
+        assert mine.run(bags.served_views, make) is mine.run(bags.served_views, make)
+        playback.jump(0)
+        mine.run(bags.served_views, make)
+    assert len(made) == 2
+
+
+# Names of bags that a browser may open.
+
+
+def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> None:
+    inside, outside = tmp_path / "bags", tmp_path / "outside.bag"
+    (inside / "day").mkdir(parents=True)
+    for path in (outside, inside / "day" / "run.bag", inside / "open.bag.active", inside / "notes.txt"):
+        path.write_bytes(b"12345")
+    (inside / "link.bag").symlink_to(outside)
+    (inside / "same.bag").symlink_to(inside / "day" / "run.bag")
+    (inside / "up").symlink_to(tmp_path)
+    (inside / "loop.bag").symlink_to("loop.bag")
+    assert dict(BagFolder(inside).names()) == {"day/run.bag": 5, "open.bag.active": 5, "same.bag": 5}
+
+
+def test_the_newest_bags_are_listed_whichever_folder_is_read_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(folder, "MAX_FILES", 1)
+    for number in range(4):
+        day = tmp_path / f"day{number}"
+        day.mkdir()
+        (day / "run.bag").write_bytes(b"1")
+        os.utime(day / "run.bag", (0, 0))
+    last_read = os.listdir(tmp_path)[-1]
+    os.utime(tmp_path / last_read / "run.bag")
+    assert [name for name, _ in BagFolder(tmp_path).names()] == [f"{last_read}/run.bag"]
+
+
+@pytest.mark.parametrize(("name", "says"), [
+    ("../outside.bag", "is outside the bag folder"), ("link.bag", "is outside the bag folder"),
+    ("up/outside.bag", "is outside the bag folder"), ("/etc/passwd", "must end in"),
+    ("/etc/x.bag", "is outside the bag folder"), ("missing.bag", "there is no bag"),
+    ("loop.bag", "there is no bag"), ("a\0.bag", "null character"), (7, "must end in"),
+])  # fmt: skip
+def test_names_that_lead_out_of_the_folder_are_refused(tmp_path: Path, name: object, says: str) -> None:
+    inside = tmp_path / "bags"
+    inside.mkdir()
+    (tmp_path / "outside.bag").write_bytes(b"")
+    (inside / "link.bag").symlink_to(tmp_path / "outside.bag")
+    (inside / "up").symlink_to(tmp_path)
+    (inside / "loop.bag").symlink_to("loop.bag")
+    with pytest.raises(BadBagName, match=says):
+        BagFolder(inside).find(name)
+
+
+# Parts of bags that a browser saves.
+
+
+SECOND = 10**9
+
+
+@pytest.fixture
+def numbers(tmp_path: Path) -> Path:
+    """A bag with a number at each second from 1000 to 1099, and one text at 1000."""
+    path = tmp_path / "numbers.bag"
+    with path.open("wb") as file:
+        bag = BagWriter(file, chunk_bytes=200)
+        added = {}
+        for topic, name in (("/number", "std_msgs/Float64"), ("/text", "std_msgs/String")):
+            kind = load_message_class(name)
+            fields = {"type": name, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+            header = {"topic": topic.encode(), **{key: value.encode() for key, value in fields.items()}}
+            added[topic] = bag.add_connection(topic, header)
+        bag.write(added["/text"], 1000, 0, b"\x00\x00\x00\x00")
+        for second in range(100):
+            bag.write(added["/number"], 1000 + second, 0, struct.pack("<d", second))
+        bag.finish()
+    return path
+
+
+@pytest.mark.parametrize("form", FORMATS[:2])
+def test_a_selection_above_the_limit_is_refused(numbers: Path, form: str) -> None:
+    with BagReader(numbers) as bag, pytest.raises(BagError, match=r"limit is 100 .page_export_bytes"):
+        export(bag, ["/number"], (0, 2000 * SECOND), form, BytesIO(), 100)
+
+
+def test_the_newest_message_before_a_moment_is_found_far_back(numbers: Path) -> None:
+    with BagReader(numbers) as bag:
+        found = newest_before(bag, bag.connections_of("/text"), 1099 * SECOND)
+        assert found is not None
+        assert found.time_ns == 1000 * SECOND
+        exact = newest_before(bag, bag.connections_of("/number"), 1007 * SECOND + 5)
+        assert exact is not None
+        assert exact.time_ns == 1007 * SECOND
+        assert newest_before(bag, bag.connections_of("/text"), 999 * SECOND) is None
+
+
+@pytest.mark.parametrize("topic", ["/..", "/", "..\\..\\up", "/c:"])
+def test_no_topic_of_a_bag_leaves_the_zip_file(tmp_path: Path, topic: str) -> None:
+    kind = load_message_class("sensor_msgs/Image")
+    fields = {"type": kind._type, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+    header = {key: value.encode() for key, value in fields.items()}
+    image = kind(height=1, width=1, step=1, encoding="mono8", data=b"\x07")
+    with (tmp_path / "images.bag").open("wb") as file:
+        bag = BagWriter(file)
+        added = bag.add_connection(topic, {"topic": topic.encode(), **header})
+        bag.write(added, 1000, 0, b"".join(image._to_buffers()))
+        bag.finish()
+    for form in ("csv", "images"):
+        part = BytesIO()
+        with BagReader(tmp_path / "images.bag") as whole:
+            export(whole, [topic], (0, 2000 * SECOND), form, part, 1000)
+        with zipfile.ZipFile(part) as archive:
+            (name,) = archive.namelist()
+        assert re.fullmatch(r"\w+(/\d{6}_1000\.0{9})?\.\w+", name), name
+
+
+def test_an_exported_bag_begins_with_the_latched_messages(tmp_path: Path) -> None:
+    path = tmp_path / "latched.bag"
+    kind = load_message_class("std_msgs/String")
+    fields = {"type": kind._type, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+    header = {key: value.encode() for key, value in fields.items()}
+    with path.open("wb") as file:
+        bag = BagWriter(file)
+        for topic, latching in (("/map", b"1"), ("/tf_static", b"1"), ("/talk", b"0")):
+            added = bag.add_connection(topic, {"topic": topic.encode(), "latching": latching, **header})
+            for second, text in enumerate("abc"):
+                bag.write(added, 1000 + second, 0, b"\x01\x00\x00\x00" + text.encode())
+        bag.finish()
+    part = BytesIO()
+    with BagReader(path) as whole:
+        topics = ["/map", "/talk", "/tf_static"]
+        export(whole, topics, (1002 * SECOND, 1003 * SECOND), "bag", part, 1000)
+    (tmp_path / "part.bag").write_bytes(part.getvalue())
+    with BagReader(tmp_path / "part.bag") as cut:
+        found = sorted((message.connection.topic, message.data[-1:]) for message in cut.stored_messages())
+        assert cut.range_ns[0] == 1002 * SECOND
+    assert found == [
+        ("/map", b"b"), ("/map", b"c"), ("/talk", b"c"), ("/tf_static", b"a"), ("/tf_static", b"b"),
+        ("/tf_static", b"c"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("bad", [0, 1, 2])
+def test_an_image_that_cannot_be_written_does_not_end_the_export(bad: int, tmp_path: Path) -> None:
+    kind: Any = load_message_class("sensor_msgs/Image")
+    good = kind(height=1, width=1, step=1, encoding="mono8", data=b"x")
+    rows = [("/camera", kind() if number == bad else good, number, 0) for number in range(3)]
+    (tmp_path / "images.bag").write_bytes(bag_bytes(rows))
+
+    with BagReader(tmp_path / "images.bag") as bag, (tmp_path / "out.zip").open("w+b") as file:
+        export(bag, ["/camera"], (0, 9 * 10**9), "images", file, 1 << 20)
+    with zipfile.ZipFile(tmp_path / "out.zip") as archive:
+        names = sorted(archive.namelist())
+        reason = archive.read("left_out.txt").decode()
+
+    seconds = [number for number in range(3) if number != bad]
+    assert names == [f"camera/{n:06d}_{n}.000000000.png" for n in seconds] + ["left_out.txt"]
+    assert f"messages on /camera are left out: the message received at {bad}.000000000: the image" in reason

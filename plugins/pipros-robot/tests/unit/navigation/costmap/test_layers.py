@@ -282,14 +282,20 @@ def test_an_inflation_of_radius_0_does_nothing_and_reset_keeps_it() -> None:
         assert costmap.grid.costs.tolist() == [expected]
 
 
-def test_inflation_of_a_long_map_with_tiny_cells_takes_little_memory() -> None:
+def inflated_row(cells: int, resolution: float, inscribed: float = math.inf, **settings: float) -> Any:
+    """Return the costs of a row of cells beside an obstacle in the first one."""
     costmap = LayeredCostmap()
-    costmap.resize(40_001, 1, 1e-30, 0.0, 0.0)
+    costmap.resize(cells, 1, resolution, 0.0, 0.0)
+    costmap.inscribed_radius = inscribed
     inflation = InflationLayer("inflation", costmap)
-    inflation.configure(radius=0.5, scaling=3.0, inflate_unknown=False)
+    inflation.configure(**settings, inflate_unknown=False)
     costmap.grid.costs[0, 0] = LETHAL
-    inflation.update_costs(CellRectangle(0, 0, 40_001, 1))
-    assert np.count_nonzero(costmap.grid.costs == 253) == 40_000
+    inflation.update_costs(CellRectangle(0, 0, cells, 1))
+    return costmap.grid.costs[0]
+
+
+def test_inflation_of_a_long_map_with_tiny_cells_takes_little_memory() -> None:
+    assert np.count_nonzero(inflated_row(40_001, 1e-30, radius=0.5, scaling=3.0) == 253) == 40_000
 
 
 def inflated(cells: Any, inflate_unknown: bool = False) -> tuple[LayeredCostmap, StaticLayer]:
@@ -349,14 +355,8 @@ def test_an_update_of_a_part_gives_the_same_as_one_of_all() -> None:
 
 
 def test_the_costs_of_the_documentation() -> None:
-    costmap = LayeredCostmap()
-    costmap.resize(31, 1, 0.05, 0.0, 0.0)
-    costmap.inscribed_radius = 0.325
-    inflation = InflationLayer("inflation", costmap)
-    inflation.configure(radius=0.55, scaling=10.0, inflate_unknown=False)
-    costmap.grid.costs[0, 0] = LETHAL
-    inflation.update_costs(CellRectangle(0, 0, 31, 1))
-    assert [int(costmap.grid.costs[0, at]) for at in (6, 7, 10, 11, 12)] == [253, 196, 43, 26, 0]
+    costs = inflated_row(31, 0.05, 0.325, radius=0.55, scaling=10.0)
+    assert costs[[6, 7, 10, 11, 12]].tolist() == [253, 196, 43, 26, 0]
 
 
 def test_voxels_are_cleared_at_the_height_of_the_ray_only() -> None:

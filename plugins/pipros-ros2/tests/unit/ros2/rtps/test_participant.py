@@ -69,25 +69,9 @@ def test_samples_arrive_in_order(pair: tuple[Participant, Participant]) -> None:
     assert (writer.readers(), reader.writers()) == ({reader.guid}, {writer.guid})
 
 
-def test_a_callback_that_fails_does_not_stop_the_others(pair: tuple[Participant, Participant]) -> None:
-    received: list[bytes] = []
-
-    def fail_once(sample: RtpsSample) -> None:
-        received.append(sample.payload)
-        if len(received) == 1:
-            raise ValueError("expected")
-
-    pair[1].add_reader("rt/a", TYPE, QOS, fail_once)
-    writer = pair[0].add_writer("rt/a", TYPE, QOS)
-    assert writer.wait_for_readers(timeout_s=LIMIT_S)
-    writer.write(b"one.")
-    writer.write(b"two.")
-
-    wait_until(lambda: received == [b"one.", b"two."])
-
-
-def test_a_direct_callback_that_fails_does_not_end_the_participant(
-    pair: tuple[Participant, Participant],
+@pytest.mark.parametrize("is_direct", [False, True])
+def test_a_callback_that_fails_stops_neither_the_others_nor_its_participant(
+    pair: tuple[Participant, Participant], is_direct: bool
 ) -> None:
     received: list[bytes] = []
 
@@ -96,7 +80,7 @@ def test_a_direct_callback_that_fails_does_not_end_the_participant(
         if len(received) == 1:
             raise RuntimeError("can't start new thread")
 
-    pair[1].add_reader("rt/a", TYPE, QOS, fail_once, is_direct=True)
+    pair[1].add_reader("rt/a", TYPE, QOS, fail_once, is_direct=is_direct)
     writer = pair[0].add_writer("rt/a", TYPE, QOS)
     assert writer.wait_for_readers(timeout_s=LIMIT_S)
     writer.write(b"one.")
