@@ -261,12 +261,9 @@ def test_publishing_fails_while_a_subscriber_does_not_keep_up(
     going_on: SimpleQueue[None] = SimpleQueue()
     # A direct callback runs in the thread that confirms samples.
     stranger.add_reader(
-        "rt/a",
-        "std_msgs::msg::dds_::String_",
-        Qos(depth=0),
-        lambda _: going_on.get(timeout=60),
+        "rt/a", "std_msgs::msg::dds_::String_", Qos(depth=0), lambda _: going_on.get(timeout=60),
         is_direct=True,
-    )
+    )  # fmt: skip
     publisher = engine.advertise("/a", KIND, "", TopicQos(depth=0))
     wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
 
