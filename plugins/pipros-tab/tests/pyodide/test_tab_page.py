@@ -382,6 +382,14 @@ def test_the_editor_helps_and_what_a_tab_lacks_is_one_clear_error(classroom: Pag
     shows(page, "ROS_MASTER_URI=http://127.0.0.1:11311/")
     begin(page, "python3 -c 'for line in range(30): print(line)' | grep 2 | tail -n 1; echo code $?")
     shows(page, "29code 0")
+    for wrong, why in (
+        ("made", "made is a folder: add"),
+        ("~/../x", "is not a path"),
+        ("made/ip/x", "is below"),
+    ):
+        page.once("dialog", lambda dialog, name=wrong: dialog.accept(name))  # type: ignore[misc]
+        page.get_by_role("button", name="New file").click()
+        expect(page.get_by_role("status")).to_contain_text(why)
     with page.expect_download() as download:
         page.get_by_role("button", name="Download files").click()
     begin(page, "rm -r made; ls")

@@ -108,6 +108,18 @@ function listFiles(hub, editor) {
   }));
 }
 
+/** Returns the path of a file, which may be new, from what a user has typed. Throws an error that says why it cannot be one. */
+function filePath(hub, typed) {
+  const name = typed.trim().replace(/^~\//, "").replace(`${HOME}/`, "").replace(/\/$/, "");
+  const path = `${HOME}/${name}`;
+  if (!name || /^\/|^~|(^|\/)\.{1,2}(\/|$)/.test(name)) throw Error(`${typed} is not a path in the home folder, such as my_robot/scripts/talker.py`);
+  const isFolder = (at) => hub.files.has(at) && hub.files.get(at)[0] & IS_FOLDER;
+  const parents = [...path.matchAll(/\//g)].map(({ index }) => path.slice(0, index)).filter((each) => hub.files.has(each));
+  if (isFolder(path)) throw Error(`${typed} is a folder: add the name of a file, such as ${name}/talker.py`);
+  if (!parents.every(isFolder)) throw Error(`${typed} is below a file: type another path`);
+  return path;
+}
+
 /** Ticks the steps of the case study: `data-ran` is the line that a step asks for, `data-file` a file, and `data-has` what it contains. */
 function tickSteps(hub, line = "") {
   const lines = JSON.parse(localStorage.getItem(RAN) ?? "[]"); // what steps have asked for, and has been done
@@ -167,9 +179,15 @@ async function main() {
   showFiles();
   let count = 0;
   const pictures = new Pictures(hub, $("side"), $("choices"));
-  const edit = (path) => {
-    pictures.show("files");
-    editor.open(path);
+  const edit = (typed) => {
+    try {
+      const path = filePath(hub, typed);
+      pictures.show("files");
+      editor.open(path);
+      say("");
+    } catch (error) {
+      say(error.message);
+    }
   };
   const open = () => {
     const shown = (line) => pictures.open(line);
@@ -181,8 +199,8 @@ async function main() {
   Array.from({ length: TERMINALS }, open)[0].input.focus();
   $("new-terminal").onclick = () => open().input.focus();
   $("new-file").onclick = () => {
-    const name = prompt("Path of the file in the home folder");
-    if (name) edit(`${HOME}/${name}`);
+    const name = prompt("Path of the file in the home folder, such as my_robot/scripts/talker.py");
+    if (name) edit(name);
   };
   $("anew").onclick = () => startAnew(hub);
   $("download").onclick = () => downloadFiles(hub);
