@@ -266,6 +266,8 @@ def test_the_case_study_in_a_tab(page: Page) -> None:
 
     begin(page, "python3 ~/busy.py", 2)
     shows(page, "computing", 2)
+    interrupt(page, 2)
+    shows(page, "The program still runs. Stop, above, ends it at once.", 2)
     terminal(page, 2).get_by_role("button", name="Stop").click()
     begin(page, "rosnode list", 2)
     shows(page, "/talker_node", 2)

@@ -6,6 +6,7 @@ import { Output } from "./screen.mjs";
 const LINES = 3000;
 const LINE_CHARACTERS = 16384;
 const WHOLE = /^(?:[^"'\\]|\\.|"(?:[^"\\]|\\.)*"|'[^']*')*$/s; // no quote is open
+const ENDS_WITHIN_MS = 3000;
 const KEYS = { ArrowUp: "\x1b[A", ArrowDown: "\x1b[B", ArrowRight: "\x1b[C", ArrowLeft: "\x1b[D", Enter: "\n" };
 const history = JSON.parse(localStorage.getItem("pipros-tab-history") ?? "[]");
 
@@ -18,6 +19,7 @@ export class Terminal {
   #at = history.length;
   #startsAnew = false;
   #length = 0; // of the line that is being written
+  #advice = 0; // the timer after Ctrl-C
 
   /** @param {import("./hub.mjs").Hub} hub @param {string} name @param {(path: string) => void} edit
    * @param {(line: string) => void} open shows the page whose address a line contains, if any
@@ -92,6 +94,7 @@ export class Terminal {
     if (letter === "D") this.done(value);
     if (letter === "K" || letter === "P") this.#sendsKeys = letter === "K";
     if (letter !== "P") return;
+    clearTimeout(this.#advice);
     if (this.#startsAnew) this.line.replaceChildren();
     this.#startsAnew = false;
     this.#isReady = true;
@@ -175,6 +178,9 @@ export class Terminal {
     this.#print(`${this.prompt.textContent}${this.input.value}^C`);
     this.input.value = "";
     this.#waiting = [];
-    if (!this.#isReady) this.hub.interrupt(this.process);
+    if (this.#isReady) return;
+    this.hub.interrupt(this.process);
+    clearTimeout(this.#advice);
+    this.#advice = setTimeout(() => this.#print("The program still runs. Stop, above, ends it at once."), ENDS_WITHIN_MS);
   }
 }
