@@ -74,11 +74,14 @@ def _run_command(words: Sequence[str]) -> None:
         sys.path.insert(0, os.path.dirname(os.path.abspath(name)))
         runpy.run_path(name, run_name="__main__")
     else:
-        for command in entry_points(group="console_scripts", name=name):
+        commands = entry_points(group="console_scripts")
+        for command in commands.select(name=name):
             sys.exit(command.load()())
+        from pipros.basics.similar_names import similar_names
         from pipros.packages.well_known import why_no_command
 
-        _refuse(f"{name}: {why_no_command(name) or 'command not found'}", NOT_FOUND)
+        why = f"command not found. {similar_names(name, commands.names)}".removesuffix(". ")
+        _refuse(f"{name}: {why_no_command(name) or why}", NOT_FOUND)
 
 
 def _without_interpreter(words: Sequence[str]) -> Sequence[str]:

@@ -366,8 +366,8 @@ def test_buttons_wait_for_the_page(chromium: Browser, folder: Path) -> None:
 def test_the_editor_helps_and_what_a_tab_lacks_is_one_clear_error(classroom: Page) -> None:
     page = classroom
     assert page.evaluate("crossOriginIsolated")
-    begin(page, "gcc --version; python3")
-    shows(page, "gcc: command not found")
+    begin(page, "gcc --version; rostopc; python3")
+    shows(page, "gcc: command not foundrostopc: command not found. Did you mean rostopic")
     shows(page, "python3: a browser tab has no interactive Python; write a file, and run it")
     entry = terminal(page, 1).locator(".entry input")
     entry.fill("mkdir ")
