@@ -156,6 +156,7 @@ def begin(page: Page, line: str, number: int = 0) -> None:
     entry = terminal(page, number).locator(".entry")
     expect(entry).to_contain_text("$", timeout=STARTED_WITHIN_MS)
     entry.locator("input").fill(line)
+    assert entry.locator("input").bounding_box()["width"] > 200  # type: ignore[index] # also after a long prompt
     entry.locator("input").press("Enter")
 
 
