@@ -83,7 +83,19 @@ def _advice(name: str) -> str | None:
         from pipros.basics.plugin_table import why_no_module
 
         return why_no_module(name)
-    return advice_on(name) if name.endswith(_DEFINITIONS) else why_not_here(name)
+    return advice_on(name) if name.endswith(_DEFINITIONS) or _asks_for_types(name) else why_not_here(name)
+
+
+def _asks_for_types(package: str) -> bool:
+    """Return whether messages or services of the package are imported, as in `import robot.msg`."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None:
+        if frame.f_code.co_name == "_find_and_load_unlocked":
+            asked = frame.f_locals.get("name")
+            if asked != package:
+                return asked in (f"{package}.msg", f"{package}.srv")
+        frame = frame.f_back
+    return False
 
 
 def _is_import() -> bool:

@@ -151,6 +151,10 @@ an unknown package:
   import no_robot
   ModuleNotFoundError: No module named 'no_robot'
 
+messages of an unknown package:
+  from no_robot.srv import A
+  …No module named 'no_robot': ROS_PACKAGE_PATH is …; is devel/setup.bash of its workspace sourced?
+
 a kind that the package lacks:
   import single.srv
   ModuleNotFoundError: No module named 'single.srv'
