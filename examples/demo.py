@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from io import TextIOWrapper
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
@@ -31,6 +32,8 @@ def main() -> int:
     seconds: float | None = parser.parse_args().seconds
 
     uri = os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a pipe on Windows may lack letters of the folder
     try:
         print(_describe(uri, *split_master_uri(uri)), flush=True)
     except (InvalidEnvironment, _PortTaken) as error:

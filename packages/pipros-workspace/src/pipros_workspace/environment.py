@@ -15,7 +15,7 @@ from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.input_file import read_text
-from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS
+from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS, console_path
 from pipros_workspace.hooks import FoundHook, find_hooks
 from pipros_workspace.index import SHARED_PACKAGES, SHIPPED_FOLDERS
 from pipros_workspace.overlays import MARKER, built_workspaces
@@ -99,7 +99,7 @@ def shell_code(changes: Mapping[str, str], shell: str) -> str:
 
     The lines for `cmd` are arguments of its command `set`.
     """
-    write = {"fish": _fish, "powershell": _powershell, "cmd": "{}={}\n".format}.get(shell, _posix)
+    write = {"fish": _fish, "powershell": _powershell, "cmd": _cmd}.get(shell, _posix)
     return "".join(write(name, value) for name, value in changes.items())
 
 
@@ -120,6 +120,10 @@ def _hook(hook: FoundHook, shell: str) -> str:
         set_workspace = f"$CATKIN_ENV_HOOK_WORKSPACE = {quoted_for_powershell(workspace)}"
         return f"{set_workspace}\n. {quoted_for_powershell(file)}\n"
     return f"CATKIN_ENV_HOOK_WORKSPACE={quoted_for_posix(workspace)}\n. {quoted_for_posix(file)}\n"
+
+
+def _cmd(name: str, value: str) -> str:
+    return f"{name}={os.pathsep.join(map(console_path, value.split(os.pathsep)))}\n"
 
 
 def _posix(name: str, value: str) -> str:
@@ -165,9 +169,12 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Print the shell code. The setup files call this with `shell prefix [--extend] [--local]`."""
     shell, folder, *options = sys.argv[1:] if argv is None else argv
     prefix = Path(folder) if folder else None
-    code = setup_code(
-        prefix, os.environ, shell, extend="--extend" in options, with_underlays="--local" not in options
-    )
+    try:
+        code = setup_code(
+            prefix, os.environ, shell, extend="--extend" in options, with_underlays="--local" not in options
+        )
+    except OSError as error:
+        sys.exit(f"setup: {error.filename}: {error.strerror}")
     print_code(code, shell)
 
 

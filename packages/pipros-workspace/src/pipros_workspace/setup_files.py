@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pipros.basics.input_file import read_file
 from pipros.basics.replaced_file import write_whole
-from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS
+from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS, console_path
 from pipros_workspace.environment import (
     UNDERLAYS_FILE,
     quoted_for_fish,
@@ -150,7 +150,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
     values = {
         "prefix": shlex.quote(str(prefix)),
         "python": shlex.quote(sys.executable),
-        "cmd_python": sys.executable.replace("%", "%%"),
+        "cmd_python": console_path(sys.executable).replace("%", "%%"),
         "powershell_python": quoted_for_powershell(sys.executable),
         "compute": _COMPUTE,
         "functions": shlex.quote(str(SHELL_FOLDER)),
@@ -190,7 +190,7 @@ def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
         _write(folder / f"setup.{shell}", f"{_RELAYING}{own}. {file}\n")
     _write(folder / "setup.fish", f"{_RELAYING}source {shlex.quote(str(prefix / 'setup.fish'))} $argv\n")
     if ON_WINDOWS:
-        _write(folder / "setup.bat", f'@call "{prefix / "setup.bat"}" %*\r\n')
+        _write(folder / "setup.bat", f'@call "{console_path(str(prefix / "setup.bat"))}" %*\r\n')
     script = quoted_for_powershell(str(prefix / "setup.ps1"))
     _write(folder / "setup.ps1", f"{_RELAYING}. {script} @args\n")
     _write(

@@ -43,6 +43,30 @@ def with_slashes(path: str) -> str:
     return path.replace("\\", "/") if ON_WINDOWS else path
 
 
+def console_path(path: str) -> str:
+    r"""Return a path that batch files can contain: Windows's short name for it, as in `C:\\BRA~1`, if it has
+    letters that the console's code page lacks.
+
+    Raises:
+        OSError: it has no short name.
+    """
+    try:
+        path.encode(CONSOLE_ENCODING)
+    except UnicodeEncodeError:
+        import ctypes
+
+        short = ctypes.create_unicode_buffer(32768)
+        getattr(ctypes, "windll").kernel32.GetShortPathNameW(path, short, len(short))  # noqa: B009 # mypy
+        if not short.value.isascii() or not short.value:
+            raise OSError(
+                errno.EILSEQ,
+                "the code page of cmd lacks letters of this path: use PowerShell, or another folder",
+                path,
+            ) from None
+        return short.value
+    return path
+
+
 def check_working_folder(folder: str) -> None:
     """Check that a program can be started in a folder.
 
