@@ -74,14 +74,13 @@ def _run_command(words: Sequence[str]) -> None:
         sys.path.insert(0, os.path.dirname(os.path.abspath(name)))
         runpy.run_path(name, run_name="__main__")
     else:
-        commands = entry_points(group="console_scripts")
-        for command in commands.select(name=name):
-            sys.exit(command.load()())
+        if name in (commands := entry_points(group="console_scripts")).names:
+            sys.exit(commands[name].load()())
         from pipros.basics.similar_names import similar_names
         from pipros.packages.well_known import why_no_command
 
-        why = f"command not found. {similar_names(name, commands.names)}".removesuffix(". ")
-        _refuse(f"{name}: {why_no_command(name) or why}", NOT_FOUND)
+        why = why_no_command(name) or f"command not found. {similar_names(name, commands.names)}"
+        _refuse(f"{name}: {why.removesuffix('. ')}", NOT_FOUND)
 
 
 def _without_interpreter(words: Sequence[str]) -> Sequence[str]:
