@@ -99,8 +99,9 @@ def shell_code(changes: Mapping[str, str], shell: str) -> str:
 
     The lines for `cmd` are arguments of its command `set`.
     """
-    write = {"fish": _fish, "powershell": _powershell, "cmd": _cmd}.get(shell, _posix)
-    return "".join(write(name, value) for name, value in changes.items())
+    write = {"fish": _fish, "powershell": _powershell, "cmd": "{}={}\n".format}.get(shell, _posix)
+    kept = console_path if shell == "cmd" else str
+    return "".join(write(name, kept(value)) for name, value in changes.items())
 
 
 def hook_code(hooks: Sequence[FoundHook], shell: str) -> str:
@@ -120,10 +121,6 @@ def _hook(hook: FoundHook, shell: str) -> str:
         set_workspace = f"$CATKIN_ENV_HOOK_WORKSPACE = {quoted_for_powershell(workspace)}"
         return f"{set_workspace}\n. {quoted_for_powershell(file)}\n"
     return f"CATKIN_ENV_HOOK_WORKSPACE={quoted_for_posix(workspace)}\n. {quoted_for_posix(file)}\n"
-
-
-def _cmd(name: str, value: str) -> str:
-    return f"{name}={os.pathsep.join(map(console_path, value.split(os.pathsep)))}\n"
 
 
 def _posix(name: str, value: str) -> str:
@@ -168,11 +165,9 @@ def _characters(text: str) -> str:
 def main(argv: Sequence[str] | None = None) -> None:
     """Print the shell code. The setup files call this with `shell prefix [--extend] [--local]`."""
     shell, folder, *options = sys.argv[1:] if argv is None else argv
-    prefix = Path(folder) if folder else None
+    prefix, is_whole = Path(folder) if folder else None, "--local" not in options
     try:
-        code = setup_code(
-            prefix, os.environ, shell, extend="--extend" in options, with_underlays="--local" not in options
-        )
+        code = setup_code(prefix, os.environ, shell, extend="--extend" in options, with_underlays=is_whole)
     except OSError as error:
         sys.exit(f"setup: {error.filename}: {error.strerror}")
     print_code(code, shell)

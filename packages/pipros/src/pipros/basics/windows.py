@@ -43,13 +43,18 @@ def with_slashes(path: str) -> str:
     return path.replace("\\", "/") if ON_WINDOWS else path
 
 
-def console_path(path: str) -> str:
-    r"""Return a path that batch files can contain: Windows's short name for it, as in `C:\\BRA~1`, if it has
-    letters that the console's code page lacks.
+def console_path(paths: str) -> str:
+    r"""Return paths, with `;` between them, as batch files can contain them.
+
+    A path with letters that the code page of cmd lacks becomes Windows's short name for it, as in `C:\BRA~1`.
 
     Raises:
         OSError: it has no short name.
     """
+    return ";".join(map(_in_the_code_page, paths.split(";")))
+
+
+def _in_the_code_page(path: str) -> str:
     try:
         path.encode(CONSOLE_ENCODING)
     except UnicodeEncodeError:
@@ -57,12 +62,9 @@ def console_path(path: str) -> str:
 
         short = ctypes.create_unicode_buffer(32768)
         getattr(ctypes, "windll").kernel32.GetShortPathNameW(path, short, len(short))  # noqa: B009 # mypy
-        if not short.value.isascii() or not short.value:
-            raise OSError(
-                errno.EILSEQ,
-                "the code page of cmd lacks letters of this path: use PowerShell, or another folder",
-                path,
-            ) from None
+        if not short.value or not short.value.isascii():
+            why = "cmd's code page lacks letters of this path: use PowerShell, or another folder"
+            raise OSError(errno.EILSEQ, why, path) from None
         return short.value
     return path
 
