@@ -36,6 +36,11 @@ _SIMULATED: Final = {
 _MAPPERS: Final = ("gmapping/slam_gmapping", "hector_mapping/hector_mapping")
 _LOCALIZERS: Final = (*_MAPPERS, "amcl/amcl", "fake_localization/fake_localization")
 _STATIC: Final = ("tf/static_transform_publisher", "tf2_ros/static_transform_publisher")
+_MOVED: Final = ("continuous", "revolute", "prismatic")
+_JOINT_PUBLISHERS: Final = (
+    "joint_state_publisher/joint_state_publisher",
+    "joint_state_publisher_gui/joint_state_publisher_gui",
+)
 _LASER_WORDS: Final = ("laser", "scan", "lidar", "hokuyo", "sick", "rplidar", "velodyne")
 
 
@@ -206,6 +211,17 @@ class _Reader:
         ]
         if all(wheels):
             self.found.params["wheel_joints"] = [wheels[0][0], wheels[1][0]]
+        others = [
+            joint.name
+            for joint in robot.joints
+            if joint.type in _MOVED and joint.mimic is None
+            and joint.name not in self.found.params.get("wheel_joints", ())
+        ]  # fmt: skip
+        if others and not self._drives and not any(self._of(*_JOINT_PUBLISHERS)):
+            self.found.unknown.append(
+                f"who publishes the joints {', '.join(others)}, without which their links have no "
+                "transforms; joint_state_publisher can"
+            )
 
     def _who_moves_the_base(self) -> None:
         odom = self.found.params["odom_frame"]

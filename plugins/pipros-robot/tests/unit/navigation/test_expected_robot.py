@@ -184,6 +184,18 @@ def test_invalid_footprints_filters_and_controllers_are_left_out(tmp_path: Path)
     assert any("a controller of /spawner that moves the base" in each for each in found.unknown)
 
 
+@pytest.mark.parametrize("is_published", [True, False])
+def test_joints_that_nothing_publishes_are_named(tmp_path: Path, is_published: bool) -> None:
+    model = "<robot name='car'><link name='a'/><link name='b'/><joint name='steering' type='continuous'>"
+    model += "<parent link='a'/><child link='b'/></joint></robot>"
+    names = ["robot_state_publisher", *(["joint_state_publisher"] if is_published else [])]
+    text = f"""<param name="robot_description" value="{model.replace("<", "&lt;")}"/>""" + "".join(
+        f"""<node pkg="{name}" type="{name}" name="{name}"/>""" for name in names
+    )
+    unknown = expected_robot(launch(text, tmp_path)).unknown
+    assert any("who publishes the joints steering" in each for each in unknown) != is_published
+
+
 def test_a_wrapper_is_a_launch_file_with_all_parameters(tmp_path: Path) -> None:
     file = tmp_path / "a & b -- c.launch"
     file.write_text('<launch><arg name="x"/><param name="given" value="$(arg x)"/></launch>')
