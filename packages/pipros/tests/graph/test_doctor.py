@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Int32, String
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header, Int32, String
 from tf2_msgs.msg import TFMessage
 
 from pipros.basics.env import Environment
@@ -381,6 +382,10 @@ def test_a_frame_without_a_transform(master: Master, make_node: MakeNode) -> Non
     assert "[base_link]" in check.finding.cure
     publisher.publish(pose(Time(1), "/base_link"))
     assert checked(master, "/pose").finding is None
+    publisher.publish(pose(Time(1), ""))
+    assert failed_step(checked(master, "/pose")) == ("frame", "no-frame")
+    node.advertise("/joints", JointState, latch=True).publish(JointState(header=Header(0, Time(1), "")))
+    assert checked(master, "/joints").finding is None
 
 
 def test_a_subscriber_that_drops_messages(master: Master, make_node: MakeNode) -> None:

@@ -194,8 +194,16 @@ def topics_without_publishers(system: SystemReport) -> Findings:
 
 
 def published_like(topic: str, system: SystemReport) -> list[str]:
-    """Return the published topics with a similar name, or with the same name in another namespace."""
-    published = [name for name in system.state.publishers if name != topic]
+    """Return the published topics with a similar name, or with the same name in another namespace.
+
+    Topics of other types are left out, because they cannot be meant.
+    """
+    kinds = {system.types.get(topic, "*"), "*"}
+    published = [
+        name
+        for name in system.state.publishers
+        if name != topic and (kinds == {"*"} or system.types.get(name, "*") in kinds)
+    ]
     like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
     return like + [name for name in published if _base(name) == _base(topic) and name not in like][:2]
 

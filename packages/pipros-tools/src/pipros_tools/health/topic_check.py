@@ -30,6 +30,12 @@ STOPPED_PERIODS: Final = 5.0
 STOPPED_S: Final = 1.0
 """A topic has stopped if its last message is older than both this time and `STOPPED_PERIODS` periods."""
 
+_WITHOUT_FRAME: Final = {
+    "sensor_msgs/JointState", "sensor_msgs/BatteryState", "sensor_msgs/Joy", "sensor_msgs/TimeReference",
+    "diagnostic_msgs/DiagnosticArray", "actionlib_msgs/GoalStatusArray",
+}  # fmt: skip
+"""Types whose messages are not about a place, and often have an empty `frame_id`."""
+
 
 def check_topic(facts: TopicFacts) -> TopicCheck:
     """Check the steps in order, up to the first that fails."""
@@ -182,6 +188,8 @@ def _frame(facts: TopicFacts) -> Finding | str:
     unknown = [frame for frame in frames if frame not in facts.frames]
     if not unknown:
         return f"{_names(frames)}, which {'has' if len(frames) == 1 else 'have'} transforms"
+    if unknown == [""] and facts.system.types.get(facts.topic) in _WITHOUT_FRAME:
+        return "empty, as usual for this type"
     if unknown == [""]:
         return warning(
             "no-frame",

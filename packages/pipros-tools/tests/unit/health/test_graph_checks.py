@@ -173,6 +173,9 @@ def test_timestamps_of_simulated_time_are_distinguished_from_clock_offsets() -> 
 def test_a_misspelt_topic_is_reported() -> None:
     (finding,) = check_graph(FAULTS["no-publishers"])
     assert "with similar names: /chatter." in finding.cure
+    types = {TOPIC: "std_msgs/String", "/chater": "std_msgs/Int32"}
+    (finding,) = check_graph(replace(FAULTS["no-publishers"], types=types))
+    assert finding.cure == "Start its publisher."
 
 
 @pytest.mark.parametrize(("readers", "others", "cure"), [
