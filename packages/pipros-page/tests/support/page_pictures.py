@@ -94,19 +94,13 @@ def draw(lines: list[tuple[float, str]]) -> str:
     styles.append(
         f".lines {{ animation: scroll {whole:.1f}s step-end infinite; transform: translateY(-{shift}px); }}"
     )
-    return "\n".join(
-        (
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height}">',
-            "<title>The terminal while script/demo runs</title>",
-            f"<style>{''.join(styles)}</style>",
-            f'<clipPath id="screen"><rect y="{EDGE}" width="{width:.0f}" height="{ROWS * LINE}"/></clipPath>',
-            f'<rect width="{width:.0f}" height="{height}" rx="8"/>',
-            '<g clip-path="url(#screen)"><g class="lines">',
-            *texts,
-            "</g></g>",
-            "</svg>\n",
-        )
-    )
+    return "\n".join((
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height}">',
+        "<title>The terminal while script/demo runs</title>", f"<style>{''.join(styles)}</style>",
+        f'<clipPath id="screen"><rect y="{EDGE}" width="{width:.0f}" height="{ROWS * LINE}"/></clipPath>',
+        f'<rect width="{width:.0f}" height="{height}" rx="8"/>',
+        '<g clip-path="url(#screen)"><g class="lines">', *texts, "</g></g>", "</svg>\n",
+    ))  # fmt: skip
 
 
 def take_demo(file: Path) -> None:

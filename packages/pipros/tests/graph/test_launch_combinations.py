@@ -1,7 +1,4 @@
-"""The sixty most frequent combinations of programs in public launch files, fed from a bag.
-
-`tests.support.launch_combinations` derives them.
-"""
+"""The sixty most frequent combinations of programs in public launch files, fed from a bag."""
 
 import os
 from contextlib import ExitStack

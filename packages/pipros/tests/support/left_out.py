@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright, ros2_wheels, windows
+from tests.support import bridge_clients, browser, dds_peers, genuine, pyright, ros2_wheels, windows
 from tests.support.environments import REPOSITORY
 
 _MORE = "`script/test all` runs all tests, `script/test NAME` those of a plugin or package"
@@ -45,56 +45,24 @@ def _without(program: str) -> Callable[[], Sequence[str]]:
 
 
 NEEDS = (
-    Need(
-        "genuine ROS 1",
-        lambda: genuine.missing_packages(),
-        f"{genuine.INSTALL} ({_AS_ROOT})",
-        ["interop"],
-        ["test_rosbridge_clients.py"],
-    ),
-    Need(
-        "Chromium",
-        lambda: browser.missing(),
-        f"{browser.INSTALL} ({_AS_ROOT})",
-        ["browser"],
-        ["test_rosbridge_clients.py"],
-    ),
-    Need(
-        "npm", lambda: [] if npm.is_installed() else ["npm"], f"apt-get install npm ({_AS_ROOT})", ["pyodide"]
-    ),
-    Need(
-        "clients of bridges",
-        lambda: bridge_clients.missing(),
-        f"{bridge_clients.INSTALL} ({_WITH_NODE})",
-        files=["test_rosbridge_clients.py"],
-    ),
-    Need(
-        "Foxglove's client",
-        lambda: bridge_clients.missing_foxglove(),
-        f"{bridge_clients.INSTALL} ({_WITH_NODE})",
-        files=["test_foxglove_client.py"],
-    ),
+    Need("genuine ROS 1", lambda: genuine.missing_packages(), f"{genuine.INSTALL} ({_AS_ROOT})", ["interop"],
+        ["test_rosbridge_clients.py"]),
+    Need("Chromium", lambda: browser.missing(), f"{browser.INSTALL} ({_AS_ROOT})", ["browser"],
+        ["test_rosbridge_clients.py"]),
+    Need("npm", _without("npm"), f"apt-get install npm ({_AS_ROOT})", ["pyodide"]),
+    Need("clients of bridges", lambda: bridge_clients.missing(), f"{bridge_clients.INSTALL} ({_WITH_NODE})",
+        files=["test_rosbridge_clients.py"]),
+    Need("Foxglove's client", lambda: bridge_clients.missing_foxglove(),
+        f"{bridge_clients.INSTALL} ({_WITH_NODE})", files=["test_foxglove_client.py"]),
     Need("other DDS", lambda: dds_peers.missing(), f"{dds_peers.INSTALL} ({_AS_ROOT})", ["dds"]),
-    Need(
-        "genuine ROS 2",
-        lambda: ros2_wheels.missing(),
-        f"{ros2_wheels.INSTALL} (Linux, x86_64)",
-        files=["test_gateway_with_genuine_ros2.py", "test_one_environment.py"],
-    ),
+    Need("genuine ROS 2", lambda: ros2_wheels.missing(), f"{ros2_wheels.INSTALL} (Linux, x86_64)",
+        files=["test_gateway_with_genuine_ros2.py", "test_one_environment.py"]),
     Need("Wine", lambda: windows.missing(), f"{windows.INSTALL} ({_AS_ROOT})", ["windows"]),
-    Need(
-        "pyright",
-        lambda: [] if pyright.find_pyright() else ["pyright"],
-        f"{pyright.INSTALL} ({_WITH_NODE})",
-        skipping=["test_type_checkers.py"],
-    ),
-    Need(
-        "systemd",
-        _without("systemd-analyze"),
-        f"apt-get install systemd ({_AS_ROOT})",
-        skipping=["test_examples.py"],
-    ),
-)
+    Need("pyright", lambda: [] if pyright.find_pyright() else ["pyright"],
+        f"{pyright.INSTALL} ({_WITH_NODE})", skipping=["test_type_checkers.py"]),
+    Need("systemd", _without("systemd-analyze"), f"apt-get install systemd ({_AS_ROOT})",
+        skipping=["test_examples.py"]),
+)  # fmt: skip
 
 # Of the groups of requirements in the pyproject.toml files.
 _NAMES = """\

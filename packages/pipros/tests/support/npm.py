@@ -4,7 +4,6 @@ They need Node.js. `python -m tests.support.npm` prints the command, or an empty
 """
 
 import json
-import shutil
 import sys
 from pathlib import Path
 
@@ -16,11 +15,6 @@ _LISTED = json.loads(_FILE.read_text())["devDependencies"] if _FILE.exists() els
 PACKAGES = tuple(f"{name}@{version}" for name, version in _LISTED.items())
 """Installed by one command, because npm removes packages that its command line does not name."""
 INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"
-
-
-def is_installed() -> bool:
-    """Return True if npm is in PATH; if so, Node.js is installed, too."""
-    return shutil.which("npm") is not None
 
 
 def missing() -> list[str]:

@@ -4,6 +4,7 @@ The only other node uses rospy alone, so pipros and genuine ROS can run the same
 """
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -106,27 +107,16 @@ class LevelSystem:
         self._master("close")()
 
 
-def _hz(passed: bool) -> tuple[tuple[str, str, bool], ...]:
-    return (("__main__.HzTest", "test_hz", passed),)
+def _one(kind: str, passed: bool) -> Cases:
+    return ((f"__main__.{kind}Test", f"test_{kind.lower()}", passed),)
 
 
-def _param(passed: bool) -> tuple[tuple[str, str, bool], ...]:
-    return (("__main__.ParamTest", "test_param", passed),)
+_hz, _param, _publish, _subscribe = (partial(_one, kind) for kind in ("Hz", "Param", "Publish", "Subscribe"))
 
 
-def _publish(passed: bool) -> tuple[tuple[str, str, bool], ...]:
-    return (("__main__.PublishTest", "test_publish", passed),)
-
-
-def _advertise(topics: bool, services: bool) -> tuple[tuple[str, str, bool], ...]:
-    return (
-        ("__main__.AdvertiseTest", "test_advertise_services", services),
-        ("__main__.AdvertiseTest", "test_advertise_topics", topics),
-    )
-
-
-def _subscribe(passed: bool) -> tuple[tuple[str, str, bool], ...]:
-    return (("__main__.SubscribeTest", "test_subscribe", passed),)
+def _advertise(topics: bool, services: bool) -> Cases:
+    of = "__main__.AdvertiseTest"
+    return ((of, "test_advertise_services", services), (of, "test_advertise_topics", topics))
 
 
 SCENES = (
@@ -150,12 +140,10 @@ SCENES = (
         "a message on [/orders] did not appear within 0.5 s"),
     Scene("publishtest", "{topics: [{name: level, timeout: 60, negative: true}]}", _publish(False),
         "a message on [/level] exists, but must not"),
-    Scene(
-        "advertisetest",
+    Scene("advertisetest",
         "{topics: [{name: /level, type: std_msgs/String}, {name: /gone, timeout: 0.5, negative: true}],"
         " services: [{name: /reset, type: std_srvs/Empty}, {name: /gone, timeout: 0.5, negative: true}]}",
-        _advertise(True, True),
-    ),
+        _advertise(True, True)),
     Scene("advertisetest",
         "{topics: [{name: /level, type: std_msgs/Int8}], services: [{name: /gone, timeout: 0.5}]}",
         _advertise(False, False), "service [/gone] did not appear within 0.5 s"),
@@ -165,33 +153,19 @@ SCENES = (
 )  # fmt: skip
 
 ONLY_OURS = (
-    Scene(
-        "subscribetest",
+    Scene("subscribetest",
         "{topics: [{name: /orders, type: std_msgs/String}, {name: /level, timeout: 0.5, negative: true}]}",
-        _subscribe(True),
-    ),
-    Scene(
-        "subscribetest",
-        "{topics: [{name: /level, timeout: 0.5}]}",
-        _subscribe(False),
-        "a subscriber of [/level] did not appear within 0.5 s",
-    ),
+        _subscribe(True)),
+    Scene("subscribetest", "{topics: [{name: /level, timeout: 0.5}]}", _subscribe(False),
+        "a subscriber of [/level] did not appear within 0.5 s"),
     # If no messages are expected, genuine hztest calls a method that Python 3.11 no longer has.
     Scene("hztest", "{topic: silent, hz: 0, test_duration: 0.3, wait_time: 0.3}", _hz(True)),
-    Scene(
-        "hztest",
-        "{topic: level, hz: 0, test_duration: 5, wait_time: 60}",
-        _hz(False),
-        "expected no messages, received",
-    ),
+    Scene("hztest", "{topic: level, hz: 0, test_duration: 5, wait_time: 60}", _hz(False),
+        "expected no messages, received"),
     # If they have nothing to check, genuine test nodes end with a traceback and write no results.
     Scene("publishtest", "{unused: 0}", _publish(False), "No topic is specified in rosparam."),
     Scene("subscribetest", "{unused: 0}", _subscribe(False), "No topic is specified in rosparam."),
-    Scene(
-        "advertisetest",
-        "{unused: 0}",
-        _advertise(False, True),
-        "No topic or service is specified in rosparam.",
-    ),
-)
+    Scene("advertisetest", "{unused: 0}", _advertise(False, True),
+        "No topic or service is specified in rosparam."),
+)  # fmt: skip
 """Scenes for which genuine ROS has no test node, or in which its test node fails."""

@@ -48,19 +48,12 @@ class Terminal:
     def __init__(self, environment: Mapping[str, str], cwd: Path, shell: Sequence[str] = BASH) -> None:
         self._keyboard, tty = os.openpty()
         fcntl.ioctl(tty, termios.TIOCSWINSZ, struct.pack("HHHH", _ROWS, _COLUMNS, 0, 0))
+        settings = {"PS1": _PROMPT_SETTINGS.get(shell[0], ""), "BASH_SILENCE_DEPRECATION_WARNING": "1"}
         self._shell = subprocess.Popen(
             [sys.executable, "-S", "-c", _TAKE_TERMINAL_AND_BECOME_SHELL, *shell],
-            env={
-                **environment,
-                "PS1": _PROMPT_SETTINGS.get(shell[0], ""),
-                "BASH_SILENCE_DEPRECATION_WARNING": "1",
-            },
-            cwd=cwd,
-            stdin=tty,
-            stdout=tty,
-            stderr=tty,
+            env={**environment, **settings}, cwd=cwd, stdin=tty, stdout=tty, stderr=tty,
             start_new_session=True,
-        )
+        )  # fmt: skip
         os.close(tty)
         self._screen = ""
         self._changed = threading.Condition()
