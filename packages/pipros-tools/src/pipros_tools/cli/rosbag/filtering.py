@@ -49,7 +49,8 @@ def filter(argv: Sequence[str]) -> int:  # noqa: A001 # the name of the subcomma
     if not arguments:
         parser.error("You must specify an in bag, an out bag, and an expression.")
     if len(arguments) < 3:
-        parser.error("You must specify an out bag and an expression.")
+        missing = "an expression" if len(arguments) == 2 else "an out bag and an expression"
+        parser.error(f"You must specify {missing}.")
     if len(arguments) > 3:
         parser.error("Too many arguments.")
     source, target, text = Path(arguments[0]), Path(arguments[1]), arguments[2]

@@ -75,6 +75,10 @@ def fix(argv: Sequence[str]) -> int:
     if len(arguments) < 2:
         parser.error("You must pass an output bag file.")
     source, target = Path(arguments[0]), Path(arguments[1])
+    if target.suffix == ".bmr":
+        parser.error("Input file should be a bag file, not a rule file.")
+    if target.suffix not in (".bag", ".mcap"):
+        parser.error("Output file must be a bag file.")
     migrator = _migrator(arguments[2:], has_plugins=not options.noplugins)
     left_out = warned()
     with opened(source, options, left_out) as bag:

@@ -21,10 +21,18 @@ def show(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) -> int
     add_flag(parser, "-r", "--raw", help="show raw message text, including comments")
     parser.add_option("-b", "--bag", metavar="BAGFILE", help="show message from .bag file")
     options, arguments = parser.parse_args(list(argv))
+    type_names = [each.removesuffix(f".{interfaces.kind}") for each in _type_names(parser, arguments)]
+    advice = "Please refer to msg/srv types as 'package_name/Type'."
+    for name in type_names:
+        if "::" in name:
+            wrong = f"{interfaces.command} does not understand C++-style namespaces (i.e. '::')"
+            parser.error(f"{wrong}.\n{advice}")
+        if "." in name:
+            parser.error(f"invalid message type '{name}'.\n{advice}")
     if options.bag is not None:
-        return _show_from_bag(Path(options.bag), _type_names(parser, arguments), is_raw=options.raw)
+        return _show_from_bag(Path(options.bag), type_names, is_raw=options.raw)
     status = 0
-    for name in _type_names(parser, arguments):
+    for name in type_names:
         status |= _show_one(interfaces, name, is_raw=options.raw)
     return status
 
