@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 
 from pipros.basics.errors import NotFound
 from pipros.basics.similar_names import similar_names
@@ -33,7 +34,9 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
     first, *rest = words
     if not rest:
         if first != STDIN and not os.path.isfile(first):
-            raise LaunchError(f"[{first}] is not a launch file name")
+            folder, name = os.path.split(first)
+            hints = [f"[{first}] is not a launch file name", _similar(name, Path(folder).glob("*.launch"))]
+            raise LaunchError("\n".join(filter(None, hints)))
         return [first]
     if not os.path.isfile(first) and first != STDIN:
         resolved = [find_in_package(first, rest[0], index), *rest[1:]]
@@ -66,7 +69,7 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
         raise LaunchError("\n".join(filter(None, hints))) from None
     matches = _matches(package, name)
     if not matches:
-        hints = [nothing, similar_names(name, _launch_files(package))]
+        hints = [nothing, _similar(name, map(Path, _launch_files(package)))]
         raise LaunchError("\n".join(filter(None, hints)))
     if len(matches) > 1:
         listing = "\n".join(f"- {match}" for match in matches)
@@ -75,6 +78,12 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
             "Please specify full path instead"
         )
     return matches[0]
+
+
+def _similar(name: str, files: Iterable[Path]) -> str:
+    """Return a question that suggests files with similar names, also to a name without `.launch`."""
+    known = [file.name for file in files]
+    return similar_names(name, known) or similar_names(f"{name}.launch", known)
 
 
 def _matches(package: Package, name: str) -> list[str]:

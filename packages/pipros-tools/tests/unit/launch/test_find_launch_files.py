@@ -54,9 +54,14 @@ def test_without_folders_to_search_the_error_says_what_to_set() -> None:
 
 @pytest.mark.parametrize(("words", "suggestion"), [
     (["talkers", "twice.lauch"], r"launch file name\nDid you mean twice.launch\?$"),
+    (["talkers", "twice"], r"launch file name\nDid you mean twice.launch\?$"),
+    (["launch/twice.lauch"], r"launch file name\nDid you mean twice.launch\?$"),
     (["talker", "a.launch"], r"launch file name\nDid you mean talkers\?$"),
 ])  # fmt: skip
-def test_similar_names_are_suggested(index: PackageIndex, words: list[str], suggestion: str) -> None:
+def test_similar_names_are_suggested(
+    index: PackageIndex, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], suggestion: str
+) -> None:
+    monkeypatch.chdir(tmp_path / "talkers")
     with pytest.raises(LaunchError, match=suggestion):
         resolve_files(words, index)
 
