@@ -98,7 +98,7 @@ def _check_script(path: str) -> None:
         SystemExit: it is not.
     """
     if not os.stat(path).st_mode & 0o111:
-        _refuse(f"bash: {path}: Permission denied", CANNOT_RUN)
+        _refuse(f"bash: {path}: Permission denied. Make it a program: chmod +x {path}", CANNOT_RUN)
     with open(path, "rb") as file:
         first_line = file.readline(256)
     if path.endswith(".py") and not first_line.startswith(b"#!"):

@@ -61,6 +61,11 @@ def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
     assert "rosmsg: error: you must specify" in shown.output
     missing = tab.run("rosfoo")
     assert (missing.wait(), missing.output) == (127, "rosfoo: command not found\n")
+    refused = tab.run(__file__)
+    assert (refused.wait(), "Permission denied. Make it a program: chmod +x /" in refused.output) == (
+        126,
+        True,
+    )
 
 
 def test_a_loop_that_never_sleeps_gets_messages(tab: TabHub) -> None:
