@@ -10,7 +10,7 @@ import contextlib
 import math
 import re
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final, Protocol
 
 from pipros.basics.errors import PiprosError
@@ -351,3 +351,16 @@ class VelocityOutput:
 
     def _now_s(self) -> float:
         return self._node.clock.now_ns() / NS_PER_S
+
+
+def least_turning_radius(parameters: Mapping[str, Any]) -> float:
+    """Return the least radius of a car's turns in m, or 0 if its parameters, by path, do not say."""
+    names = {path.rpartition("/")[2]: value for path, value in parameters.items()}
+    radius, length, angle = (
+        names.get(each) for each in ("min_turning_radius", "wheelbase", "max_steering_angle")
+    )
+    if is_number(radius) and radius > 0:
+        return float(radius)
+    if not (is_number(length) and is_number(angle) and length > 0 and 0 < angle < math.pi / 2):
+        return 0.0
+    return float(length / math.tan(angle))

@@ -14,6 +14,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.plugin_table import why_no_package
 from pipros.basics.plugins import offered
 from pipros.packages.nodelets import package_of
+from pipros_libraries.nodes.velocities import least_turning_radius
 from pipros_libraries.robot_model.urdf import Robot, UrdfError, read_robot
 from pipros_simulation.launch_sets.footprints import free_pose, inner_radius, is_number
 from pipros_simulation.launch_sets.node_topics import FILTERS, NodeView, params_below, views_of
@@ -342,11 +343,11 @@ class _Reader:
         """Find out from the parameters of the local planner whether the base is a car, or drives sideways."""
         planner = str(view.params.get("base_local_planner", "base_local_planner/TrajectoryPlannerROS"))
         below = re.split("[/:]", planner)[-1]
-        values = (view.params.get(f"{below}/{name}", 0.0) for name in ("min_turning_radius", "max_vel_y"))
-        radius, sideways = (float(each) if is_number(each) else 0.0 for each in values)
-        if radius > 0:
+        own = {path: each for path, each in view.params.items() if path.startswith(f"{below}/")}
+        radius, sideways = least_turning_radius(own), own.get(f"{below}/max_vel_y", 0.0)
+        if radius:
             robot |= {"drive": "ackermann", "min_turning_radius": radius}
-        elif sideways > 0 or view.params.get(f"{below}/holonomic_robot") is True:
+        elif (is_number(sideways) and sideways > 0) or view.params.get(f"{below}/holonomic_robot") is True:
             robot["drive"] = "omni"
         if "drive" in robot:
             self.found.notes.append(f"robot/drive: {below} of {view.node.full_name}")

@@ -1,5 +1,6 @@
 """What launch files in the shapes of public ones expect from the robot, and what cannot be found out."""
 
+import math
 import re
 import subprocess
 import sys
@@ -132,6 +133,7 @@ def test_the_frame_of_the_map_must_have_a_publisher(nodes: str, is_missing: bool
 
 @pytest.mark.parametrize(("planner", "parameters", "drive"), [
     ("teb_local_planner/TebLocalPlannerROS", {"min_turning_radius": 0.8, "max_vel_y": 0.0}, "ackermann"),
+    ("mpc_local_planner/Mpc", {"car/wheelbase": 0.8, "car/max_steering_angle": math.pi / 4}, "ackermann"),
     ("dwa_local_planner/DWAPlannerROS", {"max_vel_y": 0.2}, "omni"),
     ("base_local_planner/TrajectoryPlannerROS", {"holonomic_robot": "true"}, "omni"),
     ("base_local_planner/TrajectoryPlannerROS", {"max_vel_x": 0.2}, None),

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from pipros.node import Node
 from pipros_libraries.nodes.params import InvalidParameter, PrivateParameters, is_number, read_parameters
-from pipros_libraries.nodes.velocities import checked_number
+from pipros_libraries.nodes.velocities import checked_number, least_turning_radius
 from pipros_robot.navigation.costmap.costmap import Costmap
 from pipros_robot.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros_robot.navigation.move_base.limit_names import flat, meaning, misunderstood
@@ -90,7 +90,7 @@ def global_planner(node: Node, log: logging.Logger, costmap: Costmap, name: str)
         return NavfnPlanner(node, log, costmap)
     given = read_parameters(node, f"~{namespace}").values
     known = {**given, **read_parameters(node, "~NavfnROS").values}
-    taken = {each: known[each] for each in _GLOBAL_NAMES if each in known}
+    taken: dict[str, Any] = {each: known[each] for each in _GLOBAL_NAMES if each in known}
     rows = ", ".join(f"{each} = {value}" for each, value in taken.items())
     left = ", ".join(sorted({*given} - {*taken}))
     text = "global planner [%s] instead of [%s]\n  taken over: %s\n  not taken over: %s"
@@ -256,7 +256,7 @@ def take_over(node: Node, planner: str) -> tuple[dict[str, str], list[str]]:
                 value = (min if is_magnitude else max)(value, found[new])
         found[new] = value
         taken[path] = f"{new} = {value}"
-    if "min_turning_radius" not in {**before, **found} and (radius := _radius_of_steering(given)):
+    if "min_turning_radius" not in {**before, **found} and (radius := least_turning_radius(given)):
         found["min_turning_radius"] = radius
     frequency = read_parameters(node, "~").number("controller_frequency", 20.0)
     period_s = 1.0 / frequency if frequency > 0 else 0.05
@@ -266,15 +266,6 @@ def take_over(node: Node, planner: str) -> tuple[dict[str, str], list[str]]:
     for name, value in found.items():
         node.params.set(f"{DWA}/{name}", value)
     return taken, [name for name in given if name not in taken]
-
-
-def _radius_of_steering(given: Mapping[str, Any]) -> float:
-    """Return the least radius of a car's turns, or 0 if its parameters do not say."""
-    names = {path.rpartition("/")[2]: value for path, value in given.items()}
-    length, angle = names.get("wheelbase"), names.get("max_steering_angle")
-    if not (is_number(length) and is_number(angle) and length > 0 and 0 < angle < math.pi / 2):
-        return 0.0
-    return length / math.tan(angle)
 
 
 def _derived(
