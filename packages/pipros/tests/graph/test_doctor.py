@@ -11,6 +11,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, Int32, String
+from std_srvs.srv import Empty, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from pipros.basics.env import Environment
@@ -323,6 +324,13 @@ def test_a_topic_that_does_not_fit(master, make_node, published, subscribed, fai
     check = checked(master, subscribed[0] if subscribed else "/nothing_like_it")
     assert failed_step(check) == failed
     assert all(text in check.steps[-1].text for text in texts)
+
+
+def test_a_service_is_named_as_one(master: Master, make_node: MakeNode) -> None:
+    make_node("camera").serve("/capture", Empty, lambda _: EmptyResponse())
+    check = checked(master, "/capture", 0.1)
+    assert failed_step(check) == ("publisher", "service")
+    assert "[/camera]" in check.finding.summary
 
 
 def test_a_subscriber_that_has_not_connected(master: Master, make_node: MakeNode) -> None:

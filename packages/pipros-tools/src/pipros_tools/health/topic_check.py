@@ -58,6 +58,13 @@ def _publisher(facts: TopicFacts) -> Finding | str:
         if facts.topic in facts.system.state.subscribers
         else f"The topic [{topic}] does not exist"
     )
+    if offered := facts.system.state.services.get(facts.topic):
+        return error(
+            "service",
+            f"[{topic}] is a service of {_names(offered)}, not a topic",
+            f"Examine it with `rosservice info {facts.topic}` and `rosservice call`.",
+            facts.topic,
+        )
     like = published_like(facts.topic, facts.system)
     if like:
         return error(
