@@ -28,8 +28,8 @@ MAX_LAYOUTS: Final = 100
 _VERSION: Final = 1
 _ENDING: Final = ".json"
 _NAME: Final = re.compile(r"[\w+-][\w .+-]{0,59}")
-_PLUGIN: Final = re.compile(r"'(rqt_\w+)/\w+': \[([^\]]*)\]")
-_SETTINGS: Final = re.compile(r'"plugin__(rqt_[a-z0-9_]+?)__\w+?": ')
+_PLUGIN: Final = re.compile(r"'(rqt_\w+)/\w+': \[([^\[\]]*)\]")
+_SETTINGS: Final = re.compile(r'"plugin__(rqt_[a-z0-9_]+?)__\w')
 _LARGEST_PERSPECTIVE: Final = 4_000_000
 _ONE_ROW: Final = 3
 

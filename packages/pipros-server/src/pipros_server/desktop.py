@@ -79,7 +79,7 @@ def _has_display() -> bool:
 
 _NAME = "pipros-page-"
 _SETTINGS_BYTES = 64 * 1024
-_DOWNLOADS = re.compile(r'(?m)^\s*XDG_DOWNLOAD_DIR="\$HOME/([^"]*)"')
+_DOWNLOADS = re.compile(r'(?m)^[ \t]*XDG_DOWNLOAD_DIR="\$HOME/([^"]*)"')
 
 
 class OpeningFile:

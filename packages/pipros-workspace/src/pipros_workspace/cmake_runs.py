@@ -94,7 +94,7 @@ class _ConfigureOutput:
 
     def _owner_of_target(self, target: str) -> str | None:
         """Return the package whose `CMakeLists.txt` adds a program or a library."""
-        added = re.compile(rf"^\s*add_(?:executable|library)\s*\(\s*{re.escape(target)}\s", re.I | re.M)
+        added = re.compile(rf"^[ \t]*add_(?:executable|library)\s*\(\s*{re.escape(target)}\s", re.I | re.M)
         for name, folder in self._packages.items():
             try:
                 text = read_file(folder / "CMakeLists.txt").decode("utf-8", "replace")

@@ -70,7 +70,7 @@ class SetupPyError(PiprosError):
 
 _CONFIGURATIONS = ("setup.cfg", "pyproject.toml")
 _PACKAGES_ELSEWHERE = re.compile(
-    r"^\s*(packages|py[-_]modules|scripts)\s*=|^\[tool\.setuptools\.packages", re.MULTILINE
+    r"^[ \t]*(packages|py[-_]modules|scripts)\s*=|^\[tool\.setuptools\.packages", re.MULTILINE
 )
 _PROGRAM_GROUPS = ("console_scripts", "gui_scripts")
 _ENTRY_POINT = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+:[\w.]+)\s*(?:\[.*)?")

@@ -21,7 +21,7 @@ Texts and times without a time zone are in UTC.
 """
 
 _DATE = re.compile(r"\d{4}-\d\d(-\d\d([T ]\d\d:?.*)?)?")
-_ZONE = re.compile(r":.*[+-]\d\d:\d\d$")
+_ZONE = re.compile(r"^[^:]*:.*[+-]\d\d:\d\d$")
 _EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 
 

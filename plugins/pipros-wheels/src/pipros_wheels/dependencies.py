@@ -32,7 +32,7 @@ _VERSIONS = {
 
 
 _REQUIREMENT = re.compile(
-    r"([A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?)\s*(\[[\w ,.-]*\])?\s*([<>=!~][^;]*)?(;.*)?"
+    r"([A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?)(?:\s*(\[[\w ,.-]*\]))?\s*([<>=!~][^;]*)?(;.*)?"
 )
 """A requirement with extras, versions and a marker, but not at a URL, which not all indexes accept."""
 

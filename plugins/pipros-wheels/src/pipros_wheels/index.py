@@ -224,7 +224,9 @@ def version_key(version: str) -> tuple[tuple[int, ...], int, str]:
     """
     numbers = re.match(r"(?:\d+!)?((?:\d+\.)*\d+)", version)
     release = (
-        tuple(int(part[:9]) for part in re.sub(r"(\.0)+$", "", numbers[1]).split(".")) if numbers else ()
+        tuple(int(part[:9]) for part in re.sub(r"(?<!\.0)(\.0)+$", "", numbers[1]).split("."))
+        if numbers
+        else ()
     )
     rest = version[numbers.end() :] if numbers else version
     is_final = not rest or rest.startswith((".post", "+"))

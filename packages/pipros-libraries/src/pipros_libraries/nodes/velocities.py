@@ -68,7 +68,7 @@ def checked_rate(name: str, rate_hz: float) -> float:
 
 
 _MAGNITUDES: Final = re.compile("acc|decel|speed_lim|max_vel")
-_LIMITS: Final = re.compile(r"acc|decel|speed_lim|(max|min)\w*_vel|escape_vel")
+_LIMITS: Final = re.compile(r"acc|decel|speed_lim|(max|min)\w{0,80}_vel|escape_vel")
 
 
 class Bounded(Protocol):

@@ -31,7 +31,7 @@ _READ_S = 5.0
 
 _SHOWN_CHARACTERS = 2_000
 _COMMENT = re.compile(r"#.*")
-_CFG_WORD = re.compile(r"""(?:\$\{\w+\}/)?([^\s"();${}]+\.cfg)\b""")
+_WORD = re.compile(r"""(?:\$\{\w+\}/)?([^\s"();${}]+)""")
 
 _DEPTH_LIMIT = 100
 """Maximum nesting of groups."""
@@ -93,8 +93,8 @@ def find_all(package_folder: Path) -> list[Path]:
         return found
     if "generate_dynamic_reconfigure_options" not in text.lower():
         return found
-    for word in _CFG_WORD.findall(text):
-        named = (package_folder / path for path in sorted(glob.glob(word, root_dir=package_folder)))
+    for found_cfg in filter(None, (re.match(r".+\.cfg\b", word) for word in _WORD.findall(text))):
+        named = (package_folder / path for path in sorted(glob.glob(found_cfg[0], root_dir=package_folder)))
         found += [path for path in named if path not in found]
     return found
 

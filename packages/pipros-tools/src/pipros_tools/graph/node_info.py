@@ -23,7 +23,7 @@ RULE = "-" * 80
 ANSWER_DEADLINE_S = 10.0
 """Timeout for a node's response, so that an unresponsive node does not block the command."""
 
-_SOCKET = re.compile(r"on port (?P<port>\d+) to \[(?P<peer>.+:\d+) on socket (?P<socket>\d+)\]")
+_SOCKET = re.compile(r"on port (?P<port>\d+) to \[(?P<peer>\S+:\d+) on socket (?P<socket>\d+)\]")
 _DIRECTIONS = {"i": "inbound", "o": "outbound"}
 
 

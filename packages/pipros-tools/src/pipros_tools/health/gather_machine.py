@@ -41,7 +41,9 @@ CALLER_ID = "/pipros_doctor"
 _SCRIPT_BYTES = 1 << 20  # on Windows, a small launcher program precedes the script
 
 _START_FILES = (".bashrc", ".zshrc", ".profile", ".bash_profile")
-_SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+([^\n;&|#`(]*setup\.(?:bash|sh|zsh)[\"']?)\s*(?:[;&|#]|$)")
+_SOURCED = re.compile(
+    r"(?m)^[ \t]*(?:source|\.)[ \t]+(?=\S)([^\n;&|#`(]*setup\.(?:bash|sh|zsh)[\"']?)[ \t]*(?:[;&|#]|$)"
+)
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:

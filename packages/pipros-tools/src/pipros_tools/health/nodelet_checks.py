@@ -13,7 +13,7 @@ from pipros_tools.health.system_report import SystemReport
 INPUTS = "/inputs"
 """Name suffix of the std_srvs/Trigger service that pipros's nodelet managers offer."""
 
-_DROPPED = re.compile(r"(\S+) [\d.]+ Hz, ([1-9]\d*) of (\d+) dropped")
+_DROPPED = re.compile(r"(?<!\S)(\S+) [\d.]+ Hz, ([1-9]\d*) of (\d+) dropped")
 
 
 def services_of_managers(state: SystemState) -> Iterable[str]:

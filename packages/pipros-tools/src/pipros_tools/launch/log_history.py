@@ -19,7 +19,7 @@ Entry = list[Any]
 _LEVELS = {"DEBUG": 1, "INFO": 2, "WARN": 4, "ERROR": 8, "FATAL": 16}
 _LINE = re.compile(
     r"(?P<stamp>\d{1,10}\.\d{1,9})\s+(?P<level>[A-Z]+) (?P<node>/\S*) "
-    r"\[(?P<file>[^\]]*):(?P<line>\d{1,9})\((?P<function>[^)]*)\) ?\] \[topics: [^\]]*\] (?P<text>.*)"
+    r"\[(?P<file>[^\]]*):(?P<line>\d{1,9})\((?P<function>[^()]*)\) ?\] \[topics: [^\]]*\] (?P<text>.*)"
 )
 
 
@@ -52,15 +52,17 @@ def entries_in(text: str, longest_name: int) -> Iterator[Entry]:
     [[4, '/arm', 'slow\\nvery', 1.5, 'arm.py', 7, 'move']]
     """
     entry: Entry | None = None
+    lines: list[str] = []
     for line in text.split("\n"):
         if entry is not None and line.startswith("\t"):
-            entry[2] += f"\n{line[1:]}"
+            lines.append(line[1:])
             continue
         if entry is not None:
-            yield entry
+            yield [*entry[:2], "\n".join(lines), *entry[3:]]
         found = _LINE.fullmatch(line)
         entry = None
         if found and found["level"] in _LEVELS:
+            lines = [found["text"]]
             entry = [
                 _LEVELS[found["level"]],
                 found["node"],
@@ -71,4 +73,4 @@ def entries_in(text: str, longest_name: int) -> Iterator[Entry]:
                 found["function"][:longest_name],
             ]
     if entry is not None:
-        yield entry
+        yield [*entry[:2], "\n".join(lines), *entry[3:]]

@@ -32,7 +32,7 @@ class FoundPackage:
     extras: Sequence[str] = ()
 
 
-_COMPILES = re.compile(r"^\s*add_(?:executable|library)\s*\(", re.IGNORECASE | re.MULTILINE)
+_COMPILES = re.compile(r"^[ \t]*add_(?:executable|library)\s*\(", re.IGNORECASE | re.MULTILINE)
 
 _FORGIVEN = BUILTIN_COMMANDS - {"project"}
 """Commands whose errors are left to CMake in a package with compiled code."""

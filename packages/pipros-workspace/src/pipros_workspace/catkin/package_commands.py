@@ -33,7 +33,7 @@ _FOUND_VARIABLES: Mapping[str, Mapping[str, str]] = {
 
 _COMPONENT_KEYWORDS = frozenset(("COMPONENTS", "OPTIONAL_COMPONENTS", "REQUIRED"))
 _OTHER_KEYWORDS = frozenset(("CONFIG", "EXACT", "MODULE", "QUIET"))
-_VERSION = re.compile(r"[0-9.]+(\.\.\.<?[0-9.]+)?")
+_VERSION = re.compile(r"[0-9.]+((?<=[0-9.]\.\.\.)<[0-9.]+)?")
 
 
 def _set_project(context: ReadContext, command: Command, words: list[str]) -> None:

@@ -20,7 +20,8 @@ _CLOSING: Word = (")", False)
 _FALSE = frozenset(("", "0", "off", "no", "false", "n", "ignore", "notfound"))
 _TRUE = frozenset(("1", "on", "yes", "true", "y"))
 _NUMBER = re.compile(
-    r"\s*([-+]?(?:0x[0-9a-f]+|(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan))", re.IGNORECASE | re.ASCII
+    r"\s*([-+]?(?:0x[0-9a-f]+|(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan))",
+    re.IGNORECASE | re.ASCII,
 )
 _VERSION = re.compile(r"\d+(?:\.\d+)*")
 _NEWEST_POLICY = 142

@@ -58,13 +58,14 @@ _TOKEN = re.compile(
       (?P<blank>    [ \t\r]+ )
     | (?P<newline>  \n )
     | (?P<block>    \#\[(?P<b>=*)\[ .*? \](?P=b)\] )
-    | (?P<comment>  \#[^\n]* )
     | (?P<bracket>  \[(?P<q>=*)\[ .*? \](?P=q)\] )
+    | (?P<unclosed> \#?\[=*\[ )
+    | (?P<comment>  \#[^\n]* )
     | (?P<quoted>   " (?: \\. | [^"\\] )* " )
     | (?P<open>     \( )
     | (?P<close>    \) )
-    | (?P<plain>    (?: \\. | \$\{[^}]*\} | [^\s()\#"\\] )
-                    (?: \\. | \$\{[^}]*\} | "[^"\n]*" | [^\s()\#"\\] )* )
+    | (?P<plain>    (?: \\. | \$\{[^{}]*\} | [^\s()\#"\\] )
+                    (?: \\. | \$\{[^{}]*\} | "[^"\n]*" | [^\s()\#"\\] )* )
     """,
     re.VERBOSE | re.DOTALL,
 )
@@ -119,9 +120,10 @@ def _tokens(text: str, file: str) -> Iterator[_Token]:
     position, line = 0, 1
     while position < len(text):
         match = _TOKEN.match(text, position)
-        if match is None:
+        if match is None or match["unclosed"]:
+            what = "quote" if match is None else "bracket"
             raise CMakeError(
-                file, line, "", f"Parse error at [{text[position : position + 20]}]; is a quote unclosed?"
+                file, line, "", f"Parse error at [{text[position : position + 20]}]; is a {what} unclosed?"
             )
         kind = match.lastgroup or ""
         if kind in ("b", "q"):

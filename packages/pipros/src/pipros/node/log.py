@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
 
 _FILE_FORMAT = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
-_PLACEHOLDER = r"\$\{(?P<key>\w+)(?::(?P<format>[^}]*))?\}"
+_PLACEHOLDER = r"\$\{(?P<key>\w+)(?::(?P<format>[^{}]*))?\}"
 _RESET = "\033[0m"
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pipros.node import Node
 
 VARIABLE = "PIPROS_WINDOWS"
-_NO_GUI = r"(?m)^\s*GUI:\s*NONE\s*$"
+_NO_GUI = r"(?m)^[ \t]*GUI:\s*NONE\s*$"
 
 
 def show_windows_on_page(cv2: Any, node: Node) -> None:
