@@ -149,15 +149,12 @@ def test_files_with_other_letters_are_read_in_the_c_locale(ros: RosSystem, local
 # rosparam: a file with one number beyond 32 bits, or an empty value, was loaded up to this line.
 
 
-@pytest.mark.parametrize(
-    ("bad", "reason"),
-    [("99999999999", "int exceeds XML-RPC limits"), ("[1, [2, null]]", "cannot marshal None")],
-)
-def test_a_file_with_a_value_that_cannot_be_sent_changes_nothing(bad, reason, ros, tmp_path, master) -> None:
+@pytest.mark.parametrize("bad", ["99999999999", "[1, [2, null]]"])
+def test_a_file_with_a_value_that_cannot_be_sent_changes_nothing(bad, ros, tmp_path, master) -> None:
     file = tmp_path / "params.yaml"
     file.write_text(f"first: 1\nwheels: {{left: 2}}\nbad: {bad}\nlast: 3\n")
     loaded = ros.pipros.run("rosparam", "load", str(file), "/robot", ROS_MASTER_URI=master.uri)
-    loaded.check(1, "cannot set parameter [/robot/bad] to", reason)
+    loaded.check(1, "cannot set parameter [/robot/bad] to", "a parameter must consist of booleans, integers")
     assert ros.pipros.run("rosparam", "list", ROS_MASTER_URI=master.uri).output.strip() == ""
 
 

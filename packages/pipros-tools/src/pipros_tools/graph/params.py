@@ -8,7 +8,7 @@ from typing import Any
 from pipros.basics.errors import Refused
 from pipros.basics.names import InvalidKey, canonicalize, leaves_below
 from pipros.net.master_client import MasterClient
-from pipros.wire.xmlrpc import encode_call
+from pipros.wire.xmlrpc import PARAMETER_RULE, encode_call
 from pipros_tools.graph.errors import GraphError
 from pipros_tools.graph.system_state import is_below
 
@@ -73,7 +73,9 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
     for leaf, part in written:
         try:
             encode_call("setParam", (leaf, part))
-        except (TypeError, OverflowError, ValueError) as error:
+        except (TypeError, OverflowError):
+            raise GraphError(f"cannot set parameter [{leaf}] to [{part}]: {PARAMETER_RULE}") from None
+        except ValueError as error:
             raise GraphError(f"cannot set parameter [{leaf}] to [{part}]: {error}") from None
     for leaf, part in written:
         try:

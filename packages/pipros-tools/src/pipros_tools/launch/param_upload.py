@@ -9,6 +9,7 @@ from typing import Any
 from pipros.basics.errors import Refused
 from pipros.basics.replaced_file import write_whole
 from pipros.net.master_client import MasterClient
+from pipros.wire.xmlrpc import PARAMETER_RULE
 from pipros_tools.launch.model import Launch, LaunchError, ParameterAction, ParameterCommand
 
 CALLER_ID = "/roslaunch"
@@ -67,7 +68,7 @@ def _delete(client: MasterClient, key: str) -> None:
 def _set(client: MasterClient, key: str, value: Any) -> None:
     try:
         client.set_param(key, value)
-    except (TypeError, OverflowError) as error:
-        raise LaunchError(f"cannot set the parameter [{key}] to {value!r}: {error}") from None
+    except (TypeError, OverflowError):
+        raise LaunchError(f"cannot set the parameter [{key}] to {value!r}: {PARAMETER_RULE}") from None
     except Refused as error:
         raise LaunchError(f"the parameter [{key}] was not set: {error.text}") from None

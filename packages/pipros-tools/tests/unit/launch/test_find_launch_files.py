@@ -130,7 +130,7 @@ def test_a_dump_that_cannot_be_written_names_parameter_and_file(tmp_path: Path) 
 
 
 @pytest.mark.parametrize(("value", "complaint"), [
-    (object(), r"cannot set the parameter \[/p\] to <object .*cannot marshal"),
+    (object(), r"cannot set the parameter \[/p\] to <object .*must consist of booleans"),
     ("too large", r"the parameter \[/p\] was not set: there is no room for it"),
 ])  # fmt: skip
 def test_a_value_that_is_not_accepted_is_named(value: object, complaint: str) -> None:

@@ -221,6 +221,13 @@ def _slices(text: str, budget: _Budget) -> list[str]:
     return [_escape(text[start : start + SLICE_CHARACTERS]) for start in starts]
 
 
+PARAMETER_RULE = (
+    "a parameter must consist of booleans, integers of 32 bits, floats, strings, binary data, dates with"
+    " times, lists and dictionaries with strings as keys"
+)
+"""Why a value cannot be a parameter, for users, to whom the errors of `encode_call` say nothing."""
+
+
 def _encode_rare(value: Any, budget: _Budget) -> str:
     """Encode binary data and dates.
 
