@@ -19,6 +19,7 @@ from pipros_robot.navigation.world import NavigationWorld, WorldFailure
 from pipros_workspace.index import SHARED_PACKAGES
 from tests.support.environments import REPOSITORY, file_of_tests
 from tests.support.nodes import Inbox
+from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -31,34 +32,43 @@ GOALS = {
 """Goals on the map, and the members of the lockstep: all nodes between the scans and the commands."""
 
 
-@pytest.mark.parametrize("name", GOALS)
-def test_the_robot_of_a_wrapper_reaches_a_goal(ros: RosSystem, name: str) -> None:
-    goal, members = GOALS[name]
+def wrapped(ros: RosSystem, name: str, *arguments: str) -> Process:
+    """Launch the wrapper that `pipros sim-for` writes for a launch file."""
     ros.serve_master()
     written = ros.pipros.run("pipros", "sim-for", LAUNCH_FILES / f"{name}.launch")
     assert written.returncode == 0, written.output
-    wrapper = ros.home / "wrapper.launch"
-    wrapper.write_text("\n".join(written.stdout))
-    launched = ros.pipros.start("roslaunch", wrapper, "headless:=true", f"lockstep:={members}")
-    with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
-        results, truth = Inbox(), Inbox()
-        node.subscribe("/base_pose_ground_truth", load_message_class("nav_msgs/Odometry"), truth)
-        result: Any = load_message_class("move_base_msgs/MoveBaseActionResult")
-        node.subscribe("/move_base/result", result, results)
-        stamped: Any = load_message_class("geometry_msgs/PoseStamped")
-        goals = node.advertise("/move_base_simple/goal", stamped, queue_size=1)
-        wait_until(lambda: goals.connection_count, 90, lambda: str(launched.output))
-        ros.wait_for_publisher("/move_base/result")
+    (ros.home / "wrapper.launch").write_text("\n".join(written.stdout))
+    return ros.pipros.start("roslaunch", ros.home / "wrapper.launch", "headless:=true", *arguments)
 
-        goals.publish(plane.stamped_pose(goal, "map", Time(0, 0)))
 
-        wait_until(lambda: results.messages, 120, lambda: str(launched.output))
-        status = results.messages[0].status
-        assert (status.status, status.text) == (3, "Goal reached."), launched.output
-        place = truth.messages[-1].pose.pose.position
-        assert (place.x, place.y) == pytest.approx(goal[:2], abs=0.5)
+def reach(ros: RosSystem, node: Node, launched: Process, goal: tuple[float, float, float]) -> None:
+    """Send a goal on the map to move_base, wait until it is reached, and end the launch."""
+    results = Inbox()
+    node.subscribe("/move_base/result", load_message_class("move_base_msgs/MoveBaseActionResult"), results)
+    stamped: Any = load_message_class("geometry_msgs/PoseStamped")
+    goals = node.advertise("/move_base_simple/goal", stamped, queue_size=1)
+    wait_until(lambda: goals.connection_count, 90, lambda: str(launched.output))
+    ros.wait_for_publisher("/move_base/result")
+
+    goals.publish(plane.stamped_pose(goal, "map", Time(0, 0)))
+
+    wait_until(lambda: results.messages, 120, lambda: str(launched.output))
+    status = results.messages[0].status
+    assert (status.status, status.text) == (3, "Goal reached."), launched.output
     launched.press_ctrl_c()
     assert launched.wait() == 0
+
+
+@pytest.mark.parametrize("name", GOALS)
+def test_the_robot_of_a_wrapper_reaches_a_goal(ros: RosSystem, name: str) -> None:
+    goal, members = GOALS[name]
+    launched = wrapped(ros, name, f"lockstep:={members}")
+    with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
+        truth = Inbox()
+        node.subscribe("/base_pose_ground_truth", load_message_class("nav_msgs/Odometry"), truth)
+        reach(ros, node, launched, goal)
+        place = truth.messages[-1].pose.pose.position
+        assert (place.x, place.y) == pytest.approx(goal[:2], abs=0.5)
     assert "Traceback" not in launched.output
 
 
@@ -69,11 +79,7 @@ def test_the_robot_of_a_wrapper_reaches_a_goal(ros: RosSystem, name: str) -> Non
 def test_the_nodes_of_a_wrapper_get_their_scans(
     ros: RosSystem, name: str, scan: str, frame: str, reader: str
 ) -> None:
-    ros.serve_master()
-    written = ros.pipros.run("pipros", "sim-for", LAUNCH_FILES / f"{name}.launch")
-    wrapper = ros.home / "wrapper.launch"
-    wrapper.write_text("\n".join(written.stdout))
-    launched = ros.pipros.start("roslaunch", wrapper, "headless:=true")
+    launched = wrapped(ros, name)
     with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
         scans, maps = Inbox(), Inbox()
         node.subscribe(scan, load_message_class("sensor_msgs/LaserScan"), scans)
@@ -187,20 +193,7 @@ def test_turtlebot3_navigation_reaches_a_goal_in_lockstep(ros: RosSystem, node: 
     launched = ros.pipros.start(
         "roslaunch", "turtlebot3_navigation", "turtlebot3_navigation.launch", "open_rviz:=false"
     )
-    results: list[Any] = []
-    result: Any = load_message_class("move_base_msgs/MoveBaseActionResult")
-    node.subscribe("/move_base/result", result, results.append)
-    stamped: Any = load_message_class("geometry_msgs/PoseStamped")
-    goals = node.advertise("/move_base_simple/goal", stamped, queue_size=1)
-    wait_until(lambda: goals.connection_count, 90, lambda: str(launched.output))
-    ros.wait_for_publisher("/move_base/result")
-
-    goals.publish(plane.stamped_pose((3.2, 2.0, 1.5), "map", Time(0, 0)))
-
-    wait_until(lambda: results, 120, lambda: str(launched.output))
-    assert (results[0].status.status, results[0].status.text) == (3, "Goal reached.")
-    launched.press_ctrl_c()
-    assert launched.wait() == 0
+    reach(ros, node, launched, (3.2, 2.0, 1.5))
 
 
 @pytest.mark.usefixtures("node")
