@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
@@ -84,17 +85,6 @@ def test_a_picture_is_zoomed_moved_and_fitted(ros: RosSystem, open_tab: OpenTab)
     wait_until(lambda: tab.evaluate(width) == before, 30, "the whole picture")
     tab.get_by_role("button", name="Zoom in").click()
     wait_until(lambda: tab.evaluate(width) > before, 30, "the zoom")
-
-
-def test_a_video_transport_names_republish(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", VIDEO)
-    ros.wait_for_publisher("/cam/image/theora")
-    tab = open_tab(Page(ros), "images/%2Fcam%2Fimage%2Ftheora")
-    expect(tab.locator(".note")).to_have_text(
-        "The transport theora is not decoded here. To see it, run: rosrun image_transport republish theora "
-        "in:=/cam/image raw out:=/cam/image/republished"
-    )
 
 
 STEREO = """
@@ -254,13 +244,19 @@ def test_detections_are_drawn_over_the_image_of_their_stamp(ros: RosSystem, open
     assert tab.evaluate(STAMPED, [step[:2] for step in steps]) == [step[2] for step in steps]
 
 
-def test_a_compressed_image_with_video_names_republish(ros: RosSystem, open_tab: OpenTab) -> None:
+@pytest.mark.parametrize(("program", "topic", "place", "transport"), [
+    (VIDEO, "/cam/image/theora", "images/%2Fcam%2Fimage%2Ftheora", "theora"),
+    (STEREO, "/left/video/compressed", "images//left/video/compressed", "h264"),
+])  # fmt: skip
+def test_video_names_republish(
+    ros: RosSystem, open_tab: OpenTab, program: str, topic: str, place: str, transport: str
+) -> None:
     ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", STEREO)
-    ros.wait_for_publisher("/left/video/compressed")
-    tab = open_tab(Page(ros), "images//left/video/compressed")
+    ros.pipros.start(sys.executable, "-c", program)
+    ros.wait_for_publisher(topic)
+    tab, base = open_tab(Page(ros), place), topic.rpartition("/")[0]
     expect(tab.locator(".note")).to_have_text(
-        "The transport h264 is not decoded here. To see it, run: rosrun image_transport republish h264 "
-        "in:=/left/video raw out:=/left/video/republished"
+        f"The transport {transport} is not decoded here. To see it, run: rosrun image_transport republish "
+        f"{transport} in:={base} raw out:={base}/republished"
     )
     expect(tab.locator(".error")).to_have_text("")

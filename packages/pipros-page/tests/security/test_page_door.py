@@ -34,6 +34,7 @@ from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 CERTIFICATES = file_of_tests("support/certificates")
+TLS = ("--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
 AT_ONCE_S = 9.0
 """Half a second is promised; this test looks for waits of ten seconds and more."""
 
@@ -122,6 +123,12 @@ def close_code(socket: ClientConnection) -> int:
     return closed.value.rcvd.code
 
 
+def served(ros: RosSystem, *options: Any, **more: Any) -> Page:
+    """Serve a page, with a master."""
+    ros.serve_master()
+    return Page(ros, *options, **more)
+
+
 # ---- shutdown
 
 
@@ -146,8 +153,7 @@ def test_a_browser_that_does_not_read_does_not_delay_shutdown(
 
 
 def test_a_hung_service_does_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
-    ros.serve_master()
-    page = Page(ros)
+    page = served(ros)
     with socket.create_server(("127.0.0.1", 0)) as service, page.connect() as browser:
         uri = f"rosrpc://127.0.0.1:{service.getsockname()[1]}"
         with ServerProxy(ros.master_uri) as master:
@@ -159,8 +165,7 @@ def test_a_hung_service_does_not_delay_shutdown(ros: RosSystem, strangers: Stran
 
 
 def test_an_action_that_blocks_the_loop_does_not_delay_shutdown(ros: RosSystem) -> None:
-    ros.serve_master()
-    page = Page(ros, command=sys.executable, prefix=("sh", "-c", 'exec "$1" -c "$0"', BLOCKS))
+    page = served(ros, command=sys.executable, prefix=("sh", "-c", 'exec "$1" -c "$0"', BLOCKS))
     with page.connect() as browser:
         browser.socket.send(json.dumps({"id": 1, "action": "about"}))
         page.process.wait_for("blocked")
@@ -169,9 +174,7 @@ def test_an_action_that_blocks_the_loop_does_not_delay_shutdown(ros: RosSystem) 
 
 
 def test_silent_connections_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.serve_master()
-    page = Page(ros)
+    page = served(ros, PIPROS_LIMITS="login_s=100")
     for data in (b"", b"GET / HTTP/1.1\r\n", b"GET /live HTTP/1.1\r\n"):
         strangers.connect(page, data)
     with page.connect(first="") as browser, contextlib.suppress(ConnectionClosed):
@@ -181,9 +184,7 @@ def test_silent_connections_do_not_delay_shutdown(ros: RosSystem, strangers: Str
 
 
 def test_unfinished_tls_handshakes_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.serve_master()
-    page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
+    page = served(ros, *TLS, PIPROS_LIMITS="login_s=100")
     for data in (b"", b"\x16\x03\x01\x02\x00"):
         strangers.connect(page, data)
     answered(page)
@@ -214,9 +215,7 @@ def answered(page: Page) -> None:
 
 
 def test_silent_connections_leave_room_for_browsers(ros: RosSystem, strangers: Strangers) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.serve_master()
-    page = Page(ros, prefix=("sh", "-c", 'ulimit -n 256; exec "$@"', "sh"))
+    page = served(ros, prefix=("sh", "-c", 'ulimit -n 256; exec "$@"', "sh"), PIPROS_LIMITS="login_s=100")
     for _ in range(400):
         strangers.connect(page)
     with page.connect() as browser:
@@ -230,9 +229,7 @@ def test_silent_connections_leave_room_for_browsers(ros: RosSystem, strangers: S
 
 
 def test_a_page_without_descriptors_says_so_once(ros: RosSystem, strangers: Strangers) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.serve_master()
-    page = Page(ros, prefix=("sh", "-c", 'ulimit -n 32; exec "$@"', "sh"))
+    page = served(ros, prefix=("sh", "-c", 'ulimit -n 32; exec "$@"', "sh"), PIPROS_LIMITS="login_s=100")
     held = [strangers.connect(page) for _ in range(40)]
     page.process.wait_for("refused new connections: Too many open files")
     for peer in held:
@@ -244,24 +241,18 @@ def test_a_page_without_descriptors_says_so_once(ros: RosSystem, strangers: Stra
 
 @pytest.mark.parametrize("data", [b"", b"GET / HTTP/1.1\r\nHost: localhost\r\n"])
 def test_a_connection_without_a_request_is_closed(ros: RosSystem, strangers: Strangers, data: bytes) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=0.2"
-    ros.serve_master()
-    assert has_ended(strangers.connect(Page(ros), data))
+    assert has_ended(strangers.connect(served(ros, PIPROS_LIMITS="login_s=0.2"), data))
 
 
 @pytest.mark.parametrize("data", [b"", b"\x16\x03\x01\x02\x00"])
 def test_an_unfinished_tls_handshake_is_ended(ros: RosSystem, strangers: Strangers, data: bytes) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=0.2"
-    ros.serve_master()
-    page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
+    page = served(ros, *TLS, PIPROS_LIMITS="login_s=0.2")
     assert has_ended(strangers.connect(page, data))
     assert "Traceback" not in page.process.output
 
 
 def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=60"
-    ros.serve_master()
-    page = Page(ros)
+    page = served(ros, PIPROS_LIMITS="login_s=60")
     firsts = (
         "", "{", '{"token": "wrong"}', json.dumps({"id": 1, "action": "about"}),
         json.dumps({"token": page.token[:-1]}), json.dumps({"code": page.token}),
@@ -272,16 +263,13 @@ def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
 
 
 def test_a_websocket_without_a_first_message_is_asked_to_try_again(ros: RosSystem) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=4"
-    ros.serve_master()
-    page = Page(ros)
+    page = served(ros, PIPROS_LIMITS="login_s=4")
     with connect(f"ws://{page.host}/live", origin=Origin(f"http://{page.host}"), proxy=None) as socket:
         assert close_code(socket) == 1013  # after 1008, a page forgets its token
 
 
 def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
-    ros.serve_master()
-    page = Page(ros)
+    page = served(ros)
     with (
         pytest.raises(ConnectionClosed),
         page.connect(first=json.dumps({"padding": "x" * 100_000, "token": page.token})) as browser,
@@ -293,9 +281,7 @@ def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
 
 
 def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
-    ros.pipros.environment["PIPROS_LIMITS"] = "login_s=60"
-    ros.serve_master()
-    page = Page(ros)
+    page = served(ros, PIPROS_LIMITS="login_s=60")
     port = page.host.rpartition(":")[2]
     for path in ("/", f"/?token={page.token}"):
         answer = page.get(path, Cookie=f"pipros_{port}={page.token}")
