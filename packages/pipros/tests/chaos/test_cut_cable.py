@@ -79,8 +79,7 @@ def test_a_cut_cable_does_not_affect_others_and_the_newest_message_arrives_after
     network: FarNetwork, master: Master, node: Node, processes: Processes
 ) -> None:
     far = start_far(network, master, processes, LISTENER)
-    inbox = Inbox()
-    node.subscribe("chat", String, inbox)
+    inbox = Inbox.of(node, "chat", String)
     publisher = node.advertise("chat", String, queue_size=5)
     wait_until_connected(publisher, 2)
     publisher.publish(numbered(0))

@@ -22,10 +22,9 @@ from pipros.master.master import Master
 from pipros.net import address, this_machine
 from pipros.net.address import address_here, split_uri
 from pipros.net.lookup import Lookups
-from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
-from pipros.net.rpc_server import RpcServer, current_caller
+from pipros.net.rpc_server import current_caller
 from pipros.net.sockets import NoFreePort
 from pipros.node import Node
 from pipros.wire.header import encode_header
@@ -37,6 +36,7 @@ from tests.support.network import FarNetwork, needs_network
 from tests.support.nodes import Inbox, MakeNode, connected
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
+from tests.support.slaves import Served
 from tests.support.users import NOBODY, STRANGER, needs_nobody, needs_other_users
 
 # Nodes with ports from a range, and with an advertised address that differs from the bound one.
@@ -353,15 +353,10 @@ def test_topics_services_and_parameters(nodes: tuple[Node, Node], monkeypatch: p
 
 
 def test_an_ipv6_server_accepts_ipv4_and_sees_the_ipv4_addresses_of_its_peers() -> None:
-    loop = BackgroundLoop("ipv6 test")
-    loop.start()
-    server = RpcServer({"caller": lambda: current_caller.get().host}, host="::")
-    loop.run(server.start())
-    for host in ("[::1]", "127.0.0.1"):
-        with RpcClient(f"http://{host}:{server.port}", timeout_s=10) as client:
-            assert client.call("caller") == host.strip("[]")
-    loop.run(server.stop())
-    loop.stop()
+    with Served({"caller": lambda: current_caller.get().host}, host="::") as server:
+        for host in ("[::1]", "127.0.0.1"):
+            with RpcClient(f"http://{host}:{server.port}", timeout_s=10) as client:
+                assert client.call("caller") == host.strip("[]")
 
 
 def test_this_computer_is_admitted_by_ipv4_if_only_another_network_is_allowed() -> None:

@@ -17,9 +17,7 @@ from tf2_msgs.msg import TFMessage
 from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg.time import Time
-from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
-from pipros.net.rpc_server import RpcServer
 from pipros_tools.cli import doctor
 from pipros_tools.health.examine import Examination, examine
 from pipros_tools.health.gather_machine import gather_machine
@@ -29,7 +27,7 @@ from pipros_tools.health.reach_back import reach_back
 from pipros_tools.health.topic_check import STEPS, check_topic
 from pipros_tools.health.topic_facts import TopicCheck
 from tests.support.nodes import MakeNode, wait_until_connected
-from tests.support.slaves import SilentSlave
+from tests.support.slaves import Served, SilentSlave
 from tests.support.waiting import wait_until
 
 # `pipros doctor` on running systems: it finds each planted fault, and nothing in a healthy system.
@@ -53,22 +51,10 @@ def master(master: Master, monkeypatch: pytest.MonkeyPatch) -> Master:
     return master
 
 
-class FakeNode:
-    """The slave API of a node, from a table of responses."""
-
-    def __init__(self, **values: Any) -> None:
-        self._loop = BackgroundLoop("fake node")
-        self._loop.start()
-        values = {"getPid": 1, "getBusInfo": [], **values}
-        self._server = RpcServer(
-            {name: lambda *_, value=value: [1, "", value] for name, value in values.items()}
-        )
-        self._loop.run(self._server.start())
-        self.api = f"http://127.0.0.1:{self._server.port}/"
-
-    def stop(self) -> None:
-        self._loop.run(self._server.stop())
-        self._loop.stop()
+def fake_node(**values: Any) -> Served:
+    """Serve the slave API of a node, from a table of responses."""
+    table = {"getPid": 1, "getBusInfo": [], **values}
+    return Served({name: lambda *_, value=value: [1, "", value] for name, value in table.items()})
 
 
 @contextmanager
@@ -120,9 +106,9 @@ def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) 
     for name in ("clock1", "clock2"):
         make_node(name).advertise("/clock", Clock)
     poses = sick.advertise("/pose", PoseStamped)
-    other = FakeNode(getMasterUri="http://127.0.0.1:2/")
+    other = fake_node(getMasterUri="http://127.0.0.1:2/")
     publish("/elsewhere", "/f", "std_msgs/String", other.api)
-    deaf = FakeNode(getBusInfo=[[1, sick.uri, "i", "TCPROS", "/pose", True]])
+    deaf = fake_node(getBusInfo=[[1, sick.uri, "i", "TCPROS", "/pose", True]])
     register_as(master, "/deaf", "registerSubscriber", "/pose", "geometry_msgs/PoseStamped", deaf.api)
     with repeating(lambda: poses.publish(pose(Time(1_000_000_000))), 0.05):
         yield

@@ -4,7 +4,7 @@ The parent is a server in the test; tests.interop.test_remote_machines uses a ge
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -64,26 +64,28 @@ def test_it_describes_its_processes_to_tools(ros: RosSystem, parent: Parent) -> 
     assert server.call("process_info", "nobody") == [-1, "no process by that name", {}]
 
 
-def test_it_ends_with_its_nodes(ros: RosSystem, parent: Parent) -> None:
-    child = start(ros, parent)
-    launch(parent, ("a", "ends"))
-    assert child.wait() == 0
-    assert parent.shown[-1] == (2, "all processes on machine have died, roslaunch will exit")
-
-
-def test_it_ends_when_the_parent_orders_it(ros: RosSystem, parent: Parent) -> None:
-    child = start(ros, parent)
-    launch(parent, ("a", "sleeper"))
+def order_shutdown(parent: Parent) -> None:
     assert parent.child.call("shutdown") == [1, "success", 1]
-    assert child.wait() == 0
-    assert (2, "[a-1] killing on exit") in parent.shown
 
 
-def test_it_ends_when_its_parent_is_gone(ros: RosSystem, parent: Parent) -> None:
+@pytest.mark.parametrize(
+    ("program", "end", "shown"),
+    [
+        ("ends", lambda _: None, (2, "all processes on machine have died, roslaunch will exit")),
+        ("sleeper", order_shutdown, (2, "[a-1] killing on exit")),
+        ("sleeper", Parent.close, None), (None, Parent.close, None),
+    ],
+    ids=["with its nodes", "by order", "with its parent", "with its parent, before any order"],
+)  # fmt: skip
+def test_it_ends(ros: RosSystem, parent: Parent, program, end: Callable[[Parent], None], shown) -> None:
     child = start(ros, parent)
-    launch(parent, ("a", "sleeper"))
-    parent.close()
+    if program:
+        launch(parent, ("a", program))
+    else:
+        assert parent.child.uri
+    end(parent)
     assert child.wait() == 0
+    assert shown is None or shown in parent.shown
 
 
 def test_it_ends_when_ssh_is_over_and_its_parent_is_silent(ros: RosSystem, parent: Parent) -> None:
@@ -93,13 +95,6 @@ def test_it_ends_when_ssh_is_over_and_its_parent_is_silent(ros: RosSystem, paren
     launch(parent, ("a", "sleeper"))
     parent.is_mute = True
     os.close(write_end)
-    assert child.wait() == 0
-
-
-def test_it_ends_before_any_order_when_its_parent_is_gone(ros: RosSystem, parent: Parent) -> None:
-    child = start(ros, parent)
-    assert parent.child.uri
-    parent.close()
     assert child.wait() == 0
 
 

@@ -65,9 +65,7 @@ def test_every_node_of_a_launch_file_publishes(ros: RosSystem, tmp_path: Path, f
 
 
 def subscribed(node: Node, output: Output) -> Inbox:
-    inbox = Inbox()
-    node.subscribe(output.topic, load_message_class(output.type), inbox)
-    return inbox
+    return Inbox.of(node, output.topic, load_message_class(output.type))
 
 
 def answers(node: Node, output: Output) -> bool:

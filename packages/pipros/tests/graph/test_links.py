@@ -84,8 +84,7 @@ def assert_answers(node: Node, topic: str = "/map") -> None:
 def test_a_node_answers_while_it_encodes_a_latched_message(make_node: MakeNode, gate: Gate) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     latched(talker, slow_class(gate))
-    inbox = Inbox()
-    listener.subscribe("map", String, inbox)
+    inbox = Inbox.of(listener, "map", String)
     wait_until(lambda: gate.begun)
     assert_answers(talker)
     gate.open()
@@ -158,8 +157,7 @@ def test_a_subscriber_that_leaves_before_its_turn_leaves_nothing(make_node: Make
     log, lines = listening_log()
     talker, staying, leaving = make_node("talker", log=log), make_node("staying"), make_node("leaving")
     publisher = latched(talker, slow_class(gate))
-    inbox = Inbox()
-    staying.subscribe("map", String, inbox)
+    inbox = Inbox.of(staying, "map", String)
     wait_until(lambda: gate.begun)
     leaving.subscribe("map", String, Inbox())
     wait_until(lambda: len(talker.connections) == 2)
@@ -247,8 +245,7 @@ def test_a_subscriber_hears_the_good_publishers(kind, place, make_node, add_bad)
             make_node(f"good_{number}").advertise("/topic", String, latch=True).publish(
                 String(f"from {number}")
             )
-    inbox = Inbox()
-    make_node("listener").subscribe("/topic", String, inbox)
+    inbox = Inbox.of(make_node("listener"), "/topic", String)
     heard = {f"from {number}" for number in range(3) if number != place}
     wait_until(lambda: {message.data for message in inbox.messages} == heard)
 

@@ -80,8 +80,7 @@ def test_a_subscriber_without_the_stream_uses_tcp(make_node: MakeNode, monkeypat
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("chat", String)
     monkeypatch.setattr(talker.endpoints, "local_name", "pipros-without-a-listener")
-    inbox = Inbox()
-    listener.subscribe("chat", String, inbox)
+    inbox = Inbox.of(listener, "chat", String)
     wait_until_connected(publisher, 1)
     publisher.publish(String(data="hello"))
     assert [message.data for message in inbox.wait(1)] == ["hello"]
@@ -114,8 +113,7 @@ def test_a_publisher_that_refuses_says_why_as_over_tcp(make_node: MakeNode) -> N
 def test_a_short_burst_to_a_subscriber_that_does_not_read_loses_nothing(make_node: MakeNode) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("chat", String, queue_size=10)
-    inbox = Inbox()
-    listener.subscribe("chat", String, inbox)
+    inbox = Inbox.of(listener, "chat", String)
     wait_until_connected(publisher, 1)
     for number in range(2000):
         publisher.publish(String(data=str(number)))

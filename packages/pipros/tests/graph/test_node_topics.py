@@ -4,6 +4,7 @@ import asyncio
 import logging
 import socket
 import threading
+from collections.abc import Callable
 from contextlib import ExitStack, closing
 from typing import Any, NoReturn
 
@@ -18,10 +19,8 @@ from pipros.master.master import Master
 from pipros.msg.errors import SerializationError
 from pipros.net import master_client, sockets
 from pipros.net.incoming import IncomingLink
-from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
-from pipros.net.rpc_server import RpcServer
 from pipros.net.timings import LinkTimings
 from pipros.node import Node, registration
 from pipros.node.endpoints import TypeConflict
@@ -34,6 +33,7 @@ from pipros.wire.header import HeaderReader, encode_header
 from pipros.wire.xmlrpc import Fault
 from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
 from tests.support.ports import ClaimedPort
+from tests.support.slaves import Served
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.usefixtures("transport")
@@ -105,8 +105,7 @@ def test_a_latched_topic_sends_its_last_message_to_later_subscribers(make_node: 
     publisher = talker.advertise("map", String, latch=True)
     publisher.publish(String("old"))
     publisher.publish(String("new"))
-    inbox = Inbox()
-    listener.subscribe("map", String, inbox)
+    inbox = Inbox.of(listener, "map", String)
     assert [message.data for message in inbox.wait()] == ["new"]
     assert inbox.messages[0]._connection_header["latching"] == "1"
 
@@ -130,8 +129,7 @@ def test_a_second_callback_gets_the_last_latched_message_at_once(make_node: Make
 def test_a_callback_added_amid_latched_messages_gets_each_message_once(make_node: MakeNode) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("count", Int32, latch=True, queue_size=0)
-    first = Inbox()
-    listener.subscribe("count", Int32, first)
+    first = Inbox.of(listener, "count", Int32)
     wait_until_connected(publisher)
     later = []
     for number in range(400):
@@ -294,17 +292,13 @@ def test_a_publisher_announced_during_the_registration_of_a_subscriber_is_receiv
     def register_slowly(topic: str, type_name: str, api: str) -> Any:
         publishers = register(topic, type_name, api)
         with closing(MasterClient(listener.master.uri, "/talker")) as client:
-            client.register_publisher(topic, type_name, f"http://127.0.0.1:{server.port}/")
+            client.register_publisher(topic, type_name, server.api)
         assert asked.wait(30)
         return publishers
 
     inbox = Inbox()
-    with Master(port=0) as master_of_talker:
+    with Master(port=0) as master_of_talker, Served({"requestTopic": request_topic}) as server:
         talker = Node("talker", environment=Environment(master_uri=master_of_talker.uri))
-        server = RpcServer({"requestTopic": request_topic})
-        loop = BackgroundLoop("slow API of the talker")
-        loop.start()
-        loop.run(server.start())
         with talker:
             talker.advertise("/chatter", String, latch=True).publish(String("here"))
             monkeypatch.setattr(listener.master, "register_subscriber", register_slowly)
@@ -313,8 +307,6 @@ def test_a_publisher_announced_during_the_registration_of_a_subscriber_is_receiv
                 client.call("getPid", "/test")
             may_answer.set()
             assert inbox.wait()[0].data == "here"
-        loop.run(server.stop())
-        loop.stop()
 
 
 def test_the_last_unregister_ends_the_topic(make_node: MakeNode, master: Master) -> None:
@@ -331,55 +323,41 @@ def test_the_last_unregister_ends_the_topic(make_node: MakeNode, master: Master)
     assert talker.master.get_system_state()[:2] == [[], []]
 
 
-def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: MakeNode) -> None:
+def raising(error: Exception) -> Callable[[Any], NoReturn]:
+    def callback(_: Any) -> NoReturn:
+        raise error
+
+    return callback
+
+
+@pytest.mark.parametrize(
+    ("error", "logged"),
+    [
+        (ValueError("oops"), ["bad callback:"] * 3), (MissingExtra("it needs numpy"), ["/listener"]),
+        (Interrupted("the node was shut down while it waited"), []),
+    ],
+    ids=["an error", "a library that is missing, once", "the end of the node, not"],
+)  # fmt: skip
+def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node, error, logged) -> None:
     log, lines = listening_log()
     talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
-
-    def bad(_: Any) -> None:
-        raise ValueError("oops")
-
-    listener.subscribe("chat", String, bad)
+    listener.subscribe("chat", String, raising(error))
     listener.subscribe("chat", String, lambda message, args: inbox((message.data, args)), callback_args=7)
     publisher = talker.advertise("chat", String)
     wait_until_connected(publisher)
-    publisher.publish(String("x"))
-    assert inbox.wait() == [("x", 7)]
-    assert lines[0].startswith("bad callback:")
-
-
-def test_a_callback_that_waits_while_its_node_ends_leaves_no_traceback(make_node: MakeNode) -> None:
-    log, lines = listening_log()
-    talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
-
-    def interrupted(_: Any) -> None:
-        raise Interrupted("the node was shut down while it waited")
-
-    listener.subscribe("chat", String, interrupted)
-    listener.subscribe("chat", String, inbox)
-    listener.serve("wait", Empty, interrupted)
-    publisher = talker.advertise("chat", String)
-    wait_until_connected(publisher)
-    publisher.publish(String("x"))
-    inbox.wait()
-    with pytest.raises(ServiceFailed):
-        talker.client("wait", Empty).call(Empty._request_class(), 30)
-    assert lines == []
-
-
-def test_a_callback_that_lacks_a_library_is_logged_once_in_one_line(make_node: MakeNode) -> None:
-    log, lines = listening_log()
-    talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
-
-    def needs_numpy(_: Any) -> None:
-        raise MissingExtra("it needs numpy")
-
-    listener.subscribe("chat", String, needs_numpy)
-    publisher = connected(talker, listener, "chat", String, inbox)
     for _ in range(3):
         publisher.publish(String("x"))
-    inbox.wait(3)
-    assert len(lines) == 1
-    assert lines[0].endswith(": it needs numpy")
+    assert inbox.wait(3) == [("x", 7)] * 3
+    assert len(lines) == len(logged)
+    assert all(str(error) in line or line.startswith("bad callback:") for line in lines)
+
+
+def test_a_call_whose_node_ends_leaves_no_traceback(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    make_node("server", log=log).serve("wait", Empty, raising(Interrupted("the node was shut down")))
+    with pytest.raises(ServiceFailed):
+        make_node("client").client("wait", Empty).call(Empty._request_class(), 30)
+    assert lines == []
 
 
 def test_a_failed_publish_sends_nothing_and_does_not_affect_the_next(make_node: MakeNode) -> None:
@@ -557,7 +535,14 @@ def test_the_last_published_message_arrives_although_the_node_ends(make_node: Ma
     assert [message.data[0] for message in inbox.wait(20)] == list(range(20))
 
 
-def test_a_duplicate_name_ends_the_older_node(make_node: MakeNode) -> None:
+def test_a_duplicate_name_ends_the_older_node_which_logs_why(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    log.setLevel(logging.WARNING)
+    unaware = make_node("double", log=log)
+    unaware.advertise("a", String)
+    make_node("double").advertise("a", String)
+    assert unaware.wait_for_shutdown(60)
+    assert lines == ["/double shuts down on request: [/double] Reason: new node registered with same name"]
     reasons: list[str] = []
     old = make_node("twin", on_shutdown_request=lambda reason: (reasons.append(reason), old.shutdown(reason)))
     old.advertise("a", String)
@@ -566,16 +551,6 @@ def test_a_duplicate_name_ends_the_older_node(make_node: MakeNode) -> None:
     assert old.wait_for_shutdown(60)
     assert reasons == ["[/twin] Reason: new node registered with same name"]
     assert not new.is_shutdown
-
-
-def test_a_node_that_ends_for_another_of_its_name_logs_why(make_node: MakeNode) -> None:
-    log, lines = listening_log()
-    log.setLevel(logging.WARNING)
-    old = make_node("twin", log=log)
-    old.advertise("a", String)
-    make_node("twin").advertise("a", String)
-    assert old.wait_for_shutdown(60)
-    assert lines == ["/twin shuts down on request: [/twin] Reason: new node registered with same name"]
 
 
 def test_the_slave_api_answers_as_genuine_nodes_do(make_node: MakeNode, master: Master) -> None:

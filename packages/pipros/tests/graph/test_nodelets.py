@@ -21,6 +21,7 @@ from tests.support.waiting import wait_until
 PLUGINS = """
 from pipros.msg import load_message_class
 
+String = load_message_class("std_msgs/String")
 
 class Relay:
     def __init__(self, node):
@@ -137,8 +138,7 @@ def test_loaders_end_with_their_manager(demo: RosSystem) -> None:
     wait_until(lambda: len(demo.subscribers("/mgr/bond")) == 2)
     loader.wait_for("Loading nodelet /demo_Relay")
     with demo.node("witness") as node:
-        inbox = Inbox()
-        node.subscribe("/mgr/bond", load_message_class("bond/Status"), inbox)
+        inbox = Inbox.of(node, "/mgr/bond", load_message_class("bond/Status"))
         wait_until(lambda: len({each.instance_id for each in inbox.messages}) == 2)  # the bond is formed
     manager.press_ctrl_c(code=0)
     loader.wait_for("Bond broken, exiting")

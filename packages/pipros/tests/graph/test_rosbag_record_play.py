@@ -33,9 +33,7 @@ def talker(make_node: MakeNode) -> Node:
 
 
 def listen(make_node: MakeNode, topic: str, kind: Any = Int32, **options: Any) -> Inbox:
-    inbox = Inbox()
-    make_node("listener").subscribe(topic, kind, inbox, **options)
-    return inbox
+    return Inbox.of(make_node("listener"), topic, kind, **options)
 
 
 def data_of(messages: list[Any]) -> list[Any]:
@@ -524,8 +522,7 @@ def test_nodes_that_connect_later_get_the_last_message_of_each_recorded_publishe
         options = PlayOptions(delay_s=0.0, immediate=True)
         Player(make_node("player"), [BagReader(file)], options, _Keys(), lambda _: None).run()
 
-        inbox = Inbox()
-        make_node("late").subscribe("/number", Int32, inbox)
+        inbox = Inbox.of(make_node("late"), "/number", Int32)
 
         assert data_of(inbox.wait(2)) == [3, 4]
 

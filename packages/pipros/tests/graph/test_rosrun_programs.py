@@ -84,24 +84,19 @@ def test_the_answer_selects_one_of_several(ros: RosSystem, folder: Path) -> None
     assert (ended.returncode, ended.stdout.splitlines()[-1]) == (0, "from b")
 
 
-@pytest.mark.parametrize("tool", ["roslaunch", "roslaunch-check", "roslaunch-deps"])
-def test_the_tools_of_roslaunch_are_programs_of_their_package(ros: RosSystem, tool: str) -> None:
-    assert ros.pipros.run("rosrun", "roslaunch", tool, "--help").returncode == 0
-
-
 def test_the_logs_of_a_run_are_found_by_a_program_of_roslaunch(ros: RosSystem) -> None:
     ended = ros.pipros.run("rosrun", "roslaunch", "roslaunch-logs")
     assert (ended.returncode, ended.stderr) == (2, ["No active roscore"])
 
 
 @pytest.mark.parametrize("tool", [
-    "rosbag", "rosclean", "rosmsg", "rosnode", "rosparam", "rosservice", "rostest", "rostopic", "rosunit",
-    "roswtf",
+    "rosbag", "rosclean", "roslaunch", "roslaunch-check", "roslaunch-deps", "rosmsg", "rosnode", "rosparam",
+    "rosservice", "rostest", "rostopic", "rosunit", "roswtf",
 ])  # fmt: skip
 def test_every_tool_is_a_program_of_its_package(ros: RosSystem, tool: str) -> None:
-    ended = ros.pipros.run("rosrun", tool, tool, "-h")
-    assert f"{tool}" in ended.output
-    assert ended.returncode in (0, 64), ended.output
+    ended = ros.pipros.run("rosrun", tool.partition("-")[0], tool, "-h")
+    assert tool in ended.output
+    assert ended.returncode == 0 or (ended.returncode == 64 and not tool.startswith("roslaunch"))
 
 
 def test_a_script_for_python_2_is_named_with_its_remedy(ros: RosSystem) -> None:

@@ -245,9 +245,7 @@ def test_delay_of_messages_without_a_header_is_a_plain_error(commands: Commands,
 @pytest.fixture
 def inbox(make_node: MakeNode) -> Inbox:
     """The messages that a node receives on /words."""
-    inbox = Inbox()
-    make_node("listener").subscribe("/words", String, inbox)
-    return inbox
+    return Inbox.of(make_node("listener"), "/words", String)
 
 
 def test_a_rate_repeats_the_message_until_ctrl_c(commands: Commands, inbox: Inbox) -> None:
@@ -266,8 +264,7 @@ def test_text_need_not_be_ascii(commands: Commands, inbox: Inbox) -> None:
 def test_a_latched_message_reaches_later_subscribers(commands: Commands, make_node: MakeNode) -> None:
     pub = commands.start("rostopic", "pub", "/words", "std_msgs/String", "data: hello")
     pub.wait_for(r"publishing and latching message. Press ctrl-C to terminate")
-    inbox = Inbox()
-    make_node("late").subscribe("/words", String, inbox)
+    inbox = Inbox.of(make_node("late"), "/words", String)
     assert inbox.wait()[0].data == "hello"
     pub.press_ctrl_c(code=0)
 
@@ -315,8 +312,7 @@ def test_every_document_of_a_file_is_a_message(commands: Commands, inbox: Inbox,
 
 
 def test_now_is_the_time_of_each_message_with_substitution(commands: Commands, make_node: MakeNode) -> None:
-    inbox = Inbox()
-    make_node("listener").subscribe("/stamps", load_message_class("std_msgs/Time"), inbox)
+    inbox = Inbox.of(make_node("listener"), "/stamps", load_message_class("std_msgs/Time"))
     pub = commands.start("rostopic", "pub", "-s", "-r", "50", "/stamps", "std_msgs/Time", "now")
     first, second = inbox.wait(2)[:2]
     pub.press_ctrl_c(code=0)

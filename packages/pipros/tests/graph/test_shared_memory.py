@@ -432,8 +432,7 @@ def test_a_subscriber_that_lies_loses_its_link_and_its_slots(make_node: MakeNode
 
 def test_a_subscriber_that_never_acknowledges_loses_only_its_own_messages(make_node: MakeNode) -> None:
     publisher, stranger = visited(make_node("talker"))
-    inbox = Inbox()
-    make_node("good").subscribe("images", Image, inbox)
+    inbox = Inbox.of(make_node("good"), "images", Image)
     wait_until_connected(publisher, 2)
     for number in range(30):
         publisher.publish(image(number))

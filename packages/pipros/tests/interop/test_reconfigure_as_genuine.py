@@ -84,8 +84,7 @@ def test_settings_of_a_node_in_cpp_are_read_and_changed(plain_ros: RosSystem) ->
         )
         ros.wait_for_publisher("/camera/debayer/parameter_descriptions")
         description: Any = load_message_class("dynamic_reconfigure/ConfigDescription")
-        inbox = Inbox()
-        node.subscribe("/camera/debayer/parameter_descriptions", description, inbox)
+        inbox = Inbox.of(node, "/camera/debayer/parameter_descriptions", description)
         (group,) = inbox.wait()[0].groups
         dynparam = ["rosrun", "dynamic_reconfigure", "dynparam"]
         first, changed, second = (

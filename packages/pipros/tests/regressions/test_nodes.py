@@ -6,6 +6,7 @@ import signal
 import socket
 import sys
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -23,8 +24,16 @@ from pipros.node.rate import Rate, Timer
 from pipros.node.service_link import CallTimeout
 from pipros.node.timings import NodeTimings
 from tests.support.nodes import MakeNode, listening_log, wait_until_connected
-from tests.support.processes import Processes
+from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def run(processes: Processes, master: Master) -> Callable[[str], Process]:
+    """Run a script of rospy on the master, to its end."""
+    variables = {"ROS_MASTER_URI": master.uri}
+    return lambda script: processes.run(sys.executable, "-c", script, environment=variables)
+
 
 # ros_comm#152, #149, roslibpy#27, rosbridge_suite#905: calls waited forever, or failed without a reason.
 
@@ -77,8 +86,8 @@ gate.set()
 """
 
 
-def test_rospy_has_time_limits_for_a_proxy_and_for_a_call(processes: Processes, master: Master) -> None:
-    ended = processes.run(sys.executable, "-c", SCRIPT, environment={"ROS_MASTER_URI": master.uri})
+def test_rospy_has_time_limits_for_a_proxy_and_for_a_call(run: Callable[[str], Process]) -> None:
+    ended = run(SCRIPT)
     assert ended.stdout == ["service [/hang] did not answer in time"] * 2, ended.output
 
 
@@ -212,7 +221,7 @@ examine()
 """
 
 EXPECTED = [
-    "", "get_param the default", "get_param KeyError 'parameter: a name must be a string, got None'",
+    "get_param the default", "get_param KeyError 'parameter: a name must be a string, got None'",
     "get_param_cached the default",
     "get_param_cached KeyError 'parameter: a name must be a string, got None'", "has_param False",
     "delete_param KeyError 'parameter: a name must be a string, got None'",
@@ -221,12 +230,12 @@ EXPECTED = [
     "ServiceProxy ValueError a name must be a string, got None",
     "wait_for_service ValueError a name must be a string, got None",
     "Service ValueError service name is not a non-empty string",
-    "Service ValueError service name is not a non-empty string", "True", "",
-][1:-1]  # fmt: skip
+    "Service ValueError service name is not a non-empty string", "True",
+]  # fmt: skip
 
 
-def test_none_as_a_name_means_the_default_or_an_error_with_it(processes: Processes, master: Master) -> None:
-    node = processes.run(sys.executable, "-c", NONE_SCRIPT, environment={"ROS_MASTER_URI": master.uri})
+def test_none_as_a_name_means_the_default_or_an_error_with_it(run: Callable[[str], Process]) -> None:
+    node = run(NONE_SCRIPT)
     assert node.stdout == EXPECTED * 2, node.output
 
 
@@ -307,33 +316,26 @@ def test_a_sleeper_is_notified_when_time_is_set_back(make_node: MakeNode, node: 
     assert told[0] < 0
 
 
-def test_a_loop_with_reset_continues_after_time_was_set_back(make_node: MakeNode, node: Node) -> None:
+def turn(node: Node, turns: list[float]) -> None:
+    rate = Rate(node.clock, S, reset=True)
+    while rate.sleep():
+        turns.append(node.clock.now_ns() / S)
+
+
+def repeat_by_timer(node: Node, turns: list[float]) -> None:
+    Timer(node.clock, S, lambda tick: turns.append(tick.current_real_ns / S), reset=True)
+
+
+@pytest.mark.parametrize("repeat", [turn, repeat_by_timer], ids=["loop", "timer"])
+def test_what_repeats_with_reset_continues_after_time_was_set_back(make_node, node: Node, repeat) -> None:
     simulator, turns = Simulator(make_node, node), []
     simulator.set(1000)
-
-    def loop() -> None:
-        rate = Rate(node.clock, S, reset=True)
-        while rate.sleep():
-            turns.append(node.clock.now_ns() / S)
-
-    threading.Thread(target=loop, daemon=True).start()
+    threading.Thread(target=repeat, args=(node, turns), daemon=True).start()
     ticks = iter(range(1001, 10_000))
     wait_until(lambda: simulator.set(next(ticks)) or len(turns) >= 3)
     simulator.set(10)
     ticks = iter(range(11, 1000))
     wait_until(lambda: simulator.set(next(ticks)) or (turns[-1] > 12 and turns[-1] < 1000))
-
-
-def test_a_timer_with_reset_continues_after_time_was_set_back(make_node: MakeNode, node: Node) -> None:
-    simulator, calls = Simulator(make_node, node), []
-    simulator.set(1000)
-    timer = Timer(node.clock, S, lambda tick: calls.append(tick.current_real_ns / S), reset=True)
-    ticks = iter(range(1001, 10_000))
-    wait_until(lambda: simulator.set(next(ticks)) or len(calls) >= 3)
-    simulator.set(10)
-    ticks = iter(range(11, 1000))
-    wait_until(lambda: simulator.set(next(ticks)) or (calls[-1] > 12 and calls[-1] < 1000))
-    timer.shutdown()
 
 
 def test_a_sleeper_without_a_clock_gets_a_warning(make_node: MakeNode) -> None:
@@ -376,11 +378,11 @@ rospy.signal_shutdown("done")
 """
 
 
-def test_a_timer_goes_on_when_a_bag_begins_again(processes: Processes, master: Master) -> None:
+def test_a_timer_goes_on_when_a_bag_begins_again(run: Callable[[str], Process], master: Master) -> None:
     client = MasterClient(master.uri, "/test")
     client.set_param("/use_sim_time", True)
     client.close()
-    node = processes.run(sys.executable, "-c", TIMER_SCRIPT, environment={"ROS_MASTER_URI": master.uri})
+    node = run(TIMER_SCRIPT)
     assert node.stdout == ["True"], node.output
 
 
@@ -456,8 +458,8 @@ print(hooks)
 """
 
 
-def test_what_is_beside_a_bad_one_goes_on(processes: Processes, master: Master) -> None:
-    node = processes.run(sys.executable, "-c", BAD_SCRIPT, environment={"ROS_MASTER_URI": master.uri})
+def test_what_is_beside_a_bad_one_goes_on(run: Callable[[str], Process]) -> None:
+    node = run(BAD_SCRIPT)
     assert [line for line in node.stdout if line.startswith(("publish:", "call:", "["))] == [
         *["publish: ROSSerializationException"] * 2,
         "[(1, 0), (1, 1), (1, 2), (1, 3), (2, 0), (2, 2), (2, 3)]",

@@ -13,7 +13,6 @@ import pytest
 from sensor_msgs.msg import Image
 from std_msgs.msg import String, UInt8MultiArray
 
-from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from pipros.net.timings import LinkTimings
 from pipros.net.workers import KEPT_IDLE
@@ -123,29 +122,29 @@ def test_queue_size_1_is_the_newest_message_whatever_its_size(make_node: MakeNod
 # that a publisher cannot be reached, because its host name is unknown here.
 
 
-def test_a_publisher_with_an_unknown_host_name_is_explained_once(make_node: MakeNode, master: Master) -> None:
+@pytest.mark.parametrize(
+    ("api", "advice"),
+    [
+        ("http://no-such-robot.invalid:1234/", "set ROS_IP on the node's machine"),
+        ("http://127.0.0.1:1/", "Connection refused. That address is local: the node has ended"),
+    ],
+    ids=["unknown host", "closed port"],
+)
+def test_a_publisher_that_cannot_be_reached_is_explained_once(
+    make_node, master, api: str, advice: str
+) -> None:
     ghost = MasterClient(master.uri, "/camera")
-    ghost.register_publisher("/image", "std_msgs/String", "http://no-such-robot.invalid:1234/")
+    ghost.register_publisher("/image", "std_msgs/String", api)
     log, lines = listening_log()
     node = make_node("viewer", log=log)
     node.subscribe("/image", String, print)
     wait_until(lambda: lines)
-    assert "cannot receive [/image] from the publisher at http://no-such-robot.invalid:1234/" in lines[0]
-    assert "set ROS_IP on the node's machine" in lines[0]
+    assert f"cannot receive [/image] from the publisher at {api}" in lines[0]
+    assert advice in lines[0]
     subscription = node.endpoints.subscription("/image")
     attempts = subscription.attempts
     wait_until(lambda: subscription.attempts > attempts + 1)
     assert len(lines) == 1
-    ghost.close()
-
-
-def test_a_publisher_on_a_closed_port_is_explained(make_node: MakeNode, master: Master) -> None:
-    ghost = MasterClient(master.uri, "/camera")
-    ghost.register_publisher("/image", "std_msgs/String", "http://127.0.0.1:1/")
-    log, lines = listening_log()
-    make_node("viewer", log=log).subscribe("/image", String, print)
-    wait_until(lambda: lines)
-    assert "Connection refused. That address is local: the node has ended" in lines[0]
     ghost.close()
 
 

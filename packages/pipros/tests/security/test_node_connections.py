@@ -16,14 +16,13 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from pipros.basics.limits import Limits
-from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_client import RpcClient
-from pipros.net.rpc_server import RpcServer
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.constants import Constants
 from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
+from tests.support.slaves import Served
 from tests.support.waiting import wait_until
 
 ON = SetBool._request_class(data=True)
@@ -144,7 +143,7 @@ def test_no_address_exceeds_its_share(make_node: MakeNode, attacker: Attacker, c
     assert not any(map(is_closed, others))
 
 
-def test_half_a_request_is_waited_for_up_to_its_deadline(make_node, attacker, constants: Constants) -> None:
+def test_half_a_request_is_waited_for_up_to_its_deadline(make_node, attacker, constants) -> None:
     constants(WHOLE_REQUEST_S=0.3)
     node = make_node("node")
     node.serve("set", SetBool, answer)
@@ -249,11 +248,9 @@ def test_incomplete_messages_have_a_total_limit(make_node: MakeNode, attacker: A
     inbox = Inbox()
     publisher = connected(talker, listener, "chat", String, inbox)
     server = attacker.peers.enter_context(socket.create_server(("127.0.0.1", 0)))
-    slave = RpcServer({"requestTopic": lambda *_: [1, "", ["TCPROS", "127.0.0.1", server.getsockname()[1]]]})
-    loop = BackgroundLoop("publishers that never finish")
-    loop.start()
-    loop.run(slave.start())
-    liars = [f"http://127.0.0.1:{slave.port}/{number}" for number in range(8)]
+    here = [1, "", ["TCPROS", "127.0.0.1", server.getsockname()[1]]]
+    slave = attacker.peers.enter_context(Served({"requestTopic": lambda *_: here}))
+    liars = [f"{slave.api}{number}" for number in range(8)]
     with RpcClient(listener.uri, timeout_s=30) as peer:
         peer.call("publisherUpdate", "/master", "/chat", [talker.uri, *liars])
     answer = encode_header({"type": String._type, "md5sum": String._md5sum, "callerid": "/liar"})
@@ -266,8 +263,6 @@ def test_incomplete_messages_have_a_total_limit(make_node: MakeNode, attacker: A
     publisher.publish(String(data="hello"))
     assert inbox.wait(1) == [String(data="hello")]
     assert publisher.connection_count == 1
-    loop.run(slave.stop())
-    loop.stop()
 
 
 def test_malformed_requests_do_not_fill_the_log(make_node: MakeNode, attacker: Attacker) -> None:

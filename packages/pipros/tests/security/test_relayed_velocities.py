@@ -65,8 +65,7 @@ def test_a_client_that_withdraws_its_publisher_stops_the_robot(ros: RosSystem) -
     ros.serve_master()
     twist: Any = load_message_class(VELOCITIES[0])
     with ros.node("server") as node:
-        inbox = Inbox()
-        node.subscribe("/cmd_vel", twist, inbox)
+        inbox = Inbox.of(node, "/cmd_vel", twist)
         client: Any = ActGate(node).advertise("/cmd_vel", twist)
         wait_until(lambda: client.connection_count)
         client.publish(moving(VELOCITIES[0]))
@@ -79,8 +78,7 @@ def test_a_server_that_ends_or_is_suspended_stops_the_robot_of_its_client(ros: R
     ros.serve_master()
     found: Any = load_message_class(kind)
     with ros.node("robot") as robot:
-        inbox = Inbox()
-        robot.subscribe("/cmd_vel", found, inbox)
+        inbox = Inbox.of(robot, "/cmd_vel", found)
         are_moving = lambda: [any(speeds(each)) for each in inbox.messages]  # noqa: E731
         with ros.node("server") as node:
             publisher = node.advertise("/cmd_vel", found, queue_size=1)

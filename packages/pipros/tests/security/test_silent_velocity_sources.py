@@ -28,8 +28,7 @@ def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> No
     with ros.node("mux") as node:
         TwistMux(node, [VelocitySource("a", "/a", 0.2, 10)], [])
         with ros.node("robot") as robot:
-            inbox = Inbox()
-            robot.subscribe("/cmd_vel_out", Twist, inbox)
+            inbox = Inbox.of(robot, "/cmd_vel_out", Twist)
             source = robot.advertise("/a", Twist, queue_size=1)
             wait_until(lambda: source.connection_count)
 
@@ -47,8 +46,7 @@ def test_twist_mux_stops_a_robot_whose_source_has_ended_also_without_a_timeout(r
     with ros.node("mux") as node:
         TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [])
         with ros.node("robot") as robot:
-            inbox = Inbox()
-            robot.subscribe("/cmd_vel_out", Twist, inbox)
+            inbox = Inbox.of(robot, "/cmd_vel_out", Twist)
             with ros.node("source") as other:
                 source = other.advertise("/a", Twist, queue_size=1)
                 wait_until(lambda: source.connection_count)
@@ -62,8 +60,7 @@ def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
     with ros.node("mux") as node:
         TwistMux(node, [VelocitySource("a", "/a", 0.0, 10)], [VelocitySource("estop", "/estop", 0.0, 255)])
         with ros.node("robot") as robot:
-            inbox = Inbox()
-            robot.subscribe("/cmd_vel_out", Twist, inbox)
+            inbox = Inbox.of(robot, "/cmd_vel_out", Twist)
             source, lock = (
                 robot.advertise(*each, queue_size=1) for each in (("/a", Twist), ("/estop", flag))
             )
@@ -81,8 +78,7 @@ def test_a_lock_stops_a_robot_at_once_and_holds_it(ros: RosSystem) -> None:
 def test_a_node_that_ends_stops_the_robot(ros: RosSystem) -> None:
     ros.serve_master()
     with ros.node("robot") as robot:
-        inbox = Inbox()
-        robot.subscribe("/cmd_vel", Twist, inbox)
+        inbox = Inbox.of(robot, "/cmd_vel", Twist)
 
         def drive_and_fail() -> None:
             with ros.node("driver") as node:
@@ -125,8 +121,7 @@ def test_a_failing_smoother_stops_the_robot_and_goes_on(ros: RosSystem, monkeypa
         raise ZeroDivisionError("a defect")
 
     with ros.node("smoother") as node:
-        inbox = Inbox()
-        node.subscribe("~smooth_cmd_vel", Twist, inbox)
+        inbox = Inbox.of(node, "~smooth_cmd_vel", Twist)
         commands = node.advertise("~raw_cmd_vel", Twist, queue_size=1)
         smoother = SmootherNode(node)
 

@@ -10,16 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from std_msgs.msg import String
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import Header, String
 
 from pipros.basics.env import Environment
 from pipros.basics.limits import Limits
 from pipros.master.master import Master
-from pipros.msg import load_message_class
-from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
-from pipros.net.rpc_server import RpcServer
 from pipros.net.this_machine import ThisMachineCaller
 from pipros.node import Node
 from pipros.node.attempts import SLOW_FACTOR
@@ -31,7 +29,7 @@ from tests.support.network import FarNetwork, needs_network
 from tests.support.nodes import Inbox, MakeNode, connected, listening_log, wait_until_connected
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
-from tests.support.slaves import SilentSlave
+from tests.support.slaves import Served, SilentSlave
 from tests.support.users import STRANGER as OTHER_USER
 from tests.support.users import needs_other_users
 from tests.support.waiting import wait_until
@@ -192,21 +190,16 @@ def test_invalid_responses_of_a_master_have_no_effect_and_are_retried(junk: Any)
 
     with socket.create_server(("127.0.0.1", 0)) as publisher:
         listed = [f"http://127.0.0.1:{publisher.getsockname()[1]}/"]
-        loop = BackgroundLoop("junk master")
-        loop.start()
-        server = RpcServer(
-            {
-                "registerSubscriber": answer("registerSubscriber", [1, "", listed]),
-                "registerPublisher": answer("registerPublisher", [1, "", []]),
-                "unregisterSubscriber": answer("unregisterSubscriber", [1, "", 1]),
-                "unregisterPublisher": answer("unregisterPublisher", [1, "", 1]),
-                "lookupNode": answer("lookupNode", [-1, "unknown node", 0]),
-            }
-        )
-        loop.run(server.start())
+        honest = {
+            "registerSubscriber": [1, "", listed], "registerPublisher": [1, "", []],
+            "unregisterSubscriber": [1, "", 1], "unregisterPublisher": [1, "", 1],
+            "lookupNode": [-1, "unknown node", 0],
+        }  # fmt: skip
         log, lines = listening_log()
-        environment = Environment(master_uri=f"http://127.0.0.1:{server.port}/")
-        with Node("node", environment=environment, log=log) as node:
+        with (
+            Served({name: answer(name, value) for name, value in honest.items()}) as server,
+            Node("node", environment=Environment(master_uri=server.api), log=log) as node,
+        ):
             node.subscribe("chat", String, Inbox())
             node.advertise("other", String)
             assert len(lines) == 2
@@ -215,8 +208,6 @@ def test_invalid_responses_of_a_master_have_no_effect_and_are_retried(junk: Any)
             lies = False
             publisher.settimeout(60)
             publisher.accept()[0].close()  # the node has received the list of publishers
-        loop.run(server.stop())
-        loop.stop()
 
 
 # Calls of other machines and other users that nodes, masters and launchers refuse.
@@ -461,36 +452,27 @@ def test_an_impossible_address_is_reported_and_tried_again(make_node, host, port
     talker.advertise("chat", String)
     wait_until_connected(subscriber)
     answers: list[Any] = [["TCPROS", host, port]]
-    server = RpcServer({"requestTopic": lambda *_: [1, "", answers[-1]]})
-    loop = BackgroundLoop("publisher with an impossible address")
-    loop.start()
-    loop.run(server.start())
-    try:
-        tell(listener, [talker.uri, f"http://127.0.0.1:{server.port}/"])
+    with Served({"requestTopic": lambda *_: [1, "", answers[-1]]}) as server:
+        tell(listener, [talker.uri, server.api])
         wait_until(lambda: any(reason in line for line in lines))
         answers.append(["TCPROS", "127.0.0.1", talker.endpoints.port])
         wait_until(lambda: len(subscriber.subscription.links) == 2)
-    finally:
-        loop.run(server.stop())
-        loop.stop()
 
 
 @pytest.mark.parametrize(("stamp", "seq"), [(2**32 - 1, 2), (0, 2**31 + 5), (1, 2**32 - 1)])
 def test_stamps_and_numbers_of_a_publisher_do_not_end_the_link_that_is_measured(
     make_node: MakeNode, stamp: int, seq: int
 ) -> None:
-    header_type: Any = load_message_class("std_msgs/Header")
-    pose: Any = load_message_class("geometry_msgs/PoseStamped")
     log, lines = listening_log()
     listener, watcher, inbox, figures = make_node("listener", log=log), make_node("watcher"), Inbox(), Inbox()
     listener.enable_statistics()
-    watcher.subscribe("/statistics", load_message_class("rosgraph_msgs/TopicStatistics"), figures)
-    publisher = connected(make_node("talker"), listener, "chat", pose, inbox)
+    watcher.subscribe("/statistics", "rosgraph_msgs/TopicStatistics", figures)
+    publisher = connected(make_node("talker"), listener, "chat", PoseStamped, inbox)
     sequence = [1]
 
     def publish() -> list[Any]:
         publisher.publication.encoder.sequence = (sequence[0] - 1) % 2**32
-        message = pose(header=header_type())
+        message = PoseStamped(header=Header())
         message.header.stamp.secs = stamp
         publisher.publish(message)
         sequence[0] = seq if sequence[0] == 1 else 1

@@ -4,7 +4,7 @@ import contextlib
 import os
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 from xmlrpc.client import ServerProxy
 
@@ -13,7 +13,34 @@ from pipros.net.rpc_server import RpcServer
 from pipros.wire.header import HeaderReader, encode_header
 
 
-class FakeSlave:
+class Served:
+    """XML-RPC methods that a test serves, on an event loop of their own.
+
+    Attributes:
+        api: the address of the server, on `port`.
+    """
+
+    def __init__(self, methods: Mapping[str, Callable[..., Any]], **options: Any) -> None:
+        self._loop = BackgroundLoop("methods of a test")
+        self._loop.start()
+        self._server = RpcServer(methods, **options)
+        self._loop.run(self._server.start())
+        self.port = self._server.port
+        self.api = f"http://127.0.0.1:{self.port}/"
+
+    def __enter__(self) -> "Served":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def stop(self) -> None:
+        """Refuse connections from now on."""
+        self._loop.run(self._server.stop())
+        self._loop.stop()
+
+
+class FakeSlave(Served):
     """The slave API of a node, which records the calls of the master.
 
     Attributes:
@@ -31,17 +58,12 @@ class FakeSlave:
         self.asked = self.named = 0
         self._name = name
         self._on_notice = on_notice
-        self._loop = BackgroundLoop("fake slave")
-        self._loop.start()
-        self._server = RpcServer({
+        super().__init__({
             "publisherUpdate": lambda *params: self._note("publisherUpdate", *params),
             "paramUpdate": lambda *params: self._note("paramUpdate", *params),
             "shutdown": lambda *params: self._note("shutdown", *params), "getPid": lambda _: self._tell_pid(),
             "getName": lambda _: self._tell_name(),
         })  # fmt: skip
-        self._loop.run(self._server.start())
-        self.api = f"http://127.0.0.1:{self._server.port}/"
-        self.port = self._server.port
 
     def _tell_pid(self) -> list[Any]:
         self.asked += 1
@@ -60,11 +82,6 @@ class FakeSlave:
     def publishers(self) -> list[list[str]]:
         """Return the publisher lists received so far, in order."""
         return [notice[3] for notice in self.told if notice[0] == "publisherUpdate"]
-
-    def stop(self) -> None:
-        """Refuse connections from now on."""
-        self._loop.run(self._server.stop())
-        self._loop.stop()
 
 
 class _Listener:

@@ -1,6 +1,6 @@
 """Call rospy's public functions with valid and invalid arguments, and print the outcomes.
 
-Run by test_rospy_as_genuine.py under genuine rospy and under pipros; knows of neither.
+Run by test_rosconsole_as_genuine.py under genuine rospy and under pipros; knows of neither.
 """
 
 import sys
