@@ -331,14 +331,14 @@ def raising(error: Exception) -> Callable[[Any], NoReturn]:
 
 
 @pytest.mark.parametrize(
-    ("error", "logged"),
+    ("error", "count", "end"),
     [
-        (ValueError("oops"), ["bad callback:"] * 3), (MissingExtra("it needs numpy"), ["/listener"]),
-        (Interrupted("the node was shut down while it waited"), []),
+        (ValueError("oops"), 3, ""), (MissingExtra("it needs numpy"), 1, ": it needs numpy"),
+        (Interrupted("the node was shut down while it waited"), 0, ""),
     ],
     ids=["an error", "a library that is missing, once", "the end of the node, not"],
 )  # fmt: skip
-def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node, error, logged) -> None:
+def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node, error, count, end) -> None:
     log, lines = listening_log()
     talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
     listener.subscribe("chat", String, raising(error))
@@ -348,8 +348,8 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node, 
     for _ in range(3):
         publisher.publish(String("x"))
     assert inbox.wait(3) == [("x", 7)] * 3
-    assert len(lines) == len(logged)
-    assert all(str(error) in line or line.startswith("bad callback:") for line in lines)
+    assert len(lines) == count
+    assert all(line.startswith("bad callback:") and line.endswith(end) for line in lines)
 
 
 def test_a_call_whose_node_ends_leaves_no_traceback(make_node: MakeNode) -> None:
