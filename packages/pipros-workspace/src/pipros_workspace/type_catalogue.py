@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pipros.basics.errors import NotFound
+from pipros.basics.limits import limit_text, process_limits
+from pipros.msg.compile.layout import TypeLayouts
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definitions import Definitions
-from pipros.msg.language.digest import Lookup, message_md5, service_md5
-from pipros.msg.language.spec import MessageSpec
+from pipros.msg.language.digest import Lookup, check_nesting, message_md5, service_md5
+from pipros.msg.language.spec import DefinitionError, MessageSpec
 from pipros_workspace.index import PackageIndex
 
 SECTION_MARK = "---\n"
@@ -72,6 +74,14 @@ class TypeCatalogue:
         if is_raw:
             return self._raw(type_name, parts)
         lookup = self.definitions.message
+        check_nesting(parts, lookup)
+        fields, most = (
+            sum(TypeLayouts(lookup).of(part).code_size for part in parts),
+            process_limits().definition_fields,
+        )
+        if fields > most:
+            reason = f"the definition has {fields} fields in total; {limit_text('definition_fields', most)}"
+            raise DefinitionError(reason, file=parts[0].file)
         return SECTION_MARK.join(expanded(part, lookup) for part in parts)
 
     def md5(self, type_name: str) -> str:

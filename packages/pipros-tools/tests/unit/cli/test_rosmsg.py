@@ -50,6 +50,15 @@ def test_actions_have_the_md5_of_the_message_that_binds_them(capsys: pytest.Capt
     assert capsys.readouterr().out == "f59df5767bf7634684781c92598b2406\n"
 
 
+def test_definitions_without_end_are_refused(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    texts = {"Self": "Self a", "D0": "int8 a", **{f"D{i + 1}": f"D{i} a\nD{i} b" for i in range(30)}}
+    for name, text in texts.items():
+        (robot / "msg" / f"{name}.msg").write_text(text)
+    assert [rosmsg.main(["show", f"{robot.name}/{name}"]) for name in ("Self", "D30", "D3")] == [1, 1, 0]
+    errors = capsys.readouterr().err.splitlines()
+    assert ["contain itself" in errors[0], "fields in total" in errors[1]] == [True, True]
+
+
 def test_all_mistakes_of_a_definition_are_reported_at_once(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
