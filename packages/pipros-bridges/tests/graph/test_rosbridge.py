@@ -734,9 +734,8 @@ def test_a_server_closes_while_its_node_shuts_down(server_class: Any, make_node:
     node = make_node("ending")
     server = server_class(node, ServerOptions(port=0))
     with socket.create_connection(("127.0.0.1", server.start()), 20) as client:
-        node.on_shutdown(
-            lambda: ended.append(client.recv(100))
-        )  # blocks until the server ends the connection
+        # blocks until the server ends the connection
+        node.on_shutdown(lambda: ended.append(client.recv(100)))
         ended: list[bytes] = []
         node.shutdown()
         assert ended == [b""]

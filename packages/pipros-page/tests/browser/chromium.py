@@ -152,9 +152,8 @@ def go_to(tab: Tab, title: str) -> None:
     def is_clicked() -> bool:
         with contextlib.suppress(Waited):
             if not link.is_visible():
-                group.locator(".name").hover(
-                    timeout=1_000
-                )  # invisible if the row is drawn meanwhile and has room
+                # invisible if the row is drawn meanwhile and has room
+                group.locator(".name").hover(timeout=1_000)
             link.click(timeout=10_000)
             return True
         return False

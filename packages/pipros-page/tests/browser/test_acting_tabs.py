@@ -385,9 +385,8 @@ def test_the_fleet_has_links_members_rates_and_losses(system: RosSystem, open_ta
     expect(rows).to_have_count(2)
     expect(rows.nth(0)).to_have_text(re.compile(r"operator.*connected.*4"))
     expect(rows.nth(1)).to_have_text(re.compile(r"operator.*robot1.*7 lost recently.*3"))
-    expect(rows.nth(1).locator("td").nth(4)).to_have_text(
-        re.compile(r"^[1-9]\d*\.\d$")
-    )  # messages per second
+    # messages per second
+    expect(rows.nth(1).locator("td").nth(4)).to_have_text(re.compile(r"^[1-9]\d*\.\d$"))
     expect(tab.locator(".tab-fleet .note")).to_be_hidden()
 
 

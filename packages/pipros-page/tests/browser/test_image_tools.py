@@ -195,9 +195,8 @@ def test_detections_and_markers_are_drawn_over_an_image(ros: RosSystem, open_tab
     value = 40 + (39 + 2 * 24) % 60
 
     def shows_the_pixel_below_the_mouse() -> bool:
-        box: Any = tab.locator(
-            ".picture"
-        ).first.bounding_box()  # moves until the lines around it are complete
+        # moves until the lines around it are complete
+        box: Any = tab.locator(".picture").first.bounding_box()
         scale = min(box["width"] / 64, box["height"] / 48)
         left, top = (box["x"] + (box["width"] - 64 * scale) / 2, box["y"] + (box["height"] - 48 * scale) / 2)
         tab.mouse.move(left + 39.5 * scale, top + 24.5 * scale)

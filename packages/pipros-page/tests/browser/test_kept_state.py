@@ -178,9 +178,8 @@ def test_the_focus_survives_updates_of_parameters(system: RosSystem, open_tab: O
 
 
 def test_data_for_a_hidden_tab_leaves_the_address_alone(system: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(
-        Page(system), "plot//twist"
-    )  # not the path of a number: the plot will offer the numbers in the message
+    # not the path of a number: the plot will offer the numbers in the message
+    tab = open_tab(Page(system), "plot//twist")
     expect(tab.locator(".tab-plot .legend")).to_contain_text("is not published yet")
     go_to(tab, "Console")
     kind, value = "geometry_msgs/Vector3", "{x: 1}"

@@ -157,9 +157,8 @@ def test_the_page_can_be_used_with_keyboard_and_roles(page: Page, open_tab: Open
     expect(tab).to_have_url(re.compile("#topics$"))
     tab.get_by_role("tab", selected=True).focus()
     tab.keyboard.press("End")
-    expect(tab.get_by_role("tab", selected=True)).to_have_text(
-        "Acts"
-    )  # those of ROS 2 and others have no data
+    # those of ROS 2 and others have no data
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Acts")
     tab.keyboard.press("Home")
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Overview")
 

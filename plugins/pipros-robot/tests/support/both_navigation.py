@@ -70,9 +70,8 @@ class BothNodes:
         service_class: Any = load_service_class(type_name)
         request = service_class._request_class(**values)
         client = self.node.client(f"{self.services}{service}", service_class)
-        client.wait_until_available(
-            60.0, pause=time.sleep, report=str
-        )  # the node may have subscribed, and not advertised yet
+        # the node may have subscribed, and not advertised yet
+        client.wait_until_available(60.0, pause=time.sleep, report=str)
         own = client.call(request, timeout_s=60.0)
         return [own, self.recording.call(service, service_class, request)]
 

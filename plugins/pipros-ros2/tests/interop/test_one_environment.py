@@ -328,7 +328,6 @@ def test_only_messages_are_converted(shared: Shared) -> None:
 
 
 def test_a_draft_ends_if_its_callbacks_are_not_woken(shared: Shared) -> None:
-    ended = shared.python(
-        draft_of(WAITING, installed_definitions()).text + UNNOTICED_END
-    )  # as Ctrl-C sometimes does
+    # as Ctrl-C sometimes does
+    ended = shared.python(draft_of(WAITING, installed_definitions()).text + UNNOTICED_END)
     assert ended.returncode == 0, ended.output

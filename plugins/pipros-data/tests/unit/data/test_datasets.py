@@ -324,9 +324,8 @@ def test_a_bag_that_cannot_be_read_does_not_end_a_data_set(
 
 
 def test_a_row_whose_message_has_a_rounded_stamp_is_not_lost() -> None:
-    rows = [
-        ("/level", Float64(n), 100, int(n * 1e9 / 30)) for n in range(30)
-    ]  # the last one is 0.3 ns too early
+    # the last one is 0.3 ns too early
+    rows = [("/level", Float64(n), 100, int(n * 1e9 / 30)) for n in range(30)]
     Path("run.bag").write_bytes(bag_bytes(rows))
     Path("robot.yaml").write_text(
         "rate: 30\ntime: receipt\ntolerance: 1\nobservations: {level: {topic: /level}}\n"

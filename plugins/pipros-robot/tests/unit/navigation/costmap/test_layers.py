@@ -332,9 +332,8 @@ def test_costs_decrease_with_the_distance_from_obstacles(inflate_unknown: bool) 
     costmap, _ = inflated(cells, inflate_unknown)
 
     expected = expected_costs(cells, costmap.inscribed_radius, inflate_unknown)
-    assert (
-        np.abs(costmap.grid.costs.astype(int) - expected).max() <= 1
-    )  # a rounding error may cross an integer
+    # a rounding error may cross an integer
+    assert np.abs(costmap.grid.costs.astype(int) - expected).max() <= 1
     assert np.count_nonzero(costmap.grid.costs != expected) <= 5
 
 

@@ -376,12 +376,10 @@ def test_a_sensor_off_the_center_moves_when_the_robot_turns() -> None:
 
     assert twist is not None
     assert push is not None
-    assert twist.values[6:9] == pytest.approx(
-        [0.0, -1.0, 0.0]
-    )  # the sensor stands still, so the center moves
-    assert push.values[12:15] == pytest.approx(
-        [2.0, 0.0, 0.0]
-    )  # ω² r: the center is pulled around the sensor
+    # the sensor stands still, so the center moves
+    assert twist.values[6:9] == pytest.approx([0.0, -1.0, 0.0])
+    # ω² r: the center is pulled around the sensor
+    assert push.values[12:15] == pytest.approx([2.0, 0.0, 0.0])
 
 
 def test_gravity_is_removed_with_the_attitude() -> None:
