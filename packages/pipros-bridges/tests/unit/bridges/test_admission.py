@@ -10,10 +10,9 @@ from pipros_server.secret import Denied, Secret
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])
 
 
-@pytest.mark.parametrize(
-    "origin",
-    [None, "http://localhost:3000", "https://127.0.0.1", "http://[::1]:8080", "http://app.localhost"],
-)
+@pytest.mark.parametrize("origin", [
+    None, "http://localhost:3000", "https://127.0.0.1", "http://[::1]:8080", "http://app.localhost"
+])  # fmt: skip
 def test_programs_and_pages_of_this_machine_may_connect(origin: str | None) -> None:
     Admission().check_origin(origin)
 

@@ -187,10 +187,9 @@ def test_long_ids_are_refused(table: GoalTable[Goal]) -> None:
     assert table.add("x" * 10, Goal("x"))
 
 
-@pytest.mark.parametrize(
-    ("goal_id", "stamp", "expected"),
-    [("", 0, "abc"), ("b", 0, "b"), ("x", 0, ""), ("", 98, "ab"), ("c", 97, "ac"), ("x", 97, "a")],
-)
+@pytest.mark.parametrize(("goal_id", "stamp", "expected"), [
+    ("", 0, "abc"), ("b", 0, "b"), ("x", 0, ""), ("", 98, "ab"), ("c", 97, "ac"), ("x", 97, "a")
+])  # fmt: skip
 def test_a_cancellation_means_a_goal_or_those_up_to_a_stamp(
     table: GoalTable[Goal], goal_id: str, stamp: int, expected: str
 ) -> None:

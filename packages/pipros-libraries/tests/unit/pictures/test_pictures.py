@@ -239,10 +239,9 @@ def test_a_photo_is_smaller_than_other_pictures_with_the_same_pixels() -> None:
 # One table of encodings, for conversions, exported pictures and the page.
 
 
-@pytest.mark.parametrize(
-    ("name", "color"),
-    [("8UC1", Color.GRAY), ("8UC3", Color.BGR), ("8UC4", Color.BGRA), ("32FC1", Color.GRAY)],
-)
+@pytest.mark.parametrize(("name", "color"), [
+    ("8UC1", Color.GRAY), ("8UC3", Color.BGR), ("8UC4", Color.BGRA), ("32FC1", Color.GRAY)
+])  # fmt: skip
 def test_types_without_colours_are_shown_in_the_order_of_opencv(name: str, color: Color) -> None:
     assert encoding(name).color is None
     assert shown_encoding(name).color is color

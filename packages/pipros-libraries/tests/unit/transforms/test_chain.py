@@ -203,10 +203,9 @@ def turned(x: float, yaw: float = 0.0) -> Pose:
     return (x, 0.0, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
-@pytest.mark.parametrize(
-    ("time", "latest", "expected"),
-    [(10 * S, 20 * S, (9 * S, 11 * S)), (10 * S, 10 * S, (8 * S, 10 * S)), (S, S, (100_000, S))],
-)
+@pytest.mark.parametrize(("time", "latest", "expected"), [
+    (10 * S, 20 * S, (9 * S, 11 * S)), (10 * S, 10 * S, (8 * S, 10 * S)), (S, S, (100_000, S))
+])  # fmt: skip
 def test_the_interval_ends_with_the_buffer_and_begins_after_zero(
     time: int, latest: int, expected: tuple[int, int]
 ) -> None:

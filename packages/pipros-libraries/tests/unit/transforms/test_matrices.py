@@ -97,10 +97,9 @@ def test_a_perspective_projection_moves_points_along_lines_from_the_eye() -> Non
 
 
 @pytest.mark.parametrize(
-    "options",
-    [{}, {"direction": DIRECTION}, {"perspective": EYE}, {"perspective": EYE, "pseudo": True}],
+    "options", [{}, {"direction": DIRECTION}, {"perspective": EYE}, {"perspective": EYE, "pseudo": True}],
     ids=["orthogonal", "oblique", "perspective", "pseudo perspective"],
-)
+)  # fmt: skip
 def test_a_decomposed_projection_can_be_composed_again(options: dict[str, object]) -> None:
     matrix = projection_matrix(POINT, NORMAL, **options)  # type: ignore[arg-type]
     pseudo = "pseudo" in options
@@ -290,10 +289,9 @@ def test_decomposing_and_composing_returns_the_matrix() -> None:
     assert all(map(np.allclose, found, positive))
 
 
-@pytest.mark.parametrize(
-    ("matrix", "message"),
-    [(np.diag((1.0, 1.0, 1.0, 0.0)), "must not be 0"), (np.diag((0.0, 1.0, 1.0, 1.0)), "determinant is 0")],
-)
+@pytest.mark.parametrize(("matrix", "message"), [
+    (np.diag((1.0, 1.0, 1.0, 0.0)), "must not be 0"), (np.diag((0.0, 1.0, 1.0, 1.0)), "determinant is 0")
+])  # fmt: skip
 def test_singular_matrices_are_not_decomposed(matrix: Array, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         decompose_matrix(matrix)

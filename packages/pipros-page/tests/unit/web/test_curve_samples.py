@@ -38,10 +38,9 @@ def field_of(text: str) -> CurveField:
     return found
 
 
-@pytest.mark.parametrize(
-    ("expression", "value"),
-    [("m.x + m.y", 3.0), ("hypot(m.x, m.y) > 2", 1.0), ("m.x * inf", None), ("10 ** 400", None)],
-)
+@pytest.mark.parametrize(("expression", "value"), [
+    ("m.x + m.y", 3.0), ("hypot(m.x, m.y) > 2", 1.0), ("m.x * inf", None), ("10 ** 400", None)
+])  # fmt: skip
 def test_expressions_over_messages_are_numbers(expression: str, value: float | None) -> None:
     sample = sample_of(Vector3(1, 2, 3), field_of(f"/vector={expression}"), Axis.RECEIVED, 7.0, 8.0)
     assert sample == [7.0, value]

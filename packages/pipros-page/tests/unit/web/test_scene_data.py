@@ -85,10 +85,9 @@ def test_a_cloud_of_another_size_is_reported_with_rviz_s_text() -> None:
     assert cloud_columns(wrong, [], 10).problem == expected + "Dropping message."
 
 
-@pytest.mark.parametrize(
-    "fields",
-    [XYZ[:2], [field("x", 0, 8), *XYZ[1:]], [field("x", 1000), *XYZ[1:]], [field("x", 0, 99), *XYZ[1:]]],
-)
+@pytest.mark.parametrize("fields", [
+    XYZ[:2], [field("x", 0, 8), *XYZ[1:]], [field("x", 1000), *XYZ[1:]], [field("x", 0, 99), *XYZ[1:]]
+])  # fmt: skip
 def test_clouds_without_usable_positions_are_reported(fields: list[SimpleNamespace]) -> None:
     assert cloud_columns(cloud([(1, 2, 3)], 12, fields), [], 10).problem
 

@@ -37,10 +37,9 @@ def observation(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("age_s", "interval_s", "expected"),
-    [(2.9, 0.01, False), (3.1, 0.01, True), (9.9, 1.0, False), (10.1, 1.0, True), (1e9, None, False)],
-)
+@pytest.mark.parametrize(("age_s", "interval_s", "expected"), [
+    (2.9, 0.01, False), (3.1, 0.01, True), (9.9, 1.0, False), (10.1, 1.0, True), (1e9, None, False)
+])  # fmt: skip
 def test_data_are_stale_after_ten_intervals_and_at_least_three_seconds(
     age_s: float, interval_s: float | None, expected: bool
 ) -> None:

@@ -69,10 +69,9 @@ def test_an_encrypted_bag_stays_as_it_is(command: str, capsys: pytest.CaptureFix
         BagReader("run.bag", rebuild_index=True)
 
 
-@pytest.mark.parametrize(
-    ("start", "name"),
-    [(b"\x28\xb5\x2f\xfd", "zstd"), (b"\x1f\x8b\x08", "gzip"), (b"BZh9", "bzip2"), (b"PK\x03\x04", "zip")],
-)
+@pytest.mark.parametrize(("start", "name"), [
+    (b"\x28\xb5\x2f\xfd", "zstd"), (b"\x1f\x8b\x08", "gzip"), (b"BZh9", "bzip2"), (b"PK\x03\x04", "zip")
+])  # fmt: skip
 def test_a_file_that_another_program_compressed_is_named(
     start: bytes, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -123,10 +123,9 @@ def test_a_row_is_read_with_and_without_the_values_that_old_clients_omit() -> No
     )
 
 
-@pytest.mark.parametrize(
-    "row",
-    [None, [], "row", [1, "/x", "o", "TCPROS"], [1, ["/x"], "o", "TCPROS", "/t"], [1, "/x", "o", "", 5]],
-)
+@pytest.mark.parametrize("row", [
+    None, [], "row", [1, "/x", "o", "TCPROS"], [1, ["/x"], "o", "TCPROS", "/t"], [1, "/x", "o", "", 5]
+])  # fmt: skip
 def test_a_malformed_row_is_not_a_connection(row: object) -> None:
     assert read_row(row) is None
     assert list(established([row, [1, "/x", "o", "TCPROS", "/t"]])) == [BusConnection("/x", "o", "/t", "1")]

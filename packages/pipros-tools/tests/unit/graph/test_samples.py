@@ -66,10 +66,9 @@ def test_bandwidth_is_bytes_until_now_by_the_time_since_the_first() -> None:
     assert (per_second, sizes.mean, sizes.minimum, sizes.maximum) == (200.0, 200.0, 100, 300)
 
 
-@pytest.mark.parametrize(
-    ("size", "text"),
-    [(9, "9.00B"), (999, "999.00B"), (3004, "3.00KB"), (120_004, "0.12MB"), (2_410_000, "2.41MB")],
-)
+@pytest.mark.parametrize(("size", "text"), [
+    (9, "9.00B"), (999, "999.00B"), (3004, "3.00KB"), (120_004, "0.12MB"), (2_410_000, "2.41MB")
+])  # fmt: skip
 def test_sizes_are_printed_as_ros_prints_them(size: float, text: str) -> None:
     assert as_bytes(size) == text
 

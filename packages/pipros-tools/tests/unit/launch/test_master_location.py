@@ -92,10 +92,9 @@ def test_another_server_at_the_address_of_the_master_is_an_error(answer: Excepti
         run_id_of(client)
 
 
-@pytest.mark.parametrize(
-    ("requested", "running", "chosen"),
-    [("one", None, "one"), ("one", "", "one"), ("one", "one", "one"), (None, "two", "two")],
-)
+@pytest.mark.parametrize(("requested", "running", "chosen"), [
+    ("one", None, "one"), ("one", "", "one"), ("one", "one", "one"), (None, "two", "two")
+])  # fmt: skip
 def test_a_requested_run_id_precedes_that_of_the_master(
     requested: str | None, running: str | None, chosen: str
 ) -> None:

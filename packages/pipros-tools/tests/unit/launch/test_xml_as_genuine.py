@@ -164,10 +164,9 @@ def test_private_parameters_of_a_node_are_dumped_and_deleted(action: str, folder
     assert [command.key for command in load_case(case, folder).commands] == ["/n/a"]
 
 
-@pytest.mark.parametrize(
-    "element",
-    ['<param name="~a" value="1"/>', "<rosparam>{~a: 1}</rosparam>", '<rosparam param="~a">1</rosparam>'],
-)
+@pytest.mark.parametrize("element", [
+    '<param name="~a" value="1"/>', "<rosparam>{~a: 1}</rosparam>", '<rosparam param="~a">1</rosparam>'
+])  # fmt: skip
 def test_private_parameters_without_a_later_node_are_named(element: str, folder: Path) -> None:
     node = '<node pkg="p" type="t" name="n"/>'
 

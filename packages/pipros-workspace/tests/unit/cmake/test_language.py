@@ -127,10 +127,9 @@ def test_restored_variables_have_their_former_values() -> None:
     assert (current.values["A"], current.values.get("B"), current.values["C"]) == ("1", None, "2")
 
 
-@pytest.mark.parametrize(
-    ("path", "source", "binary"),
-    [("a", "/s/a", "/b/a"), ("../a", "/a", "/a"), ("/abs/./x", "/abs/x", "/abs/x"), ("", "/s", "/b")],
-)
+@pytest.mark.parametrize(("path", "source", "binary"), [
+    ("a", "/s/a", "/b/a"), ("../a", "/a", "/a"), ("/abs/./x", "/abs/x", "/abs/x"), ("", "/s", "/b")
+])  # fmt: skip
 def test_paths_are_below_source_and_binary_folder(path: str, source: str, binary: str) -> None:
     current = scope(CMAKE_CURRENT_SOURCE_DIR="/s", CMAKE_CURRENT_BINARY_DIR="/b")
     assert (current.in_source(path), current.in_binary(path)) == (source, binary)

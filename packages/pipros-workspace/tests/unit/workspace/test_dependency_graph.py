@@ -87,10 +87,9 @@ def test_unknown_and_broken_packages_are_refused(graph: DependencyGraph) -> None
         graph.direct("broken")
 
 
-@pytest.mark.parametrize(
-    "walk",
-    [lambda index: installed_rules(index, print), lambda index: DependencyGraph(index).dependents("x")],
-)
+@pytest.mark.parametrize("walk", [
+    lambda index: installed_rules(index, print), lambda index: DependencyGraph(index).dependents("x")
+])  # fmt: skip
 def test_a_walk_over_all_packages_examines_their_folders_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, walk: Callable[[PackageIndex], object]
 ) -> None:

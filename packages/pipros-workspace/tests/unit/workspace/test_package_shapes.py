@@ -122,10 +122,9 @@ def test_messages_may_be_in_folders_below(workspace: Workspace) -> None:
     assert {str(path.relative_to(share)) for path in share.rglob("*.msg")} == {"msg/A.msg", "msg/more/B.msg"}
 
 
-@pytest.mark.parametrize(
-    ("dependencies", "errors"),
-    [("nav_msgs", 0), ("user_of_geometry", 0), ("std_srvs", 1), ("no_such_package", 1)],
-)
+@pytest.mark.parametrize(("dependencies", "errors"), [
+    ("nav_msgs", 0), ("user_of_geometry", 0), ("std_srvs", 1), ("no_such_package", 1)
+])  # fmt: skip
 def test_a_message_dependency_brings_its_own_dependencies(
     workspace: Workspace, dependencies: str, errors: int
 ) -> None:

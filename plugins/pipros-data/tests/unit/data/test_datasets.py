@@ -348,10 +348,9 @@ WHOLE = bytes(16 * 16 * 3)
 
 @pytest.mark.parametrize("bad", [0, 7, 19])
 @pytest.mark.parametrize(
-    "damaged",
-    [{"data": WHOLE[:-1]}, {"data": WHOLE, "encoding": "32FC1"}, {"data": b"", "width": 0}],
+    "damaged", [{"data": WHOLE[:-1]}, {"data": WHOLE, "encoding": "32FC1"}, {"data": b"", "width": 0}],
     ids=["short", "encoding", "empty"],
-)
+)  # fmt: skip
 def test_an_unusable_raw_picture_is_a_gap_and_is_named(
     bad: int, damaged: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:

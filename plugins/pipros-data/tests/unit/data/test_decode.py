@@ -57,10 +57,9 @@ def test_cells_of_all_shipped_types_equal_those_of_rosbags(package: str) -> None
     assert found == []
 
 
-@pytest.mark.parametrize(
-    "type_name",
-    ["sensor_msgs/JointState", "tf2_msgs/TFMessage", "diagnostic_msgs/DiagnosticArray", "sensor_msgs/Imu"],
-)
+@pytest.mark.parametrize("type_name", [
+    "sensor_msgs/JointState", "tf2_msgs/TFMessage", "diagnostic_msgs/DiagnosticArray", "sensor_msgs/Imu"
+])  # fmt: skip
 def test_cells_equal_those_of_rosbags_if_many_messages_are_read_together(type_name: str) -> None:
     assert differences(type_name, payloads_of(type_name, 80, seeded(1))) == []
 
@@ -133,10 +132,9 @@ def test_bytes_after_a_message_are_ignored_as_in_genpy() -> None:
     assert columns_of("std_msgs/Int8", [b"\1", b"\2more", b"\3"])["data"].tolist() == [1, 2, 3]
 
 
-@pytest.mark.parametrize(
-    "type_name",
-    ["sensor_msgs/JointState", "tf2_msgs/TFMessage", "std_msgs/String", "sensor_msgs/PointCloud2"],
-)
+@pytest.mark.parametrize("type_name", [
+    "sensor_msgs/JointState", "tf2_msgs/TFMessage", "std_msgs/String", "sensor_msgs/PointCloud2"
+])  # fmt: skip
 def test_claimed_lengths_allocate_no_memory(type_name: str) -> None:
     rng = seeded(5)
     payload = payloads_of(type_name, 1, rng)[0]

@@ -122,10 +122,9 @@ FIXED = (
 )
 
 
-@pytest.mark.parametrize(
-    ("nodes", "is_missing"),
-    [(MOVE_BASE, True), (MOVE_BASE + AMCL, False), (MOVE_BASE + FIXED, False), (ODOM, False)],
-)
+@pytest.mark.parametrize(("nodes", "is_missing"), [
+    (MOVE_BASE, True), (MOVE_BASE + AMCL, False), (MOVE_BASE + FIXED, False), (ODOM, False)
+])  # fmt: skip
 def test_the_frame_of_the_map_must_have_a_publisher(nodes: str, is_missing: bool, tmp_path: Path) -> None:
     found = "\n".join(expected_robot(launch(nodes, tmp_path)).unknown)
     assert ("who publishes map to odom" in found) == is_missing

@@ -150,10 +150,9 @@ FIBONACCI = "actionlib_tutorials/Fibonacci"
 DEMOS = ["example_interfaces/action/Fibonacci", "action_tutorials_interfaces/action/Fibonacci"]
 
 
-@pytest.mark.parametrize(
-    ("distribution", "names"),
-    [(Distribution.HUMBLE, DEMOS), (Distribution.JAZZY, DEMOS), (Distribution.LYRICAL, DEMOS[:1])],
-)
+@pytest.mark.parametrize(("distribution", "names"), [
+    (Distribution.HUMBLE, DEMOS), (Distribution.JAZZY, DEMOS), (Distribution.LYRICAL, DEMOS[:1])
+])  # fmt: skip
 def test_an_action_has_all_names_of_its_distribution(distribution: Distribution, names: list[str]) -> None:
     pairs = TypePairs(distribution, BUILTIN_RULES).all_of_action(FIBONACCI)
 

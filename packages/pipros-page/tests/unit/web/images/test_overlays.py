@@ -89,10 +89,9 @@ def test_markers_are_where_image_geometry_projects_them() -> None:
     assert ball["circles"] == pytest.approx([*model.project3dToPixel((0.5, -0.25, 2.0)), 25.0], abs=0.06)
 
 
-@pytest.mark.parametrize(
-    ("kind", "lines"),
-    [(Marker.CUBE, 12), (Marker.CYLINDER, 34), (Marker.ARROW, 1), (Marker.MESH_RESOURCE, 12)],
-)
+@pytest.mark.parametrize(("kind", "lines"), [
+    (Marker.CUBE, 12), (Marker.CYLINDER, 34), (Marker.ARROW, 1), (Marker.MESH_RESOURCE, 12)
+])  # fmt: skip
 def test_solids_are_their_edges(kind: int, lines: int) -> None:
     (shape,) = shapes_of(marker(kind))
     assert len(shape["lines"]) == 4 * lines

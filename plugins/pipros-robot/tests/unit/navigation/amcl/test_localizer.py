@@ -100,10 +100,9 @@ def test_the_estimate_is_the_heaviest_cluster_and_the_covariance_that_of_all() -
     assert covariance[2, 2] == pytest.approx(-2 * math.log(length))
 
 
-@pytest.mark.parametrize(
-    ("laser", "odometry"),
-    [("likelihood_field", "diff-corrected"), ("likelihood_field_prob", "diff"), ("beam", "diff")],
-)
+@pytest.mark.parametrize(("laser", "odometry"), [
+    ("likelihood_field", "diff-corrected"), ("likelihood_field_prob", "diff"), ("beam", "diff")
+])  # fmt: skip
 def test_the_pose_stays_near_the_truth(
     grid: GridMap, moments: list[Moment], laser: str, odometry: str
 ) -> None:
