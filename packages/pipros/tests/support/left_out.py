@@ -13,7 +13,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import bridge_clients, browser, dds_peers, genuine, pyright, ros2_wheels, windows
+from tests.support import (
+    absent_plugins,
+    bridge_clients,
+    browser,
+    dds_peers,
+    genuine,
+    pyright,
+    ros2_wheels,
+    windows,
+)
 from tests.support.environments import REPOSITORY
 
 _MORE = "`script/test all` runs all tests, `script/test NAME` those of a plugin or package"
@@ -105,7 +114,10 @@ def report(config: pytest.Config) -> list[str]:
     files = {each for each in files if each.is_relative_to(REPOSITORY)}
     lacked = {what for file in files for what in lacking_for(file)}
     lacked |= {n.what for n in NEEDS if {*n.skipping} & {each.name for each in files} and n.missing()}
-    if lacking := [each for each in (*(need.what for need in NEEDS), *_ABSENT) if each in lacked]:
+    lacking = [each for each in (*(need.what for need in NEEDS), *_ABSENT) if each in lacked]
+    if any(map(absent_plugins.is_needed_by, files)):
+        lacking.append("other plugins")
+    if lacking:
         others += [f"left out: tests that need {', '.join(lacking)}"]
         others += ["`.venv/bin/python -m tests.support.left_out` prints how to install what is missing"]
     return others
@@ -124,5 +136,7 @@ if __name__ == "__main__":
     for each in NEEDS:
         if found := each.missing():
             print(f"{each.what} lacks {' '.join(found)}\n  {each.how}")
-    if _ABSENT:
-        print(f"Python libraries: {' '.join(_ABSENT)}\n  script/venv dev")
+    if _ABSENT or absent_plugins.ABSENT:
+        print(
+            f"Python libraries and plugins: {' '.join([*_ABSENT, *absent_plugins.ABSENT])}\n  script/venv dev"
+        )
