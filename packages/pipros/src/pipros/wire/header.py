@@ -13,6 +13,9 @@ from pipros.basics.errors import LimitExceeded, ProtocolError
 HEADER_BYTES = 1024 * 1024
 """Limit: size of a TCPROS connection header. Beyond it, the connection is closed."""
 
+HEADER_FIELDS = 1000
+"""Limit: fields of a header, which are decoded in the event loop; genuine headers have fewer than ten."""
+
 _LENGTH = struct.Struct("<I")
 
 
@@ -32,10 +35,14 @@ def decode_header(body: bytes) -> dict[str, str]:
 
     Raises:
         ProtocolError: a field is longer than the rest of the header, has no `=`, or is not UTF-8.
+        LimitExceeded: the header has more than `HEADER_FIELDS` fields.
     """
     fields: dict[str, str] = {}
-    at = 0
+    at = count = 0
     while at < len(body):
+        count += 1
+        if count > HEADER_FIELDS:
+            raise LimitExceeded(f"a connection header must have at most {HEADER_FIELDS} fields")
         if at + 4 > len(body):
             raise ProtocolError(f"connection header ends inside a field length, at byte {at} of {len(body)}")
         (length,) = _LENGTH.unpack_from(body, at)

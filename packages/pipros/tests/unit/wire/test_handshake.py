@@ -155,6 +155,14 @@ def test_a_header_byte_by_byte_leaves_the_following_bytes() -> None:
     assert reader.rest == b"rest"
 
 
+def test_a_header_has_at_most_a_thousand_fields() -> None:
+    fields = {f"k{i}": "v" for i in range(1001)}
+    with pytest.raises(LimitExceeded, match="at most 1000 fields"):
+        HeaderReader().feed(encode_header(fields))
+    del fields["k0"]
+    assert HeaderReader().feed(encode_header(fields)) == fields
+
+
 def test_a_header_above_the_limit_is_refused_at_once() -> None:
     with pytest.raises(LimitExceeded, match="2000 bytes was announced; the limit is 1000"):
         HeaderReader(limit_bytes=1000).feed(struct.pack("<I", 2000))
