@@ -112,7 +112,8 @@ function listFiles(hub, editor) {
 function filePath(hub, typed) {
   const name = typed.trim().replace(/^~\//, "").replace(`${HOME}/`, "").replace(/\/$/, "");
   const path = `${HOME}/${name}`;
-  if (!name || /^\/|^~|(^|\/)\.{1,2}(\/|$)/.test(name)) throw Error(`${typed} is not a path in the home folder, such as my_robot/scripts/talker.py`);
+  const isElsewhere = !name || /^\/|^~|(^|\/)\.{1,2}(\/|$)/.test(name);
+  if (isElsewhere) throw Error(`${typed} is not a path in the home folder, such as my_robot/scripts/talker.py`);
   const isFolder = (at) => hub.files.has(at) && hub.files.get(at)[0] & IS_FOLDER;
   const parents = [...path.matchAll(/\//g)].map(({ index }) => path.slice(0, index)).filter((each) => hub.files.has(each));
   if (isFolder(path)) throw Error(`${typed} is a folder: add the name of a file, such as ${name}/talker.py`);
