@@ -7,9 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from pipros.basics.env import Environment
-from pipros_tools.cli.roslaunch_inspect import print_file_of_node
 from pipros_tools.launch.command import CannotLaunch, CommandMaker
-from pipros_tools.launch.inspect import args_of_node, node_names
+from pipros_tools.launch.inspect import args_of_node, node_names, show_file_of_node
 from pipros_workspace.index import PackageIndex
 from rosgraph.names import script_resolve_name
 from roslaunch.config import ROSLaunchConfig, load_config_default
@@ -56,7 +55,7 @@ def print_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments])
 def print_node_filename(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> None:
     """Print the launch file that contains a node; an error if none does."""
     launch = load_config_default(roslaunch_files, None).to_launch()
-    print_file_of_node(node_name, launch, PackageIndex.from_environment())
+    show_file_of_node(node_name, launch)
 
 
 def get_node_args(node_name: str, roslaunch_files: Sequence[FileAndArguments]) -> list[str]:

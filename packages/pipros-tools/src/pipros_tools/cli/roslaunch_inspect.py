@@ -14,9 +14,9 @@ from pipros_tools.launch.inspect import (
     args_of_node,
     arguments_text,
     command_words,
-    full_node_name,
     node_names,
     params_text,
+    show_file_of_node,
 )
 from pipros_tools.launch.load_context import LoadContext, NotRun
 from pipros_tools.launch.model import Launch, LaunchError, LaunchNode, Output
@@ -80,16 +80,7 @@ def print_params(launch: Launch, _index: PackageIndex) -> int:
 
 def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
     """Print the file that contains a node (`--find-node`)."""
-    name = full_node_name(name)
-    node = launch.node(name)
-    if node is None or node.place is None:
-        print(
-            f"ERROR: cannot find node named [{name}]. Run \n\troslaunch --nodes <files>\n"
-            "to see list of node names.",
-            file=sys.stderr,
-        )
-        return 0
-    print(os.path.abspath(node.place.file))
+    show_file_of_node(name, launch)
     return 0
 
 

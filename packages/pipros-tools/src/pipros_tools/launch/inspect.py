@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -56,6 +58,17 @@ def args_of_node(name: str, files: Sequence[str], launch: Launch, index: Package
     # The characters that are special within double quotes in a shell are escaped.
     quoted = (re.sub(r'(["$`\\])', r"\\\1", value) for value in variables.values())
     return [*(f'{key}="{value}"' for key, value in zip(variables, quoted, strict=True)), *argv]
+
+
+def show_file_of_node(name: str, launch: Launch) -> None:
+    """Print the file that contains a node; an error if none does."""
+    name = full_node_name(name)
+    node = launch.node(name)
+    if node is None or node.place is None:
+        advice = "Run \n\troslaunch --nodes <files>\nto see list of node names."
+        print(f"ERROR: cannot find node named [{name}]. {advice}", file=sys.stderr)
+    else:
+        print(os.path.abspath(node.place.file))
 
 
 def params_text(params: Mapping[str, Any]) -> str:
