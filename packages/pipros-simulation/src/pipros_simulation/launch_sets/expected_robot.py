@@ -17,6 +17,7 @@ from pipros.packages.nodelets import package_of
 from pipros_libraries.nodes.velocities import least_turning_radius
 from pipros_libraries.robot_model.urdf import Robot, UrdfError, read_robot
 from pipros_simulation.launch_sets.footprints import free_pose, inner_radius, is_number
+from pipros_simulation.launch_sets.joints import moved_joints, wheel_joints
 from pipros_simulation.launch_sets.node_topics import FILTERS, NodeView, params_below, views_of
 from pipros_tools.launch.load_context import NotRun
 from pipros_tools.launch.model import Launch
@@ -37,7 +38,6 @@ _SIMULATED: Final = {
 _MAPPERS: Final = ("gmapping/slam_gmapping", "hector_mapping/hector_mapping")
 _LOCALIZERS: Final = (*_MAPPERS, "amcl/amcl", "fake_localization/fake_localization")
 _STATIC: Final = ("tf/static_transform_publisher", "tf2_ros/static_transform_publisher")
-_MOVED: Final = ("continuous", "revolute", "prismatic")
 _JOINT_PUBLISHERS: Final = (
     "joint_state_publisher/joint_state_publisher",
     "joint_state_publisher_gui/joint_state_publisher_gui",
@@ -202,22 +202,9 @@ class _Reader:
         self._who_moves_the_base()
 
     def _wheels(self, robot: Robot) -> None:
-        wheels = [
-            [
-                joint.name
-                for joint in robot.joints
-                if joint.type == "continuous" and side in joint.name + joint.child
-            ]
-            for side in ("left", "right")
-        ]
-        if all(wheels):
-            self.found.params["wheel_joints"] = [wheels[0][0], wheels[1][0]]
-        others = [
-            joint.name
-            for joint in robot.joints
-            if joint.type in _MOVED and joint.mimic is None
-            and joint.name not in self.found.params.get("wheel_joints", ())
-        ]  # fmt: skip
+        if wheels := wheel_joints(robot):
+            self.found.params["wheel_joints"] = wheels
+        others = moved_joints(robot, wheels)
         if others and not self._drives and not any(self._of(*_JOINT_PUBLISHERS)):
             self.found.unknown.append(
                 f"who publishes the joints {', '.join(others)}, without which their links have no "
