@@ -173,7 +173,7 @@ def _ended(
     has_colors = HAS_PTYS and read is _show and sys.stdout.isatty()
     ours, theirs = open_pty(sys.stdout.fileno()) if has_colors else os.pipe()
     with (
-        open(ours, "rb") as output,
+        os.fdopen(ours, "rb") as output,
         subprocess.Popen(command, cwd=folder, env=dict(variables), stdout=theirs, stderr=theirs) as process,  # noqa: S603
     ):
         os.close(theirs)
