@@ -20,7 +20,8 @@ COUNTS = (12, 20, 28, 400, 4000)
 """Repetitions. An exponential pattern takes long for few already."""
 MOST_CHARACTERS = 4000
 LIMIT_S = 0.01
-"""A linear pattern reads 4,000 characters in a tenth of a millisecond, a quadratic one in 50 ms."""
+"""A linear pattern reads 4,000 characters in a tenth of a millisecond, a quadratic one in 50 ms, of processor
+time. Python's patterns do not count their steps, and a slow one must be slow three times in a row."""
 
 METHODS = "match|fullmatch|search|finditer|findall|split|subn?"
 READER: Any = importlib.import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
