@@ -29,7 +29,7 @@ def commands(ros: RosSystem) -> Iterator[Inbox]:
     ros.serve_master()
     inbox = Inbox()
     with ros.node("robot") as node:
-        node.subscribe("/cmd_vel", Twist, inbox)
+        inbox.subscriber = node.subscribe("/cmd_vel", Twist, inbox)
         yield inbox
 
 
@@ -173,7 +173,7 @@ def test_twist_mux_passes_on_the_velocities_of_the_source_that_may_steer(ros, co
             node.advertise(name, Twist, queue_size=1) for name in ("/robot/nav_vel", "/joy_vel")
         )
         pause = node.advertise("/robot/pause", flag, queue_size=1)
-        for each in (navigation, joystick, pause):
+        for each in (navigation, joystick, pause, commands.subscriber):
             wait_until_connected(each)
 
         def send(topic: Any, speed: float) -> None:

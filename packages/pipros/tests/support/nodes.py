@@ -15,12 +15,13 @@ class Inbox:
 
     def __init__(self) -> None:
         self.messages: list[Any] = []
+        self.subscriber: Any = None
 
     @classmethod
     def of(cls, node: Node, topic: str, message_class: Any, **options: Any) -> "Inbox":
         """Subscribe a node to a topic, and return the callback."""
         inbox = cls()
-        node.subscribe(topic, message_class, inbox, **options)
+        inbox.subscriber = node.subscribe(topic, message_class, inbox, **options)
         return inbox
 
     def __call__(self, message: Any) -> None:

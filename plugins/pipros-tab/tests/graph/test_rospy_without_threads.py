@@ -28,6 +28,7 @@ from tests.support.processes import Process, Processes
 from tests.support.tab_hub import TabHub
 from tests.support.waiting import wait_until
 
+again, start = test_rospy_process.again, test_rospy_process.start  # fixtures
 PROGRAMS: Final = (test_rospy_facade, test_rospy_process)
 IN_PROCESS: Final = (test_node_interfaces, test_node_services, test_node_topics)
 
