@@ -329,9 +329,9 @@ def test_a_node_without_other_registrations_reports_a_refusal_once(master, monke
     registrations.close()
 
 
-@pytest.mark.parametrize(("stays_open", "questions"), [(True, 1), (False, 3)])
-def test_a_node_asks_once_over_a_connection_that_stays_open(
-    stays_open: bool, questions: int, master: Master, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("stays_open", [True, False])
+def test_a_node_asks_at_once_when_its_connection_to_the_master_ends(
+    stays_open: bool, master: Master, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     registrations = Registrations(MasterClient(master.uri, "/talker"), "/talker", API, logging.getLogger())
     registrations.add(PublicationEntry("/registered", "std_msgs/String"))
@@ -340,22 +340,22 @@ def test_a_node_asks_once_over_a_connection_that_stays_open(
     class Client(AsyncRpcClient):
         async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
             asked.append(await super().post(document, timeout_s=timeout_s))
-            if not stays_open:
-                self.close()
+            if not stays_open and self._connection is not None:
+                self._connection.close()
             return asked[-1]
 
-    turns = iter(range(3))
+    async def watch() -> None:
+        watching = asyncio.create_task(registrations.watch())
+        while not asked or not (stays_open or len(asked) == 3):
+            await asyncio.sleep(0.01)
+        await asyncio.sleep(0.1)
+        watching.cancel()
 
-    async def sleep(_: float) -> None:
-        if next(turns, None) is None:
-            raise asyncio.CancelledError
-
-    own = SimpleNamespace(sleep=sleep, get_running_loop=asyncio.get_running_loop)
-    monkeypatch.setattr("pipros.node.registration.asyncio", own)
+    monkeypatch.setattr("pipros.node.registration.AWAY_INTERVAL_S", 0.01 if stays_open else 0.05)
+    monkeypatch.setattr("pipros.node.registration.ASK_INTERVAL_S", 1e6)
     monkeypatch.setattr("pipros.node.registration.AsyncRpcClient", Client)
-    with pytest.raises(asyncio.CancelledError):
-        asyncio.run(registrations.watch())
-    assert asked == [[1, "node api", API]] * questions
+    asyncio.run(asyncio.wait_for(watch(), 30))
+    assert asked[:3] == [[1, "node api", API]] * (1 if stays_open else 3)
     registrations.close()
 
 

@@ -14,6 +14,8 @@ WHOLE_REQUEST_S = 30.0
 """Limit: the time for an XML-RPC request to arrive, and for its sender to read the response; also for
 service calls, for which it restarts after every MiB. Beyond it, the connection is closed.
 """
+CHECK_S, CHECK_IDLE_S = 1.0, 5.0
+"""Intervals of looking for such connections: while there are deadlines, and while there are none."""
 
 
 class TableEntry(Protocol):
@@ -180,8 +182,11 @@ class ConnectionTable:
         with self._lock:
             self._deadlines.pop(connection, None)
 
-    def close_overdue(self, now: float, idle_s: float) -> None:
-        """Close connections that missed a deadline or were idle for over `idle_s`, and report refusals."""
+    def close_overdue(self, now: float, idle_s: float) -> float:
+        """Close connections that missed a deadline or were idle for over `idle_s`, and report refusals.
+
+        Return the interval in seconds to the next call: a server without deadlines wakes rarely.
+        """
         late: list[TableEntry] = []
         idle: list[TableEntry] = []
         with self._lock:
@@ -199,6 +204,7 @@ class ConnectionTable:
         for connection in (*late, *idle):
             connection.abort()
         self.refusals.report()
+        return CHECK_S if self._deadlines else CHECK_IDLE_S
 
     def close_all(self) -> None:
         with self._lock:

@@ -81,10 +81,10 @@ class AsyncRpcClient:
             raise ProtocolError(f"{self.uri} responded with {response.status} {response.reason}")
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
-    @property
-    def is_connected(self) -> bool:
-        """Whether a connection is open, as far as this end knows. A server that ended has closed it."""
-        return self._connection is not None and self._connection.is_open
+    async def wait_while_connected(self, timeout_s: float) -> None:
+        """Return when no connection is open, as after the end of the server, or after `timeout_s`."""
+        if self._connection:
+            await asyncio.wait([self._connection.lost], timeout=timeout_s)
 
     def close(self) -> None:
         """Close the connection if it is open. The next call reconnects."""
@@ -120,10 +120,7 @@ class _AsyncConnection(asyncio.Protocol):
         self._may_write = asyncio.Event()
         self._may_write.set()
         self.has_answer_begun = False
-
-    @property
-    def is_open(self) -> bool:
-        return self._transport is not None and not self._transport.is_closing()
+        self.lost: asyncio.Future[None] = loop.create_future()
 
     async def exchange(self, head: bytes, document: bytes, deadline: float | None) -> Response:
         """Send a request and wait for its response.
@@ -208,5 +205,7 @@ class _AsyncConnection(asyncio.Protocol):
 
     def connection_lost(self, error: Exception | None) -> None:
         self._transport = None
+        if not self.lost.done():
+            self.lost.set_result(None)
         lost = error if isinstance(error, ConnectionError) else None
         self._fail(lost or ConnectionResetError("connection closed before the response"))

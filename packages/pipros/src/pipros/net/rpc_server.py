@@ -151,7 +151,7 @@ class RpcServer:
             self._servers.append(server)
             # asyncio's backlog is also the number of connections that it accepts at a time
             listener.listen(_BACKLOG)
-        self._overdue_timer = loop.call_later(to_tick_s(), self._close_overdue, loop)
+        self._close_overdue(loop)
 
     def adopt(self, sock: socket.socket, received: bytes) -> None:
         """Serve a connection that another server has accepted, and whose first bytes it has read.
@@ -190,8 +190,8 @@ class RpcServer:
                 await asyncio.wait_for(server.wait_closed(), 1.0)
 
     def _close_overdue(self, loop: asyncio.AbstractEventLoop) -> None:
-        self.connections.close_overdue(loop.time(), IDLE_S)
-        self._overdue_timer = loop.call_later(to_tick_s(), self._close_overdue, loop)
+        next_s = self.connections.close_overdue(loop.time(), IDLE_S)
+        self._overdue_timer = loop.call_later(to_tick_s(next_s), self._close_overdue, loop)
 
     # ---- called by connections
 

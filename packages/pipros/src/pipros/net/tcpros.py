@@ -221,8 +221,8 @@ class TcprosServer:
             self._loop.add_reader(server, self._accept, server)
 
     def _close_overdue(self) -> None:
-        self.connections.close_overdue(self._loop.time(), idle_s=math.inf)
-        self._overdue_timer = self._loop.call_later(to_tick_s(), self._close_overdue)
+        next_s = self.connections.close_overdue(self._loop.time(), idle_s=math.inf)
+        self._overdue_timer = self._loop.call_later(to_tick_s(next_s), self._close_overdue)
 
     def _forget(self, handshake: _Handshake) -> None:
         self._handshakes.pop(handshake, None)

@@ -8,12 +8,12 @@ from typing import NamedTuple
 _TICKS_BEGAN = time.monotonic()
 
 
-def to_tick_s() -> float:
-    """Return the seconds to a tick of this process: 0.5 to 1.5.
+def to_tick_s(every_s: float) -> float:
+    """Return the seconds to a tick of this process: about `every_s`, from half of it to one and a half.
 
-    What a process does about once a second it does at ticks, together, so that it wakes once.
+    What a process does from time to time it does at ticks, together, so that it wakes once.
     """
-    return 1.5 - (time.monotonic() - _TICKS_BEGAN + 0.5) % 1.0
+    return every_s * (1.5 - ((time.monotonic() - _TICKS_BEGAN) / every_s + 0.5) % 1.0)
 
 
 class LinkTimings(NamedTuple):
