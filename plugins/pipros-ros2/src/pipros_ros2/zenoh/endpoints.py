@@ -11,8 +11,10 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from queue import SimpleQueue
 from typing import Any, Final, Protocol
 
+from pipros.basics.interruptible_wait import get_within_slice
 from pipros.net.workers import Workers
 from pipros_ros2.interface import (
     Durability,
@@ -240,17 +242,23 @@ class ZenohClient:
     def call(self, request: bytes, timeout_s: float) -> bytes:
         zenoh, name = self._connection.library, self._names[0]
         attachment = new_attachment(next(self._sequences), self._gid)
+        replies: SimpleQueue[Any] = SimpleQueue()
+        end = object()  # after the last reply
         try:
-            replies = self._connection.session.get(
+            self._connection.session.get(
                 self._key,
+                zenoh.handlers.Callback(replies.put, lambda: replies.put(end)),
                 target=zenoh.QueryTarget.ALL_COMPLETE,
                 consolidation=zenoh.ConsolidationMode.NONE,
                 timeout=timeout_s,
                 payload=request,
                 attachment=attachment.to_bytes(),
             )
-            for reply in replies:
-                if reply.ok is not None:
+            # The session may keep a query whose server ended.
+            while (reply := get_within_slice(replies, timeout_s)) is not end:
+                if reply is None and not self.is_available:
+                    break
+                if reply is not None and reply.ok is not None:
                     return bytes(reply.ok.payload.to_bytes())
         except zenoh.ZError as error:
             raise Ros2CallFailed(f"the ROS 2 service {name} failed: {error}") from error
