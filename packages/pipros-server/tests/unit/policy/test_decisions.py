@@ -242,6 +242,7 @@ def test_elements_of_arrays_have_the_rule_of_their_index_or_that_of_all() -> Non
     decide(ARM, publish("/arm", trajectory([-1.5, 0.7])), PolicyState(), 0.0)
     cases = {
         "points[0].positions[1] of /arm must be from 0 to 45 deg, got -45.8366 deg": trajectory([0.7, -0.8]),
+        "points[0].positions[0] of /arm must be from -90 to 90 deg, got -91.6": trajectory([-1.6, 0.7]),
         "points[0].positions[0] of /arm must be from -90 to 90 deg": trajectory([1.6, 0.7]),
         "points[0].positions of /arm may have at most 2 elements, got 3": trajectory([0.0, 0.0, 0.0]),
         "points of /arm may have at most 3 elements, got 4": trajectory([0.0, 0.0], points=4),

@@ -66,3 +66,7 @@ def test_no_character_hides_or_reorders(text: str) -> None:
 @given(VALUES)
 def test_every_value_becomes_json_of_harmless_text(value: object) -> None:
     assert json.dumps(safe(value), ensure_ascii=False, allow_nan=False).isprintable()
+
+
+def test_values_of_json_stay_what_they_are() -> None:
+    assert str(safe([None, True, 5, "a"])) == "[None, True, 5, 'a']"
