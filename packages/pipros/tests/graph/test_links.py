@@ -336,6 +336,7 @@ def test_a_node_asks_at_once_when_its_connection_to_the_master_ends(
     registrations = Registrations(MasterClient(master.uri, "/talker"), "/talker", API, logging.getLogger())
     registrations.add(PublicationEntry("/registered", "std_msgs/String"))
     asked: list[object] = []
+    waits: list[float] = []
 
     class Client(AsyncRpcClient):
         async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
@@ -344,11 +345,14 @@ def test_a_node_asks_at_once_when_its_connection_to_the_master_ends(
                 self._connection.close()
             return asked[-1]
 
+        async def wait_while_connected(self, timeout_s: float) -> None:
+            waits.append(timeout_s)
+            await super().wait_while_connected(timeout_s)
+
     async def watch() -> None:
         watching = asyncio.create_task(registrations.watch())
-        while not asked or not (stays_open or len(asked) == 3):
+        while len(waits) < (2 if stays_open else 4):  # before the next question
             await asyncio.sleep(0.01)
-        await asyncio.sleep(0.1)
         watching.cancel()
 
     monkeypatch.setattr("pipros.node.registration.AWAY_INTERVAL_S", 0.01 if stays_open else 0.05)

@@ -6,7 +6,7 @@ import gc
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import BuiltinFunctionType, FunctionType, ModuleType
+from types import BuiltinFunctionType, FrameType, FunctionType, ModuleType
 
 
 @contextmanager
@@ -14,20 +14,31 @@ def lasting_imports() -> Iterator[None]:
     """Pause the garbage collector, and spare it the objects of the modules that the block imports.
 
     Each later search would visit them in vain: tens of thousands of objects, also several times at exit. The
-    collector cannot tell them from objects that exist already, so it is spared nothing if the main module
-    has values other than modules, classes and functions, as in a notebook: a cycle among these must still
-    be found.
+    collector cannot tell them from objects that exist already, among which cycles must still be found. It is
+    therefore spared nothing if a function imports the modules, as in a notebook, or if a module that does has
+    values other than modules, classes and functions.
     """
-    has_no_values = all(map(_is_definition, vars(sys.modules["__main__"]).items()))
+    is_first = _has_no_values(sys._getframe(2))  # behind this generator and contextlib
     was_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
-        if has_no_values:
+        if is_first:
             gc.freeze()
     finally:
         if was_enabled:
             gc.enable()
+
+
+def _has_no_values(frame: FrameType | None) -> bool:
+    """Return whether a frame and its callers are modules that only import and define."""
+    while frame is not None:
+        is_import = frame.f_code.co_filename.startswith("<frozen ")  # a part of importlib or runpy
+        is_module = frame.f_code.co_name == "<module>"
+        if not is_import and not (is_module and all(map(_is_definition, [*frame.f_globals.items()]))):
+            return False
+        frame = frame.f_back
+    return True
 
 
 def _is_definition(item: tuple[str, object]) -> bool:

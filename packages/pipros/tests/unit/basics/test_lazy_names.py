@@ -80,6 +80,7 @@ def test_plain_imports_do_not_import_what_star_imports_bind(statement: str, not_
 @pytest.mark.parametrize(("before", "is_enabled", "is_spared"), [
     ("from math import pi; import json", True, True), ("gc.disable()", False, True),
     ("value = type('A', (), {})(); value.self = value", True, False),
+    ("def load(): import rospy\nload()", True, False),
 ])  # fmt: skip
 def test_the_collector_is_spared_what_rospy_imports_but_no_value_of_the_program(
     before: str, is_enabled: bool, is_spared: bool
