@@ -119,16 +119,17 @@ def _are_near_costs(costs: Costs, rows: Cells, columns: Cells, reach: int) -> ND
 def _outline_costs(
     grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array, growth: Array
 ) -> NDArray[np.int64]:
-    cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    cosine, sine = np.cos(yaw), np.sin(yaw)
     has_outline = len(footprint) >= 3
     corners = np.array(footprint if has_outline else [(0.0, 0.0)])
-    factor = growth[:, None] if (growth != growth[:1]).any() else growth[:1, None]
-    forwards, left = factor * corners[:, 0], factor * corners[:, 1]
-    column, row, inside = grid.world_to_cells(
-        x[:, None] + forwards * cosine - left * sine, y[:, None] + forwards * sine + left * cosine
-    )
-    outside = ~inside.all(axis=1)
-    column[outside] = row[outside] = 0
+    factor = growth if (growth != growth[:1]).any() else growth[:1]
+    column, row = cells = np.empty((2, len(corners), len(x)), np.int64)
+    outside = np.zeros(len(x), bool)
+    for k, (forwards, left) in enumerate(corners):  # one by one, so that the arrays stay in the cache
+        a, b = factor * forwards, factor * left
+        column[k], row[k], inside = grid.world_to_cells(x + a * cosine - b * sine, y + a * sine + b * cosine)
+        outside |= ~inside
+    cells[:, :, outside] = 0
     edges = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T) * growth.max(initial=0.0)
     longest = (edges / grid.resolution + 1e-6).astype(np.int64) + 1
     worst = _worst_on_lines(grid.costs, column, row, longest)
@@ -140,22 +141,22 @@ def _outline_costs(
 
 
 def _worst_on_lines(costs: Costs, x: Cells, y: Cells, longest: Cells) -> Costs:
-    """Return the greatest cost on each closed polyline through cells. `x` and `y` have shape (n, corners).
+    """Return the greatest cost on each closed polyline through cells. `x` and `y` have shape (corners, n).
 
     `longest` is the maximum number of columns, and of rows, from one end of each edge to the other.
     """
     columns, flat, reach = costs.shape[1], costs.ravel(), int(longest.max())
     pitch = 2 * reach + 1
     known = _lines_within(reach, columns) if pitch**2 <= KNOWN_LINES else None
-    worst, cells, numbers = np.zeros(len(x), np.uint8), y * columns + x, y * pitch + x
+    worst, cells, numbers = np.zeros(x.shape[1], np.uint8), y * columns + x, y * pitch + x
     for this, most in enumerate(longest):
-        following = (this + 1) % x.shape[1]
+        following = (this + 1) % len(x)
         which: Cells | slice = slice(None)
         if known is not None:
-            lines, which = known[:most], numbers[:, following] - numbers[:, this]
+            lines, which = known[:most], numbers[following] - numbers[this]
         else:
-            lines = _lines(x[:, following] - x[:, this], y[:, following] - y[:, this], int(most), columns)
-        start = cells[:, this]
+            lines = _lines(x[following] - x[this], y[following] - y[this], int(most), columns)
+        start = cells[this]
         for offsets in lines:
             np.maximum(worst, flat[start + offsets[which]], out=worst)
     return worst
