@@ -14,6 +14,7 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 from pipros_libraries.pictures.pgm import write_pgm
+from pipros_simulation.robots.robot_endpoints import STEERING
 from tests.support.nodes import Inbox
 from tests.support.page import Page
 from tests.support.processes import Process
@@ -152,13 +153,20 @@ def test_services_place_charge_and_reset(ros: RosSystem, node: Node) -> None:
     wait_until(lambda: truth.messages[-1].pose.pose.position.x == 0.0)
 
 
-def test_the_bumper_reports_walls(ros: RosSystem, node: Node) -> None:
-    start_sim(ros, "_headless:=true")
+@pytest.mark.parametrize("topic", ["cmd_vel", *STEERING])
+def test_the_bumper_reports_walls(ros: RosSystem, node: Node, topic: str) -> None:
+    start_sim(ros, "_headless:=true", "_robot:={drive: ackermann}")
     bumper = subscribe(node, "/bumper", "std_msgs/Bool")
     bumper.wait()
     call(node, "/place", "pipros_sim/Place", x=4.7, y=-3.0)
 
-    drive(node, "/cmd_vel", 0.5)
+    kind = f"ackermann_msgs/{STEERING[topic]}" if topic in STEERING else "geometry_msgs/Twist"
+    command: Any = load_message_class(kind)()
+    if topic in STEERING:
+        getattr(command, "drive", command).speed = 0.5
+    else:
+        command.linear.x = 0.5
+    node.advertise(topic, type(command), latch=True).publish(command)
 
     wait_until(lambda: any(message.data for message in bumper.messages))
     assert not bumper.messages[0].data

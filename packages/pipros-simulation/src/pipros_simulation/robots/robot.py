@@ -12,6 +12,8 @@ from pipros_simulation.robots.settings import RobotSettings
 
 SLIP_S = 1.0
 """Time after which the slip of the wheels changes."""
+_STEEPEST = 1.5
+"""Greatest angle of front wheels in radians, less than a right angle."""
 
 
 class SimulatedRobot:
@@ -82,6 +84,14 @@ class SimulatedRobot:
             angular = _clipped(angular, abs(linear) / settings.least_radius)
         sideways = _clipped(sideways, settings.max_linear) if settings.drive == "omni" else 0.0
         self._command, self._command_s = Motion(linear, angular, sideways), now_s
+
+    def steer(self, speed: float, angle: float, now_s: float) -> None:
+        """Set the speed of a car's rear axle (m/s) and the angle of its front wheels (rad), within limits."""
+        speed, angle = _clipped(speed, self.settings.max_linear), _clipped(angle, _STEEPEST)
+        if self.settings.drive == "car":
+            self.command(speed / math.cos(angle), angle, now_s)
+        else:
+            self.command(speed, speed * math.tan(angle) / self.settings.wheelbase, now_s)
 
     def planned(self, now_s: float, duration_s: float) -> Motion:
         """Return the motion of the wheels in the next step, provided that the robot is not blocked."""

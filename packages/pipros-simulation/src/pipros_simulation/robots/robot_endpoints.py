@@ -22,6 +22,8 @@ from pipros_simulation.robots.simulation import Ranges, Simulation
 _DISCHARGING, _CHARGING, _FULL = 2, 1, 4
 _GOOD, _LITHIUM_ION = 1, 2
 GRAVITY: Final = 9.81
+STEERING: Final = {"drive": "AckermannDriveStamped", "ackermann_cmd": "AckermannDrive"}
+"""Topics on which cars take speeds and angles of the steering, with their types in ackermann_msgs."""
 _LEAST_DEVIATION: Final = 1e-4
 """Reported instead of a smaller deviation: in messages, a variance of 0 means that it is unknown."""
 
@@ -39,8 +41,8 @@ class RobotInterface:
         wheel_joints: the joints of the left and the right wheel.
         has_tf: whether the transform from `odom_frame` to the robot is published.
         has_static_tf: whether the transforms between the robot's frames are published.
-        has_base: whether the robot has the topics `cmd_vel`, `odom` and `joint_states`, and `odom_frame`.
-            Otherwise, its controllers have them.
+        has_base: whether the robot has the topics `cmd_vel`, `odom` and `joint_states`, those of
+            `STEERING` if it is a car, and `odom_frame`. Otherwise, its controllers have them.
     """
 
     odom_frame: str = "odom"
@@ -112,8 +114,11 @@ class RobotEndpoints:
         if names.has_base:
             self._odom, _ = advertise(f"{prefix}odom", "nav_msgs/Odometry")
             self._joints, self._joints_class = advertise(f"{prefix}joint_states", "sensor_msgs/JointState")
-            twist: Any = load_message_class("geometry_msgs/Twist")
+            twist = load_message_class("geometry_msgs/Twist")
             node.subscribe(f"{prefix}cmd_vel", twist, self._command, queue_size=1)
+            for topic, kind in STEERING.items() if self._robot.settings.is_car else ():
+                steering = load_message_class(f"ackermann_msgs/{kind}")
+                node.subscribe(f"{prefix}{topic}", steering, self._steer, queue_size=1)
         serve(node, f"{prefix}place", "pipros_sim/Place", self._place)
         serve(node, f"{prefix}charge", "std_srvs/SetBool", self._charge)
 
@@ -152,15 +157,12 @@ class RobotEndpoints:
         rates.x, rates.y, rates.z = (imu.gyro_noise * each for each in noise[1:4])
         rates.z += robot.velocity.turn
         measured = message.linear_acceleration
-        measured.x, measured.y, measured.z = (imu.acceleration_noise * each for each in noise[4:])
-        measured.x += robot.acceleration[0]
-        measured.y += robot.acceleration[1]
-        measured.z += GRAVITY
+        felt = zip((*robot.acceleration, GRAVITY), noise[4:], strict=True)
+        measured.x, measured.y, measured.z = (true + imu.acceleration_noise * each for true, each in felt)
         for name, deviation in (
-            ("orientation", imu.yaw_noise),
-            ("angular_velocity", imu.gyro_noise),
+            ("orientation", imu.yaw_noise), ("angular_velocity", imu.gyro_noise),
             ("linear_acceleration", imu.acceleration_noise),
-        ):
+        ):  # fmt: skip
             variance = max(deviation, _LEAST_DEVIATION) ** 2
             setattr(message, f"{name}_covariance", [variance, 0, 0, 0, variance, 0, 0, 0, variance])
         return message
@@ -174,11 +176,10 @@ class RobotEndpoints:
         message.voltage, message.current = battery.voltage, battery.current_a
         message.charge, message.percentage = battery.charge_ah, battery.percentage
         message.capacity = message.design_capacity = battery.settings.capacity_ah
-        message.temperature = math.nan  # the temperature is not measured
+        message.present, message.temperature = True, math.nan  # the temperature is not measured
         is_full = battery.is_charging and battery.percentage >= 1.0
         message.power_supply_status = _FULL if is_full else _CHARGING if battery.is_charging else _DISCHARGING
         message.power_supply_health, message.power_supply_technology = _GOOD, _LITHIUM_ION
-        message.present = True
         self._battery.publish(message)
 
     def publish_scan(self, stamp: Time, ranges: Ranges, interval_s: float) -> None:
@@ -190,16 +191,14 @@ class RobotEndpoints:
         scan.header = self._stamps.header(stamp, self.names.scan_frame)
         scan.angle_min, scan.angle_increment = laser.min_angle, laser.increment
         scan.angle_max = laser.min_angle + laser.increment * (laser.rays - 1)
-        scan.scan_time = interval_s
-        scan.range_min, scan.range_max = laser.range_min, laser.range_max
+        scan.scan_time, scan.range_min, scan.range_max = interval_s, laser.range_min, laser.range_max
         scan.ranges = ranges.tolist()
         self._scan.publish(scan)
 
     def transform(self, stamp: Time) -> Any:
         """Return the transform from the odometry frame to the first of the robot's frames."""
-        return self._stamps.transform(
-            stamp, self.names.odom_frame, self.names.base_frames[0], self._robot.odometry
-        )
+        frames = self.names.odom_frame, self.names.base_frames[0]
+        return self._stamps.transform(stamp, *frames, self._robot.odometry)
 
     def fixed_transforms(self, stamp: Time) -> list[Any]:
         """Return the transforms between the frames of the robot and its sensors."""
@@ -210,32 +209,35 @@ class RobotEndpoints:
         ]
         laser = self._robot.settings.laser
         if laser is not None:
-            found.append(
-                self._stamps.transform(stamp, frames[-1], self.names.scan_frame, laser.pose, laser.z)
-            )
+            place = frames[-1], self.names.scan_frame, laser.pose, laser.z
+            found.append(self._stamps.transform(stamp, *place))
             if laser.is_upside_down:  # a roll of pi, then the yaw
                 turn = found[-1].transform.rotation
                 turn.x, turn.y, turn.z, turn.w = turn.w, turn.z, 0.0, 0.0
         imu = self._robot.settings.imu
         if imu is not None:
-            place = Pose(imu.x, imu.y)
-            found.append(self._stamps.transform(stamp, frames[-1], self.names.imu_frame, place, imu.z))
+            place = frames[-1], self.names.imu_frame, Pose(imu.x, imu.y), imu.z
+            found.append(self._stamps.transform(stamp, *place))
         return found
 
     def _odometry(self, stamp: Time, frame: str, pose: Pose) -> Any:
         header = self._stamps.header(stamp, frame)
         return odometry_message(header, self.names.base_frames[0], pose, self._robot.velocity)
 
-    def _command(self, message: Any) -> None:
-        linear, sideways, angular = message.linear.x, message.linear.y, message.angular.z
-        if all(map(math.isfinite, (linear, sideways, angular))):
+    def _command(self, twist: Any) -> None:
+        self._obey(self._robot.command, twist.linear.x, twist.angular.z, twist.linear.y)
+
+    def _steer(self, message: Any) -> None:
+        drive = getattr(message, "drive", message)
+        self._obey(self._robot.steer, drive.speed, drive.steering_angle)
+
+    def _obey(self, command: Callable[..., None], *values: float) -> None:
+        if all(map(math.isfinite, values)):
             with self._lock:
-                self._robot.command(linear, angular, self._simulation.time_s, sideways)
+                command(*values[:2], self._simulation.time_s, *values[2:])
         elif not self._has_warned:
             self._has_warned = True
-            self._log.warning(
-                "[%s] ignores commands that are not finite: %s, %s", self._name, linear, angular
-            )
+            self._log.warning("[%s] ignores commands that are not finite: %s, %s", self._name, *values[:2])
 
     def _place(self, request: Any) -> None:
         try:

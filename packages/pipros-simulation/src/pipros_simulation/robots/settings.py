@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final, TypeVar
 
 from pipros_simulation.robots.battery import BatterySettings
@@ -161,8 +161,6 @@ def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
     """
     if not isinstance(values, dict):
         raise InvalidSettings(f"{where} must be a mapping, got {values!r}")
-    from dataclasses import replace
-
     usual = {each.name: getattr(defaults, each.name) for each in fields(defaults)}
     known = [name for name, value in usual.items() if type(value) in (int, float) or name == "drive"]
     checked: dict[str, Any] = {}
@@ -173,10 +171,10 @@ def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
             if value not in DRIVES:
                 raise InvalidSettings(f"{where}/drive must be one of {', '.join(DRIVES)}, got {value!r}")
             checked[key] = value
-            continue
-        checked[key] = (
-            round(number(value, f"{where}/{key}")) if key == "rays" else _in_range(key, value, where)
-        )
+        elif key == "rays":
+            checked[key] = round(number(value, f"{where}/{key}"))
+        else:
+            checked[key] = _in_range(key, value, where)
     settings = replace(defaults, **checked)
     if isinstance(settings, Laser) and not 1 <= settings.rays <= MAX_RAYS:
         raise InvalidSettings(f"{where}/rays must be 1 to {MAX_RAYS}, got {settings.rays}")

@@ -328,6 +328,21 @@ def test_a_car_turns_as_far_as_it_can(
     assert robot.velocity.turn == pytest.approx(rate)
 
 
+@pytest.mark.parametrize(("drive_of", "speed", "angle", "turn"), [
+    ("ackermann", 0.4, 0.3, 0.4 * math.tan(0.3) / 0.3), ("car", 0.4, 0.3, 0.4 * math.tan(0.3) / 0.3),
+    ("ackermann", -99.0, 0.3, -0.5 * math.tan(0.3) / 0.3), ("ackermann", 0.3, 3.0, math.tan(0.6)),
+    ("car", 0.0, 0.3, 0.0), ("car", 0.1, 3.0, 2.5),
+])  # fmt: skip
+def test_a_steering_angle_is_that_of_the_front_wheels_and_the_speed_that_of_the_rear_axle(
+    drive_of: str, speed: float, angle: float, turn: float
+) -> None:
+    simulated = simulation(replace(STILL, drive=drive_of))
+    robot = simulated.robots[""]
+    robot.steer(speed, angle, 0.0)
+    simulated.step()
+    assert (robot.velocity.forwards, robot.velocity.turn) == pytest.approx((max(speed, -0.5), turn))
+
+
 def test_a_car_that_is_blocked_does_not_turn_on_the_spot() -> None:
     at_the_wall = replace(STILL, start=Pose(9.8, 5.0, 0.0), drive="ackermann", min_turning_radius=0.5)
     robot = drive(simulation(at_the_wall), 0.5, 0.5, SECOND)
