@@ -197,6 +197,17 @@ def test_a_vanished_node_is_removed_and_its_subscribers_are_notified(quick_maste
     assert client(quick_master, "/x").get_system_state() == [[], [["/t", ["/s"]]], []]
 
 
+def test_a_node_that_has_asked_is_removed_as_soon_as_its_connection_closes() -> None:
+    with Master(port=0, probing=Probing(round_s=1e6, newcomers_s=0.05, confirmation_pause_s=0.02)) as master:
+        gone, me = FakeSlave(), client(master, "/gone")
+        me.register_publisher("/t", "x/Y", gone.api)
+        wait_until(lambda: figures(master)["nodes_met"] == 1)
+        assert me.lookup_node("/gone") == gone.api
+        gone.stop()
+        me.close()
+        wait_until(lambda: figures(master)["nodes"] == 0)
+
+
 def test_a_node_whose_port_went_to_another_process_is_removed(quick_master: Master) -> None:
     slave = FakeSlave(pid=1001)
     client(quick_master, "/n").register_publisher("/t", "x/Y", slave.api)

@@ -16,6 +16,7 @@ from pipros.basics.ports import AdvertisedAddress
 from pipros.basics.printable import printable
 from pipros.master import statistics
 from pipros.master.api import MasterApi
+from pipros.master.arguments import SUCCESS
 from pipros.master.liveness import Liveness, find_live_nodes
 from pipros.master.notifier import Notifier
 from pipros.master.options import MasterOptions
@@ -70,9 +71,17 @@ class MasterServer:
             "getParamNames": self._get_param_names,
             "setParam": partial(self._change_param, "setParam"),
             "deleteParam": partial(self._change_param, "deleteParam"),
+            "lookupNode": self._look_up_node,
             statistics.METHOD: self._statistics,
         }
-        self.rpc = RpcServer(methods, host=hosts, port=options.port, limits=limits, admits=admits)
+        self.rpc = RpcServer(
+            methods,
+            host=hosts,
+            port=options.port,
+            limits=limits,
+            admits=admits,
+            on_lost=self.liveness.note_lost,
+        )
         self._rate = statistics.CallRate()
         self._started_at = 0.0
 
@@ -137,6 +146,13 @@ class MasterServer:
         # Stop a moment later, after the response has been sent.
         asyncio.get_running_loop().call_later(0.05, self._options.on_shutdown, printable(reason))
         return True
+
+    def _look_up_node(self, *params: object) -> Any:
+        """Return the API of a node. A node that asks for its own is alive; see `Registrations.watch`."""
+        answer = self._api.methods["lookupNode"](*params)
+        if answer[0] == SUCCESS and params[0] == params[1]:
+            self.liveness.note_asking(str(params[0]), answer[2], current_caller.get())
+        return answer
 
     async def _get_param_names(self, *params: object) -> Any:
         """Return the names of all parameters.

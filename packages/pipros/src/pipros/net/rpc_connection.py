@@ -61,6 +61,7 @@ class Answerer(Protocol):
     connections: ConnectionTable
     bodies: HeldBytes
     refusals: Refusals
+    on_lost: Callable[[ThisMachineCaller], object] | None
 
     @property
     def large_values(self) -> Executor: ...
@@ -117,6 +118,8 @@ class RpcConnection(asyncio.Protocol):
             self._pending.cancel()
         self._server.connections.remove(self)
         self._server.bodies.forget(self)
+        if self._server.on_lost:
+            self._server.on_lost(self.caller)
 
     def data_received(self, data: bytes) -> None:
         if self._state in FINAL:

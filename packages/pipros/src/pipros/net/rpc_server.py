@@ -83,6 +83,7 @@ class RpcServer:
         limits: Limits | None = None,
         admits: Callable[[ThisMachineCaller], bool] | None = None,
         on_bad_arity: Callable[[str, tuple[Any, ...]], Any] | None = None,
+        on_lost: Callable[[ThisMachineCaller], object] | None = None,
     ) -> None:
         """Store the settings; `start` opens the port.
 
@@ -95,6 +96,7 @@ class RpcServer:
             admits: decides, given the two ends of a connection, whether the peer may connect; by default, all
                 peers may.
             on_bad_arity: function that returns the response to a call with the wrong number of parameters.
+            on_lost: called in the event loop with the two ends of each connection that has closed.
         """
         self._methods = {name: (method, *_arity(method)) for name, method in methods.items()}
         self._methods["system.multicall"] = (self._multicall, 1, 1)
@@ -103,6 +105,7 @@ class RpcServer:
         self._port = 0
         self._admits = admits
         self._on_bad_arity = on_bad_arity or _bad_arity
+        self.on_lost = on_lost
         self._servers: list[asyncio.Server] = []
         self._openings: set[asyncio.Task[Any]] = set()
         self._overdue_timer: asyncio.TimerHandle | None = None

@@ -235,9 +235,11 @@ class Registrations:
         loop = asyncio.get_running_loop()
         is_away = False
         while True:
-            await asyncio.sleep(AWAY_INTERVAL_S)
+            last = loop.time()
             if not self._failed:
                 await client.wait_while_connected(to_tick_s(ASK_INTERVAL_S))
+            if (left_s := last + AWAY_INTERVAL_S - loop.time()) > 0:
+                await asyncio.sleep(left_s)
             if len(self._refused) == len(self._entries):  # the master need not know this node
                 continue
             try:

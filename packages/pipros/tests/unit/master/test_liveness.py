@@ -11,6 +11,7 @@ from pipros.master.liveness import CONFIRMATIONS, PROBES_AT_A_TIME, Liveness, fi
 from pipros.master.options import Probing
 from pipros.master.registry import MASTER_ID, Notice, Registry
 from pipros.master.server import RegisteredNodes
+from pipros.net.this_machine import ThisMachineCaller
 from pipros.wire.xmlrpc import Fault
 
 API, OTHER = "http://n:1/", "http://other:2/"
@@ -39,7 +40,7 @@ class Case:
         self.registry = Registry()
         self.liveness = Liveness(
             self.registry, lambda node, api: self.gone.append((node, api)),
-            Probing(newcomers_s=0, confirmation_pause_s=0), ask=self.ask,
+            Probing(round_s=0.01, newcomers_s=0, confirmation_pause_s=0), ask=self.ask,
         )  # fmt: skip
 
     async def ask(self, api: str, method: str, _timeout_s: float) -> Any:
@@ -149,6 +150,27 @@ def test_hung_nodes_do_not_prevent_polling_others(case: Case) -> None:
 
     asyncio.run(asyncio.wait_for(until_it_is_gone(), 30))
     assert case.gone == [("/n", API)]
+
+
+def test_a_node_that_keeps_asking_is_not_probed(case: Case) -> None:
+    case.register()
+    case.register("/other", OTHER)
+    connection = ThisMachineCaller("10.0.0.5", 4711)
+
+    async def until_probed(api: str, *, is_asking: bool) -> None:
+        while case.asked.count((api, "getPid")) < 3:
+            if is_asking:
+                case.liveness.note_asking("/n", API, connection)
+            await asyncio.sleep(0)
+
+    async def stop_asking() -> None:
+        case.liveness.start()
+        await until_probed(OTHER, is_asking=True)
+        assert (API, "getPid") not in case.asked
+        await until_probed(API, is_asking=False)
+        case.liveness.stop()
+
+    asyncio.run(asyncio.wait_for(stop_asking(), 30))
 
 
 def test_a_node_that_moves_during_a_check_stays_registered(case: Case) -> None:

@@ -106,6 +106,7 @@ class Server:
         self.connections = ConnectionTable(limit=10, limit_per_peer=10, refusals=self.refusals)
         self.bodies = HeldBytes(limit_bytes=1 << 20, refusals=self.refusals)
         self.admits_peers = True
+        self.on_lost: Callable[..., object] | None = None
 
     @property
     def large_values(self) -> Executor:
