@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
 import numpy as np
@@ -100,6 +100,19 @@ def pose_messages(poses: Iterable[Any]) -> list[Any]:
         for x, y, sine, cosine in zip(*(each.tolist() for each in columns), strict=True)
     ]
     return made
+
+
+class PoseMessages:
+    """Poses (x, y, yaw) as a sequence of geometry_msgs/Pose, made when they are read, such as to be sent."""
+
+    def __init__(self, poses: Poses) -> None:
+        self._poses = poses
+
+    def __len__(self) -> int:
+        return len(self._poses)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(pose_messages(self._poses))
 
 
 def stamped_pose(pose: Triple, frame: str, stamp: Time) -> Any:

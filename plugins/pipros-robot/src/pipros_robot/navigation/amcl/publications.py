@@ -44,7 +44,7 @@ class Publications:
     def publish_cloud(self, poses: Poses, now_ns: int) -> None:
         """Publish the particles, with the current time."""
         cloud = stamped("geometry_msgs/PoseArray", self.settings.global_frame_id, now_ns)
-        cloud.poses = plane.pose_messages(poses)
+        cloud.poses = plane.PoseMessages(poses)
         self._clouds.publish(cloud)
 
     def publish_estimate(self, estimate: Estimate, stamp_ns: int, base: Pose) -> None:
