@@ -8,9 +8,6 @@ import numpy as np
 from pipros_robot.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costs, Numbers
 from pipros_robot.navigation.costmap.layered import Bounds, CellRectangle, Layer, LayeredCostmap, Pose2D
 
-_ROUNDING = 1e-4
-"""Tolerance for distances computed as 32-bit floats, in cells."""
-
 
 class InflationLayer(Layer):
     """Raises costs around cells of cost 254, up to a radius.
@@ -72,17 +69,19 @@ class InflationLayer(Layer):
         if open_cells.all():
             return
         distances = cv2.distanceTransform(open_cells, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        near = np.nonzero((distances > 0) & (distances < self._cells + _ROUNDING))
-        costs = self._costs_at(distances[near])
-        old = part[near]
+        squares = np.rint(distances * distances).astype(np.int64)
+        farthest = min(int(squares.max()), self._cells**2)
+        if farthest < squares.size:  # few distances occur, again and again
+            costs = self._costs_at(np.arange(farthest + 2)).take(squares, mode="clip")
+        else:
+            costs = self._costs_at(squares)
         least = FREE + 1 if self._inflates_unknown else INSCRIBED
-        part[near] = np.where(
-            (old == UNKNOWN) & (costs >= least) | (old != UNKNOWN) & (costs > old), costs, old
-        )
+        np.copyto(part, costs, where=np.where(part == UNKNOWN, costs >= least, costs > part))
 
-    def _costs_at(self, distances: Numbers) -> Costs:
-        """Return the costs at distances (float32, in cells), which are square roots of integers."""
-        metres = np.sqrt(np.rint(distances.astype(np.float64) ** 2)) * self.costmap.grid.resolution
+    def _costs_at(self, squares: Numbers) -> Costs:
+        """Return the costs at squared distances in cells."""
+        metres = np.sqrt(squares) * self.costmap.grid.resolution
         inscribed = self.costmap.inscribed_radius
         far = (INSCRIBED - 1) * np.exp(-self._scaling * np.maximum(metres - inscribed, 0.0))
-        return np.where(metres <= inscribed, INSCRIBED, far).astype(np.uint8)
+        costs: Costs = np.where(metres <= inscribed, INSCRIBED, far).astype(np.uint8)
+        return costs * ((squares > 0) & (squares <= self._cells**2))

@@ -22,7 +22,8 @@ from pipros_robot.navigation.costmap.obstacle_layer import RAYS_AT_ONCE, Obstacl
 
 _VOXELS: Final = 16
 _NOTHING_KNOWN: Final = 0xFFFF
-_BITS: Final = np.array([bin(number).count("1") for number in range(1 << _VOXELS)], np.uint8)
+_NUMBERS: Final = np.arange(1 << _VOXELS, dtype=np.uint16)
+_BITS: Final = np.unpackbits(_NUMBERS.view(np.uint8)).reshape(-1, _VOXELS).sum(1, np.uint8)
 _BELOW_TOP_M: Final = 0.01
 
 
