@@ -15,7 +15,9 @@ from pipros_libraries.pictures.errors import PictureError
 MAX_PIXELS = 1 << 28
 """Maximum size of a picture: 16,384 x 16,384 pixels, which use 256 MiB as map cells."""
 
-_TOKEN = re.compile(rb"(?:\s|#[^\n\r]*[\n\r])*(\d{1,9})")
+_TOKEN = re.compile(rb"#[^\n\r]*|\d{1,9}|[^\s]")
+_PART = re.compile(rb"#[^\n\r]*\s*|[^#]{1,65536}[^#\s]*")
+"""A comment, or whole words. A pattern that repeats a group would need memory for each repetition."""
 
 
 def is_pgm(content: bytes) -> bool:
@@ -31,12 +33,13 @@ def read_pgm(content: bytes, file: str) -> tuple[int, int, bytes]:
     """
     if not is_pgm(content):
         raise PictureError(f"{file} must start with P5 or P2, got {content[:2]!r}")
+    tokens = (each for each in _TOKEN.finditer(content, 2) if not each[0].startswith(b"#"))
     place, header = 2, []
     for what in ("width", "height", "maximum grey value"):
-        found = _TOKEN.match(content, place)
-        if found is None:
+        found = next(tokens, None)
+        if found is None or not found[0].isdigit():
             raise PictureError(f"{file}: {what} must be an integer, got {content[place : place + 20]!r}")
-        header.append(int(found[1]))
+        header.append(int(found[0]))
         place = found.end()
     width, height, white = header
     if not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
@@ -44,7 +47,7 @@ def read_pgm(content: bytes, file: str) -> tuple[int, int, bytes]:
     if not 0 < white < 65536:
         raise PictureError(f"{file}: maximum grey value must be 1 to 65535, got {white}")
     if content[:2] == b"P2":
-        return width, height, _from_digits(content[place:], width * height, white, file)
+        return width, height, _from_digits(content, place, width * height, white, file)
     size = width * height * (1 if white < 256 else 2)
     pixels = content[place + 1 : place + 1 + size]  # the pixels follow one white-space character
     if len(pixels) < size:
@@ -59,15 +62,19 @@ def read_pgm(content: bytes, file: str) -> tuple[int, int, bytes]:
     return width, height, bytes(min(grey, white) * 255 // white for grey in wide)
 
 
-def _from_digits(text: bytes, count: int, white: int, file: str) -> bytes:
-    words = re.sub(rb"#[^\n\r]*", b"", text).split(None, count)[:count]
-    try:
-        greys = [int(word) for word in words if len(word) < 10]
-    except ValueError:
-        greys = []
-    if len(greys) < count or min(greys) < 0:
+def _from_digits(content: bytes, place: int, count: int, white: int, file: str) -> bytes:
+    greys = bytearray()
+    for part in _PART.finditer(content, place):
+        if content[part.start()] == ord("#"):
+            continue
+        words = part[0].split()[: count - len(greys)]
+        try:
+            greys += bytes([min(int(word), white) * 255 // white if len(word) < 10 else -1 for word in words])
+        except ValueError:
+            break
+    if len(greys) < count:
         raise PictureError(f"{file} must contain {count} integers >= 0, one for each pixel")
-    return bytes(min(grey, white) * 255 // white for grey in greys)
+    return bytes(greys)
 
 
 def write_pgm(width: int, height: int, pixels: bytes, comment: str) -> bytes:

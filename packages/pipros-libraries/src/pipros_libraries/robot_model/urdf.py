@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from math import isfinite
+from math import hypot, isfinite
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
 from pipros.safe.tolerant_xml import parse_tolerantly
 from pipros.safe.xml import Element, XmlError
 from pipros_libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
@@ -23,6 +24,9 @@ Vector = tuple[float, float, float]
 
 class UrdfError(PiprosError, ValueError):
     """The text is not a valid URDF, or its links and joints do not form a tree."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(printable(text, 2_000))
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +147,7 @@ def origin_of(joint: Element) -> Pose:
 def _axis(joint: Element, name: str) -> Vector:
     element = joint.first("axis")
     x, y, z = (1.0, 0.0, 0.0) if element is None else vector_of(element, "xyz", (1.0, 0.0, 0.0))
-    length = (x * x + y * y + z * z) ** 0.5
+    length = hypot(x, y, z)
     if length == 0.0:
         if joint.attributes["type"] in ("revolute", "continuous", "prismatic"):
             raise UrdfError(f"axis of joint {name} must not be zero")
@@ -197,20 +201,21 @@ def optional_number(element: Element, attribute: str) -> float | None:
 
 
 def _number(element: Element, attribute: str, default: float) -> float:
-    (value,) = _numbers(element, attribute, 1, (default,))
+    (value,) = numbers_of(element, attribute, 1, (default,))
     return value
 
 
 def vector_of(element: Element, attribute: str, default: Vector) -> Vector:
-    """Return an attribute of three numbers, or the default if it is missing.
-
-    Raise UrdfError if it does not consist of three finite numbers.
-    """
-    x, y, z = _numbers(element, attribute, 3, default)
+    """Like `numbers_of`, for three numbers."""
+    x, y, z = numbers_of(element, attribute, 3, default)
     return (x, y, z)
 
 
-def _numbers(element: Element, attribute: str, count: int, default: tuple[float, ...]) -> list[float]:
+def numbers_of(element: Element, attribute: str, count: int, default: tuple[float, ...]) -> list[float]:
+    """Return an attribute of `count` numbers, or the default if it is missing.
+
+    Raise UrdfError if it does not consist of that many finite numbers.
+    """
     text = element.attributes.get(attribute)
     if text is None:
         return [float(number) for number in default]

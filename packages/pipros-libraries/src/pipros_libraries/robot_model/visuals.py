@@ -9,6 +9,7 @@ from pipros.safe.xml import Element
 from pipros_libraries.robot_model.urdf import (
     UrdfError,
     Vector,
+    numbers_of,
     optional_number,
     origin_of,
     required,
@@ -91,11 +92,8 @@ def _material(element: Element) -> _Material | None:
         return None
     rgba = None
     if color is not None:
-        words = color.attributes.get("rgba", "").split()
-        try:
-            r, g, b, a = (min(max(float(word), 0.0), 1.0) for word in words)
-        except ValueError:
-            raise UrdfError(f"line {color.line}: rgba of <color> must be 4 numbers, got {words}") from None
+        required(color, "rgba")
+        r, g, b, a = (min(max(part, 0.0), 1.0) for part in numbers_of(color, "rgba", 4, ()))
         rgba = (r, g, b, a)
     return _Material(rgba, texture.attributes.get("filename", "") if texture is not None else "")
 

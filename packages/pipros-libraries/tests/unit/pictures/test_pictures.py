@@ -16,6 +16,7 @@ from pipros_libraries.pictures.encodings import COLORS, Color, encoding, shown_e
 from pipros_libraries.pictures.errors import PictureError
 from pipros_libraries.pictures.pgm import read_pgm, write_pgm
 from pipros_libraries.pictures.png import photo_png, png
+from tests.support.memory import memory_of
 
 ImageMsg: Any = load_message_class("sensor_msgs/Image")
 
@@ -179,6 +180,16 @@ def test_each_kind_of_file_is_read(content: bytes, pixels: bytes) -> None:
 def test_a_broken_file_is_refused(content: bytes, complaint: str) -> None:
     with pytest.raises(PictureError, match=complaint):
         read_pgm(content, "f")
+
+
+@pytest.mark.parametrize("part", [b"1 ", b"#\n", b" ", b"\n1#x"])
+def test_a_plain_file_takes_little_more_memory_than_its_pixels(part: bytes) -> None:
+    content = b"P2\n300 1000\n255\n" + part * 100_000 + b"\n" + b"1 " * 300_000
+    headless = b"P2" + part.replace(b"1", b" ") * 100_000 + b"\nx"
+    with memory_of(2_000_000):
+        assert read_pgm(content, "f")[2] == b"\1" * 300_000
+        with pytest.raises(PictureError, match="width must be an integer"):
+            read_pgm(headless, "f")
 
 
 # PNG files of cameras' pictures.

@@ -39,8 +39,10 @@ def test_missing_attributes_of_a_joint_have_defaults() -> None:
 
 def test_an_axis_is_made_one_long() -> None:
     text = """<joint name="j" type="continuous"><parent link="base"/><child link="hand"/>
-              <axis xyz="1 1 1"/></joint>"""
-    assert read_robot(robot(LINKS + text)).joints[0].axis == pytest.approx((1 / sqrt(3),) * 3)
+              <axis xyz="{0} {0} {0}"/></joint>"""
+    for size in (1, 1e-200, 1e200):
+        found = read_robot(robot(LINKS + text.format(size))).joints[0].axis
+        assert found == pytest.approx((1 / sqrt(3),) * 3)
 
 
 def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str = "") -> str:
@@ -56,6 +58,7 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
         ("<sdf/>", "must have the root element <robot>, got <sdf>"),
         (robot(""), "exactly one link, the root, must have no parent, got none"),
         (robot(LINKS), "got base and hand"),
+        (robot("".join(f"<link name='{n}'/>" for n in range(1000))), r"got 0 and 1 and .*\.\.\.$"),
         (
             robot(LINKS + '<joint name="j" type="hinge"/>'),
             "type of joint j must be one of revolute, .*, got 'hinge'",
@@ -140,7 +143,7 @@ def test_the_files_of_a_robot_are_those_of_meshes_and_textures() -> None:
         ),
         (
             "<robot><material name='m'><color rgba='1 1'/></material></robot>",
-            "rgba of <color> must be 4 numbers",
+            "rgba of <color> must be 4 finite numbers",
         ),
     ],
 )

@@ -14,11 +14,12 @@ import re
 
 from pipros.safe.xml import Element, XmlError, parse
 
-# Each alternative also matches markup that does not end, so that reading takes linear time.
+# Each alternative also matches markup that does not end, so that reading takes linear time. A repeated group
+# needs memory for each repetition; what follows the limit in a tag is treated as text.
 _MARKUP = re.compile(
     r"""(?P<dropped> <!-- (?: .*?--> | .* ) | <\?.*?\?> | <\?.*\Z | <![A-Z][^<>\[]*> )
     | (?P<kept> <!\[CDATA\[ (?: .*?\]\]> | .* ) | <! )
-    | (?P<tag> < [^\s<>"'/!?=] (?: [^<>"'] | "[^"]*" | '[^']*' )* )
+    | (?P<tag> < [^\s<>"'/!?=] (?: [^<>"']+ | "[^"]*" | '[^']*' ){0,10000} )
     | (?P<text> [^<]+ )""",
     re.DOTALL | re.VERBOSE,
 )

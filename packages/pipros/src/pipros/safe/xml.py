@@ -82,6 +82,7 @@ def parse(
     parser.buffer_text = True
     roots: list[Element] = []
     stack: list[Element] = []
+    texts: list[list[str]] = []
 
     def place() -> tuple[int, int]:
         return parser.CurrentLineNumber, parser.CurrentColumnNumber + 1
@@ -93,12 +94,13 @@ def parse(
         element = Element(tag, attributes, line, column)
         (stack[-1].children if stack else roots).append(element)
         stack.append(element)
+        texts.append([])
 
     def close_element(_tag: str) -> None:
-        stack.pop()
+        stack.pop().text = "".join(texts.pop())
 
     def add_text(text: str) -> None:
-        stack[-1].text += text
+        texts[-1].append(text)
 
     def refuse_document_type(*_declaration: object) -> None:
         raise XmlError(file, *place(), "a document type (<!DOCTYPE …>) is not allowed")

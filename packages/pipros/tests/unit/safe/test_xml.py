@@ -1,3 +1,4 @@
+import time
 from pathlib import Path
 
 import pytest
@@ -6,6 +7,7 @@ from pipros.packages.nodelets import compiled_nodelets
 from pipros.safe.tolerant_xml import parse_tolerantly, strict_text
 from pipros.safe.xml import XML_DEPTH, XmlError, parse
 from pipros_libraries.robot_model.urdf import UrdfError, read_robot
+from tests.support.memory import memory_of
 
 
 def test_elements_have_their_position() -> None:
@@ -147,6 +149,18 @@ def test_many_comments_that_are_not_closed_take_linear_time() -> None:
 )
 def test_much_damaged_markup_takes_linear_time(part: str) -> None:
     assert len(strict_text("<a " + part * 50_000)) >= 3 + len(part) * 50_000
+
+
+@pytest.mark.parametrize("part", ["a", " ", "''", "a='' ", "a "])
+def test_one_damaged_tag_takes_little_memory(part: str) -> None:
+    with memory_of(20_000_000):
+        strict_text("<a " + part * (1_000_000 // len(part)))
+
+
+def test_much_text_between_elements_takes_linear_time() -> None:
+    begin_s = time.process_time()
+    assert len(parse("<a>" + "x<b/>" * 800_000 + "</a>").text) == 800_000
+    assert time.process_time() - begin_s < 5.0
 
 
 @pytest.mark.parametrize("count", [1, 20_000])
