@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import os
-import shlex
 import subprocess
 import tempfile
 
+from pipros.basics.windows import ON_WINDOWS
+from pipros.basics.words import split_words
+
 
 def edited(text: str) -> str:
-    """Open `text` in `$VISUAL`, `$EDITOR` or vi, and return the edited text. Blocks until the editor exits.
+    """Open `text` in `$VISUAL`, `$EDITOR`, or vi (on Windows, notepad), and return the edited text.
+
+    Blocks until the editor exits.
 
     Raises:
         ValueError: the editor cannot be started, or exits with an error.
     """
-    editor = shlex.split(os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi")
+    usual = "notepad" if ON_WINDOWS else "vi"
+    editor = split_words(os.environ.get("VISUAL") or os.environ.get("EDITOR") or usual)
     descriptor, path = tempfile.mkstemp(suffix=".yaml", text=True)
     try:
         with open(descriptor, "w", encoding="utf-8") as file:

@@ -133,6 +133,11 @@ def test_files_are_replaced_by_the_function_that_waits_for_other_programs() -> N
     assert set(found(RENAMING)) == set(RENAMES)
 
 
+def test_command_lines_are_split_by_the_function_that_keeps_backslashes_on_windows() -> None:
+    of_shells = {"pipros_tools/health/gather_machine.py", "pipros_tools/launch/ssh.py"}  # of POSIX
+    assert set(found(re.compile(r"shlex\.(?:split|shlex)\("))) == {"pipros/basics/words.py", *of_shells}
+
+
 def test_few_modules_ask_for_the_system() -> None:
     counts = {name: count for name, count in found(QUESTION).items() if name not in SYSTEMS}
     assert sum(counts.values()) <= MOST_QUESTIONS, counts

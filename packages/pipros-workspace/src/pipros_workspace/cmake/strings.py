@@ -6,11 +6,12 @@ import hashlib
 import operator
 import random
 import re
-import shlex
 import time
 import uuid
 from collections.abc import Callable, Mapping
 
+from pipros.basics.windows import ON_WINDOWS
+from pipros.basics.words import split_words
 from pipros_workspace.cmake import regex
 from pipros_workspace.cmake.configure import configured
 from pipros_workspace.cmake.files import HASHES
@@ -200,5 +201,7 @@ def separate_arguments(words: list[str], scope: Scope) -> None:
     if not rest:
         scope.values[name] = scope.values.get(name, "").replace(" ", ";")
         return
-    found = shlex.split(" ".join(word for word in rest[1:] if word != "PROGRAM"))
+    text = " ".join(word for word in rest[1:] if word != "PROGRAM")
+    is_windows = rest[0] == "WINDOWS_COMMAND" or (rest[0] == "NATIVE_COMMAND" and ON_WINDOWS)
+    found = split_words(text, '"', as_on_windows=is_windows)
     scope.values[name] = ";".join(word.replace(";", "\\;") for word in found)

@@ -163,6 +163,9 @@ separate_arguments(o UNIX_COMMAND "a 'b c' \"d e\" f\\ g")
 separate_arguments(o NATIVE_COMMAND "a 'b c'")
 #= a;b c
 
+separate_arguments(o WINDOWS_COMMAND "C:\\a\\b.exe 'x y' \"c d\"")
+#= C:\a\b.exe;'x;y';c d
+
 separate_arguments(o UNIX_COMMAND "a;b c")
 list(LENGTH o n)
 set(o "${n}")

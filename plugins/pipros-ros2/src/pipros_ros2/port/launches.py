@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.words import split_words
 from pipros.safe.yaml import YamlError
 from pipros.safe.yaml import load as load_yaml
 from pipros_tools.launch.load_context import LoadContext, NotRun
@@ -106,7 +106,7 @@ class LaunchDrafts:
             lines.append(_todo("launch starts nodes here, in the folder where it was started"))
         params, words = [], ""
         try:
-            words = ", ".join(map(self._part, shlex.split(node.arguments)))
+            words = ", ".join(map(self._part, split_words(node.arguments)))
         except ValueError as error:
             lines.append(_todo(f"arguments: {error}: {node.arguments}"))
         for key, value in ros2_params(node, launch.params):
