@@ -74,7 +74,7 @@ def roslaunch_deps(
 
 def _loaded(file: str, index: PackageIndex, unset_as: str | None) -> Launch:
     try:
-        return load([file], context=LoadContext.of_process(index), unset_as=unset_as)
+        return load([file], context=LoadContext.of_process(index).without_commands(), unset_as=unset_as)
     except PiprosError as error:
         raise RoslaunchDepsException(f"Cannot load roslaunch {error}") from None
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Protocol
 
 from pipros.basics.limits import Limits
-from pipros_tools.bag.compression import BZ2, LZ4, NONE, ZSTD, decompress
+from pipros_tools.bag.compression import BZ2, NONE, ZSTD, decompress
 from pipros_tools.bag.errors import BagFormatError
 from pipros_tools.bag.index import ChunkHeader
 from pipros_tools.bag.source import Source
@@ -20,8 +20,8 @@ BAG_CHUNK_BYTES = 2048 * 1024 * 1024
 decompressed beyond the size that it claims.
 """
 BAG_EXPANDED_BYTES = 128 * 1024 * 1024
-"""Limit: one chunk of a bag, uncompressed, if it is more than 1,000 times as large as the compressed chunk.
-Beyond it, a chunk that expands more than 1,000-fold is refused, with its position.
+"""Limit: one chunk of a bag, uncompressed, if it is more than 64 times as large as the compressed chunk.
+Beyond it, a chunk that expands more than 64-fold is refused, with its position.
 """
 BAG_RECORDS = 1024 * 1024
 """Limit: records that are found by reading the chunks of a bag or MCAP file, in addition to one for each byte
@@ -31,11 +31,10 @@ of the file. Beyond it, the chunk is refused, with its position.
 LARGE_BYTES = 16 * 1024 * 1024
 """Size above which uncompressed chunks are not cached. Their messages are read from the file one by one."""
 
-_ORDINARY_RATIO = 1000
-_ORDINARY_LZ4_RATIO = 64
+_ORDINARY_RATIO = 64
 """Maximum expansion ratio of ordinary messages. Only large blank images and maps exceed it.
 
-lz4 reaches 255 at most, so that a higher limit would stop no file made to fill the memory.
+lz4 reaches 255, bz2 and zstd any ratio, so that a higher limit would let files fill the memory.
 """
 
 VIEW_BYTES = 64 * 1024
@@ -97,10 +96,9 @@ def check_chunk(source: Source, header: ChunkHeader) -> str:
     where = f"{source.at(header.data_position)}, a chunk"
     if header.size > BAG_CHUNK_BYTES:
         raise BagFormatError(f"{where}: its size must be at most {BAG_CHUNK_BYTES} bytes, got {header.size}")
-    ratio = _ORDINARY_LZ4_RATIO if header.compression == LZ4 else _ORDINARY_RATIO
-    if BAG_EXPANDED_BYTES < header.size > ratio * header.data_size:
+    if BAG_EXPANDED_BYTES < header.size > _ORDINARY_RATIO * header.data_size:
         raise BagFormatError(
-            f"{where}: its {header.data_size} bytes expand to {header.size}, over {ratio} times "
+            f"{where}: its {header.data_size} bytes expand to {header.size}, over {_ORDINARY_RATIO} times "
             f"as many; the limit is {BAG_EXPANDED_BYTES} bytes"
         )
     return where
