@@ -222,10 +222,11 @@ class Ros2Engine(Protocol):
         service: str,
         type_name: str,
         type_hash: str,
-        answer: Callable[[bytes], bytes],
+        answer: Callable[[bytes], bytes | None],
         parts: PartHashes = NO_HASHES,
     ) -> Ros2Subscription:
-        """Offer a service. If `answer` raises, the client gets no reply: ROS 2 has no error replies.
+        """Offer a service. ROS 2 has no error replies: the client gets none if `answer` returns None, which
+        reports why itself, or raises, which the engine reports.
 
         `answer` runs in threads of the engine, up to 16 at a time for each service.
         """

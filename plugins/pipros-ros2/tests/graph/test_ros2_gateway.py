@@ -244,7 +244,9 @@ def test_bursts_of_reliable_topics_reach_ros1_completely(system: System) -> None
     ]
 
 
-def test_slow_services_answer_within_the_timeout_of_a_rule(system: System) -> None:
+def test_slow_services_answer_within_the_timeout_of_a_rule(
+    system: System, caplog: pytest.LogCaptureFixture
+) -> None:
     release = threading.Event()
 
     def answer(request: Any) -> Any:
@@ -269,6 +271,7 @@ def test_slow_services_answer_within_the_timeout_of_a_rule(system: System) -> No
         assert answers[1].result()[4:5] == b"\1"
         short.close()
         answers[0].exception()
+    assert len([text for text in caplog.messages if "/short" in text]) == 1
 
 
 def test_calls_to_slow_services_of_ros2_take_as_long_as_a_rule_allows(system: System) -> None:

@@ -172,11 +172,15 @@ def test_services_are_offered_to_ros2(engine: Ros2Engine, peer: Peer) -> None:
     assert peer.call("/add", b"abc") == []
 
 
-def test_a_service_that_raises_gives_no_reply(engine: Ros2Engine, peer: Peer) -> None:
-    engine.serve("/add", ADD_KIND, ADD, lambda request: request if request else bytes(-1))
+def test_a_service_that_raises_or_refuses_gives_no_reply(
+    engine: Ros2Engine, peer: Peer, caplog: pytest.LogCaptureFixture
+) -> None:
+    engine.serve("/add", ADD_KIND, ADD, {b"none": None, b"x": b"x"}.__getitem__)
     wait_until(lambda: any("/SS/" in each for each in peer.tokens), what="the token")
 
+    assert peer.call("/add", b"none") == caplog.messages == []
     assert peer.call("/add", b"") == []
+    assert len(caplog.messages) == 1
     assert [payload for payload, _ in peer.call("/add", b"x")] == [b"x"]
 
 

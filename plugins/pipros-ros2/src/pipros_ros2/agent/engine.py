@@ -134,7 +134,7 @@ class AgentSubscriber(AgentEnd):
 
 class AgentServer(AgentEnd):
     def __init__(
-        self, engine: RclpyEngine, number: int, own: Endpoint, answer: Callable[[bytes], bytes]
+        self, engine: RclpyEngine, number: int, own: Endpoint, answer: Callable[[bytes], bytes | None]
     ) -> None:
         super().__init__(engine, number, own)
         self.dropped = 0
@@ -151,7 +151,8 @@ class AgentServer(AgentEnd):
     def _handle(self, number: int, request: bytes) -> None:
         try:
             response = self._answer(request)
-            self._engine.process.send(Kind.ANSWER, self._number, number, response)
+            if response is not None:
+                self._engine.process.send(Kind.ANSWER, self._number, number, response)
         except Exception as error:
             _LOG.warning("the service %s for ROS 2 failed: %s", self.own.name, error)
         finally:
@@ -236,7 +237,7 @@ class RclpyEngine:
         service: str,
         type_name: str,
         type_hash: str,
-        answer: Callable[[bytes], bytes],
+        answer: Callable[[bytes], bytes | None],
         parts: PartHashes = NO_HASHES,
     ) -> Ros2Subscription:
         del type_hash, parts

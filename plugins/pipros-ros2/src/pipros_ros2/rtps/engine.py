@@ -112,7 +112,7 @@ class RtpsEngine:
         service: str,
         type_name: str,
         type_hash: str,
-        answer: Callable[[bytes], bytes],
+        answer: Callable[[bytes], bytes | None],
         parts: PartHashes = NO_HASHES,
     ) -> Ros2Subscription:
 

@@ -178,7 +178,7 @@ class ZenohServer:
         service: str,
         type_name: str,
         type_hash: str,
-        answer: Callable[[bytes], bytes],
+        answer: Callable[[bytes], bytes | None],
     ) -> None:
         self._connection = connection
         self._answer = answer
@@ -221,8 +221,9 @@ class ZenohServer:
         if attached is None or query.payload is None:
             return
         reply = self._answer(query.payload.to_bytes())
-        attachment = new_attachment(attached.sequence, attached.gid)
-        query.reply(self._key, reply, attachment=attachment.to_bytes())
+        if reply is not None:
+            attachment = new_attachment(attached.sequence, attached.gid)
+            query.reply(self._key, reply, attachment=attachment.to_bytes())
 
     def close(self) -> None:
         _undeclare(self._connection.library, self._token, self._queryable)

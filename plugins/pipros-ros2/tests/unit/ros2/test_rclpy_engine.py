@@ -130,24 +130,26 @@ def test_a_call_that_times_out_says_why(engine: Any, available: int, text: str) 
         AgentCaller(engine, 7, SWITCH).call(b"", 0.01)
 
 
-def test_a_service_that_fails_or_has_too_many_requests_sends_no_answer(engine: Any) -> None:
+def test_a_service_that_fails_or_has_too_many_requests_sends_no_answer(
+    engine: Any, caplog: pytest.LogCaptureFixture
+) -> None:
     over = threading.Event()
 
-    def answer(request: bytes) -> bytes:
+    def answer(request: bytes) -> bytes | None:
         over.wait(60)
-        if request == b"bad":
-            raise ValueError("no")
-        return request.upper()
+        return {b"none": None, b"good": b"GOOD"}[request]
 
     server = AgentServer(engine, 7, SWITCH, answer)
     server.on_frame(1, b"bad")
-    for number in range(2, 70):
+    server.on_frame(2, b"none")
+    for number in range(3, 70):
         server.on_frame(number, b"good")
     over.set()
 
-    answers = [(Kind.ANSWER, 7, number, b"GOOD") for number in range(2, 65)]
+    answers = [(Kind.ANSWER, 7, number, b"GOOD") for number in range(3, 65)]
     wait_until(lambda: sorted(engine.frames) == sorted(answers))
     assert server.dropped == 5
+    assert caplog.messages == ["the service /switch for ROS 2 failed: b'bad'"]
     server.close()
 
 
