@@ -3,7 +3,9 @@
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -181,6 +183,22 @@ def test_malformed_requests_and_failing_services_get_no_reply(domain: Domain) ->
             caller.call(bad, 0.1)
     assert caller.call(b"\0\1\0\0\0", 60)[:15] == b"\0\1\0\0\1\0\0\0\3\0\0\0ok\0"
     assert (len(requests), domain.ends) == (2, [])
+
+
+def test_a_call_ends_with_its_server(domain: Domain) -> None:
+    is_called = threading.Event()
+
+    def answer(request: bytes) -> None:
+        is_called.set()
+
+    server = domain.peer.serve("/switch", "std_srvs/srv/SetBool", "", answer)
+    caller = domain.rclpy.caller("/switch", "std_srvs/srv/SetBool", "")
+    with ThreadPoolExecutor() as executor:
+        pending = executor.submit(caller.call, b"\0\1\0\0\1", 60)
+        assert is_called.wait(60)
+        server.close()
+        with pytest.raises(Ros2CallFailed, match="/switch failed: the server ended before it replied"):
+            pending.result()
 
 
 def test_an_incompatible_qos_is_a_problem_with_the_name_of_the_node(domain: Domain) -> None:

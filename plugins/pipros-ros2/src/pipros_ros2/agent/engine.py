@@ -150,8 +150,7 @@ class AgentServer(AgentEnd):
 
     def _handle(self, number: int, request: bytes) -> None:
         try:
-            response = self._answer(request)
-            if response is not None:
+            if (response := self._answer(request)) is not None:
                 self._engine.process.send(Kind.ANSWER, self._number, number, response)
         except Exception as error:
             _LOG.warning("the service %s for ROS 2 failed: %s", self.own.name, error)

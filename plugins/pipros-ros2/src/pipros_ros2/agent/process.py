@@ -111,7 +111,7 @@ class AgentProcess:
         """Send a frame, and return the answer, or None if there is none in time.
 
         Raises:
-            EngineError: the process has ended.
+            EngineError: the process has ended, or the frame was a call that failed.
         """
         number, answer = next(self._numbers), futures.Future[bytes]()
         self._asked[number] = answer
@@ -152,12 +152,15 @@ class AgentProcess:
         reason = ""
         while (received := read_frame(stdout)) is not None:
             kind, end, number, body = received
-            if kind == Kind.FAILED:
+            if kind == Kind.FAILED and not number:
                 reason = body.decode()
-            elif kind != Kind.ANSWER:
+            elif kind not in (Kind.ANSWER, Kind.FAILED):
                 self._on_frame(kind, end, number, body)
             elif (asked := self._asked.pop(number, None)) is not None:
-                asked.set_result(body)
+                if kind == Kind.ANSWER:
+                    asked.set_result(body)
+                else:
+                    asked.set_exception(EngineError(body.decode()))
         stdout.close()
         code = process.wait()
         self._end(reason or f"the process of rclpy ended with exit code {code}")

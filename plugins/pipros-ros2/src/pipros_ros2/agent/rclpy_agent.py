@@ -39,7 +39,7 @@ class Kind(IntEnum):
     GRAPH = 5  # JSON: the endpoints of other nodes
     SAMPLE = 6  # the publisher's GID, and the message
     REQUEST = 7  # the request
-    FAILED = 8  # why the process ends
+    FAILED = 8  # why the process ends, or with the number of a CALL, why that failed
     # In both directions, with the number of the frame that it answers.
     ANSWER = 9  # to OPEN, the error or nothing; to CALL, the response, or nothing without a server
 
@@ -355,6 +355,7 @@ class RclpyAgent:
             started_s = time.monotonic()
             if started_s >= graph_at_s:
                 self._try(self._send_graph)
+                self._try(self._end_calls)
                 now_s = time.monotonic()
                 graph_at_s = now_s + max(GRAPH_S, 10 * (now_s - started_s))
             self._wait(graph_at_s - time.monotonic())
@@ -413,6 +414,18 @@ class RclpyAgent:
             number = end.pending.pop(header.request_id.sequence_number, None) if header else None
         if number is not None:
             self._send(Kind.ANSWER, end.number, number, self._coding.serialize_message(response))
+
+    def _end_calls(self) -> None:
+        """End the calls whose server has ended, after the responses that have arrived."""
+        with self._lock:
+            clients = [end for end in self._ends.values() if end.role == "client" and end.pending]
+            ended = [(end, [*end.pending]) for end in clients if not end.entity.service_is_ready()]
+        for end, calls in ended:
+            for _ in calls:
+                self._take_response(end)
+            for call in calls:
+                if (number := end.pending.pop(call, None)) is not None:
+                    self._send(Kind.FAILED, end.number, number, b"the server ended before it replied")
 
     def _endpoints(self, role: str, topic: str) -> Iterator[tuple[bool, dict[str, str]]]:
         """Yield whether an endpoint of a topic is of this node, and what the gateway must know about it."""

@@ -115,17 +115,9 @@ class RtpsEngine:
         answer: Callable[[bytes], bytes | None],
         parts: PartHashes = NO_HASHES,
     ) -> Ros2Subscription:
-
-        def handle(request: bytes) -> bytes | None:
-            try:
-                return answer(request)
-            except Exception as error:
-                _LOG.warning("the service %s for ROS 2 failed: %s", service, error)
-                return None
-
         del type_hash
         types, hashes = _service_types(service, type_name), _hash_entries(parts)
-        server = self._open(lambda: RtpsServer(self._participant, service, *types, handle, *hashes))
+        server = self._open(lambda: RtpsServer(self._participant, service, *types, answer, *hashes))
         return self._owned(OwnEndpoint(self, [server]))
 
     def caller(

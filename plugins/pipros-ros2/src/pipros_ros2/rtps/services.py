@@ -75,7 +75,7 @@ class RtpsServer:
 
         Args:
             handler: called in a worker thread with the request as CDR, including the encapsulation header.
-                Returns the reply in the same form, or None to send no reply.
+                Returns the reply in the same form, or None to send no reply. What it raises is logged.
             request_hash, reply_hash: entries of USER_DATA such as `typehash=RIHS01_…;`.
         """
         requests, replies = topics_of(service)
@@ -142,12 +142,10 @@ class RtpsServer:
                 self.refused += 1
                 reason = "is malformed" if style else "comes from a peer of unknown style"
                 _LOG.warning("a request for %s %s [%s]", self._service, reason, guid_text(sample.writer))
-                return
-            payload = self._handler(request.payload)
-            if payload is not None:
+            elif (payload := self._handler(request.payload)) is not None:
                 self._reply(request, payload)
-        except PiprosError as error:
-            _LOG.warning("the reply of %s was not sent: %s", self._service, error)
+        except Exception as error:
+            _LOG.warning("the service %s for ROS 2 failed: %s", self._service, error)
 
     def _reply(self, request: ServiceRequest, payload: bytes) -> None:
         entity = self._writer.entity

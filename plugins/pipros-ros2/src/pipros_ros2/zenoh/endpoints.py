@@ -220,8 +220,7 @@ class ZenohServer:
         attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
         if attached is None or query.payload is None:
             return
-        reply = self._answer(query.payload.to_bytes())
-        if reply is not None:
+        if (reply := self._answer(query.payload.to_bytes())) is not None:
             attachment = new_attachment(attached.sequence, attached.gid)
             query.reply(self._key, reply, attachment=attachment.to_bytes())
 
