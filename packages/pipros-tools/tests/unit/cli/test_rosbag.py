@@ -70,6 +70,21 @@ def test_info_of_what_cannot_be_read_ends_with_1(bag: Path, capsys: pytest.Captu
     assert "ERROR reading none.bag: [Errno 2] No such file or directory" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "words", [["info"], ["check"], ["play", "--pause"], ["filter"], ["compress"], ["fix"]]
+)
+def test_an_unfinished_recording_is_named_if_its_bag_is_requested(
+    words: list[str], bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag.rename("run.bag.active")
+    more = {"filter": ["new.bag", "True"], "fix": ["new.bag"]}.get(words[0], [])
+    assert main([*words, "run.bag", *more]) != 0
+    error, advice = capsys.readouterr().err.splitlines()[-2:]
+    assert "run.bag" in error
+    assert advice.startswith("There is an unfinished recording, run.bag.active: ")
+    assert advice.endswith("repair it with rosbag reindex run.bag.active, and rename it")
+
+
 @pytest.mark.parametrize(("options", "name"), [([], "bz2"), (["-j"], "bz2"), (["--lz4"], "lz4")])
 def test_compress_keeps_the_old_bag_and_all_messages(options: list[str], name: str, bag: Path) -> None:
     old = bag.read_bytes()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -73,7 +74,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _explain_unknown(name)
     if name in _NODES:
         accept_ctrl_c()
-    return run(partial(_run, name, arguments[1:]))
+    status = run(partial(_run, name, arguments[1:]))
+    if status and name != "record":
+        _name_recordings(arguments[1:])
+    return status
+
+
+def _name_recordings(paths: Sequence[str]) -> None:
+    """Say how to repair the interrupted recordings of bags that do not exist."""
+    for path in paths:
+        if not os.path.exists(path) and os.path.exists(active := f"{path}.active"):
+            advice = f"if nothing records it any more, repair it with rosbag reindex {active}, and rename it"
+            print(f"There is an unfinished recording, {active}: {advice}", file=sys.stderr)
 
 
 def _run(name: str, arguments: Sequence[str]) -> int:
