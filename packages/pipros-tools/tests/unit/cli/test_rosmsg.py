@@ -74,8 +74,15 @@ def test_an_unknown_package_is_reported_with_the_places_that_were_searched(
     assert rossrv.main(["package", "no_such_package"]) == 64
     errors = capsys.readouterr().err.splitlines()
     assert errors[:2] == ["Invalid package: no_such_package", f"ROS path [0]={robot.parent}"]
-    assert rosmsg.main(["show", "no_such_package/X"]) == 1
-    assert capsys.readouterr().err.startswith("Unable to load msg [no_such_package/X]: there is no package ")
+    advice = f"ROS_PACKAGE_PATH is {robot.parent}; is devel/setup.bash of its workspace sourced?\n"
+    for name, beginning in (
+        ("no_such/X", "Unable to load msg [no_such/X]: there is no package no_such: "),
+        ("NoSuchType", "Could not find msg 'NoSuchType'\n"),
+    ):
+        assert rosmsg.main(["show", name]) == 1
+        assert capsys.readouterr().err == beginning + advice
+    assert rossrv.main(["md5", "SetBol"]) == 0
+    assert capsys.readouterr().err == "No messages matching the name [SetBol]\nDid you mean SetBool?\n"
 
 
 def test_lists_are_sorted_and_complete(capsys: pytest.CaptureFixture[str]) -> None:

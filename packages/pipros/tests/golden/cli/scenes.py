@@ -10,6 +10,7 @@ from tests.golden.cli.stub_graph import StubGraph
 MASKS = {
     # argparse of Python 3.13 and newer prints the value of an option only once
     r"(?m)^  (-\w), (--[\w-]+) ([A-Z_]+)$": r"  \1 \3, \2 \3",
+    r"(?m)^(Did you mean|ROS_PACKAGE_PATH is) .*\?\n": "",  # advice of pipros
     r"(127\.0\.0\.1|localhost):(?!1\b)\d+": r"\1:PORT",
     r"time=[\d.]+ms": "time=N ms",
     r"average: [\d.]+ms": "average: N ms",

@@ -8,8 +8,10 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.errors import NotFound
+from pipros.basics.similar_names import similar_names
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import DefinitionError
+from pipros.packages.well_known import advice_on
 from pipros_tools.bag.errors import BagError
 from pipros_tools.bag.reader import BagReader
 from pipros_tools.cli.runner import USAGE_ERROR, CommandError, add_flag, option_parser
@@ -50,6 +52,7 @@ def show_md5(interfaces: TypeCatalogue, subcommand: str, argv: Sequence[str]) ->
                 f"No {interfaces.noun}s matching the name [{name}]".replace("services", "messages"),
                 file=sys.stderr,
             )
+            _print_advice(interfaces, name)
         for type_name in types:
             heading = "" if "/" in name else f"[{type_name}]: "
             try:
@@ -65,6 +68,7 @@ def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
     types = interfaces.types_named(name) if name else []
     if not types:
         print(f"Could not find msg '{name}'", file=sys.stderr)
+        _print_advice(interfaces, name)
         return 1
     status = 0
     for type_name in types:
@@ -78,6 +82,12 @@ def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
             _print_mistakes(f"{interfaces.unknown} [{type_name}]", error)
             status = 1
     return status
+
+
+def _print_advice(interfaces: TypeCatalogue, name: str) -> None:
+    """Suggest types with similar names, or say where packages were searched."""
+    known = (each for package in interfaces.packages() for each in interfaces.names(package))
+    print(similar_names(name, known) or advice_on(name), file=sys.stderr)
 
 
 def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int:
