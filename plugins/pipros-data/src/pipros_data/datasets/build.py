@@ -51,8 +51,9 @@ def build(
         kind: the format: `lerobot`, or a key of `WRITERS`.
         msgs: folders with ROS 2 definitions.
         shown: called with the number of finished episodes and the number of all episodes.
-        left_out: called with the name of each bag that cannot be read, and the reason. The others are not
-            affected. None (the default) to raise an error instead.
+        left_out: called with the name of each bag that cannot be read, or which the description does not fit
+            though others follow, and the reason. The others are not affected. None (the default) to raise an
+            error instead.
 
     Raises:
         BadSettings: the description does not fit the bags, the folder contains a different data set or other
@@ -71,7 +72,7 @@ def build(
         try:
             with open_bags(bag, msgs=msgs) as opened:
                 episodes += find_episodes(opened, bag, config, len(episodes))
-        except (BagError, OSError) as error:
+        except (BagError, OSError, BadSettings) as error:
             if left_out is None or len(bags) == 1:
                 raise
             left_out(bag, str(error))
@@ -79,7 +80,8 @@ def build(
     left = [each for each in episodes if not _check_file(folder, each).exists()]
     jobs = max(1, min(jobs, len(left)))
     threads = max(1, (os.cpu_count() or 1) // jobs)
-    work = [(each, config, str(folder), kind, tuple(msgs), threads) for each in left]
+    is_only = len(bags) == 1
+    work = [(each, config, str(folder), kind, tuple(msgs), threads, is_only) for each in left]
     done = len(episodes) - len(left)
     for episode, damage in in_processes(write_episode, work, jobs):
         if damage:
@@ -98,17 +100,17 @@ def build(
     return results
 
 
-_Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int]
+_Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int, bool]
 
 
 def write_episode(work: _Work) -> tuple[Episode, str]:
-    """Write the files of an episode. Return it, and the reason if the bag is damaged.
+    """Write the files of an episode. Return it, and the reason if the bag is damaged or does not fit.
 
     Raises:
-        BadSettings: the description does not fit the bag.
+        BadSettings: the description does not fit the only bag.
         MissingExtra: a library is not installed.
     """
-    episode, config, name, kind, msgs, threads = work
+    episode, config, name, kind, msgs, threads, is_only = work
     folder, bad = Path(name), list[str]()
     try:
         with open_bags(episode.bag, msgs=msgs) as bags:
@@ -116,12 +118,13 @@ def write_episode(work: _Work) -> tuple[Episode, str]:
             rows = episode_rows(bags, episode, config)
             writer = write_lerobot if kind == LEROBOT else WRITERS[kind][0]
             broken = 0 if rows.problem else writer(folder, rows, bags, threads)
-    except BadSettings:
-        raise
     except (BagError, PictureError) as error:
         return episode, str(error)
     except PiprosError as error:
-        raise BadSettings(f"{episode.bag}: {error}") from None
+        text = str(error) if isinstance(error, BadSettings) else f"{episode.bag}: {error}"
+        if is_only:
+            raise BadSettings(text) from None
+        return episode, text
     found = {
         "episode": episode.number,
         "bag": episode.bag,

@@ -78,6 +78,8 @@ def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recor
         if left < 0:
             raise BadSettings(f"{source.place}: the episode is too large: {limit_text('table_bytes', limit)}")
         is_known = ~np.isnan(values).all(axis=1)  # messages that lack a wanted name have only NaN
+        if bags.on_bad_message is not None and not source.names and _has_odd_arrays(table, source):
+            bags.on_bad_message(table.topic, "an array has another size than most")
         parts.append(values[is_known])
         times.append(times_of(table, source)[is_known])
     check_limits(source, len(names))
@@ -148,6 +150,8 @@ def numbers_of(
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
     """Return the numbers in each row of a table, in the unit of the description, and their names.
 
+    A message whose array is empty, or has another size than most, has only NaN.
+
     `names` are the expected names; if they are empty, the names are derived from the fields.
 
     Raises:
@@ -157,11 +161,15 @@ def numbers_of(
     if not fields:
         raise BadSettings(f"{source.place}: {table.type} has no default fields. Name some of {_known(table)}")
     parts, found = [], []
+    is_lost = np.zeros(table.rows, bool)
     for field in fields:
         part = _field(table, source, field)
         parts.append(part)
+        if isinstance(table[field], ListColumn):
+            is_lost |= np.isnan(part).all(axis=1)
         found += [field] if part.shape[1] == 1 else [f"{field}[{n}]" for n in range(part.shape[1])]
     values = np.concatenate(parts, axis=1) * source.scale
+    values[is_lost] = np.nan
     if names:
         _check_width(source, values, len(names))
     return values, names or tuple(found)
@@ -178,13 +186,26 @@ def _field(table: Table, source: SignalSource, field: str) -> NDArray[np.float64
             return _by_name(column, labels, source)
         if not len(column):
             return np.zeros((0, max(len(source.names), 1)))
-        try:
-            return np.asarray(column, np.float64)
-        except ValueError as error:
-            raise BadSettings(f"{source.place}.fields: {field} of {table.type}: {error}") from None
+        return _of_usual_size(column)
     if not isinstance(column, np.ndarray) or column.dtype.kind not in "biuf":
         raise BadSettings(f"{source.place}.fields: {field} of {table.type} must be numbers")
     return column.reshape(table.rows, *(column.shape[1:] or (1,))).astype(np.float64)
+
+
+def _has_odd_arrays(table: Table, source: SignalSource) -> bool:
+    columns = [table[each] for each in source.fields or USUAL_FIELDS.get(table.type, ())]
+    sizes = [each.sizes[each.sizes > 0] for each in columns if isinstance(each, ListColumn)]
+    return any(len(np.unique(each)) > 1 for each in sizes)
+
+
+def _of_usual_size(column: ListColumn) -> NDArray[np.float64]:
+    """Return a row for each cell. Cells whose size differs from that of most get NaN, as empty ones do."""
+    sizes, counts = np.unique(column.sizes[column.sizes > 0], return_counts=True)
+    usual = sizes[counts.argmax()] if len(sizes) else 0
+    is_usual = column.sizes == usual
+    found = np.full((len(column), usual), np.nan)
+    found[is_usual] = np.asarray(column.take(np.flatnonzero(is_usual)), np.float64)
+    return found
 
 
 def _by_name(column: ListColumn, labels: ListColumn, source: SignalSource) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import pyarrow.parquet
 import pytest
-from sensor_msgs.msg import Image, Imu, JointState
+from sensor_msgs.msg import Image, Imu, JointState, LaserScan
 from std_msgs.msg import Bool, Float64, String
 
 from pipros.msg.time import Time
@@ -321,6 +321,36 @@ def test_a_bag_that_cannot_be_read_does_not_end_a_data_set(
     shown = capsys.readouterr()
     assert shown.out.startswith("2 of 2 episodes, 40 rows, ")
     assert f"WARNING: {bags[bad]} is left out: {bags[bad]} is not a bag" in shown.err
+
+
+WHOLE_SCAN = LaserScan(ranges=[1.0] * 10)
+
+
+@pytest.mark.parametrize(
+    ("topic", "others", "odd", "rows", "named"),
+    [
+        ("/scan", WHOLE_SCAN, LaserScan(ranges=[1.0] * 9), 40, "/scan: an array has another size than most"),
+        ("/scan", WHOLE_SCAN, LaserScan(), 40, ""),  # such as before the lidar turns
+        ("/other", WHOLE_SCAN, WHOLE_SCAN, 20, "no bag has /scan"),
+        ("/scan", String("x"), String("x"), 20, "std_msgs/String has no field 'ranges'"),
+    ],
+)
+def test_an_odd_message_or_bag_does_not_end_a_data_set(
+    topic: str, others: Any, odd: Any, rows: int, named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    strange = [(topic, odd if n == 7 else others, 100 + n, 0) for n in range(20)]
+    usual = [("/scan", WHOLE_SCAN, 100 + n, 0) for n in range(20)]
+    for name, sent in (("odd.bag", strange), ("run.bag", usual)):
+        Path(name).write_bytes(bag_bytes(sent))
+    Path("robot.yaml").write_text(
+        "rate: 1\ntime: receipt\ntolerance: 1\nobservations: {scan: {topic: /scan, fields: [ranges]}}\n"
+    )
+
+    code = dataset(["odd.bag", "run.bag", "--config", "robot.yaml", "-o", "out", "-j1"])
+
+    shown = capsys.readouterr()
+    assert (code, named in shown.err, bool(shown.err)) == (1 if named else 0, True, bool(named))
+    assert f", {rows} rows, " in shown.out
 
 
 def test_a_row_whose_message_has_a_rounded_stamp_is_not_lost() -> None:
