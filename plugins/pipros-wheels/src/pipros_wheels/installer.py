@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,8 @@ from pipros.basics.errors import PiprosError
 from pipros_wheels.index import read_wheel_name
 
 _QUERY_LIMIT_S = 120.0
+_SEPARATOR = re.compile(r"[\s,]")
+"""What pip and uv read as the end of a folder in a variable; a URL has it as %20 or %2C."""
 _FURTHER_INDEXES = ("PIP_EXTRA_INDEX_URL", "UV_EXTRA_INDEX_URL", "UV_INDEX")
 
 
@@ -102,7 +105,9 @@ class Installer:
 
     def environment(self, variables: Mapping[str, str]) -> dict[str, str]:
         """Return the environment for pip and uv, in which isolated builds find pipros in the same folders."""
-        folders = list(map(str, self.folders))
+        folders = [
+            each.absolute().as_uri() if _SEPARATOR.search(str(each)) else str(each) for each in self.folders
+        ]
         found = dict(variables)
         if self.index_url or self.no_index:  # there is no other index
             for name in _FURTHER_INDEXES:

@@ -12,9 +12,11 @@ from dataclasses import dataclass, field
 from email.parser import HeaderParser
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import unquote
 
 from pipros.basics.errors import InvalidName, PiprosError
 from pipros.basics.input_file import read_text
+from pipros.basics.windows import path_of_url
 from pipros.packages.crawl import MANIFEST
 from pipros.packages.system_packages import is_share_folder
 from pipros_wheels.archive import ArchiveEntry, write_wheel
@@ -315,7 +317,7 @@ class Surroundings:
 def _find_links(variables: Mapping[str, str]) -> list[Path]:
     """Return the folders of wheels that the variables of pip and uv name."""
     words = [*variables.get("PIP_FIND_LINKS", "").split(), *variables.get("UV_FIND_LINKS", "").split(",")]
-    return [Path(word.removeprefix("file://")) for word in words if word]
+    return [Path(path_of_url(unquote(word)) if word.startswith("file:") else word) for word in words if word]
 
 
 def _names_in_source_archive(folder: Path) -> set[str]:

@@ -105,13 +105,13 @@ def _repository(origin: dict[str, Any]) -> str:
 
 def _place(url: str) -> str | None:
     """Return the path of the folder or file that a URL names, or None if it names none that is there."""
-    from urllib.parse import unquote, urlsplit
+    from urllib.parse import unquote
 
     from pipros.basics.windows import path_of_url
 
     if not url.startswith("file:"):
         return None
-    place = path_of_url(f"file://{unquote(urlsplit(url).path)}")
+    place = path_of_url(unquote(url))
     return place if Path(place).exists() else None
 
 

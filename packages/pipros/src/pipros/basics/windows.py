@@ -97,14 +97,24 @@ def is_as_written(path: str) -> bool:
 
 
 def file_url(path: str) -> str:
-    """Return a path as `file:///C:/folder`; elsewhere, `file:///folder`. Nothing is escaped."""
-    return f"file://{'/' if ON_WINDOWS else ''}{with_slashes(path)}"
+    """Return a path as `file:///C:/folder` or `file:////server/share`; elsewhere, `file:///folder`.
+
+    Nothing is escaped.
+    """
+    return f"file://{'/' if ON_WINDOWS and path[1:2] == ':' else ''}{with_slashes(path)}"
 
 
 def path_of_url(url: str) -> str:
-    """Return the path that a `file://` URL names, as it is written there."""
+    """Return the path that a `file://` URL names, as it is written there.
+
+    On Windows, a host in it is a server, as in `file://server/share`, which is how Python writes it.
+    """
     path = url[len("file://") :]
-    return path[1:] if ON_WINDOWS and path[2:3] == ":" else path
+    if not ON_WINDOWS:
+        return path
+    if path[2:3] == ":":
+        return path[1:]
+    return path if path.startswith("/") or path[1:2] == ":" else f"//{path}"
 
 
 def replace_file(

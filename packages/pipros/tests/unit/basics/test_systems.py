@@ -2,7 +2,7 @@
 
 import ntpath
 import os
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 import pytest
 
@@ -84,13 +84,19 @@ def test_only_paths_of_windows_get_slashes(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.parametrize(
     ("is_windows", "path", "url", "named"),
-    [(True, "C:\\my ws", "file:///C:/my ws", "C:/my ws"), (False, "/a\\b", "file:///a\\b", "/a\\b")],
+    [
+        (True, "C:\\my ws", "file:///C:/my ws", "C:/my ws"),
+        (False, "/a\\b", "file:///a\\b", "/a\\b"),
+        (True, r"\\nas\share\ws", "file:////nas/share/ws", "//nas/share/ws"),
+    ],
 )
 def test_a_url_names_a_file(
     monkeypatch: pytest.MonkeyPatch, is_windows: bool, path: str, url: str, named: str
 ) -> None:
     monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", is_windows)
     assert (file_url(path), path_of_url(url)) == (url, named)
+    if path.startswith("\\\\"):
+        assert path_of_url(PureWindowsPath(path).as_uri()) == named
 
 
 def test_a_file_is_replaced_once_other_programs_have_closed_it(

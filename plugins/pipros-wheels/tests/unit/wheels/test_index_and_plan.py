@@ -276,6 +276,8 @@ def test_the_installer_is_pip_or_uv(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     ]  # fmt: skip
     assert made.environment({"PIP_FIND_LINKS": "/a"})["PIP_FIND_LINKS"] == f"/a {tmp_path}"
     assert made.environment({"UV_FIND_LINKS": "/a"})["UV_FIND_LINKS"] == f"/a,{tmp_path}"
+    spaced = installer.Installer(("pip",), (tmp_path / "a b",)).environment({})
+    assert spaced["PIP_FIND_LINKS"] == f"{tmp_path.as_uri()}/a%20b"
     monkeypatch.setattr(installer.shutil, "which", lambda _name: None)
     with pytest.raises(PiprosError, match="neither pip nor uv is installed"):
         installer.find_installer()

@@ -198,7 +198,7 @@ def test_message_packages_that_are_absent_are_named_and_not_checked(
     assert wheel.missing == ("other_msgs",)
     assert "Dependencies that pip does not install: other_msgs" in content(wheel, "METADATA")
     (tmp_path / "ros1_other_msgs-1.0-py3-none-any.whl").touch()
-    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
+    monkeypatch.setenv("PIP_FIND_LINKS", tmp_path.as_uri())
     wheel = wheels(workspace)["arm_msgs"]
     assert required(wheel) == ["pipros", "ros1-other-msgs"]
     assert "hands: list[other_msgs.msg.Hand]" in content(wheel, "msg/__init__.pyi")
