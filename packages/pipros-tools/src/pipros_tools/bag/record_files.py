@@ -10,6 +10,7 @@ from collections.abc import Set
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.replaced_file import cleared
 from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S
 from pipros_tools.bag.connection import Connection, StoredMessage
@@ -75,9 +76,9 @@ class RecordFiles:
             BagError: its format needs a library that is not installed.
         """
         self._path = Path(self._next_name())
-        active = self._active()
+        active = cleared(self._active())
         is_mcap = self._path.suffix == ".mcap"
-        self._file = active.open("w+b", BUFFER_BYTES) if is_mcap else WholeWrites(active, "w+")
+        self._file = active.open("x+b", BUFFER_BYTES) if is_mcap else WholeWrites(active, "x+")
         try:
             self._writer = writer_for(
                 self._path,

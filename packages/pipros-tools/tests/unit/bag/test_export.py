@@ -21,6 +21,8 @@ from pipros.msg.time import Time
 from pipros_libraries.pictures.codecs import codec
 from pipros_tools.bag import BagError
 from pipros_tools.bag.images import image_array_file, image_file
+from pipros_tools.bag.options import FileOptions
+from pipros_tools.bag.record_files import RecordFiles
 from pipros_tools.cli.rosbag import main
 from pipros_tools.cli.rosbag import main as rosbag
 from tests.support.bags import Row, bag_bytes
@@ -80,6 +82,24 @@ def test_topics_become_tables_and_images(bag: Path, capsys: pytest.CaptureFixtur
     assert png.startswith(b"\x89PNG\r\n\x1a\n")
     assert pixels(png) == b"\0\0\1\2\3\4\5\0\6\7\x08\x09\x0a\x0b"
     assert "/joints: 3 messages to out/joints.csv" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links")
+def test_unfinished_files_follow_no_link_of_another_user(bag: Path) -> None:
+    mine = bag.parent / "mine"
+    mine.write_text("precious")
+    (bag.parent / "out").mkdir()
+    for name in ("new.bag", "new.mcap", "out/joints.csv", "rec.bag", "rec.mcap"):
+        (bag.parent / f"{name}.active").symlink_to(mine)
+
+    assert main(["filter", "run.bag", "new.bag", "True"]) == main(["export", "run.bag", "out"]) == 0
+    assert main(["convert", "run.bag", "new.mcap"]) == 0
+    for name in ("rec.bag", "rec.mcap"):
+        recording = RecordFiles(FileOptions(name=name), print)
+        recording.open(0)
+        recording.close()
+
+    assert (mine.read_text(), list(bag.parent.rglob("*.active"))) == ("precious", [])
 
 
 def test_topics_become_arrays(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,23 @@ def naming(path: Path) -> Iterator[None]:
         raise
 
 
+def cleared(path: Path) -> Path:
+    """Remove what an interrupted program left at `path`, an unfinished file, and return the path.
+
+    The caller creates a new file (mode `x`), because opening what is there would follow a link that another
+    user of the folder may have made.
+
+    Raises:
+        OSError: it cannot be removed. The file name is `path`.
+    """
+    try:
+        path.unlink(missing_ok=True)
+    except PermissionError as error:
+        reason = f"cannot remove {path.name} ({error.strerror}); remove it, or write to another folder"
+        raise PermissionError(error.errno, reason, str(path)) from None
+    return path
+
+
 @contextmanager
 def replaced_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     """Context manager that opens a new binary file, which atomically replaces `path` at the end.
@@ -31,10 +48,10 @@ def replaced_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     not have a file name (for example, if the disk is full), its file name is set to `path`. With `is_synced`,
     the content also survives a power failure right afterwards, which takes milliseconds for each file.
     """
-    unfinished = path.with_name(path.name + ".active")
+    unfinished = cleared(path.with_name(path.name + ".active"))
     try:
         with naming(path):
-            with unfinished.open("w+b") as file:
+            with unfinished.open("x+b") as file:
                 yield file
                 file.flush()
                 if is_synced:

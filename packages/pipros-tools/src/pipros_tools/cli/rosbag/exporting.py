@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.basics.extras import install_command
+from pipros.basics.log_file import open_to_write
 from pipros.basics.names import canonicalize, is_legal_topic
-from pipros.basics.replaced_file import naming, replaced_file, write_whole
+from pipros.basics.replaced_file import cleared, naming, replaced_file, write_whole
 from pipros.basics.windows import replace_file
 from pipros.msg.errors import MessageException
 from pipros.msg.time import Time
@@ -210,7 +211,7 @@ class _Table(_Sink):
         self._rows = MessageRows()
         self._lines: list[str] = []
         self._unfinished = path.with_name(path.name + ".csv.active")
-        self._unfinished.write_bytes(b"")
+        cleared(self._unfinished).touch(exist_ok=False)
 
     def add(self, time: Time, message: Any) -> int:
         part = Part(message, self._type)
@@ -221,7 +222,10 @@ class _Table(_Sink):
         return len(self._lines[-1])
 
     def flush(self) -> None:
-        with naming(self.path), self._unfinished.open("a", encoding="utf-8", newline="") as file:
+        with (
+            naming(self.path),
+            open(open_to_write(self._unfinished), "w", encoding="utf-8", newline="") as file,
+        ):
             file.writelines(self._lines)
         self._lines = []
 
