@@ -189,7 +189,11 @@ def test_the_oldest_request_is_closed_first() -> None:
     bodies.note(first, 60)
     assert not first.is_closed
     bodies.note(third, 1)
+    bodies.note(first, 80)  # its thread read more before it noticed
     assert (first.is_closed, second.is_closed, third.is_closed, bodies.bytes) == (True, False, False, 41)
+    bodies.forget(first)
+    bodies.note(first, 50)
+    bodies.forget(first)
     bodies.forget(second)
     bodies.forget(second)
     assert bodies.bytes == 1
