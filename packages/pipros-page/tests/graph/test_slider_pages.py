@@ -134,6 +134,21 @@ def test_a_suspended_browser_stops_the_robot_and_does_not_restart_it(
         wait_until(lambda: speeds(commands) == (0.0, -1.0))
 
 
+@pytest.mark.parametrize("rate", [0, 20])
+def test_a_suspended_browser_publishes_no_velocity(
+    ros: RosSystem, observed: tuple[Inbox, Inbox], rate: float
+) -> None:
+    commands = observed[1]
+    message = {"message": "linear: {x: 0.5}", "rate": rate}
+    with Page(ros, "--control").connect() as browser:
+        view = browser.watch("publishing", name="/cmd_vel", type="geometry_msgs/Twist", **message)
+        wait_until(lambda: next(view)["count"] > min(rate, 1) and speeds(commands) == (0.5, 0.0))
+        with browser.socket.protocol_mutex:  # it answers no ping
+            wait_until(lambda: speeds(commands) == (0.0, 0.0), 10)
+        error = next(each["error"] for each in view if "error" in each)
+        assert error == "the browser was silent for 1 s: /cmd_vel was stopped"
+
+
 def test_the_robot_stops_with_the_node(ros: RosSystem, observed: tuple[Inbox, Inbox]) -> None:
     commands = observed[1]
     steering = ros.pipros.start("rosrun", "rqt_robot_steering", "rqt_robot_steering", "_default_vx_max:=1")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 
 from pipros.basics.budget import Slots
@@ -28,6 +29,10 @@ class SpentTime:
         return self._spent_s
 
 
+Ping = Callable[[], Awaitable[Awaitable[object]]]
+"""Function that sends a ping, and returns what waits for the pong."""
+
+
 class Browser:
     """One connected browser. Compared by identity, so that other modules can keep state for it.
 
@@ -36,19 +41,40 @@ class Browser:
         plotting: the time spent on the messages that it plots.
     """
 
-    __slots__ = ("__weakref__", "calls", "plotting")
+    __slots__ = ("__weakref__", "_ping", "calls", "plotting")
 
-    def __init__(self) -> None:
+    def __init__(self, ping: Ping | None = None) -> None:
+        """Create the state of a browser. `ping` sends it a ping; None if it has no connection of its own."""
         self.calls = Slots(CALLS_OF_A_BROWSER)
         self.plotting = SpentTime()
+        self._ping = ping
+
+    async def until_silent(self, limit_s: float) -> None:
+        """Return once the browser has not answered a ping for `limit_s`: it is suspended, or its link lost.
+
+        The page may be hidden. TCP reports neither.
+        """
+        while self._ping is not None:
+            begin_s = time.monotonic()
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._answer(self._ping), limit_s)
+                await asyncio.sleep(limit_s / 4)
+                continue
+            if time.monotonic() - begin_s < 2 * limit_s:  # otherwise, the server was suspended itself
+                return
+        await asyncio.Event().wait()
+
+    @staticmethod
+    async def _answer(ping: Ping) -> None:
+        await (await ping())
 
 
 _BROWSER: ContextVar[Browser] = ContextVar("browser")
 
 
-def set_current_browser() -> None:
-    """Make the current context serve a new browser."""
-    _BROWSER.set(Browser())
+def set_current_browser(ping: Ping | None = None) -> None:
+    """Make the current context serve a new browser; see `Browser`."""
+    _BROWSER.set(Browser(ping))
 
 
 @contextmanager

@@ -174,7 +174,7 @@ class PageServer:
 
     async def handle_websocket(self, connection: PortConnection) -> None:
         """Serve one browser until it disconnects."""
-        set_current_browser()
+        set_current_browser(connection.ping)
         try:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
             self.access.secret.check_first_message(first)

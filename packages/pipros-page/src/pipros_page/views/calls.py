@@ -14,12 +14,14 @@ from pipros.net.master_client import MasterClient
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_link import ErrorReply
 from pipros.safe.yaml import load
+from pipros_libraries.nodes.velocities import VELOCITIES
 from pipros_page.bounded_list import bounded_list
 from pipros_page.messages.pattern import MessagePattern
 from pipros_page.service_calls import CALL_BY_HAND_S
 from pipros_page.views.topics import topic_name
 from pipros_page.watched_system import WatchedSystem
 from pipros_server.act_gate import GatedPublisher
+from pipros_server.browser_share import browser_or_none
 from pipros_server.view_server import RequestRefused
 from pipros_tools.graph.message_from_yaml import message_from_yaml
 from pipros_tools.graph.message_tree import message_tree
@@ -29,6 +31,8 @@ from pipros_workspace.type_catalogue import SERVICES
 
 FASTEST_HZ = 1000.0
 TELL_INTERVAL_S = 0.5
+SILENCE_S = 1.0
+"""Time after which a browser that answers no ping no longer publishes velocities."""
 QUICK_CHARACTERS = 10_000
 """Maximum length of a published message without expressions that is made in the event loop."""
 
@@ -86,7 +90,7 @@ class CallViews:
     async def publishing(self, arguments: Mapping[str, object]) -> AsyncIterator[object]:
         """Publish a message at a rate (Hz) while the view is open. Yield the number of published messages.
 
-        With a rate of 0, one latched message is published.
+        With a rate of 0, one latched message is published. Velocities stop when the browser falls silent.
 
         Strings that begin with "=" are evaluated as expressions of `i`, the message's number, counted from 0,
         and `t`, the seconds since the first message.
@@ -109,6 +113,9 @@ class CallViews:
         advertising = self._system.questions.start(
             self._system.gate.advertise, topic, message_class, queue_size=10, latch=not rate
         )
+        silence = None
+        if message_class._type in VELOCITIES and (browser := browser_or_none()):
+            silence = asyncio.ensure_future(browser.until_silent(SILENCE_S))
         try:
             publisher = await asyncio.wrap_future(advertising)
             count = 0
@@ -120,10 +127,14 @@ class CallViews:
                 if not rate or now_s - told_s >= TELL_INTERVAL_S or count == 1:
                     told_s = now_s
                     yield {"count": count}
-                if not rate:
-                    await asyncio.Event().wait()
-                await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
+                rest_s = max(0.0, begin_s + count / rate - time.monotonic()) if rate else None
+                if silence is None:
+                    await (asyncio.Event().wait() if rest_s is None else asyncio.sleep(rest_s))
+                elif (await asyncio.wait([silence], timeout=rest_s))[0]:
+                    raise RequestRefused(f"the browser was silent for {SILENCE_S:g} s: {topic} was stopped")
         finally:  # The master may not have responded yet: do not wait, but unregister once it has.
+            if silence is not None:
+                silence.cancel()
             advertising.add_done_callback(lambda done: withdraw(self._system, done))
 
 
