@@ -29,7 +29,8 @@ from pipros_workspace.build_result import BuildResult
 from pipros_workspace.build_state import BuildState
 from pipros_workspace.catkin.cmake_shim import cmake_program
 from pipros_workspace.catkin.context import FindPackage, FoundPackage
-from pipros_workspace.catkin.project import NativeTarget, Project, installed_extras
+from pipros_workspace.catkin.project import NativeTarget, Project
+from pipros_workspace.catkin.project_reader import extras_in
 from pipros_workspace.catkin.step_runner import StepRunner
 from pipros_workspace.checked_package import read_checked
 from pipros_workspace.cmake_runs import NativeBuildFailed
@@ -103,6 +104,7 @@ class _Build:
         self._announce(packages)
         by_name = {package.name: package for package in space.packages}
         index = PackageIndex.from_environment()
+        extras: dict[str, list[str]] = {}
 
         def find_package(name: str) -> Path | None:
             package = by_name.get(name) or index.get(name)
@@ -116,7 +118,11 @@ class _Build:
                 return FoundPackage(str(by_name[name].manifest.version), project.cfg_extras)
             folder = find_package(name)
             if folder is not None:
-                return FoundPackage(_version_of(folder), installed_extras(folder))
+                if name not in extras:
+                    extras[name] = []  # while it is read, so that a cycle ends
+                    settings = self._settings(self._layout.source / name)
+                    extras[name] = extras_in(folder, name, settings, self._variables, find_for_cmake)
+                return FoundPackage(_version_of(folder), extras[name])
             return FoundPackage() if native_tools.is_installed(name, self._variables) else None
 
         definitions = Definitions(DefinitionFiles(find_package))
@@ -223,7 +229,7 @@ class _Build:
             return read_checked(
                 package,
                 self._layout.source,
-                self._settings(package),
+                self._settings(package.folder),
                 self._variables,
                 find_for_cmake=find_for_cmake,
                 find_folder=find_folder,
@@ -274,10 +280,10 @@ class _Build:
                     "source into the workspace",
                 )
 
-    def _settings(self, package: SourcePackage) -> dict[str, str]:
+    def _settings(self, folder: Path) -> dict[str, str]:
         """Return the CMake variables that depend on the workspace, and those set with `-D`."""
         build = self._layout.build
-        binary = build / relative_path(str(package.folder), str(self._layout.source))
+        binary = build / relative_path(str(folder), str(self._layout.source))
         return {
             "CATKIN_DEVEL_PREFIX": str(self._layout.devel),
             "CATKIN_TEST_RESULTS_DIR": str(build / "test_results"),
@@ -378,7 +384,7 @@ class _Build:
             if package.name in self._result.projects and package.name not in self._failures.failed:
                 project = self._result.projects[package.name]
                 try:
-                    settings = self._settings(package)
+                    settings = self._settings(package.folder)
                     setup = python_setup(project)
                     install_package(project, self._layout, definitions, settings, self._say, setup)
                 except (PiprosError, OSError) as error:

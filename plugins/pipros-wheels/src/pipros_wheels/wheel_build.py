@@ -26,9 +26,11 @@ from pipros_wheels.index import names_in
 from pipros_wheels.metadata import TAG, base_name, metadata_text, wheel_text
 from pipros_wheels.names import PREFIX, distribution_name, normalized
 from pipros_wheels.package_build import ProvidedByPipros, editable_files, package_files
-from pipros_wheels.package_reading import FindFolder, read_package
+from pipros_wheels.package_reading import FindFolder, read_package, settings_of
 from pipros_wheels.python_keys import PYTHON_KEYS
-from pipros_workspace.catkin.project import Project, installed_extras
+from pipros_workspace.catkin.context import FoundPackage
+from pipros_workspace.catkin.project import Project
+from pipros_workspace.catkin.project_reader import extras_in
 from pipros_workspace.index import PackageIndex
 from pipros_workspace.layout import WORKSPACE_MARKER, SourcePackage, SourceSpace, read_source_space
 
@@ -184,6 +186,7 @@ class _Builder:
         self._surroundings = Surroundings(packages, options.folders)
         self._packages = {package.name: package for package in packages}
         self._projects: dict[str, Project | None] = {}
+        self._found_extras: dict[str, list[str]] = {}
         self._installed: dict[str, str] = {}
 
     def leave_out(self, name: str) -> None:
@@ -244,7 +247,18 @@ class _Builder:
         if project is not None:
             return project.cfg_extras
         folder = None if package is not None else self._surroundings.folder(name)
-        return () if folder is None else installed_extras(folder)
+        if folder is None:
+            return ()
+        if name not in self._found_extras:
+            self._found_extras[name] = []  # while it is read, so that a cycle ends
+            self._found_extras[name] = extras_in(
+                folder,
+                name,
+                settings_of(self._folder / name),
+                os.environ,
+                lambda other: FoundPackage(extras=self._extras(other)),
+            )
+        return self._found_extras[name]
 
 
 def metadata_of(package: SourcePackage, project: Project | None, options: WheelOptions) -> str:

@@ -12,7 +12,6 @@ from pipros.basics.extras import install_command
 from pipros.basics.input_file import read_text
 from pipros_workspace.catkin.names import CATKIN_COMMANDS
 from pipros_workspace.catkin.project import NativeTarget, Project
-from pipros_workspace.cmake.configure import configured
 from pipros_workspace.cmake.interpreter import Interpreter
 from pipros_workspace.cmake.language import CMakeError, Command
 from pipros_workspace.cmake.names import BUILTIN_COMMANDS
@@ -141,9 +140,6 @@ class ReadContext:
             if file.endswith(".em"):
                 self.has_foreign_packages = True
                 self.empy_hint = f" in {file}; pipros reads it with empy 3 ({install_command('templates')})"
-            elif file.endswith(".in"):
-                text = configured(read_text(file, errors="replace"), self.scope, at_only=True)
-                self._interpreter.run_text(text, file)
             else:
                 self._interpreter.run_file(file)
 

@@ -11,7 +11,7 @@ from pipros.basics.input_file import read_text
 from pipros_workspace.catkin.context import FoundPackage, Handler, ReadContext
 from pipros_workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES, INTERPRETED_PACKAGES
 from pipros_workspace.catkin.project import AbsentPackage, EnvironmentHook
-from pipros_workspace.catkin.templates import can_expand, expanded, needs_empy, write
+from pipros_workspace.catkin.templates import can_expand, expanded, extra_variables, needs_empy, write
 from pipros_workspace.cmake.configure import configured
 from pipros_workspace.cmake.language import Command
 from pipros_workspace.cmake.message import MessageKind, read_message
@@ -141,7 +141,8 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
 
 def _run_extras(context: ReadContext, name: str, package: FoundPackage) -> None:
     if package.extras:
-        context.scope.values[f"{name}_DIR"] = os.path.dirname(package.extras[0])
+        first = min(package.extras, key=lambda file: "catkin_generated" in file)  # beside files it includes
+        context.scope.values[f"{name}_DIR"] = os.path.dirname(first)
     context.run_extras(package)
 
 
@@ -161,15 +162,22 @@ def _catkin_package(context: ReadContext, command: Command, words: list[str]) ->
             )
     for name in options["CFG_EXTRAS"]:
         path = os.path.join(source, "cmake", name)
-        project.cfg_extras.append(_cfg_extra(context, command, path))
-        if installed := _installed_extra(context, path):
+        made = _extra(context, path, is_installed=False)
+        if not made:
+            raise context.error(command, f"catkin_package() could not find CFG_EXTRAS file: {path}")
+        project.cfg_extras.append(made)
+        if installed := _extra(context, path, is_installed=True):
             project.installed_extras[os.path.basename(path)] = installed
 
 
-def _installed_extra(context: ReadContext, path: str) -> str:
-    """Return the file to install for a CMake file of CFG_EXTRAS; empty if there is none."""
-    target = os.path.join(context.project.binary, "catkin_generated", "installspace", os.path.basename(path))
-    for ending in ("", ".in", ".installspace.in", ".em", ".installspace.em"):
+def _extra(context: ReadContext, path: str, *, is_installed: bool) -> str:
+    """Return a CMake file of CFG_EXTRAS for the devel or the install space; empty if there is none.
+
+    Templates are expanded in the scope of the package that has them, as in catkin.
+    """
+    space = "installspace" if is_installed else "develspace"
+    target = os.path.join(context.project.binary, "catkin_generated", space, os.path.basename(path))
+    for ending in ("", ".in", f".{space}.in", ".em", f".{space}.em"):
         source = path + ending
         if not os.path.isfile(source):
             continue
@@ -177,29 +185,22 @@ def _installed_extra(context: ReadContext, path: str) -> str:
             return source
         if ending.endswith(".in"):
             values = context.scope.values
-            before = {name: values.get(name, "") for name in ("DEVELSPACE", "INSTALLSPACE", "PKG_CMAKE_DIR")}
-            own = f"${{{context.project.name}_DIR}}"
-            values.update(DEVELSPACE="FALSE", INSTALLSPACE="TRUE", PKG_CMAKE_DIR=own)
+            own = extra_variables(context, is_installed=is_installed)
+            before = {name: values.get(name, "") for name in own}
+            values.update(
+                {
+                    name: str(value).upper() if isinstance(value, bool) else value
+                    for name, value in own.items()
+                }
+            )
             write(target, configured(read_text(source, errors="replace"), context.scope, at_only=True))
             values.update(before)
         elif can_expand():
-            write(target, expanded(source, context, is_installed=True))
+            write(target, expanded(source, context, is_installed=is_installed))
         else:
-            return ""
+            return "" if is_installed else source
         return target
     return ""
-
-
-def _cfg_extra(context: ReadContext, command: Command, path: str) -> str:
-    for ending in ("", ".in", ".develspace.in", ".em", ".develspace.em"):
-        if not os.path.isfile(path + ending):
-            continue
-        if ending.endswith(".em") and can_expand():
-            made = os.path.join(context.project.binary, "catkin_generated", os.path.basename(path))
-            write(made, expanded(path + ending, context))
-            return made
-        return path + ending
-    raise context.error(command, f"catkin_package() could not find CFG_EXTRAS file: {path}")
 
 
 def _package_xml(context: ReadContext, _command: Command, _words: list[str]) -> None:

@@ -12,15 +12,25 @@ import os
 import platform
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
 from pipros.basics.windows import ON_WINDOWS, relative_path, with_slashes
 from pipros_workspace.catkin import package_commands, templates
 from pipros_workspace.catkin.context import FindPackage, FoundPackage, Handler, ReadContext
 from pipros_workspace.catkin.installation import read_installations
 from pipros_workspace.catkin.names import CATKIN_COMMANDS, COMPONENT_COMMANDS
-from pipros_workspace.catkin.project import PYTHON_DESTINATION, Download, Interface, Project, TestEntry
+from pipros_workspace.catkin.project import (
+    PYTHON_DESTINATION,
+    Download,
+    Interface,
+    Project,
+    TestEntry,
+    installed_extras,
+)
 from pipros_workspace.cmake.language import Command
 from pipros_workspace.cmake.names import BEYOND_COMMANDS, BUILTIN_COMMANDS
 from pipros_workspace.cmake.scope import Scope
@@ -259,6 +269,21 @@ def read_project(
     project.binary = scope.values["CMAKE_CURRENT_BINARY_DIR"]
     ReadContext(project, version, scope, find_package, _HANDLERS, _check_known).run()
     return project
+
+
+def extras_in(
+    folder: Path, name: str, settings: Mapping[str, str], environment: Mapping[str, str], find: FindPackage
+) -> list[str]:
+    """Return the CMake files that packages run which find the package in `folder`.
+
+    If it is a source folder, such as one of an underlay, its `CMakeLists.txt` is executed to know them; see
+    `read_project`. A file that is invalid has none.
+    """
+    found = installed_extras(folder)
+    with suppress(PiprosError, OSError):
+        if not found and "CFG_EXTRAS" in read_text(folder / "CMakeLists.txt", errors="replace"):
+            return read_project(str(folder), name, settings, environment, find).cfg_extras
+    return found
 
 
 def _check_known(context: ReadContext, command: Command, _words: list[str]) -> None:

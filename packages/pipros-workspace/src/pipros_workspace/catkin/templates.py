@@ -48,17 +48,22 @@ def expanded(template: str, context: ReadContext, *, is_installed: bool = False)
     Raises:
         ValueError: the expansion failed or took too long.
     """
-    values, name = context.scope.values, context.project.name
+    values = context.scope.values
     variables: dict[str, object] = {
         key: values[key] for key in values if key.startswith(_PREFIXES) and key.isidentifier()
     }
-    devel = f"{values.get('CATKIN_DEVEL_PREFIX', '')}/share/{name}/cmake"
-    variables |= {"DEVELSPACE": not is_installed, "INSTALLSPACE": is_installed}
-    variables["PKG_CMAKE_DIR"] = f"${{{name}_DIR}}" if is_installed else devel
+    variables |= extra_variables(context, is_installed=is_installed)
     with tempfile.TemporaryDirectory(prefix="pipros_em_") as folder:
         file = Path(folder, "context.py")
         file.write_text("".join(f"{key} = {value!r}\n" for key, value in variables.items()), "utf-8")
         return _run(template, str(file), context.scope.environment)
+
+
+def extra_variables(context: ReadContext, *, is_installed: bool) -> dict[str, str | bool]:
+    """Return catkin's variables for templates of the devel or the install space."""
+    devel = f"{context.scope.values.get('CATKIN_DEVEL_PREFIX', '')}/share/{context.project.name}/cmake"
+    folder = f"${{{context.project.name}_DIR}}" if is_installed else devel
+    return {"DEVELSPACE": not is_installed, "INSTALLSPACE": is_installed, "PKG_CMAKE_DIR": folder}
 
 
 def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str:

@@ -190,16 +190,21 @@ def test_a_cfg_file_that_fails_or_is_not_there_fails_its_package(workspace: Work
     assert f"{folder}/cfg/P.cfg does not exist; {folder / 'CMakeLists.txt'} names it" in error
 
 
-def test_a_package_may_have_cmake_code_for_others(workspace: Workspace) -> None:
-    workspace.add(
+@pytest.mark.parametrize("place", ["workspace", "underlay"])
+def test_a_package_may_have_cmake_code_for_others(
+    workspace: Workspace, place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    below = workspace if place == "workspace" else Workspace(workspace.base / "below")
+    folder = below.add(
         "tools",
-        "catkin_package(CFG_EXTRAS tools.cmake values.cmake)",
+        "find_package(user)\ncatkin_package(CFG_EXTRAS tools.cmake values.cmake)",
         cmake__tools_dot_cmake='function(say_it text)\n  message(STATUS "it: ${text}")\nendfunction()\n',
-        cmake__values_dot_cmake_dot_in="set(TOOLS_OF @PROJECT_NAME@)\n",
+        cmake__values_dot_cmake_dot_in="set(TOOLS_OF @PROJECT_NAME@ @CMAKE_CURRENT_SOURCE_DIR@ @DEVELSPACE@)\n",
     )
-    workspace.add("user", "find_package(catkin REQUIRED COMPONENTS tools)\nsay_it(${TOOLS_OF})", "tools")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(below.base / "src"))
+    workspace.add("user", 'find_package(catkin REQUIRED COMPONENTS tools)\nsay_it("${TOOLS_OF}")', "tools")
     assert workspace.build().errors == []
-    assert "-- it: user" in workspace.lines
+    assert f"-- it: tools;{folder};TRUE" in workspace.lines
 
 
 def test_settings_of_the_command_line_win_over_the_cache_and_options(workspace: Workspace) -> None:

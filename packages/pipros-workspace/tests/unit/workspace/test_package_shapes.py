@@ -349,9 +349,9 @@ def test_mistakes_have_their_line(folder: Path, text: str, complaint: str, line:
 
 def test_packages_give_their_extras_to_those_that_find_them(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "plain.cmake").write_text("set(FROM_PLAIN 1)\nfunction(own_command)\nendfunction()\n")
-    (tmp_path / "made.cmake.in").write_text("set(FROM_MADE @PROJECT_NAME@)\n")
+    (tmp_path / "made.cmake").write_text("set(FROM_MADE ${PROJECT_NAME})\n")
     packages = {
-        "helper": FoundPackage("3.2.1", [str(tmp_path / "plain.cmake"), str(tmp_path / "made.cmake.in")])
+        "helper": FoundPackage("3.2.1", [str(tmp_path / "plain.cmake"), str(tmp_path / "made.cmake")])
     }
     project = read(
         folder,
@@ -392,7 +392,7 @@ def test_hooks_and_extras_are_found_in_their_folders(folder: Path) -> None:
         ("10.p.sh", None),
         ("20.p.bash", "export X=p\n"),
     ]
-    assert [Path(path).name for path in project.cfg_extras] == ["p.cmake", "q.cmake.in"]
+    assert [Path(path).name for path in project.cfg_extras] == ["p.cmake", "q.cmake"]
     assert project.catkin_depends == [("rospy", 4)]
 
 

@@ -594,6 +594,9 @@ def test_extras_of_another_package_are_used_in_any_order(
         ("tools", "between", user), ()
     )
     assert f"share/{user}/lab/a.txt" in names(built[user])
+    space = source_packages([workspace.base / "src" / user])  # tools is beside it, and not built
+    alone = build_wheels(space.packages, workspace.base / "alone", WheelOptions(), workspace.lines.append)
+    assert f"share/{user}/lab/a.txt" in names(alone.wheels[0])
 
 
 @pytest.mark.parametrize("kind", EXTRAS)
