@@ -17,6 +17,7 @@ from pipros_tools.bag.opening import check_no_pointer, is_mcap
 
 _METADATA = "metadata.yaml"
 _SUFFIXES = (".mcap", ".db3")
+_PACKED = (".zstd", ".zst", ".gz", ".tgz", ".bz2", ".xz", ".lz4", ".zip", ".7z")
 
 
 def is_ros2_bag(path: str | os.PathLike[str]) -> bool:
@@ -38,11 +39,11 @@ def bag_files(path: Path) -> tuple[BagMetadata | None, list[Path], dict[str, str
         return None, [path], {}
     where = path / _METADATA
     found = sorted(each for each in path.iterdir() if each.suffix in _SUFFIXES and ".orig." not in each.name)
+    packed = next((each for each in path.iterdir() if each.suffix in _PACKED), None)
+    if packed and not found:
+        raise BagError(f"{path}: {packed.name} is compressed with {packed.suffix[1:]}; decompress it first")
     if not where.exists():
         if not found:
-            packed = next((each.name for each in path.iterdir() if each.suffix in (".zstd", ".zst")), None)
-            if packed:
-                raise BagError(f"{path}: {packed} is compressed with zstd; decompress it first")
             hint = f"; name its bags: {path / '*.bag'}" if any(path.glob("*.bag")) else ""
             raise BagError(f"{path} is a folder without {_METADATA} and without .mcap or .db3 files{hint}")
         return None, found, {}
@@ -92,9 +93,6 @@ def opened_files(paths: Sequence[Path]) -> tuple[dict[Path, StorageReader], dict
         try:
             check_no_pointer(path)
             found[path] = McapStorage(path) if is_mcap(path) else SqliteReader(path)
-            journal = path.with_name(f"{path.name}-journal")
-            if journal.exists() and journal.stat().st_size:
-                skipped[os.fspath(journal)] = "it would undo a transaction that was not finished"
         except (BagError, OSError) as error:
             failed = error
             skipped[os.fspath(path)] = str(error)

@@ -6,11 +6,13 @@ The schema has version 3 in Humble, and 4 in later distributions, which store de
 from __future__ import annotations
 
 import os
+import shutil
 import sqlite3
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from pipros.basics.input_file import open_file
@@ -23,6 +25,7 @@ from pipros_tools.bag.mcap_messages import OnDamage
 from pipros_tools.bag.records import TIMES_NS
 
 MAGIC = b"SQLite format 3\0"
+_JOURNAL = b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7"
 TABLES = ("schema", "metadata", "topics", "message_definitions", "messages")
 """The tables of a bag. Only `topics` and `messages` are required."""
 
@@ -53,6 +56,8 @@ def _translated(name: str) -> Iterator[None]:
         if str(error) == "interrupted":
             raise KeyboardInterrupt from None
         raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
+    except OSError as error:
+        raise BagError(f"{name}: cannot copy it to undo an unfinished transaction: {error}") from error
     except sqlite3.ProgrammingError:
         raise ClosedBag(f"{name} is closed") from None
     except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
@@ -77,7 +82,8 @@ def has_magic(path: Path) -> bool:
 def opened_database(path: Path) -> sqlite3.Connection:
     """Open a database read-only, as an untrusted one. Raise `BagFormatError` if that is not possible.
 
-    No file is changed or created. Rows in a write-ahead log, which a killed recorder leaves, are included.
+    No file beside it is changed or created. A killed recorder may leave a write-ahead log, whose rows are
+    included, or a rollback journal, whose unfinished transaction is undone in a copy.
     """
     how = "immutable=1"
     if has_log := write_ahead_log(path).exists():
@@ -87,7 +93,7 @@ def opened_database(path: Path) -> sqlite3.Connection:
     uri = f"{path.absolute().as_uri()}?mode=ro&{how}"
     with _translated(os.fspath(path)):
         # An iterator that is not exhausted may be closed in another thread.
-        database = sqlite3.connect(uri, uri=True, check_same_thread=False)
+        database = _rolled_back(path) or sqlite3.connect(uri, uri=True, check_same_thread=False)
         if has_log:
             database.execute("PRAGMA locking_mode = EXCLUSIVE")  # the log's index stays in memory
         # Python handles signals while SQLite calls this function. SQLite replaces an exception raised by a
@@ -96,6 +102,26 @@ def opened_database(path: Path) -> sqlite3.Connection:
         database.execute("PRAGMA trusted_schema = OFF")
         database.text_factory = partial(str, encoding="utf-8", errors="replace")  # affects only one value
     return database
+
+
+def _rolled_back(path: Path) -> sqlite3.Connection | None:
+    """Return a copy of a database without its unfinished transaction; None if it has none."""
+    journal = path.with_name(f"{path.name}-journal")
+    if not journal.exists():
+        return None
+    with open_file(journal) as undo, open_file(path) as content:
+        if undo.read(len(_JOURNAL)) != _JOURNAL:  # a transaction that has ended
+            return None
+        undo.seek(0)
+        # Windows keeps the copy, because it is open.
+        with TemporaryDirectory(prefix="pipros-db3-", ignore_cleanup_errors=True) as folder:
+            copy = Path(folder, "copy.db3")
+            with copy.open("wb") as target, Path(f"{copy}-journal").open("wb") as target_undo:
+                shutil.copyfileobj(content, target)
+                shutil.copyfileobj(undo, target_undo)
+                target_undo.write(bytes(16))  # at its end, the journal could name a file that SQLite deletes
+            database = sqlite3.connect(copy, check_same_thread=False)
+            return database.execute("SELECT COUNT(*) FROM sqlite_master").connection
 
 
 def write_ahead_log(path: Path) -> Path:

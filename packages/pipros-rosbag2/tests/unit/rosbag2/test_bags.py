@@ -398,57 +398,52 @@ def test_a_folder_of_ros1_bags_names_the_pattern_for_them() -> None:
         Ros2BagReader(Path("runs"))
 
 
-def leave_log(database: Path) -> None:
-    """Move the messages of a database to its write-ahead log, as if the recorder had been killed."""
+def leave_log(database: Path, mode: str, log: Path) -> None:
+    """Leave a database and its log as if the recorder had been killed."""
     with closing(sqlite3.connect(database, isolation_level=None)) as changed:
-        changed.execute("PRAGMA journal_mode = WAL")
+        changed.execute(f"PRAGMA journal_mode = {mode}")
+        changed.execute("PRAGMA cache_size = 1")
         rows = changed.execute("SELECT * FROM messages").fetchall()
-        changed.execute("DELETE FROM messages")
-        changed.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-        changed.executemany("INSERT INTO messages VALUES (?, ?, ?, ?)", rows)
-        content, log = database.read_bytes(), Path(f"{database}-wal").read_bytes()
+        if mode == "WAL":
+            changed.execute("DELETE FROM messages")
+            changed.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            changed.executemany("INSERT INTO messages VALUES (?, ?, ?, ?)", rows)
+        else:
+            changed.execute("BEGIN")
+            changed.execute("DELETE FROM messages")
+            changed.executemany("INSERT INTO messages VALUES (NULL, 1, 1, ?)", [[bytes(4000)]] * 50)
+        content, left = database.read_bytes(), log.read_bytes()
     database.write_bytes(content)
-    Path(f"{database}-wal").write_bytes(log)
+    log.write_bytes(left)
 
 
+@pytest.mark.parametrize("mode", ["WAL", "DELETE", "PERSIST"])
 def test_messages_in_the_log_of_a_killed_recorder_are_read_and_recovered(
-    capsys: pytest.CaptureFixture[str],
+    mode: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    kind = "wal" if mode == "WAL" else "journal"
     write_ros1()
     rosbag(["convert", "--ros2", "jazzy", "--storage", "sqlite3", "run.bag", "out"])
-    database, log = Path("out/out_0.db3"), Path("out/out_0.db3-wal")
-    leave_log(database)
+    database, log = Path("out/out_0.db3"), Path(f"out/out_0.db3-{kind}")
+    leave_log(database, mode, log)
     before = database.read_bytes(), log.read_bytes()
 
     with Ros2BagReader(database) as bag:
         assert bag.message_count == 7
         assert len(list(bag.messages("/chatter"))) == 5
     assert sorted(each.name for each in Path("out").iterdir()) == [
-        "metadata.yaml", "out_0.db3", "out_0.db3-wal",
+        "metadata.yaml", "out_0.db3", log.name,
     ]  # fmt: skip
     assert (database.read_bytes(), log.read_bytes()) == before
 
     assert rosbag(["reindex", str(database)]) == 0
 
     assert not log.exists()
-    assert Path("out/out_0.orig.db3-wal").read_bytes() == before[1]
+    assert Path(f"out/out_0.orig.db3-{kind}").read_bytes() == before[1]
     with Ros2BagReader(database) as bag:
         assert bag.message_count == 7
     with closing(sqlite3.connect(database)) as whole:
         assert whole.execute("SELECT count(*) FROM messages").fetchone() == (7,)
-
-
-def test_an_unfinished_transaction_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    write_ros1()
-    rosbag(["convert", "--ros2", "jazzy", "--storage", "sqlite3", "run.bag", "out"])
-    capsys.readouterr()
-    Path("out/out_0.db3-journal").write_bytes(b"rows before the transaction")
-
-    assert rosbag(["info", "out"]) == 1
-
-    assert capsys.readouterr().err == (
-        "WARNING: out/out_0.db3-journal is left out: it would undo a transaction that was not finished\n"
-    )
 
 
 def test_topics_that_would_have_one_name_are_not_mixed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -515,13 +510,19 @@ def test_the_files_of_a_folder_are_reindexed(storage: str) -> None:
         assert bag.message_count == 7
 
 
-def test_a_compressed_file_in_a_folder_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("out").mkdir()
-    Path("out/out_0.db3.zstd").write_bytes(b"x")
+@pytest.mark.parametrize("suffix", ["zstd", "gz", "xz"])
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_compressed_file_in_a_folder_is_named(
+    storage: str, suffix: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_ros1()
+    rosbag(["convert", "--ros2", "jazzy", "--storage", storage, "run.bag", "out"])
+    (file,) = Path("out").glob("out_0.*")
+    file.rename(f"{file}.{suffix}")
 
     assert rosbag(["info", "out"]) == 1
 
-    assert "out_0.db3.zstd is compressed with zstd; decompress it first" in capsys.readouterr().err
+    assert f"{file.name}.{suffix} is compressed with {suffix}; decompress it first" in capsys.readouterr().err
 
 
 def test_topics_share_the_definition_of_their_type_and_those_without_names_are_counted() -> None:

@@ -71,6 +71,8 @@ _PACKED = (
     (b"\xfd7zXZ", "xz"),
     (b"\x04\x22\x4d\x18", "lz4"),
     (b"PK\x03\x04", "zip"),
+    (b"7z\xbc\xaf", "7-Zip"),
+    (b"Rar!", "RAR"),
 )
 """First bytes of files that other programs compressed as a whole."""
 

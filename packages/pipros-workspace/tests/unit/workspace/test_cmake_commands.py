@@ -199,7 +199,7 @@ def test_a_package_may_have_cmake_code_for_others(
         "tools",
         "find_package(user)\ncatkin_package(CFG_EXTRAS tools.cmake values.cmake)",
         cmake__tools_dot_cmake='function(say_it text)\n  message(STATUS "it: ${text}")\nendfunction()\n',
-        cmake__values_dot_cmake_dot_in="set(TOOLS_OF @PROJECT_NAME@ @CMAKE_CURRENT_SOURCE_DIR@ @DEVELSPACE@)\n",
+        cmake__values_dot_cmake_dot_in="set(TOOLS_OF @PROJECT_NAME@ @PROJECT_SOURCE_DIR@ @DEVELSPACE@)\n",
     )
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(below.base / "src"))
     workspace.add("user", 'find_package(catkin REQUIRED COMPONENTS tools)\nsay_it("${TOOLS_OF}")', "tools")
