@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable
+from pathlib import Path
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.basics.windows import ON_WINDOWS
@@ -230,7 +231,7 @@ def workspace_not_set_up(machine: MachineReport) -> Findings:
     if machine.workspace is None:
         return
     known = machine.variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
-    if str(machine.workspace) not in (entry.rstrip("/") for entry in known):
+    if machine.workspace not in map(Path, known):
         yield warning(
             "workspace-not-set-up",
             f"The workspace of the current directory is not set up in this shell: {machine.workspace}",

@@ -271,6 +271,16 @@ def test_the_first_bytes_determine_the_suffix(start: bytes, suffix: str) -> None
     assert image_file(message) == (suffix, start + bytes(20))
 
 
+def test_a_topic_is_exported_to_no_device_of_windows(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.basics.file_names.ON_WINDOWS", True)
+    monkeypatch.chdir(tmp_path)
+    Path("x.bag").write_bytes(
+        bag_bytes([(topic, String("x"), 1, 0) for topic in ("/nul", "/nul_", "/a/nul")])
+    )
+    assert rosbag(["export", "x.bag", "out"]) == 0
+    assert sorted(each.name for each in Path("out").iterdir()) == ["a__nul.csv", "nul_.csv", "nul__2.csv"]
+
+
 def test_compressed_depths_are_exported_without_their_header() -> None:
     png = codec().encode(numpy.array([[1000, 65535]], numpy.uint16), "png", 1)
     message = CompressedImage(format="16UC1; compressedDepth png", data=bytes(12) + png)

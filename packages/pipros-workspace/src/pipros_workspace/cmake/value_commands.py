@@ -36,7 +36,10 @@ def get_filename_component(words: list[str], scope: Scope) -> None:
     options = options_of(words[3:], "BASE_DIR")
     path = with_slashes(path)
     name = path.rpartition("/")[2]
-    folder = (re.sub("//+", "/", path).rstrip("/") or "/").rpartition("/")[0]
+    slim = path[:1] + re.sub("//+", "/", path[1:])  # //server has two slashes
+    folder = (slim.rstrip("/") or "/").rpartition("/")[0]
+    if len(folder) < len("C:/") and (drive := re.match("[A-Za-z]:/", slim)):
+        folder = drive[0]
     stem, dot, extension = name.partition(".")
     longest_stem, last_dot, last_extension = name.rpartition(".")
     absolute = os.path.join(options.get("BASE_DIR", scope.in_source("")), path)

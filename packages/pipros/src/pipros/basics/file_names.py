@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from pipros.basics.windows import ON_WINDOWS
+
 # Not compiled on import: every node imports this module.
 _DEVICE = r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³])\s*(\..*)?"
 
@@ -15,3 +17,8 @@ def is_device(name: str) -> bool:
     [True, True, True, False, False]
     """
     return re.fullmatch(_DEVICE, name, re.IGNORECASE) is not None
+
+
+def file_stem(name: str) -> str:
+    """Return a name for a file that a node, a topic or a robot names. On Windows, `_` follows a device's."""
+    return f"{name}_" if ON_WINDOWS and is_device(name) else name

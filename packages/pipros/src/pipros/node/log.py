@@ -19,13 +19,12 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from pipros.basics.cache_files import Untrusted, check_owner
 from pipros.basics.errors import PiprosError
-from pipros.basics.file_names import is_device
+from pipros.basics.file_names import file_stem
 from pipros.basics.input_file import read_text
 from pipros.basics.log_file import LogFile, warn_unwritable
 from pipros.basics.posix import HAS_OWNERS
 from pipros.basics.printable import write_line
 from pipros.basics.warn_once import warn_once
-from pipros.basics.windows import ON_WINDOWS
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock
 
@@ -305,8 +304,7 @@ def log_file(log_dir: Path, node_name: str, given: str | None) -> Path:
     """Return a node's log file: the file given by `__log:=`, otherwise a file named after the node."""
     if given:
         return Path(given)
-    stem = node_name.strip("/").replace("/", "_")
-    return log_dir / f"{stem}{'_' if ON_WINDOWS and is_device(stem) else ''}.log"
+    return log_dir / f"{file_stem(node_name.strip('/').replace('/', '_'))}.log"
 
 
 def full_text(record: logging.LogRecord) -> str:

@@ -21,6 +21,15 @@ get_filename_component(o /a/b.tar.gz LAST_EXT)
 get_filename_component(o /a/b.tar.gz NAME_WLE)
 #= b.tar
 
+get_filename_component(o C:/a DIRECTORY)
+#= C:/
+
+get_filename_component(o C:/ DIRECTORY)
+#= C:/
+
+get_filename_component(o //server/share/a DIRECTORY)
+#= //server/share
+
 get_filename_component(o a DIRECTORY)
 set(o "<${o}>")
 #= <>

@@ -116,7 +116,7 @@ def test_a_log_file_is_named_after_the_node() -> None:
 
 
 def test_a_log_file_is_not_a_device_of_windows(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.node.log.ON_WINDOWS", True)
+    monkeypatch.setattr("pipros.basics.file_names.ON_WINDOWS", True)
     assert log_file(Path("/log"), "/aux", None) == Path("/log/aux_.log")
     assert log_file(Path("/log"), "/ns/aux", None) == Path("/log/ns_aux.log")
 

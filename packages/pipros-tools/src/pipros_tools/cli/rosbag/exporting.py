@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.basics.extras import install_command
+from pipros.basics.file_names import file_stem
 from pipros.basics.log_file import open_to_write
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.replaced_file import cleared, naming, replaced_file, write_whole
@@ -86,7 +87,7 @@ def _file_names(topics: Iterable[str], left_out: LeftOut) -> dict[str, str]:
         if not is_legal_topic(topic):
             left_out.whole(topic, "it is not a legal topic name")
             continue
-        base = name = canonicalize(topic).strip("/").replace("/", "__")
+        base = name = file_stem(canonicalize(topic).strip("/").replace("/", "__"))
         if len(base) > _LONGEST_NAME:
             left_out.whole(topic, "its name is too long for a file")
             continue
