@@ -18,11 +18,11 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_service_class
-from pipros.net.workers import Workers
+from pipros.net.shared_workers import SharedWorkers
 from pipros.node import Node
 from pipros_fleet import keys
 from pipros_fleet.calls import LocalCalls
-from pipros_fleet.directory import FLEET_MEMBERS
+from pipros_fleet.directory import FLEET_MEMBERS, FLEET_TOPICS
 from pipros_fleet.events import Events
 from pipros_fleet.fleet_rules import FleetFile, matches_any
 from pipros_fleet.keys import AGENT_PREFIX
@@ -101,7 +101,7 @@ class Agent:
         self._poll_s = poll_s
         self._warn = WarningsOnce(self._log)
         self._events = Events(4 * FLEET_MEMBERS)
-        self._workers = Workers("requests of a fleet agent", 8)
+        self._workers = SharedWorkers("requests of a fleet agent", 8, 4 * FLEET_TOPICS)
         self._presence = Presence(self.member, self.instance, FLEET_MEMBERS, self)
         self._calls = LocalCalls(node, file, self._log)
         self._poller = LocalPoller(node, self.member, file)
@@ -222,7 +222,8 @@ class Agent:
                 )
 
     def _on_definition_request(self, question: ZenohQuestion) -> None:
-        self._workers.run(self._poller.answer_definition, question, self._offers.local)
+        if not self._workers.run("", self._poller.answer_definition, question, self._offers.local, cost=100):
+            question.close()  # of all members together, because a question does not say who asks
 
     # -- the thread that polls the local master ---------------------------------------------------
 
@@ -293,9 +294,9 @@ class Agent:
 
     def on_joined(self, token: Token) -> None:
         """Request the documents that the other member may have sent before this member subscribed."""
-        self._workers.run(self._request, token, keys.wanted(token.member, self.member))
+        self._workers.run(token.member, self._request, token, keys.wanted(token.member, self.member))
         if matches_any(self._file.show, token.member):
-            self._workers.run(self._request, token, keys.directory(token.member))
+            self._workers.run(token.member, self._request, token, keys.directory(token.member))
 
     def on_away(self, member: str) -> None:
         self._shown.miss(member)
@@ -322,16 +323,21 @@ class Agent:
 
     def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:
         """Request a document from a member. If no reply arrives, retry after the other queued requests."""
+
+        def is_current() -> bool:
+            return self._presence.present().get(token.member) == token
+
         is_answered = False
         try:
-            for answer in self._link.get(key, timeout_s=REQUEST_S, ended=self._is_closed.is_set):
+            for answer in self._link.get(
+                key, timeout_s=REQUEST_S, ended=lambda: self._is_closed.is_set() or not is_current()
+            ):
                 self._on_document(answer.key, answer.payload, answer.attachment, "answer")
                 is_answered = True
         except LinkFailed as error:
             self._log.debug("%s", error)
-        is_present = self._presence.present().get(token.member) == token
-        if not is_answered and attempts > 1 and is_present and not self._is_closed.is_set():
-            self._workers.run(self._request, token, key, attempts - 1)
+        if not is_answered and attempts > 1 and is_current() and not self._is_closed.is_set():
+            self._workers.run(token.member, self._request, token, key, attempts - 1)
 
 
 def _taken(member: str) -> str:

@@ -8,9 +8,9 @@ import threading
 from collections.abc import Mapping
 from typing import Any, Final
 
-from pipros.basics.errors import PiprosError, Refused
+from pipros.basics.errors import LimitExceeded, PiprosError, Refused
 from pipros.basics.printable import printable
-from pipros.net.workers import Workers
+from pipros.net.shared_workers import SharedWorkers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.open_calls import OpenCalls
@@ -18,15 +18,16 @@ from pipros.node.service_client import ServiceClient
 from pipros.node.service_link import ErrorReply
 from pipros.node.service_server import CallFailed, HandlerError, ServiceServer
 from pipros_fleet import keys
-from pipros_fleet.directory import DirectoryEntry, read_json
+from pipros_fleet.directory import FLEET_DIRECTORY_BYTES, DirectoryEntry, read_json
 from pipros_fleet.fleet_rules import FleetFile
 from pipros_fleet.parameter_rules import check_set, parameter_name, readable, top_of
 from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_libraries.topic_tools.raw import raw_service_class
 
 FLEET_CALLS = 64
-"""Maximum number of calls from other members that a member handles at a time; also of pending calls to one
-service of another member. Beyond it, the call fails at once.
+"""Maximum number of calls from other members that a member handles at a time, of which each member can use at
+most half of what the others leave; also of pending calls to one service of another member. Beyond it, the
+call fails at once.
 """
 
 SUCCESS: Final = b"\x01"
@@ -107,22 +108,16 @@ class LocalCalls:
         self._file = file
         self._log = log
         self._open = OpenCalls()
-        self._running = 0
-        self._lock = threading.Lock()
-        self._workers = Workers("calls of other members", FLEET_CALLS)
+        self._workers = SharedWorkers("calls of other members", FLEET_CALLS, FLEET_CALLS)
         self.services: Mapping[str, DirectoryEntry] = {}
 
     def take(self, asked: ZenohQuestion) -> None:
         """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""
-        with self._lock:
-            is_accepted = self._running < FLEET_CALLS
-            self._running += is_accepted
-        if not is_accepted:
+        _, _, rest = keys.parts(asked.key) or ("", "", [])
+        if not self._workers.run("".join(rest[:1]), self._run, asked):
             self.refused += 1
             asked.refuse("too many calls are running")
             asked.close()
-            return
-        self._workers.run(self._run, asked)
 
     def close(self) -> None:
         """Interrupt all running calls."""
@@ -138,13 +133,14 @@ class LocalCalls:
             asked.refuse(str(error))
         finally:
             asked.close()
-            with self._lock:
-                self._running -= 1
 
     def _answer(self, asked: ZenohQuestion) -> None:
         match keys.parts(asked.key):
             case (_, "s", [caller, *rest]) if rest:
                 asked.answer(self._call(caller, keys.unmangled("/".join(rest)), asked.payload))
+            case (_, "get" | "set", _) if len(asked.payload) > FLEET_DIRECTORY_BYTES:
+                size = f"has {len(asked.payload)} bytes; the limit is {FLEET_DIRECTORY_BYTES} bytes"
+                raise LimitExceeded(f"the request about a parameter {size}")
             case (_, "get", [caller]):
                 asked.answer(_encoded(self._get(caller, read_json(asked.payload))))
             case (_, "set", [caller]):
@@ -195,7 +191,7 @@ class LocalCalls:
             self._node.master.set_param(name, value)
         except (TypeError, ValueError, OverflowError) as error:
             raise PiprosError(f"cannot set [{printable(name, 200)}]: {error}") from None
-        self._log.info("[%s] set the parameter [%s]", caller, name)
+        self._log.info("[%s] set the parameter [%s]", printable(caller), printable(name))
         return True
 
 

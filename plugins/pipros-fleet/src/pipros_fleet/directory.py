@@ -20,8 +20,8 @@ FLEET_TOPICS = 5000
 the members that offer most are not shown, and the names of these members are reported.
 """
 FLEET_DIRECTORY_BYTES = 4 * 1024 * 1024
-"""Maximum size of a member's directory of the topics and services that it offers. Beyond it, the directory
-is refused, and the member is not shown.
+"""Maximum size of a member's directory of the topics and services that it offers, or of a request about
+parameters. Beyond it, the directory is refused, and the member is not shown; the request is refused.
 """
 
 _MD5: Final = re.compile(r"[0-9a-f]{32}")
@@ -127,9 +127,12 @@ def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Di
 
 
 def read_json(content: bytes) -> Any:
-    """Decode a JSON document from a peer. Return None if it is malformed."""
+    """Decode a JSON document from a peer.
+
+    Return None if it is malformed, or larger than `FLEET_DIRECTORY_BYTES`: decoding stops all other threads.
+    """
     try:
-        return json.loads(content)
+        return json.loads(content) if len(content) <= FLEET_DIRECTORY_BYTES else None
     except (ValueError, RecursionError):
         return None
 

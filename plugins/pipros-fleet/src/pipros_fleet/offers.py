@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+from pipros.basics.budget import Budget
 from pipros.node import Node
 from pipros_fleet import keys
 from pipros_fleet.directory import (
@@ -20,7 +21,7 @@ from pipros_fleet.frames import frame_change
 from pipros_fleet.local_graph import LocalGraph, is_result, outcome_topics
 from pipros_fleet.members import Token
 from pipros_fleet.sinks import Sink
-from pipros_fleet.sources import RESULT_S, Sender, SentTopic
+from pipros_fleet.sources import FLEET_LATCHED_BYTES, RESULT_S, Sender, SentTopic
 from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_tools.graph.system_state import SystemState
 
@@ -59,6 +60,7 @@ class Offers:
         """
         self.local = LocalGraph(SystemState({}, {}, {}))
         self.directory = Directory(member, sender.instance)
+        self._document = to_json(self.directory)
         self.shared: dict[str, SentTopic] = {}
         self.accepted: dict[str, Sink] = {}
         self.is_waiting = False
@@ -71,6 +73,7 @@ class Offers:
         self._warn = warn
         self._wake = wake
         self._requests: dict[str, TopicRequests] = {}
+        self._latched_bytes = Budget(FLEET_LATCHED_BYTES)
         self._kept_until_s: dict[str, float] = {}
         """Result topics that are kept for members that have left and may return."""
 
@@ -118,6 +121,7 @@ class Offers:
         )
         if directory != self.directory:
             self.directory = replace(directory, revision=directory.revision + 1)
+            self._document = to_json(self.directory)
             self._put_directory()
 
     def send_again(self) -> None:
@@ -145,7 +149,7 @@ class Offers:
                     sink.take(member, payload, attachment)
 
     def answer_directory(self, question: ZenohQuestion) -> None:
-        question.answer(to_json(self.directory))
+        question.answer(self._document)
         question.close()
 
     def answer_latched(self, question: ZenohQuestion) -> None:
@@ -159,7 +163,7 @@ class Offers:
     # -- internals --------------------------------------------------------------------------------
 
     def _put_directory(self) -> None:
-        self._link.put(keys.directory(self._member), to_json(self.directory), waits=True)
+        self._link.put(keys.directory(self._member), self._document, waits=True)
 
     def _update_shared(self) -> None:
         wanted = {name for requests in self._requests.values() for name in requests.topics}
@@ -193,4 +197,6 @@ class Offers:
                 sink.close()
         for name, entry in offered.items():
             if name not in self.accepted:
-                self.accepted[name] = Sink(self._node, entry, self._member, "", self._node.log, self._wake)
+                self.accepted[name] = Sink(
+                    self._node, entry, self._member, "", self._node.log, self._wake, self._latched_bytes
+                )

@@ -12,17 +12,19 @@ import json
 import logging
 import threading
 import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Sequence, Set
 from dataclasses import astuple
+from math import inf
 from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.turns import Turns
 from pipros.msg.class_finder import installed_class
 from pipros.msg.language.full_text import DEFINITION_BYTES
-from pipros.net.workers import Workers
+from pipros.net.shared_workers import SharedWorkers
 from pipros_fleet import keys
 from pipros_fleet.access import ROUTER
 from pipros_fleet.directory import (
@@ -53,6 +55,9 @@ _MAX_REQUESTS: Final = 32
 """Maximum number of history requests that are queued or being answered."""
 _LATCHED_BYTES: Final = FILE_BYTES // 4
 """Maximum size of a member's latched messages, so that the files have room for other messages."""
+_MESSAGE_BYTES: Final = 500
+"""Memory of a waiting message in addition to its content. If it did not count, empty messages had no limit.
+"""
 _HEADER_BYTES: Final = 256
 """Approximate size of a connection in a file, without the definition."""
 
@@ -90,7 +95,7 @@ class FleetRecorder:
         self._limits = limits or process_limits()
         self._warn = WarningsOnce(log)
         self._events = Events(4 * FLEET_MEMBERS)
-        self._workers = Workers("requests of a recorder", 4)
+        self._workers = SharedWorkers("requests of a recorder", 4, 4 * FLEET_TOPICS)
         self._members = Members(FLEET_MEMBERS)
         self._directories: dict[str, Directory] = {}
         self._topics: dict[tuple[str, str], HistoryTopic] = {}
@@ -98,9 +103,9 @@ class FleetRecorder:
         self._revisions = itertools.count(1)
         self._definition_bytes = Budget(FLEET_DEFINITION_BYTES)
         self._latched_bytes: Counter[str] = Counter()
-        self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
-        self._waiting_bytes = 0
-        self._requests = 0
+        self._waiting: Turns[str, tuple[str, bytes, bytes, bool]] = Turns()
+        self._waiting_bytes = Budget(self._limits.of(FleetLimits).fleet_queue_bytes)
+        self._shares: dict[str, Budget] = {}
         self._lock = threading.Lock()
         self._declared: list[Ends] = []
         self._thread = threading.Thread(target=self._run, name="recorder of a fleet", daemon=True)
@@ -109,7 +114,7 @@ class FleetRecorder:
         """Start recording."""
         link, directory = self._link, to_json(Directory(ROUTER, self._instance, 1))
         self._thread.start()
-        self._workers.run(self._files.recover)
+        self._workers.run(None, self._files.recover)
         self._declared = [
             link.serve(keys.directory(ROUTER), lambda question: _answer(question, directory)),
             link.serve(keys.wanted(ROUTER, "*"), self._answer_requests),
@@ -140,12 +145,15 @@ class FleetRecorder:
                 self._events.post("directory", member, lambda: self._take_directory(member, payload))
 
     def _on_message(self, key: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
+        item = key, payload, attachment, is_replay
+        member = key.split("/")[1]
         with self._lock:
-            if self._waiting_bytes + len(payload) > self._limits.of(FleetLimits).fleet_queue_bytes:
+            share = self._shares.get(member) or Budget(inf, self._waiting_bytes, part=0.5)
+            if not share.take(_memory_bytes(item)):
                 self._drop()
                 return
-            self._waiting.append((key, payload, attachment, is_replay))
-            self._waiting_bytes += len(payload)
+            self._shares[member] = share
+            self._waiting.put(member, item)
         self._events.wake()
 
     def _answer_requests(self, question: ZenohQuestion) -> None:
@@ -153,12 +161,8 @@ class FleetRecorder:
         _answer(question, requests_to_json(requests))
 
     def _on_history_request(self, question: ZenohQuestion) -> None:
-        with self._lock:
-            is_accepted = self._requests < _MAX_REQUESTS
-            self._requests += is_accepted
-        if is_accepted:
-            self._workers.run(self._answer_history, question)
-        else:
+        cost = 2 * FLEET_TOPICS / _MAX_REQUESTS  # of all members together: a question does not say who asks
+        if not self._workers.run("", self._answer_history, question, cost=cost):
             question.refuse("the router has too many requests for its history; try again later")
             question.close()
 
@@ -172,17 +176,13 @@ class FleetRecorder:
                     question.answer(json.dumps(rows).encode())
                 case (_, "history", [member, name]):
                     content = self._files.read(keys.member_name(member), name)
-                    if (
-                        content is not None
-                        and len(content) <= self._limits.of(FleetLimits).fleet_message_bytes
-                    ):
+                    limit = self._limits.of(FleetLimits).fleet_message_bytes
+                    if content is not None and len(content) <= limit:
                         question.answer(content)
         except (PiprosError, OSError) as error:
             question.refuse(str(error))
         finally:
             question.close()
-            with self._lock:
-                self._requests -= 1
 
     def _request_directory(self, member: str) -> None:
         try:
@@ -243,8 +243,10 @@ class FleetRecorder:
         with self._lock:
             if not self._waiting:
                 return None
-            found = self._waiting.popleft()
-            self._waiting_bytes -= len(found[1])
+            member, found = self._waiting.pop()
+            self._shares[member].give_back(_memory_bytes(found))
+            if not self._shares[member].used:
+                del self._shares[member]
             return found
 
     def _take_token(self, key: str, *, is_present: bool) -> None:
@@ -258,7 +260,7 @@ class FleetRecorder:
             if is_present and token.instance != self._instance:
                 self._warn("another router also records the history of this fleet; only one router should")
         elif token.member in self._members.present():
-            self._workers.run(self._request_directory, token.member)
+            self._workers.run(token.member, self._request_directory, token.member)
         else:
             self._forget(token.member)
 
@@ -314,7 +316,8 @@ class FleetRecorder:
         if directory is None or entry is None:
             return None
         if topic is None or topic.entry != entry or topic.instance != directory.instance:
-            if topic is None and len(self._topics) >= FLEET_TOPICS:
+            own = sum(each == member for each, _ in self._topics) if topic is None else 0
+            if topic is None and 2 * own >= FLEET_TOPICS - (len(self._topics) - own):
                 limit = FLEET_TOPICS
                 self._warn(f"too many topics; the limit is {limit}")
                 return None
@@ -322,7 +325,7 @@ class FleetRecorder:
             if topic is not None:
                 self._forget_definition(topic)
             self._topics[member, name] = topic = HistoryTopic(member, entry, directory.instance, latched)
-            self._workers.run(self._prepare, topic)
+            self._workers.run(member, self._prepare, topic)
         return topic
 
     def _publish_requests(self, member: str) -> None:
@@ -380,6 +383,10 @@ class FleetRecorder:
 
     def _drop(self) -> None:
         self.dropped += 1
+
+
+def _memory_bytes(item: tuple[str, bytes, bytes, bool]) -> int:
+    return len(item[0]) + len(item[1]) + len(item[2]) + _MESSAGE_BYTES
 
 
 def _answer(question: ZenohQuestion, payload: bytes) -> None:

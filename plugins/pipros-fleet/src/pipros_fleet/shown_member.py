@@ -14,7 +14,7 @@ from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.msg.class_finder import installed_class
 from pipros.msg.language.full_text import DEFINITION_BYTES
-from pipros.net.workers import Workers
+from pipros.net.shared_workers import SharedWorkers
 from pipros.node import Node
 from pipros_fleet import keys
 from pipros_fleet.calls import RemoteService
@@ -62,8 +62,9 @@ class ShownMember:
         sender: Sender,
         me: str,
         directory: Directory,
-        workers: Workers,
+        workers: SharedWorkers,
         definition_bytes: Budget,
+        latched_bytes: Budget,
         wake: Callable[[], object],
     ) -> None:
         """Store the settings.
@@ -71,6 +72,7 @@ class ShownMember:
         Args:
             definition_bytes: maximum size of all members' definitions; each member gets at most half of the
                 memory that the other members leave.
+            latched_bytes: maximum size of all members' latched messages; see `Sink`.
             wake: called from any thread if `update` has something to do.
         """
         self.directory = directory
@@ -86,6 +88,7 @@ class ShownMember:
         self._wake = wake
         self._warn = WarningsOnce(node.log)
         self._definition_bytes = Budget(definition_bytes.limit, definition_bytes, part=0.5)
+        self._latched_bytes = latched_bytes
         self._definitions: dict[tuple[str, str], str | None] = {}
         self._taken_bytes: dict[tuple[str, str], int] = {}
         self._lock = threading.Lock()
@@ -176,6 +179,7 @@ class ShownMember:
                         text,
                         self._node.log,
                         self._wake,
+                        self._latched_bytes,
                     )
                     if name in self.results:
                         self.sinks[name].received[self.directory.member] = self.results.pop(name)
@@ -222,7 +226,7 @@ class ShownMember:
                 sink.take(member, payload, attachment)
 
         self._received[name] = self._link.subscribe(key, take)
-        self._workers.run(self._replay, key, sink)
+        self._workers.run(member, self._replay, key, sink)
 
     def _replay(self, key: str, sink: Sink) -> None:
         until_s = time.monotonic() + _CLIENT_S
@@ -255,8 +259,9 @@ class ShownMember:
 
     def replay(self) -> None:
         """Request latched messages and results of all received topics again, because the link was lost."""
+        member = self.directory.member
         for name in self._received:
-            self._workers.run(self._replay, keys.topic(self.directory.member, name), self.sinks[name])
+            self._workers.run(member, self._replay, keys.topic(member, name), self.sinks[name])
 
     # -- definitions ------------------------------------------------------------------
 
@@ -271,8 +276,8 @@ class ShownMember:
         text = found._full_text if found is not None and has_same else None
         with self._lock:
             self._definitions[key] = text
-        if text is None:
-            self._workers.run(self._request_definition, key)
+        if text is None and not self._workers.run(self.directory.member, self._request_definition, key):
+            del self._definitions[key]  # requested again later
         return text
 
     def _request_definition(self, key: tuple[str, str]) -> None:

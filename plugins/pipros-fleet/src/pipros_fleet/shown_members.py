@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.shares import fair_shares
-from pipros.net.workers import Workers
+from pipros.net.shared_workers import SharedWorkers
 from pipros.node import Node
 from pipros_fleet import keys
 from pipros_fleet.directory import (
@@ -23,7 +23,7 @@ from pipros_fleet.local_graph import occupied
 from pipros_fleet.members import Token
 from pipros_fleet.messages import ReceivedMessage
 from pipros_fleet.shown_member import FLEET_DEFINITION_BYTES, ShownMember
-from pipros_fleet.sources import Sender
+from pipros_fleet.sources import FLEET_LATCHED_BYTES, Sender
 from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_tools.graph.system_state import SystemState
 
@@ -43,7 +43,7 @@ class ShownMembers:
         link: SessionLink,
         sender: Sender,
         me: str,
-        workers: Workers,
+        workers: SharedWorkers,
         warn: Callable[[str], object],
         wake: Callable[[], object],
     ) -> None:
@@ -61,6 +61,7 @@ class ShownMembers:
         self._warn = warn
         self._wake = wake
         self._definition_bytes = Budget(FLEET_DEFINITION_BYTES)
+        self._latched_bytes = Budget(FLEET_LATCHED_BYTES)
         self._results: dict[str, tuple[str, dict[str, ReceivedMessage]]] = {}
         """What was received of the results of members that left, with the instances of their agents."""
         self._requests_sent: dict[str, TopicRequests] = {}
@@ -101,6 +102,7 @@ class ShownMembers:
             directory,
             self._workers,
             self._definition_bytes,
+            self._latched_bytes,
             self._wake,
         )
         instance, results = self._results.pop(member, ("", {}))

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from math import inf
+from typing import Final
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError, ProtocolError
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -18,7 +21,10 @@ from pipros_fleet.sources import MARK
 from pipros_libraries.topic_tools.raw import class_like
 
 _KEPT = 100
-"""Maximum number of latching publishers per topic whose last message is kept for late subscribers."""
+"""Maximum number of a member's latching publishers per topic whose last message is kept for late subscribers.
+"""
+_KEPT_BYTES: Final = 500
+"""Memory of such a message in addition to its content."""
 
 
 class Sink:
@@ -42,6 +48,7 @@ class Sink:
         definition: str,
         log: logging.Logger,
         on_change: Callable[[], object],
+        latched_bytes: Budget,
     ) -> None:
         """Advertise the topic. Blocks until the master answers.
 
@@ -49,6 +56,8 @@ class Sink:
             origin: name of the member in the field `pipros_fleet` of connection headers.
             definition: definition of the message type; may be empty.
             on_change: called from any thread if a subscriber connects or disconnects. Must not block.
+            latched_bytes: memory for the latched messages of several topics; each sender to a topic can use
+                at most half of what others leave.
 
         Raises:
             PiprosError: the node already publishes the topic with another type.
@@ -65,7 +74,9 @@ class Sink:
         )
         self._headers = {MARK: origin}
         self._publishers = [self._advertise(latch=False)]
-        self._latched: dict[tuple[str, int], AnyMsg] = {}
+        self._latched: dict[str, dict[int, AnyMsg]] = {}  # by sender and publisher
+        self._latched_bytes = latched_bytes
+        self._shares: dict[str, Budget] = {}
         self._newest: AnyMsg | None = None
         self._reported: set[str] = set()
         self._publishers[0].publication.listeners.append(self)
@@ -106,11 +117,18 @@ class Sink:
         if attachment.is_latched:
             if len(self._publishers) == 1:
                 self._publishers.append(self._advertise(latch=True))
-            key = sender, attachment.source
-            if key in self._latched or len(self._latched) < _KEPT:
-                self._latched[key] = message
+            self._keep(sender, attachment.source, message)
             self._newest = message
         self._publishers[0].publish(message)
+
+    def _keep(self, sender: str, source: int, message: AnyMsg) -> None:
+        """Keep a latched message for late subscribers, if the sender's share has room for it."""
+        kept = self._latched.setdefault(sender, {})
+        share = self._shares.setdefault(sender, Budget(inf, self._latched_bytes, part=0.5))
+        if source in kept:
+            share.give_back(len(kept.pop(source).body) + _KEPT_BYTES)
+        if len(kept) < _KEPT and share.take(len(message.body) + _KEPT_BYTES):
+            kept[source] = message
 
     def restart(self) -> None:
         """Start a new sequence: messages sent while the topic was not received do not count as lost."""
@@ -121,6 +139,8 @@ class Sink:
         """Unadvertise the topic."""
         for publisher in self._publishers:
             publisher.unregister()
+        for share in self._shares.values():
+            share.close()
 
     def _report(self, text: str) -> None:
         if text not in self._reported and len(self._reported) < 10:
@@ -137,7 +157,7 @@ class Sink:
         The newest of these messages is omitted, because the publication has already sent it.
         """
         del topic_name, topic_publish
-        for message in list(self._latched.values()):
+        for message in [each for kept in [*self._latched.values()] for each in [*kept.values()]]:
             if message is not self._newest:
                 peer_publish(message)
         self._on_change()

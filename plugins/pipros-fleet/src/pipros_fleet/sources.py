@@ -24,8 +24,9 @@ from pipros_fleet.zenoh_session import SessionLink
 from pipros_libraries.topic_tools.raw import class_like
 
 FLEET_LATCHED_BYTES = 64 * 1024 * 1024
-"""Maximum total size of the latched messages that a member keeps for others, or that a router repeats in its
-history. Beyond it, the latched message is sent, but members that join later do not get it.
+"""Maximum total size of the latched messages that a member keeps for others, or has from others, or that a
+router repeats in its history. Beyond it, the latched message is sent, but members and subscribers that join
+later do not get it; a sender can use at most half of what other senders leave.
 """
 
 MARK: Final = "pipros_fleet"

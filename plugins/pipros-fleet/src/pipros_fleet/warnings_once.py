@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 
+from pipros.basics.printable import printable
+
 
 class WarningsOnce:
     """Logs each distinct warning once, up to `limit` warnings.
@@ -17,6 +19,7 @@ class WarningsOnce:
         self._reported: set[str] = set()
 
     def __call__(self, text: str) -> None:
+        text = printable(text, 2000)  # it contains names and texts of other members
         if text not in self._reported and len(self._reported) < self._limit:
             self._reported.add(text)
             self._log.warning(text)

@@ -16,6 +16,7 @@ from typing import Final, Protocol
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import missing
 from pipros.basics.printable import printable
+from pipros_fleet import keys
 from pipros_fleet.fleet_rules import Priority
 
 try:
@@ -24,6 +25,12 @@ except ImportError as error:
     raise missing("fleets need eclipse-zenoh", "pipros-fleet", error) from error
 
 SLICE_S: Final = 0.1
+_ANSWERS_BYTES: Final = 128 * 1024 * 1024
+"""Maximum total size of the replies to a request for messages, a service call or a recorded file."""
+_DOCUMENTS_BYTES: Final = 16 * 1024 * 1024
+"""Maximum total size of the replies to a request for documents, which have 4 MiB each."""
+_ANSWER_BYTES: Final = 500
+"""Memory that a reply takes in addition to its payload."""
 _PRIORITIES: Final = {
     Priority.HIGH: zenoh.Priority.INTERACTIVE_HIGH,
     Priority.NORMAL: zenoh.Priority.DATA,
@@ -136,7 +143,8 @@ class SessionLink:
     ) -> list[FleetAnswer]:
         """Send a request and return all replies.
 
-        Blocks until all members that serve `key` have replied, or for about `timeout_s`.
+        Blocks until all members that serve `key` have replied, or for about `timeout_s`, or until the replies
+        reach a limit: a member may send any number.
 
         Args:
             ended: polled while waiting. The wait ends when it returns True.
@@ -148,12 +156,20 @@ class SessionLink:
         found: list[FleetAnswer] = []
         refusals: list[str] = []
         is_over = threading.Event()
+        _, kind, _ = keys.parts(key) or ("", "", [])
+        left = _ANSWERS_BYTES if kind in ("t", "s", "history") else _DOCUMENTS_BYTES
 
         def on_reply(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
+            nonlocal left
+            if is_over.is_set() or (content := reply.ok or reply.err) is None:
+                return
+            left -= len(content.payload) + _ANSWER_BYTES
+            if left < 0:
+                is_over.set()
+            elif reply.ok is not None:
                 found.append(_answer_of(reply.ok))
-            elif reply.err is not None:
-                refusals.append(reply.err.payload.to_bytes().decode("utf-8", "replace"))
+            else:
+                refusals.append(content.payload.to_bytes().decode("utf-8", "replace"))
 
         try:
             self._session.get(
@@ -173,7 +189,7 @@ class SessionLink:
         while not is_over.wait(SLICE_S):
             waited_s += SLICE_S
             if ended() or waited_s > timeout_s + 1:
-                break
+                is_over.set()
         if refusals and not found:
             raise LinkFailed(printable(refusals[0], 2000))
         return found

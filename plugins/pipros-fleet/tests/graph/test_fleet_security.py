@@ -4,6 +4,7 @@ import errno
 import itertools
 import json
 import os
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from pipros.msg import load_service_class
 from pipros_fleet import keys
 from pipros_fleet.access import FleetRole
 from pipros_fleet.agent import new_instance
@@ -331,7 +333,7 @@ def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(router: str) -> No
                 number = next(numbers)
                 attachment = pack(MessageAttachment(0, instance, number, 0, String._md5sum))
                 hostile.put(keys.into("bad", "robot1", "/cmd"), b"\x04\0\0\0junk", attachment)
-                hostile.put(keys.into("bad", "robot1", f"/other{number}"), b"junk", attachment)
+                hostile.put(keys.into("bad", "robot1", f"/other{number}\n\x1b[2J"), b"junk", attachment)
                 return len(robot.warnings) == 1000
 
             for _ in range(3000):
@@ -339,7 +341,36 @@ def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(router: str) -> No
             publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
             # A full link drops messages, so it takes an unknown number of them.
             wait_until(lambda: any(flood() for _ in range(20)), LIMIT_S, "a limited number of warnings")
-            assert held is not None
+            assert all(each.isprintable() for each in robot.warnings), held
+
+
+def test_calls_and_answers_of_a_member_leave_room_for_others(
+    router: str, operator: Member, hostile: SessionLink, constants: Constants
+) -> None:
+    constants(FLEET_CALLS=4)
+    with Member("robot1", router, "accept: {services: [/slow, /fast], parameters: [/**]}") as robot:
+        empty: Any = load_service_class("std_srvs/Empty")
+        may_end, server = threading.Event(), robot.node("server")
+        for name, wait in (("/slow", may_end.wait), ("/fast", bool)):
+            server.serve(name, empty, lambda _, wait=wait: (wait(), empty._response_class())[1])
+        operator.wait_for_service("/robot1/fast")
+        slow = keys.service("robot1", "bad", "/slow")
+        for _ in range(2):
+            threading.Thread(target=_asked, args=(hostile, slow), daemon=True).start()
+        wait_until(lambda: "too many calls" in _asked(hostile, slow), LIMIT_S, "its share to be used")
+        assert "payload=b'\\x01" in _asked(operator.link, keys.service("robot1", "operator", "/fast"))
+        may_end.set()
+        refusal = "the request about a parameter has 6291456 bytes; the limit is 4194304 bytes"
+        assert _asked(hostile, keys.parameters("robot1", "set", "bad"), b"[]," * 2**21) == refusal
+        hostile.serve(keys.statistics("bad"), lambda each: [each.answer(bytes(2**20)) for _ in range(40)])
+        assert len(operator.link.get(keys.statistics("bad"), timeout_s=LIMIT_S)) == 15
+
+
+def _asked(link: SessionLink, key: str, payload: bytes = b"") -> str:
+    try:
+        return str(link.get(key, payload, timeout_s=5))
+    except LinkFailed as error:
+        return str(error)
 
 
 def test_an_oversized_message_is_dropped_and_later_ones_arrive(router: str) -> None:

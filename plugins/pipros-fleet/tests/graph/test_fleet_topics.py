@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from pipros.basics.budget import Budget
 from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
@@ -317,7 +318,7 @@ def test_late_subscribers_get_the_last_message_of_many_latching_publishers(maste
     environment = Environment(master_uri=master.uri)
     with Node("agent", environment=environment) as agent, Node("late", environment=environment) as late:
         entry = DirectoryEntry("/status", text._type, text._md5sum)
-        sink = Sink(agent, entry, "robot1", text._full_text, logging.getLogger(__name__), lambda: None)
+        sink = Sink(agent, entry, "robot1", text._full_text, logging.root, lambda: None, Budget(120_000))
         sequence = count(1)
 
         def send(publisher: int, data: str) -> None:

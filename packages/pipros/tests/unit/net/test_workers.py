@@ -9,6 +9,7 @@ import pytest
 from pipros.basics.errors import Unreachable
 from pipros.basics.interrupts import interrupt_main_thread
 from pipros.net.in_parallel import in_parallel
+from pipros.net.shared_workers import SharedWorkers
 from pipros.net.workers import Workers
 from tests.support.waiting import wait_until
 
@@ -23,6 +24,21 @@ def test_a_blocking_job_does_not_delay_others() -> None:
     workers.run(done.set)
     assert done.wait(30)
     gate.set()
+    workers.close()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_users_share_threads_and_room() -> None:
+    workers, gate, done = SharedWorkers("shared", 4, 20), threading.Event(), list[str]()
+    assert [workers.run("greedy", gate.wait) for _ in range(12)] == [True] * 10 + [False] * 2
+    assert workers.run("failing", lambda: 1 / 0)
+    assert workers.run("failing", done.append, "after a failure")
+    assert not workers.run("large", done.append, "large", cost=9)
+    assert workers.run("small", done.append, "small")
+    wait_until(lambda: sorted(done) == ["after a failure", "small"])
+    gate.set()
+    wait_until(lambda: workers.run("large", done.append, "large", cost=10))
+    wait_until(lambda: "large" in done)
     workers.close()
 
 

@@ -147,7 +147,7 @@ def files(tmp_path: Path) -> Files:
 
 @pytest.fixture
 def recorder(link: FakeLink, files: Files, constants: Constants) -> Iterator[FleetRecorder]:
-    constants(FLEET_MEMBERS=2, FLEET_TOPICS=6, FLEET_DEFINITION_BYTES=5000)
+    constants(FLEET_MEMBERS=2, FLEET_TOPICS=12, FLEET_DEFINITION_BYTES=5000)
     limits = process_limits().with_table(FleetLimits())
     log = logging.getLogger("test")
     found = FleetRecorder(link, files, "11" * 8, ["/**"], log=log, limits=limits)  # type: ignore[arg-type]
@@ -226,6 +226,16 @@ def test_latched_messages_leave_room_in_the_files(
     assert sorted(recorded(tmp_path / "robot2")) == ["latched", "latched", "later"]
 
 
+def test_empty_messages_of_a_member_use_only_its_share_of_the_queue(recorder: FleetRecorder) -> None:
+    recorder._waiting_bytes.limit = 100_000
+    recorder.close()  # nothing takes messages from the queue any more
+    for number in range(200):
+        recorder._on_message(f"pipros/bad/t/{number}", b"", b"")
+    assert recorder.dropped > 100
+    recorder._on_message("pipros/good/t/talk", b"", b"")
+    assert [each[0] for each in iter(recorder._next_message, None)][1] == "pipros/good/t/talk"
+
+
 def test_surplus_requests_for_the_history_are_refused(
     link: FakeLink, recorder: FleetRecorder, files: Files
 ) -> None:
@@ -233,9 +243,8 @@ def test_surplus_requests_for_the_history_are_refused(
     for question in questions:
         link.ask(keys.history("*"), question)
     assert [each.is_closed for each in questions] == 32 * [False] + 8 * [True]
-    assert {each.refusal for each in questions[32:]} == {
-        "the router has too many requests for its history; try again later"
-    }
+    reason = "the router has too many requests for its history; try again later"
+    assert {each.refusal for each in questions[32:]} == {reason}
     files.can_list.set()
     wait_until(lambda: all(each.is_closed for each in questions), DEADLINE_S, "the answers")
     assert all(each.answers == [b"[]"] for each in questions[:32])

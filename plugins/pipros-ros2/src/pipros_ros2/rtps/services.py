@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
-from pipros.basics.turns import Turns
-from pipros.net.workers import Workers
+from pipros.net.shared_workers import SharedWorkers
 from pipros_ros2.inbox import ROS2_INBOX_BYTES
 from pipros_ros2.rtps.identity import guid_text
 from pipros_ros2.rtps.participant import Participant
@@ -83,11 +80,7 @@ class RtpsServer:
         self._participant = participant
         self._service = service
         self._handler = handler
-        self._workers = Workers("ros2 service", _WORKERS)
-        self._queued = Budget(ROS2_INBOX_BYTES)
-        self._clients: dict[bytes, Budget] = {}
-        self._turns: Turns[bytes, RtpsSample] = Turns()
-        self._lock = threading.Lock()
+        self._workers = SharedWorkers("ros2 service", _WORKERS, ROS2_INBOX_BYTES)
         entry = id_entry(os.urandom(16), is_client=False)
         self._writer = participant.add_writer(replies, reply_type, WRITER_QOS, entry + reply_hash)
         self._reader = participant.add_reader(
@@ -95,44 +88,8 @@ class RtpsServer:
         )
 
     def _on_request(self, sample: RtpsSample) -> None:
-        """Queue a request.
-
-        Participants take turns. Each may use at most half of the memory that the others leave.
-        """
-        client = sample.writer[:12]
-        with self._lock:
-            budget = self._clients.get(client) or Budget(self._queued.limit, self._queued, part=0.5)
-            if not budget.take(cost_bytes(sample)):
-                self.refused += 1
-                return
-            self._clients[client] = budget
-            self._turns.put(client, sample)
-        try:
-            self._workers.run(self._answer_next)
-        except RuntimeError:  # the system cannot start another thread
-            with self._lock:
-                self.refused += 1
-                if self._turns:
-                    self._forget(self._turns.pop()[1])
-
-    def _forget(self, sample: RtpsSample) -> None:
-        """Return the bytes of a request to its budget. The caller holds the lock."""
-        client = sample.writer[:12]
-        budget = self._clients[client]
-        budget.give_back(cost_bytes(sample))
-        if not budget.used:
-            del self._clients[client]
-
-    def _answer_next(self) -> None:
-        with self._lock:
-            if not self._turns:
-                return
-            _, sample = self._turns.pop()
-        try:
-            self._answer(sample)
-        finally:
-            with self._lock:
-                self._forget(sample)
+        if not self._workers.run(sample.writer[:12], self._answer, sample, cost=cost_bytes(sample)):
+            self.refused += 1
 
     def _answer(self, sample: RtpsSample) -> None:
         try:
@@ -141,7 +98,8 @@ class RtpsServer:
             if request is None:
                 self.refused += 1
                 reason = "is malformed" if style else "comes from a peer of unknown style"
-                _LOG.warning("a request for %s %s [%s]", self._service, reason, guid_text(sample.writer))
+                level = logging.WARNING if self.refused == 1 else logging.DEBUG
+                _LOG.log(level, "a request for %s %s [%s]", self._service, reason, guid_text(sample.writer))
             elif (payload := self._handler(request.payload)) is not None:
                 self._reply(request, payload)
         except Exception as error:

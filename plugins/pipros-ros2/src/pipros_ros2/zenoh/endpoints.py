@@ -15,7 +15,7 @@ from queue import SimpleQueue
 from typing import Any, Final, Protocol
 
 from pipros.basics.interruptible_wait import get_within_slice
-from pipros.net.workers import Workers
+from pipros.net.shared_workers import SharedWorkers
 from pipros_ros2.interface import (
     Durability,
     EndpointKind,
@@ -25,7 +25,7 @@ from pipros_ros2.interface import (
     Sample,
     TopicQos,
 )
-from pipros_ros2.zenoh.tokens import Arrivals, new_attachment, parse_attachment
+from pipros_ros2.zenoh.tokens import Arrivals, Attachment, new_attachment, parse_attachment
 
 _LOG = logging.getLogger("pipros_ros2")
 _HEARTBEAT_S: Final = 0.5
@@ -185,8 +185,7 @@ class ZenohServer:
         self._key, _, token = connection.new_endpoint(
             EndpointKind.SERVER, service, type_name, type_hash, _SERVICE_QOS
         )
-        self._workers = Workers("zenoh service", _WORKERS)
-        self._slots = threading.BoundedSemaphore(_REQUESTS)
+        self._workers = SharedWorkers("zenoh service", _WORKERS, _REQUESTS)
         self.dropped = 0
         # A full FIFO would block the whole session. A full ring drops the oldest request.
         channel = connection.library.handlers.RingChannel(_REQUESTS)
@@ -196,29 +195,21 @@ class ZenohServer:
 
     def _run(self) -> None:
         for query in received(self._connection.library, self._queryable.handler):
-            is_admitted = self._slots.acquire(blocking=False)
-            try:
-                if is_admitted:
-                    self._workers.run(self._handle, query)
-            except RuntimeError:  # the system cannot start another thread
-                is_admitted = False
-                self._slots.release()
-            if not is_admitted:
+            attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
+            if attached is None or not self._workers.run(attached.gid, self._handle, query, attached):
                 self.dropped += 1
                 query.drop()
 
-    def _handle(self, query: Any) -> None:
+    def _handle(self, query: Any, attached: Attachment) -> None:
         try:
-            self._reply(query)
+            self._reply(query, attached)
         except Exception:
             _LOG.exception("a service for ROS 2 failed")
         finally:
             query.drop()  # no further reply follows
-            self._slots.release()
 
-    def _reply(self, query: Any) -> None:
-        attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
-        if attached is None or query.payload is None:
+    def _reply(self, query: Any, attached: Attachment) -> None:
+        if query.payload is None:
             return
         if (reply := self._answer(query.payload.to_bytes())) is not None:
             attachment = new_attachment(attached.sequence, attached.gid)
@@ -244,10 +235,17 @@ class ZenohClient:
         attachment = new_attachment(next(self._sequences), self._gid)
         replies: SimpleQueue[Any] = SimpleQueue()
         end = object()  # after the last reply
+        is_answered = threading.Event()
+
+        def take(reply: Any) -> None:
+            if reply.ok is not None and not is_answered.is_set():  # a server may send any number
+                is_answered.set()
+                replies.put(reply)
+
         try:
             self._connection.session.get(
                 self._key,
-                zenoh.handlers.Callback(replies.put, lambda: replies.put(end)),
+                zenoh.handlers.Callback(take, lambda: replies.put(end)),
                 target=zenoh.QueryTarget.ALL_COMPLETE,
                 consolidation=zenoh.ConsolidationMode.NONE,
                 timeout=timeout_s,
@@ -258,7 +256,7 @@ class ZenohClient:
             while (reply := get_within_slice(replies, timeout_s)) is not end:
                 if reply is None and not self.is_available:
                     break
-                if reply is not None and reply.ok is not None:
+                if reply is not None:
                     return bytes(reply.ok.payload.to_bytes())
         except zenoh.ZError as error:
             raise Ros2CallFailed(f"the ROS 2 service {name} failed: {error}") from error
