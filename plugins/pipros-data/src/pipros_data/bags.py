@@ -90,10 +90,11 @@ class Bags:
         """Return an HTML table of the topics of each bag, for notebooks."""
         return "".join(info_html(bag_info(each, each.name, with_frequencies=True)) for each in self.readers)
 
-    def topics(self, pattern: str = "*") -> list[str]:
-        """Return the topics that match a pattern such as `/camera/*`, sorted."""
+    def topics(self, pattern: str | Iterable[str] = "*") -> list[str]:
+        """Return the topics that match a pattern such as `/camera/*`, or one of several, sorted."""
+        patterns = [pattern] if isinstance(pattern, str) else list(pattern)
         found = {each.topic for bag in self.readers for each in bag.connections}
-        return sorted(topic for topic in found if fnmatchcase(topic, pattern))
+        return sorted(topic for topic in found if any(fnmatchcase(topic, each) for each in patterns))
 
     def __getitem__(self, topic: str) -> Table:
         if not isinstance(topic, str):
@@ -171,7 +172,7 @@ class Bags:
         Raises:
             KeyError: a message has no field for one of `columns`.
             NoSuchTopic: no bag contains this topic.
-            ValueError: `every` is less than 1.
+            ValueError: `every` is no integer, or less than 1.
             BagError: a message does not match its definition, the topic has several types or definitions, or
                 the messages exceed the limit `table_bytes`.
         """
@@ -197,7 +198,7 @@ class Bags:
 
     def tables(
         self,
-        pattern: str = "*",
+        pattern: str | Iterable[str] = "*",
         *,
         start: Moment = None,
         end: Moment = None,
@@ -296,19 +297,18 @@ class Bags:
         *,
         groups: _Groups | None = None,
     ) -> Iterator[tuple[MessageGroup, Table]]:
-        if every < 1:
-            raise ValueError(f"every must be >= 1, got {every}")
+        if not isinstance(every, int | np.integer) or every < 1:
+            raise ValueError(f"every must be an integer >= 1, got {every}")
         plan = self._plan(topic)
         done = 0
         found = groups(limit) if groups else self._groups(topic, moment_ns(start), moment_ns(end), limit)
         for read in self._parts(found, every, limit):
             part, fields = self._decoded(topic, plan, read, datetimes)
-            times = part.times
-            receipt = times.view("M8[ns]") if datetimes else times
+            receipt = part.times.view("M8[ns]") if datetimes else part.times
             table = Table(topic, plan.type, {RECEIPT: receipt, **fields})
             wanted = () if columns is None else [columns] if isinstance(columns, str) else columns
             yield part, table if columns is None else table[list(dict.fromkeys((RECEIPT, *wanted)))]
-            done += len(times)
+            done += len(part.times)
             if progress is not None:
                 progress(done)
 

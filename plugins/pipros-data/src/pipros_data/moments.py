@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from datetime import datetime, timedelta, timezone
+from datetime import date, datetime, timedelta, timezone
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from pipros.msg.time import Time
 from pipros_tools.bag.times import ns_of
 
-Moment: TypeAlias = "Time | float | str | datetime | np.datetime64 | None"
+Moment: TypeAlias = "Time | float | str | date | np.datetime64 | None"
 """A `rospy.Time`, seconds since 1970, a text such as `2014-01-01 12:00`, or a time of `datetime`, numpy or
 pandas.
 
@@ -41,8 +41,8 @@ def moment_ns(moment: Moment) -> int | None:
         return ns_of(value if isinstance(value, Time | tuple) or value is None else float(value))
     if isinstance(value, str):
         value = _of_text(value)
-    if isinstance(value, np.datetime64):
-        return max(0, int(value.astype("datetime64[ns]").astype(np.int64)))
+    if isinstance(value, np.datetime64) or type(value) is date:
+        return max(0, int(np.datetime64(value).astype("datetime64[ns]").astype(np.int64)))
     if not isinstance(value, datetime):
         raise TypeError(f"a time must be seconds, a rospy.Time, a date or a text, got {moment!r}")
     aware = value if value.tzinfo else value.replace(tzinfo=timezone.utc)

@@ -43,7 +43,7 @@ def _each_path(paths: Iterable[BagPath | Iterable[BagPath]]) -> Iterator[BagPath
     for path in paths:
         if isinstance(path, str | os.PathLike):
             yield path
-        elif isinstance(path, Iterable):
+        elif isinstance(path, Iterable) and not isinstance(path, bytes) and not hasattr(path, "read"):
             yield from path
         else:
             raise TypeError(f"a bag must be named by its path, got {path!r}")

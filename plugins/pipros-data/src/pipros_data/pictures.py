@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from pipros.msg.bulk.columns import Column
+from pipros.msg.bulk.columns import Column, selects_cells
 from pipros_libraries.pictures.compressed import pixels_of
 from pipros_libraries.pictures.encodings import encoding
 from pipros_libraries.pictures.errors import PictureError
@@ -20,7 +20,7 @@ _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8
 class LazyColumn:
     """A column of decoded images or clouds. `column[i]` decodes one cell; the result is not cached.
 
-    `column[a:b]` is a column, whose cells are not decoded yet.
+    Slices, lists and masks give a column, whose cells are not decoded yet.
 
     Accessing a malformed cell raises `PictureError`.
     """
@@ -32,17 +32,14 @@ class LazyColumn:
     def __len__(self) -> int:
         return len(self._columns["data"])
 
-    def __getitem__(self, number: int | slice) -> Any:
-        if isinstance(number, slice):
+    def __getitem__(self, number: Any) -> Any:
+        if selects_cells(number):
             return LazyColumn({name: each[number] for name, each in self._columns.items()}, self._decode)
         row = range(len(self))[number]  # raises IndexError
         return self._decode({name: column[row] for name, column in self._columns.items()})
 
     def __repr__(self) -> str:
         return f"<LazyColumn of {len(self)} cells>"
-
-    def __iter__(self) -> Iterator[Any]:
-        return (self[row] for row in range(len(self)))
 
 
 def image_array(row: Mapping[str, Any]) -> Any:

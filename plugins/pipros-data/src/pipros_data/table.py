@@ -68,12 +68,14 @@ class Table:
                 raise IndexError(f"no row {name}; the table has {self.rows} rows")
             row = range(self.rows)[int(name)]
             return {each: self[each][row] for each in self}
+        lazy = LAZY_COLUMNS.get(self.type)
         if isinstance(name, list) and all(isinstance(each, str) for each in name):
+            if lazy is not None and lazy[0] in name:
+                return self  # with the columns that it is decoded from
             gaps = {each: self.gaps[each] for each in name if each in self.gaps}
             return Table(self.topic, self.type, {each: self._column(each) for each in name}, gaps)
         if not isinstance(name, str):
             return self.take(name)
-        lazy = LAZY_COLUMNS.get(self.type)
         if lazy is not None and name == lazy[0]:
             return LazyColumn(self.columns, lazy[1])
         column = self._column(name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
-from datetime import datetime, timedelta, timezone
+from datetime import date, datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import duckdb
 import numpy as np
 import pyarrow as pa
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Int32, String
 
@@ -70,12 +71,18 @@ def test_rows_and_columns_are_chosen_as_in_data_frames() -> None:
             getattr(table, name)
 
 
-def test_columns_with_cells_of_different_sizes_are_sliced() -> None:
-    assert list(table_of("/text")[1:]["data"]) == ["a", "aa"]
-    images = table_of("/image")["_image"]
-    assert [image.item() for image in images[1:3]] == [1, 2]
-    assert [image.item() for image in images[:2][::-1]] == [1, 0]
-    assert len(images[:0]) == 0
+@pytest.mark.parametrize("rows", [
+    slice(1, 3), slice(None, None, -2), [2, 0, 0], np.array([1]), [True, False, True], []
+])  # fmt: skip
+def test_all_columns_select_rows_as_arrays_do(rows: Any) -> None:
+    lists: list[Any] = [("/a", DiagnosticArray(status=[DiagnosticStatus()] * n), n + 1, 0) for n in range(3)]
+    Path("c.bag").write_bytes(bag_bytes(lists))
+    with open_bags("a.bag", "c.bag") as bags:
+        images, lists = bags.table("/image", columns=["_image"])["_image"][:3], bags["/a"]["status"]
+    texts, records = table_of("/text")["data"], lists.values
+    chosen = np.arange(3)[rows].tolist()
+    assert (len(records[rows]), [len(cell) for cell in lists[rows]]) == (len(chosen), chosen)
+    assert [image.item() for image in images[rows]] == [len(text) for text in texts[rows]] == chosen
 
 
 def test_gaps_follow_their_rows_and_columns() -> None:
@@ -146,6 +153,7 @@ def test_only_the_wanted_columns_are_kept() -> None:
         table = bags.table("/imu", columns=["orientation.w", "header.frame_id"])
         assert list(table) == ["_time", "orientation.w", "header.frame_id"]
         assert [list(each) for each in bags.batches("/imu", columns=["_time"])] == [["_time"]]
+        assert list(bags.table("/n", columns="data")) == ["_time", "data"]
         with pytest.raises(
             KeyError, match=r"no column 'nothing' in /imu; the columns are _time, header\.seq"
         ):
@@ -169,7 +177,7 @@ NS = 1388577600_000_000_000
     (" 2014-01-01T12:00:00.000000007Z", NS + 7), ("2014-01-01T14:00:00+02:00", NS), (NOON, NS),
     (NOON.replace(tzinfo=None), NS), (NOON.astimezone(timezone(timedelta(hours=-5))), NS),
     (PandasTime(2014, 1, 1, 12, tzinfo=timezone.utc), NS + 7), (np.datetime64("2014-01-01T12", "h"), NS),
-    ("1960-01-01", 0),
+    ("1960-01-01", 0), (date(2014, 1, 1), NS - 43200_000_000_000),
 ])  # fmt: skip
 def test_times_are_written_in_many_ways(moment: Any, expected: int | None) -> None:
     assert moment_ns(moment) == expected
@@ -189,12 +197,9 @@ def test_rows_are_chosen_by_dates() -> None:
         assert table["data"].tolist() == [5, 6, 7]
 
 
-def test_one_column_may_be_named_by_a_text() -> None:
-    with open_bags("a.bag") as bags:
-        assert list(bags.table("/n", columns="data")) == ["_time", "data"]
-
-
-@pytest.mark.parametrize(("paths", "error"), [([], ValueError), (3, TypeError), ([3], TypeError)])
+@pytest.mark.parametrize(
+    ("paths", "error"), [([], ValueError), (3, TypeError), ([3], TypeError), (b"a", TypeError)]
+)
 def test_paths_that_name_no_bag_are_refused(paths: Any, error: type[Exception]) -> None:
     """`glob` returns an empty list if nothing matches."""
     with pytest.raises(error):

@@ -120,7 +120,7 @@ def test_rows_are_chosen_by_time_and_number(folder: Path) -> None:
         assert bags.table("/n", every=4)["data"].tolist() == [10, 14, 18]
         assert bags.table("/n", start=100).to_arrow().to_pylist() == []
         assert bags.table("/n", datetimes=True)["_time"].dtype == np.dtype("M8[ns]")
-        with pytest.raises(ValueError, match="every must be >= 1, got 0"):
+        with pytest.raises(ValueError, match="every must be an integer >= 1, got 0"):
             bags.table("/n", every=0)
 
 

@@ -22,7 +22,7 @@ Offsets: TypeAlias = "NDArray[np.int64]"
 
 
 class _Ragged:
-    """Base class of columns with offsets. `column[i]` is a cell, and `column[a:b]` is a column."""
+    """Base class of columns with offsets. `column[i]` is a cell; slices, lists and masks give a column."""
 
     __slots__ = ("offsets",)
 
@@ -39,11 +39,11 @@ class _Ragged:
         return (self._cell(int(a), int(b)) for a, b in pairwise(self.offsets))
 
     def __getitem__(self, at: Any) -> Any:
-        if isinstance(at, slice):
-            begin, end, step = at.indices(len(self))
-            if step != 1:
-                return self.take(np.arange(begin, end, step))
+        if isinstance(at, slice) and at.step in (None, 1):
+            begin, end, _ = at.indices(len(self))
             return self._with(self.offsets[begin : max(begin, end) + 1])
+        if selects_cells(at):
+            return self.take(np.arange(len(self))[at])
         number = range(len(self))[at]  # raises IndexError
         return self._cell(int(self.offsets[number]), int(self.offsets[number + 1]))
 
@@ -192,8 +192,8 @@ class RecordColumn:
     def __getitem__(self, at: Any) -> Any:
         if isinstance(at, str):
             return self.columns[at]
-        if isinstance(at, slice):
-            rows = len(range(*at.indices(self._count)))
+        if selects_cells(at):
+            rows = len(np.arange(self._count)[at])
             return RecordColumn({name: each[at] for name, each in self.columns.items()}, rows)
         number = range(self._count)[at]  # raises IndexError
         return {name: each[number] for name, each in self.columns.items()}
@@ -201,6 +201,11 @@ class RecordColumn:
     def take(self, index: NDArray[Any]) -> RecordColumn:
         """Return a column of the messages with these indexes."""
         return RecordColumn({name: taken(each, index) for name, each in self.columns.items()}, len(index))
+
+
+def selects_cells(at: object) -> bool:
+    """Return whether an index of a column selects several cells: a slice, a list, an array or a mask."""
+    return isinstance(at, slice | list) or (hasattr(at, "__array__") and np.ndim(at) > 0)
 
 
 Column: TypeAlias = "NDArray[Any] | TextColumn | OctetColumn | ListColumn | RecordColumn"
