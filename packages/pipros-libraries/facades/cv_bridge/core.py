@@ -10,7 +10,9 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from cv_bridge.boost.cv_bridge_boost import CV_MAT_CNWrap, CV_MAT_DEPTHWrap, cvtColor2, getCvType
+from pipros_libraries.pictures.codecs import MAX_PIXELS
 from pipros_libraries.pictures.encodings import CHANNEL_STEP, DTYPES
+from pipros_libraries.pictures.headers import pixel_count
 from pipros_libraries.vision.conversions import convert_decoded
 from pipros_libraries.vision.extras import numpy as np
 from pipros_libraries.vision.opencv import opencv
@@ -132,11 +134,13 @@ class CvBridge:
         uint8 keep their type if the encoding defines colours, such as bgr8.
 
         Raises:
-            CvBridgeError: the image cannot be decoded, or cannot be converted to `desired_encoding`.
+            CvBridgeError: the image has too many pixels, cannot be read, or not be converted to the encoding.
             ImportError: OpenCV is not installed.
         """
         cv2 = opencv("a compressed image")
         data = np.frombuffer(cmprs_img_msg.data, np.uint8).reshape(1, -1)
+        if (pixels := pixel_count(data.tobytes()) or 0) > MAX_PIXELS:  # 100 kB could fill 2 GB
+            raise CvBridgeError(f"a compressed image must have at most {MAX_PIXELS} pixels, got {pixels}")
         image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
         if desired_encoding == "passthrough":
             return image

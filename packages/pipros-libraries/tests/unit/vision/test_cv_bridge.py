@@ -1,5 +1,6 @@
 """cv_bridge: conversion of image messages to arrays, and back."""
 
+import struct
 import subprocess
 import sys
 from typing import Any
@@ -217,6 +218,9 @@ def test_compressed_images_go_through_opencv(monkeypatch: pytest.MonkeyPatch) ->
     assert BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(data=b"")) is None
     with pytest.raises(CvBridgeError, match=r"cannot read this compressed image \(6 bytes\)"):
         BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(data=b"broken"), "bgr8")
+    large = b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", 32_000, 32_000)
+    with pytest.raises(CvBridgeError, match="at most 178956970 pixels, got 1024000000"):
+        BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(data=large))
     with pytest.raises(CvBridgeError, match="cannot write this image as 'xyz'"):
         BRIDGE.cv2_to_compressed_imgmsg(COLORED, "xyz")
     with pytest.raises(CvBridgeError, match=r"as 'jp2': OpenCV does not write uint8 with shape \(2, 2, 3\)"):
