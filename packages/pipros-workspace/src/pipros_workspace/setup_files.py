@@ -150,7 +150,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
     values = {
         "prefix": shlex.quote(str(prefix)),
         "python": shlex.quote(sys.executable),
-        "cmd_python": console_path(sys.executable).replace("%", "%%"),
+        "cmd_python": _for_batch_file(sys.executable),
         "powershell_python": quoted_for_powershell(sys.executable),
         "compute": _COMPUTE,
         "functions": shlex.quote(str(SHELL_FOLDER)),
@@ -178,6 +178,10 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
         )
 
 
+def _for_batch_file(path: str) -> str:
+    return console_path(path).replace("%", "%%")
+
+
 def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
     """Write setup files to `folder` that source the setup files in `prefix`.
 
@@ -190,7 +194,7 @@ def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
         _write(folder / f"setup.{shell}", f"{_RELAYING}{own}. {file}\n")
     _write(folder / "setup.fish", f"{_RELAYING}source {shlex.quote(str(prefix / 'setup.fish'))} $argv\n")
     if ON_WINDOWS:
-        _write(folder / "setup.bat", f'@call "{console_path(str(prefix / "setup.bat"))}" %*\r\n')
+        _write(folder / "setup.bat", f'@call "{_for_batch_file(str(prefix / "setup.bat"))}" %*\r\n')
     script = quoted_for_powershell(str(prefix / "setup.ps1"))
     _write(folder / "setup.ps1", f"{_RELAYING}. {script} @args\n")
     _write(

@@ -4,6 +4,7 @@ import json
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -250,6 +251,14 @@ def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.Monke
         "master-host-unknown", "ip-of-another", "missing-path", "mixed-python", "cannot-write",
         "ros-2-environment", "workspace-not-set-up",
     }  # fmt: skip
+
+
+def test_a_full_disk_is_named(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=0))
+    machine = gather_machine({"ROS_HOME": str(tmp_path), "ROS_MASTER_URI": "http://127.0.0.1:1"}, timeout_s=1)
+    (found,) = (each for each in check_machine(machine) if each.rule == "cannot-write")
+    assert "is a folder on a full disk: no logs" in found.summary
+    assert found.cure == "Free some space, or set ROS_HOME to a writable one."
 
 
 def test_programs_of_another_ros_are_distinguished_from_those_of_pipros(tmp_path, monkeypatch) -> None:

@@ -165,7 +165,10 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
         return PathKind.FILE
     if not path.is_dir():
         return PathKind.MISSING
-    return PathKind.FOLDER if not is_written or os.access(path, os.W_OK | os.X_OK) else PathKind.READ_ONLY
+    if is_written and not os.access(path, os.W_OK | os.X_OK):
+        return PathKind.READ_ONLY
+    is_full = is_written and shutil.disk_usage(path).free == 0
+    return PathKind.FULL if is_full else PathKind.FOLDER
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:

@@ -15,6 +15,7 @@ class PathKind(Enum):
 
     FOLDER = "folder"
     READ_ONLY = "read-only folder"
+    FULL = "folder on a full disk"
     FILE = "file"
     MISSING = "missing"
 

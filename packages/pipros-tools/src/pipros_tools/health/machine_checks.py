@@ -329,11 +329,12 @@ def folders_to_write(machine: MachineReport) -> Findings:
     }
     for name, folder in folders.items():
         kind = machine.paths.get(str(folder), PathKind.FOLDER)
-        if kind in (PathKind.READ_ONLY, PathKind.FILE):
+        if kind in (PathKind.READ_ONLY, PathKind.FULL, PathKind.FILE):
+            way = "Free some space" if kind is PathKind.FULL else "Make the folder writable (chown, chmod)"
             yield error(
                 "cannot-write",
                 f"{name} [{folder}] is a {kind.value}: no logs or results can be written there",
-                f"Make the folder writable (chown, chmod), or set {name} to a writable one.",
+                f"{way}, or set {name} to a writable one.",
                 name,
                 str(folder),
             )
