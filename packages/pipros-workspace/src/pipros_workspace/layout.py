@@ -175,7 +175,11 @@ class _Evaluated:
 
 
 def _put_in_order(packages: Mapping[str, SourcePackage], space: SourceSpace) -> None:
-    """Add the packages to `space` in build order, without cycles and packages that need one of a cycle."""
+    """Add the packages to `space` in build order, without cycles and packages that need one of a cycle.
+
+    catkin_pkg takes the time: it grows with the cube of the number of packages that all need each other, to
+    40 s for 300, as in genuine `catkin_make`. A ring of 300 packages takes a tenth of a second.
+    """
     ordered = topological_order_packages({str(p.folder): _Evaluated(p.manifest) for p in packages.values()})
     for path, manifest in ordered:
         if path is not None:
