@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
+from itertools import chain, repeat
 from typing import Any
 
 import bson
@@ -24,6 +25,7 @@ from pipros_bridges.rosbridge.stream_servers import TcpServer
 from pipros_bridges.rosbridge.udp_server import UdpServer
 from tests.graph.running import running
 from tests.support.constants import Constants
+from tests.support.memory import memory_of
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
 from tests.support.nodes import MakeNode
@@ -249,6 +251,15 @@ def test_udp_addresses_that_say_nothing_sensible_leave_room_for_clients(
                 client.sendto(b'"topic": "/state"}', address)
                 assert json.loads(client.recv(10_000))["msg"] == {"data": "well"}
     wait_until(lambda: server.shares.memory.used == 0)
+
+
+def test_a_udp_stranger_takes_little_memory_and_time(make_node: MakeNode) -> None:
+    server = UdpServer(make_node("bridge"), ServerOptions(port=0))
+    begin_s = time.process_time()
+    with memory_of(5_000_000):
+        for data in chain([b'{"op": '], repeat(b"", 1_000_000), repeat(b"x" + b"{}" * 32_000, 50)):
+            server.take(data, "stranger")
+    assert time.process_time() - begin_s < 2.5
 
 
 def test_udp_clients_may_use_bson(make_node: MakeNode, robot: Node) -> None:

@@ -65,6 +65,8 @@ class UdpServer(StreamServer):
 
     def take(self, data: bytes, address: Any) -> None:
         """Handle a datagram. Called in the event loop."""
+        if not data:  # it would take memory without counting in any limit
+            return
         client = self._known.pop(address, None)
         if client is not None:
             self._known[address] = client
@@ -149,9 +151,10 @@ class _Stranger:
     def completes(self, data: bytes) -> bool:
         """Add a datagram. Return whether there is a whole JSON object now."""
         self.datagrams.append(data)
-        found = list(self._objects.feed(data.decode(errors="replace")))
-        self.is_plausible = not found and not self._objects.is_empty
-        return any(isinstance(each, str) for each in found[:1])
+        # only the first object, because the client's task reads all of them
+        found = next(self._objects.feed(data.decode(errors="replace")), None)
+        self.is_plausible = found is None and not self._objects.is_empty
+        return isinstance(found, str)
 
 
 class _UdpClient:
