@@ -41,6 +41,10 @@ COMPARE_S: Final = 5.0
 """Interval between attempts to open topics, services and actions that could not be opened."""
 DIAGNOSTICS_S: Final = 1.0
 _REPORTED: Final = 1000
+_LOOKED_UP: Final = 10
+"""Maximum number of unknown publishers that are looked up between two updates. Over Zenoh, a process can name
+any number.
+"""
 
 
 def new_identity(node: Node) -> str:
@@ -186,7 +190,7 @@ class Gateway:
     def _publisher(self, key: bytes) -> Endpoint | None:
         """Return the ROS 2 publisher with this key, or None if its messages must not be passed."""
         found = self._known.get(key)
-        if found is None and key not in self._unknown:
+        if found is None and key not in self._unknown and len(self._unknown) < _LOOKED_UP:
             self._unknown.add(key)  # look up each unknown key once per update
             self._known = {
                 each.key: each for each in self._engine.endpoints() if not self._parts.is_own(each)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+_LONGEST = 1000
+"""Number of characters of a name that are compared: a peer may send a name of any length."""
+
 
 def near_names(name: str, known: Iterable[str]) -> list[str]:
     """Return up to three known names similar to `name`, the most similar first, or those that differ in case.
@@ -15,7 +18,7 @@ def near_names(name: str, known: Iterable[str]) -> list[str]:
 
     names = sorted(known)
     same = [each for each in names if each.casefold() == name.casefold()]
-    return same[:3] or get_close_matches(name, names, n=3, cutoff=0.7)
+    return same[:3] or get_close_matches(name[:_LONGEST], names, n=3, cutoff=0.7)
 
 
 def similar_names(name: str, known: Iterable[str]) -> str:

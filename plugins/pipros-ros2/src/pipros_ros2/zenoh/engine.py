@@ -7,12 +7,16 @@ import itertools
 import json
 import logging
 import threading
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import inf
 from typing import Any, Final
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
+from pipros.basics.printable import printable
 from pipros_ros2.interface import (
     NO_HASHES,
     ZENOH_MESSAGE_BYTES,
@@ -40,8 +44,8 @@ from pipros_ros2.zenoh.tokens import (
 from pipros_rosbag2.names import zenoh_key
 
 ROS2_GRAPH_BYTES = 16 * 1024 * 1024
-"""Limit: all endpoints of other processes that a gateway on Zenoh stores. Beyond it, further ROS 2 endpoints
-are ignored, with a warning.
+"""Limit: all endpoints of other processes that a gateway on Zenoh stores; a process can use at most half of
+the memory that others leave free. Beyond it, further ROS 2 endpoints are ignored, with a warning.
 """
 
 ROUTER: Final = "tcp/localhost:7447"
@@ -100,8 +104,11 @@ class ZenohEngine:
         self._changed = threading.Condition(self._lock)
         self._numbers = itertools.count(1)
         self._known: dict[str, Endpoint] = {}
-        self._known_bytes = 0
-        self._graph_limit_bytes = ROS2_GRAPH_BYTES
+        self._gids: set[bytes] = set()
+        self._counts: Counter[tuple[EndpointKind, str, str]] = Counter()
+        self._known_bytes = Budget(ROS2_GRAPH_BYTES)
+        self._shares: dict[str, Budget] = {}
+        self._ignored = 0
         self._is_closed = False
         self._threads: list[threading.Thread] = []
         try:
@@ -202,13 +209,13 @@ class ZenohEngine:
 
     def wait_for_endpoint(self, gid: bytes, timeout_s: float) -> bool:
         def is_over() -> bool:
-            return self._is_closed or any(each.key == gid for each in self._known.values())
+            return self._is_closed or gid in self._gids
 
         with self._changed:
             return self._changed.wait_for(is_over, timeout_s) and not self._is_closed
 
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
-        return sum((each.kind, each.name, each.type) == (kind, name, type_name) for each in self.endpoints())
+        return self._counts[kind, name, type_name]
 
     def _watch_graph(self) -> None:
         for change in received(self.library, self._graph.handler):
@@ -219,20 +226,30 @@ class ZenohEngine:
                 continue
             endpoint = replace(parsed[1], key=self._gid(token)) if is_new else None
             with self._changed:
-                self._change(token, endpoint)
+                self._change(token, parsed[0], endpoint)
                 self._changed.notify_all()
 
-    def _change(self, token: str, endpoint: Endpoint | None) -> None:
+    def _change(self, token: str, session: str, endpoint: Endpoint | None) -> None:
         cost = 2 * len(token) + _TOKEN_BYTES
-        if self._known.pop(token, None) is not None:
-            self._known_bytes -= cost
-        if endpoint is None:
-            return
-        if self._known_bytes + cost > self._graph_limit_bytes:
-            _LOG.warning("too many endpoints in ROS 2: %s is ignored", endpoint.name)
-            return
-        self._known[token] = endpoint
-        self._known_bytes += cost
+        share = self._shares.get(session) or Budget(inf, self._known_bytes, part=0.5)
+        if (before := self._known.pop(token, None)) is not None:
+            share.give_back(cost)
+            self._gids.discard(before.key)
+            name = before.kind, before.name, before.type
+            self._counts[name] -= 1
+            if not self._counts[name]:
+                del self._counts[name]
+        if endpoint is not None and share.take(cost):
+            self._known[token] = endpoint
+            self._gids.add(endpoint.key)
+            self._counts[endpoint.kind, endpoint.name, endpoint.type] += 1
+        elif endpoint is not None:
+            self._ignored += 1
+            level = logging.WARNING if self._ignored == 1 else logging.DEBUG
+            _LOG.log(level, "too many endpoints in ROS 2: %s is ignored", printable(endpoint.name))
+        self._shares.pop(session, None)
+        if share.used:
+            self._shares[session] = share
 
 
 def _config(zenoh: Any, routers: Sequence[str], timeout_s: float) -> Any:
