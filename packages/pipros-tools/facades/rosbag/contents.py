@@ -6,14 +6,22 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 
+from pipros.basics.names import canonicalize
 from pipros_tools.bag import compression as _compression
 from pipros_tools.bag import info as _info
 from pipros_tools.bag import info_text as _info_text
+from pipros_tools.bag.connection import Connection
 from pipros_tools.bag.errors import BagError, NoMessages
 from pipros_tools.bag.reader import BagReader
 from rosbag.exceptions import ROSBagException, translated
 from rosbag.results import CompressionTuple, TopicTuple, TypesAndTopicsTuple
 from rospy.rostime import Time
+
+
+def connections_on(bag: BagReader, topics: Iterable[str] | str) -> list[Connection]:
+    """Return the connections on one topic or several. Repeated and trailing slashes do not count."""
+    wanted = set(map(canonicalize, [topics] if isinstance(topics, str) else topics))
+    return [each for each in bag.connections if canonicalize(each.topic) in wanted]
 
 
 class BagContents(ABC):
@@ -48,7 +56,7 @@ class BagContents(ABC):
         if topic_filters is None:
             return bag.message_count
         counts = bag.count_by_connection()
-        return sum(counts[connection.id] for connection in bag.connections_of(topic_filters))
+        return sum(counts[each.id] for each in connections_on(bag, topic_filters))
 
     def get_start_time(self) -> float:
         """Return the time of the first message in seconds. Raise `ROSBagException` if the bag is empty."""
@@ -73,9 +81,9 @@ class BagContents(ABC):
         default, all topics are summarized.
         """
         bag = self._view()
-        wanted = {topic_filters} if isinstance(topic_filters, str) else topic_filters
+        wanted = {each.topic for each in connections_on(bag, topic_filters)} if topic_filters else None
         with translated():
-            topics = _info.topics(bag, wanted or None, with_frequencies=not self._skip_index)
+            topics = _info.topics(bag, wanted, with_frequencies=not self._skip_index)
         return TypesAndTopicsTuple(
             dict(sorted((connection.type, connection.md5sum) for connection in bag.connections)),
             {

@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import total_ordering
 from typing import Any
 
-from pipros.basics.names import canonicalize
 from pipros_tools.bag.connection import Connection
 from pipros_tools.bag.message_index import MessageIndex, Position
 from pipros_tools.bag.reader import BagReader
-from rosbag.contents import BagContents
+from rosbag.contents import BagContents, connections_on
 from rosbag.exceptions import translated
 from rosbag.results import BagMessage, BagMessageWithConnectionHeader
 from rospy.rostime import Time
@@ -169,8 +168,7 @@ class IndexAccess(BagContents):
     def _chosen(
         bag: BagReader, topics: Iterable[str] | str | None, connection_filter: ConnectionFilter | None
     ) -> list[Connection]:
-        wanted = set(map(canonicalize, [topics] if isinstance(topics, str) else topics or ()))
-        found = [each for each in bag.connections if not wanted or canonicalize(each.topic) in wanted]
+        found = connections_on(bag, topics) if topics else bag.connections
         if connection_filter is None:
             return found
         return [c for c in found if connection_filter(c.topic, c.type, c.md5sum, c.definition, c.header)]

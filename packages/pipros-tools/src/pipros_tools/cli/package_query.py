@@ -196,9 +196,10 @@ def answer(
     except (PiprosError, OSError) as error:
         code = complain(tool, str(error), options)
         if isinstance(error, UnknownPackage):
-            from pipros.packages.well_known import why_not_here
+            from pipros.packages.well_known import similar_packages, why_not_here
 
-            if "-q" not in options and (advice := why_not_here(error.name)):
+            advice = why_not_here(error.name) or similar_packages(error.name)
+            if advice and "-q" not in options:
                 print(f"[{tool}] {advice}", file=sys.stderr)
         return code
     for line in lines:

@@ -61,7 +61,8 @@ def test_raw_messages_can_be_copied(tmp_path: Path) -> None:
             out.write("/short" + topic, (*raw[:3], raw[4]), t, raw=True)
     with rosbag.Bag(str(tmp_path / "out.bag")) as bag:
         assert (rows(bag, topics=["/a", "/b"]), bag.get_message_count()) == (expected, 40)
-        assert bag.get_message_count("/a") == bag.get_message_count(["/short/a"]) == 10
+        assert bag.get_message_count("/a") == bag.get_message_count(["/short//a/"]) == 10
+        assert (len(rows(bag, topics="")), list(bag.get_type_and_topic_info("//a").topics)) == (40, ["/a"])
 
 
 def test_reading_while_writing_sees_what_was_written(tmp_path: Path) -> None:

@@ -226,7 +226,18 @@ def advice_on(package: str) -> str:
         return f"{folder} is a package of ROS 2"
     path = os.environ.get("ROS_PACKAGE_PATH")
     searched = f"ROS_PACKAGE_PATH is {path}" if path else "ROS_PACKAGE_PATH is not set"
-    return why_not_here(package) or f"{searched}; is {SETUP_FILE} of its workspace sourced?"
+    unknown = f"{similar_packages(package)} {searched}; is {SETUP_FILE} of its workspace sourced?".lstrip()
+    return why_not_here(package) or unknown
+
+
+def similar_packages(package: str) -> str:
+    """Return a question that suggests packages with similar names; empty if there are none."""
+    from pipros.basics.similar_names import similar_names
+    from pipros.packages import SHARES
+    from pipros.packages.package_folders import PackageFolders
+
+    roots = [*os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep), *SHARES]
+    return similar_names(package, PackageFolders([each for each in roots if os.path.isdir(each)]).by_name())
 
 
 def why_no_nodelet(plugin: str) -> str:

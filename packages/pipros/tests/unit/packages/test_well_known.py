@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.errors import NotFound
+from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.packages import shipped_folder
 from pipros.packages.well_known import _PROGRAMS, why_no_command, why_no_nodelet, why_not_here
 from pipros_tools.cli.complete import main as complete
@@ -160,6 +161,16 @@ def test_all_tools_give_the_same_advice(
     assert capsys.readouterr().out == f"{advice}\n"
     with pytest.raises(ModuleNotFoundError, match=re.escape(f"No module named '{package}': {advice}")):
         importlib.import_module(f"{package}.anything")
+
+
+@pytest.mark.parametrize("name", ["std_msg", "geometry_mgs", "turtlsim"])
+def test_similar_packages_are_suggested(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ModuleNotFoundError, match=r"Did you mean .*; is .* of its workspace sourced"):
+        importlib.import_module(f"{name}.msg")
+    assert rospack(["find", name]) == 1
+    assert "Did you mean" in capsys.readouterr().err
+    with pytest.raises(NotFound, match=r"there is no package .*: Did you mean"):
+        DefinitionFiles(lambda _name: None).folder(name)
 
 
 @pytest.mark.parametrize(("module", "advice"), [

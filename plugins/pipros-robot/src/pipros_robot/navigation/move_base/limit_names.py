@@ -18,6 +18,7 @@ _OTHERS: Final[Mapping[str, str]] = {
     "max_vel_x_backwards": "min_vel_x",
     "vtheta_samples": "vth_samples",
     "trans_stopped_velocity": "trans_stopped_vel",
+    "max_turn_rate": "max_vel_theta",
     **dict.fromkeys(("rot_stopped_velocity", "rot_stopped_vel"), "theta_stopped_vel"),
 }  # fmt: skip
 _BOUNDS: Final = {
@@ -32,11 +33,17 @@ _AXES: Final = {
 }
 _SPEEDS: Final = {"vel", "velocity", "speed", "v", "w"}
 _ACCELERATIONS: Final = {"acc", "accel", "acceleration"}
+_ABBREVIATIONS: Final = {
+    "vx": "vel x", "vy": "vel y", "wz": "vel theta", "vw": "vel theta", "vth": "vel theta",
+    "omega": "vel theta", "spd": "speed", "rotvel": "vel rot", "transvel": "vel trans", "linvel": "vel lin",
+    "angvel": "vel ang",
+}  # fmt: skip
 _KNOWN: Final = {*_BOUNDS, *_AXES, *_SPEEDS, *_ACCELERATIONS, "cmd"}
 
 
 def _words(name: str) -> set[str]:
-    return {each.lower() for each in re.findall("[A-Z]?[a-z]+|[A-Z]+|[0-9]+", name)}
+    words = (each.lower() for each in re.findall("[A-Z]?[a-z]+|[A-Z]+|[0-9]+", name))
+    return set(" ".join(_ABBREVIATIONS.get(each, each) for each in words).split())
 
 
 def meaning(name: str) -> str | None:
