@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
@@ -26,6 +27,7 @@ def split_arguments(
     options: dict[str, str] = {}
     left = iter(arguments)
     for argument in left:
+        argument = "-q" if argument == "--quiet" else argument
         name, sign, value = argument.partition("=")
         if name in value_options:
             if not sign:
@@ -171,6 +173,7 @@ class PackageQuery:
 
 def answer(
     tool: str,
+    help_text: str,
     commands: Mapping[str, Callable[[PackageQuery], Sequence[str]]],
     words: Sequence[str],
     options: Mapping[str, str],
@@ -179,6 +182,7 @@ def answer(
     """Print the lines that a command returns, and return the exit code.
 
     Args:
+        help_text: a line for each command, with its options, and `[package]` or `[stack]` if it takes one.
         commands: functions by the names of the commands.
         words, options: results from `split_arguments`; the first word is the command.
         query_of: called with the command, without its aliases, and its words; may raise `QueryFailed`.
@@ -191,6 +195,10 @@ def answer(
         return complain(tool, f"command {command} not implemented", options)
     if len(words) > 1:
         return complain(tool, _TOO_MANY_WORDS, options)
+    usage = next(line for line in help_text.splitlines() if command in re.findall(r"[\w-]+", line))
+    has_options = any(each.startswith("--") for each in options)
+    if (words and not re.search(r"\[\w+\]", usage)) or (has_options and "--" not in usage):
+        return complain(tool, "invalid option(s) given", options)
     try:
         lines = ask(query_of(command, words))
     except (PiprosError, OSError) as error:

@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     def query_of(command: str, words: Sequence[str]) -> PackageQuery:
         return PackageQuery(words, options, unknown=_UNKNOWN.get(command, "package '{}' not found"))
 
-    return answer("rospack", _COMMANDS, words, options, query_of)
+    return answer("rospack", HELP, _COMMANDS, words, options, query_of)
 
 
 def _find(query: PackageQuery) -> list[str]:

@@ -59,8 +59,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
 
     def query_of(command: str, words: Sequence[str]) -> PackageQuery:
-        if words and command in ("list", "list-names", "profile"):
-            raise QueryFailed("invalid option(s) given")
         return PackageQuery(
             words,
             options,
@@ -69,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             kinds=STACKS,
         )
 
-    return answer("rosstack", _COMMANDS, words, options, query_of)
+    return answer("rosstack", HELP, _COMMANDS, words, options, query_of)
 
 
 def _folder(query: PackageQuery) -> list[str]:

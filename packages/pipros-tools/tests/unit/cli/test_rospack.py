@@ -88,6 +88,8 @@ def test_profile_lists_folders_by_their_cost(source: Path, capsys: pytest.Captur
     (["nope"], "command nope not implemented"), (["find", "a", "b"], "too many positional options"),
     (["depends-why", "a"], "no package or target given"),
     (["find", "--nope"], "unrecognised option '--nope'"), (["cflags-only-I", "a"], "pkg-config"),
+    (["list", "a"], "invalid option(s) given"), (["profile", "a"], "invalid option(s) given"),
+    (["find", "--top=a", "a"], "invalid option(s)"), (["deps", "--length=2", "a"], "invalid option(s)"),
 ])  # fmt: skip
 def test_invalid_queries_exit_with_1(
     words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
@@ -96,7 +98,8 @@ def test_invalid_queries_exit_with_1(
     captured = capsys.readouterr()
     assert captured.err.startswith("[rospack] Error: ")
     assert complaint in captured.err
-    assert (rospack.main(["-q", *words]), capsys.readouterr().err) == (1, "")
+    for quiet in ("-q", "--quiet"):
+        assert (rospack.main([quiet, *words]), capsys.readouterr().err) == (1, "")
 
 
 def test_packages_that_need_each_other_are_reported(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
