@@ -82,6 +82,18 @@ def test_a_topic_without_a_field_offers_its_numbers(ros: RosSystem, open_tab: Op
     expect(tab.locator(".legend")).to_contain_text("/covariance/covariance[0]: 0")
 
 
+def test_names_that_are_wider_than_a_phone_are_broken(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.serve_master()
+    name = "/robot_0/very_long_topic_name/of/the/battery_of_camera_0/voltage"
+    ros.pipros.start(sys.executable, "-c", ONE_SAMPLE.replace("/once", name))
+    ros.wait_for_publisher(name)
+    tab = open_tab(Page(ros), "plot", size=(390, 800))
+    box = tab.get_by_text(name, exact=True).bounding_box()
+    assert box is not None
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 390
+
+
 def test_nan_interrupts_a_curve_beside_a_faster_one(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
