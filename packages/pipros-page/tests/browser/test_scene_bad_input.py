@@ -58,7 +58,8 @@ EXPECTED = {
 }
 MESHES = {
     "many.stl": "an STL file of 84 bytes cannot have 4294967295 triangles",
-    "cut.stl": "",
+    **dict.fromkeys(("cut.stl", "open.stl"), "it is an ASCII STL file without a complete solid"),
+    "spaces.dae": "it is not a COLLADA file",
     "bomb.dae": "it is not a COLLADA file",
     "tree.dae": "its nodes repeat others more than 100000 times, or themselves",
     "ring.dae": "its nodes repeat others more than 100000 times, or themselves",

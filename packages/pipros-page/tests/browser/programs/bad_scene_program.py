@@ -34,6 +34,8 @@ NAN, INF = math.nan, math.inf
 MESHES = {
     "many.stl": bytes(80) + struct.pack("<I", 0xFFFFFFFF),
     "cut.stl": b"solid a\nfacet normal 0 0",
+    "open.stl": b"solid facet " * 500_000,
+    "spaces.dae": b"<COLLADA><init_from>" + b" " * 100_000,
     "bomb.dae": b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "bbbbbbbb"><!ENTITY c "'
     + b"&b;" * 1000
     + b'"><!ENTITY d "'

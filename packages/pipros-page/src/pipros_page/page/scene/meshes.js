@@ -60,7 +60,7 @@ export class Meshes {
   }
 
   async collada(uri, text) {
-    const names = [...text.matchAll(/<init_from>\s*([^<]+?)\s*<\/init_from>/g)].map((found) => found[1]);
+    const names = [...text.matchAll(/<init_from>([^<]+)<\/init_from>/g)].map((found) => found[1].trim());
     const blobs = await this.blobs(uri, names.filter((name) => /\.(png|jpe?g|bmp)$/i.test(name)));
     const manager = new THREE.LoadingManager();
     manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
@@ -80,11 +80,11 @@ export class Meshes {
 
   async wavefront(uri, text) {
     const loader = new OBJLoader();
-    const library = /^mtllib\s+(.+?)\s*$/m.exec(text)?.[1];
+    const library = /^mtllib[ \t]+(.+)$/m.exec(text)?.[1].trim();
     if (library) {
       try {
         const materials = TEXT.decode(await this.fetchBytes(beside(uri, library)));
-        const names = [...materials.matchAll(/^\s*map_Kd\s+(.+?)\s*$/gm)].map((found) => found[1]);
+        const names = [...materials.matchAll(/^[ \t]*map_Kd[ \t]+(.+)$/gm)].map((found) => found[1].trim());
         const blobs = await this.blobs(uri, names);
         const manager = new THREE.LoadingManager();
         manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
@@ -185,14 +185,24 @@ function lambert(from) {
   return material;
 }
 
+// Returns the text of an ASCII STL file without solids and facets that have no end. The loader searches the end of each from
+// its begin, for hours if there are a million.
+function closedSolids(text) {
+  const solids = text.split("endsolid").slice(0, -1).map((each) => each.slice(0, each.lastIndexOf("endfacet") + 8));
+  const closed = solids.filter((each) => each.endsWith("endfacet")).map((each) => `${each}\nendsolid\n`);
+  if (!closed.length) throw new Error("it is an ASCII STL file without a complete solid");
+  return closed.join("").trimStart().padEnd(84);
+}
+
 function stlGeometry(bytes) {
-  const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
-  if (buffer.byteLength >= 84 && !/^\s*solid/.test(TEXT.decode(bytes.subarray(0, 64)))) {
-    const triangles = new DataView(buffer).getUint32(80, true);
-    if (84 + triangles * 50 > buffer.byteLength)
-      throw new Error(`an STL file of ${buffer.byteLength} bytes cannot have ${triangles} triangles`);
-  }
-  const geometry = new STLLoader().parse(buffer);
+  let data = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
+  const triangles = data.byteLength < 84 ? 0 : new DataView(data).getUint32(80, true);
+  const binaryBytes = 84 + triangles * 50;
+  const isText = /^([^]{0,4}|\s*)solid/.test(TEXT.decode(bytes.subarray(0, 64)));
+  if (isText && binaryBytes !== data.byteLength) data = closedSolids(TEXT.decode(bytes));
+  else if (binaryBytes > data.byteLength)
+    throw new Error(`an STL file of ${data.byteLength} bytes cannot have ${triangles} triangles`);
+  const geometry = new STLLoader().parse(data);
   geometry.deleteAttribute("color"); // rviz ignores these colours
   const normals = geometry.getAttribute("normal");
   if (!normals || normals.array.every((value) => value === 0)) geometry.computeVertexNormals();
