@@ -71,6 +71,21 @@ def test_info_of_what_cannot_be_read_ends_with_1(bag: Path, capsys: pytest.Captu
 
 
 @pytest.mark.parametrize(
+    "words", [["merge", "run.bag", "-o"], ["convert", "run.bag"], ["fix", "run.bag"], ["filter", "run.bag"]]
+)
+def test_a_missing_folder_of_an_output_is_named(
+    bag: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    rest = ["True"] if words[0] == "filter" else []
+
+    assert main([*words, "no/where/out.bag", *rest]) == 1
+
+    printed = capsys.readouterr().err
+    assert f"there is no folder {Path('no/where')}: " in printed
+    assert ".active" not in printed
+
+
+@pytest.mark.parametrize(
     "words", [["info"], ["check"], ["play", "--pause"], ["filter"], ["compress"], ["fix"]]
 )
 def test_an_unfinished_recording_is_named_if_its_bag_is_requested(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 from collections.abc import Iterator
@@ -30,8 +31,12 @@ def cleared(path: Path) -> Path:
     user of the folder may have made.
 
     Raises:
-        OSError: it cannot be removed. The file name is `path`.
+        OSError: it cannot be removed, or there is no folder for it. The file name is `path`, in the latter
+            case without `.active`.
     """
+    if not path.parent.exists():
+        reason = f"there is no folder {path.parent}"
+        raise FileNotFoundError(errno.ENOENT, reason, str(path).removesuffix(".active"))
     try:
         path.unlink(missing_ok=True)
     except PermissionError as error:
