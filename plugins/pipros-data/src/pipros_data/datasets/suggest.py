@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,13 +40,14 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     rates: dict[str, list[float]] = {each: [] for each in parts}
     taken: set[str] = set()
     left_out, episodes = [], "file  # or {topic: /episode}, with std_msgs/Bool or String"
+    counts = _counts(bags)
     for topic in bags.topics():
         kind = bags.connections_of(topic)[0][1].type
         if kind in ("std_msgs/Bool", "std_msgs/String") and "episode" in topic:
             episodes = f"{{topic: {json.dumps(topic)}}}  # or file: each bag is an episode"
             continue
         is_usual = kind in (*_CAMERAS, *USUAL_FIELDS) and not topic.startswith("/rosout")
-        if not is_usual or bags.count(topic) < 2:
+        if not is_usual or counts[topic] < 2:
             left_out.append(f"{listed(topic)} ({listed(kind)})")
             continue
         table = next(bags.batches(topic)).take(slice(rows))
@@ -68,6 +70,16 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     for group, lines in parts.items():
         head += [f"{group}:" if lines else f"{group}: {{}}", *lines]
     return "\n".join([*head, f"# left out: {', '.join(left_out) or 'nothing'}"]) + "\n"
+
+
+def _counts(bags: Bags) -> Counter[str]:
+    """Return the number of messages of each topic. `Bags.count` takes as long for one of them."""
+    found: Counter[str] = Counter()
+    for bag in bags.readers:
+        numbers = bag.count_by_connection()
+        for each in bag.connections:
+            found[each.topic] += numbers.get(each.id, 0)
+    return found
 
 
 def _rate(table: Table) -> float:

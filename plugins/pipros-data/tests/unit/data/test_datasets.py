@@ -20,6 +20,7 @@ from std_msgs.msg import Bool, Float64, String
 
 from pipros.msg.time import Time
 from pipros_data.commands.dataset import main as dataset
+from pipros_tools.bag import BagReader
 from tests.support.bags import Row, bag_bytes
 from tests.support.waiting import wait_until
 from tests.unit.data.demonstrations import CONFIG, demonstration, joints, jpeg, made, ns, picture
@@ -290,6 +291,14 @@ def test_a_picture_with_too_many_pixels_counts_as_damaged() -> None:
     Path("run.bag").write_bytes(bag_bytes(rows))
     made(config="rate: 10\ncameras: {front: {topic: /camera/compressed}}\n")
     assert "2 pictures are damaged" in Path("out/report.md").read_text()
+
+
+def test_suggestions_count_the_messages_of_all_topics_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, count = [], BagReader.count_by_connection
+    monkeypatch.setattr(BagReader, "count_by_connection", lambda bag: asked.append(bag) or count(bag))
+    Path("run.bag").write_bytes(bag_bytes([(f"/x{n % 9}", Float64(n), n + 1, 0) for n in range(18)]))
+    assert dataset(["run.bag", "--suggest"]) == 0
+    assert len(asked) == 1
 
 
 def test_suggested_names_are_quoted(capsys: pytest.CaptureFixture[str]) -> None:
