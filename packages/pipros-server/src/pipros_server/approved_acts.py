@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -39,9 +39,12 @@ T = TypeVar("T")
 
 
 class Caller(NamedTuple):
-    """A client during one call. The event `over` is set when the client leaves or the call ends."""
+    """A client during one call. The event `over` is set when the client leaves or the call ends.
 
-    identity: Hashable
+    The identity consists of a token and a session.
+    """
+
+    identity: tuple[str, str]
     over: threading.Event
 
 

@@ -56,7 +56,7 @@ GONE_S: Final = 0.2
 Tool = Callable[..., Answer]
 Bind = Callable[[Caller], Tool]
 Shares = WeakValueDictionary[Hashable, Browser]
-"""The shares of the threads, by client, of the clients with calls."""
+"""The shares of the threads, by token, of the clients with calls."""
 
 _CANNOT_ACT: Final = "They cannot change anything."
 _CAN_ACT: Final = (
@@ -133,7 +133,7 @@ def make_server(
         _add(server, tool, functools.partial(_always, tool), robot, pool, shares)
     if acts is not None:
         pool = DaemonPool("acts", ACTS)
-        unused = ActTools(acts, robot, bag_folder, Caller(None, threading.Event()))
+        unused = ActTools(acts, robot, bag_folder, Caller(("", ""), threading.Event()))
         for name in names_of_tools(acts.policy):
             bind = functools.partial(_bound, name, acts, robot, bag_folder)
             _add(server, getattr(unused, name), bind, robot, pool, shares)
@@ -227,7 +227,7 @@ def _with_context(tool: Tool) -> inspect.Signature:
     return inspect.Signature([*(each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in own), first])
 
 
-def _identity(request: Any) -> Hashable:
+def _identity(request: Any) -> tuple[str, str]:
     """Return a client's identity: token and session over HTTP, a constant over standard input and output."""
     headers = getattr(request, "headers", {})
     return headers.get("authorization", ""), headers.get("mcp-session-id", "")
@@ -235,11 +235,14 @@ def _identity(request: Any) -> Hashable:
 
 @contextmanager
 def _share(request: Any, shares: Shares) -> Iterator[None]:
-    """Context manager in which threads are those of a client's share. Over stdio, a client may use all."""
+    """Context manager in which threads are those of the share of a token, whatever number of sessions it has.
+
+    Over stdio, a client may use all.
+    """
     if request is None:
         yield
         return
-    share = shares.setdefault(_identity(request), Browser())
+    share = shares.setdefault(_identity(request)[0], Browser())
     with serving(share):
         yield
 

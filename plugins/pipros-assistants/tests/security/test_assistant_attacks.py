@@ -172,11 +172,11 @@ def test_slow_calls_of_a_client_do_not_keep_another_one_waiting(serve: Serve) ->
     done: list[int] = []
     with socket.create_server(("127.0.0.1", 0)) as mute:  # a master that never answers
         _, port = serve(ROS_MASTER_URI=f"http://127.0.0.1:{mute.getsockname()[1]}")
-        _, slow = opened(port, TOKEN)
+        sessions = [opened(port, TOKEN)[1] for _ in range(4)]
         _, other = opened(port, "another-token-of-this-test")
         calls = [
-            threading.Thread(target=lambda each=each: done.append(slow("list_topics", each)))  # type: ignore[misc]
-            for each in range(10, 22)
+            threading.Thread(target=lambda n=n, slow=slow: done.append(slow("list_topics", n)))  # type: ignore[misc]
+            for n, slow in enumerate(2 * sessions, 10)
         ]
         for each in calls:
             each.start()

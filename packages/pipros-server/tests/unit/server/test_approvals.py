@@ -40,7 +40,7 @@ def clock() -> Clock:
 
 @pytest.fixture
 def approvals(clock: Clock) -> Approvals:
-    return Approvals("http://robot:11311", 2, clock)
+    return Approvals("http://robot:11311", 4, clock)
 
 
 def asked(
@@ -152,7 +152,7 @@ def test_wrong_answers_are_refused(approvals: Approvals, request_: dict[str, Any
 @pytest.fixture
 def reachable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Approvals]:
     monkeypatch.setenv("ROS_HOME", str(tmp_path))
-    approvals = Approvals("http://robot:11311", 2)
+    approvals = Approvals("http://robot:11311", 4)
     approvals.start()
     yield approvals
     approvals.stop()
@@ -175,7 +175,7 @@ def test_other_programs_of_this_user_list_and_answer(reachable: Approvals) -> No
 SUSPENDED = """
 import os, signal, threading
 from pipros_server.approvals import Approvals, Question
-approvals, question = Approvals("m", 2), Question("publish", "/cmd_vel", "", "r")
+approvals, question = Approvals("m", 4), Question("publish", "/cmd_vel", "", "r")
 approvals.start()
 threading.Timer(0.5, lambda: (print("asks", flush=True), os.kill(os.getpid(), signal.SIGSTOP))).start()
 approvals.wait("a", question, 600.0, threading.Event())

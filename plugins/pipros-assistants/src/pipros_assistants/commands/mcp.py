@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from pipros_assistants.robot import RobotAccess
     from pipros_server.approved_acts import ApprovedActs
 
-ASSISTANT_APPROVALS = 4
-"""Limit: number of acts that await approval at the same time. Beyond it, the act is refused at once, so that
-the human does not receive too many requests.
+ASSISTANT_APPROVALS = 8
+"""Limit: number of acts that await approval at the same time; those of one token are at most half of what
+others leave. Beyond it, the act is refused at once, so that the human does not receive too many requests.
 """
 ASSISTANT_ACT_CHARACTERS = 4_000
 """Limit: length of an act's values, which are shown to the human in full. Beyond it, the act is refused,
