@@ -223,7 +223,7 @@ class IncomingLink:
         Within a message, a separate poller is used, because the rest of the message arrives soon.
         """
         buffer = self._buffer
-        if self._reported_at not in (-1, self._message_count):
+        if self._reported_at >= 0 and self._reported_at != self._message_count:
             self._forget_incomplete()
         if buffer.has_partial_message:
             return self._receive_rest()
