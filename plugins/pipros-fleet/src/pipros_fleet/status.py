@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
 from pipros_fleet import keys
 from pipros_fleet.directory import Directory, from_json, read_json
 from pipros_fleet.history_files import HistoryFile, read_rows
@@ -105,15 +106,25 @@ def rates(before: Counters, after: Counters, passed_s: float) -> Iterator[tuple[
 
 
 def _name_of(member: str, kind: str, rest: list[str]) -> str:
+    """Return a topic's name for a terminal.
+
+    >>> _name_of("r1", "t", ["a%1b%5b2J"])
+    '/r1/a\\\\x1b[2J'
+    """
     if kind == "in" and rest:
-        return f"/{rest[0]}{keys.unmangled('/'.join(rest[1:]))}"
-    return f"/{member}{keys.unmangled('/'.join(rest))}"
+        member, *rest = rest
+    return printable(f"/{member}{keys.unmangled('/'.join(rest))}")
 
 
 def _rows(values: Mapping[Any, Any]) -> dict[str, tuple[int, int, int, int]]:
+    """Return counters by name, without those that are malformed.
+
+    >>> _rows({"a": [1, 2, 3, 4], "b": [10**400, 0, 0, 0]})
+    {'a': (1, 2, 3, 4)}
+    """
     found = {}
     for name, row in values.items():
         match row:
-            case [int(a), int(b), int(c), int(d)]:
-                found[str(name)] = a, b, c, d
+            case [int(a), int(b), int(c), int(d)] if max(map(abs, row)) < 2**63:
+                found[printable(name)] = a, b, c, d
     return found
