@@ -15,6 +15,7 @@ from pipros_assistants.answer import Answer, ToolRefused
 from pipros_assistants.robot import RobotAccess
 from pipros_assistants.tools.arguments import Cursor, Name, Namespace, Wait
 from pipros_tools.graph.system_state import by_node, is_below
+from pipros_workspace.type_catalogue import ACTIONS, MESSAGES, SERVICES
 
 SHOWN_NAMES: Final = 100
 """Maximum number of names in one field of a row."""
@@ -105,8 +106,10 @@ class GraphTools:
         message type that is not installed here, the definition comes from a publisher."""
         match = _TYPE.fullmatch(type)
         if match is None:
+            same = [each for each in _known_types() if each.endswith(f"/{type}")]
             raise ToolRefused(
-                "a type must have the form PACKAGE/TYPE or, as in ROS 2, PACKAGE/msg/TYPE", type
+                "a type must have the form PACKAGE/TYPE or, as in ROS 2, PACKAGE/msg/TYPE",
+                [type, *same] if same else type,
             )
         type = f"{match[1]}/{match[2]}"  # noqa: A001
         base = type.removesuffix("Action")
@@ -120,7 +123,9 @@ class GraphTools:
                 return Answer(
                     [f"type {type}", *lines], "This type is not installed here; a publisher sent it."
                 )
-        raise ToolRefused("no package here defines this type, and no publisher sends its definition", type)
+        raise ToolRefused(
+            "no package here defines this type, and no publisher sends its definition", type, _known_types()
+        )
 
     def doctor(
         self,
@@ -158,6 +163,13 @@ class GraphTools:
 def _some(names: Sequence[str]) -> list[str]:
     left = len(names) - SHOWN_NAMES
     return [*names[:SHOWN_NAMES], *([f"... and {left} more"] if left > 0 else [])]
+
+
+def _known_types() -> list[str]:
+    kinds = MESSAGES, SERVICES, ACTIONS
+    return [
+        f"{package}/{name}" for kind in kinds for package in kind.packages() for name in kind.names(package)
+    ]
 
 
 def _lines(kind: str) -> list[str]:

@@ -89,6 +89,14 @@ def test_types_may_have_the_form_of_ros2(name: str) -> None:
     assert LOCAL.call("show_definition", type=name).data[0] == "type sensor_msgs/LaserScan"
 
 
+@pytest.mark.parametrize(("name", "near"), [
+    ("sensor_msgs/LaserScann", "sensor_msgs/LaserScan"), ("LaserScan", "sensor_msgs/LaserScan"),
+    ("std_srvs/srv/Triger", "std_srvs/Trigger"), ("sensor_mgs/Imu", "sensor_msgs/Imu"),
+])  # fmt: skip
+def test_types_with_similar_names_are_suggested(name: str, near: str) -> None:
+    assert near in LOCAL.call("show_definition", type=name).fields["data"]
+
+
 @pytest.mark.parametrize("name", ["sensor_msgs/LaserScann", "sensor_msgs/msg/Nothing", "no_msgs/Nothing"])
 def test_an_unknown_type_is_a_short_error(name: str) -> None:
     reply = LOCAL.call("show_definition", type=name)
