@@ -38,8 +38,9 @@ OTHERS = {
     OWN: {
         "actionlib_tools/edit.py", "pipros/basics/cache_files.py", "pipros/basics/posix.py",
         "pipros_data/limited_query.py", "pipros_fleet/certificates.py", "pipros_fleet/history_files.py",
-        "pipros_libraries/reconfigure/generator.py", "pipros_server/desktop.py", "pipros_wheels/backend.py",
-        "pipros_wheels/ros2_wheel.py", "pipros_workspace/catkin/templates.py",
+        "pipros_libraries/reconfigure/generator.py", "pipros_rosbag2/bags/sqlite_files.py",
+        "pipros_server/desktop.py", "pipros_wheels/backend.py", "pipros_wheels/ros2_wheel.py",
+        "pipros_workspace/catkin/templates.py",
         "pipros_workspace/cmake/files.py",
     },
     LOG: {"pipros_tools/cli/roslaunch.py", "pipros_tools/launch/logs.py", "pipros_tools/launch/process.py"},
