@@ -122,7 +122,9 @@ def stamped_pose(pose: Triple, frame: str, stamp: Time) -> Any:
 
 def path(poses: Any, frame: str, stamp: Time) -> Any:
     """Return a nav_msgs/Path with poses (x, y, yaw)."""
-    made = [stamped("geometry_msgs/PoseStamped", frame, stamp, pose=each) for each in pose_messages(poses)]
+    kinds = "std_msgs/Header", "geometry_msgs/PoseStamped"
+    header, posed = (load_message_class(each) for each in kinds)  # once: a plan has hundreds of poses
+    made = [posed(header(0, stamp, frame), each) for each in pose_messages(poses)]
     return stamped("nav_msgs/Path", frame, stamp, poses=made)
 
 
