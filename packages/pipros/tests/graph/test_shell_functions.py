@@ -52,14 +52,22 @@ def shell(ros: RosSystem, program: str, script: str, **variables: str) -> Proces
 @pytest.mark.parametrize("program", SHELLS)
 def test_roscd_enters_packages_folders_workspace_and_logs(ros: RosSystem, source: Path, program: str) -> None:
     logs = ros.home / ".ros" / "log"
-    logs.mkdir(parents=True)
+    (logs / "old").mkdir(parents=True)
     (ros.home / "devel").mkdir()
     (ros.home / "devel/.catkin").touch()
     ended = shell(
-        ros, program, "roscd robots; pwd; roscd robots/a; pwd; roscd; pwd; roscd log; pwd",
+        ros, program, "roscd robots; pwd; roscd robots/a; pwd; roscd; pwd; "
+        "roscd log; pwd; rosls log; roscd log/old; pwd",
         CMAKE_PREFIX_PATH=f"{ros.home}/devel:/usr",
     )  # fmt: skip
-    assert ended.stdout == [str(source), str(source / "a"), str(ros.home / "devel"), str(logs)]
+    assert ended.stdout == [
+        str(source),
+        str(source / "a"),
+        str(ros.home / "devel"),
+        str(logs),
+        "old",
+        str(logs / "old"),
+    ]
     ended = shell(ros, program, "roscd; or true" if program == "fish" else "roscd; roscd nope; pwd")
     assert "No workspace is set up" in ended.output
     ended = shell(ros, program, "roscd nope; pwd")

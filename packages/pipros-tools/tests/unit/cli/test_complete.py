@@ -48,6 +48,7 @@ def offered(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
     ("rostest robots ", ["go.launch", "go.test"]), ("roscd robots", ["robots/"]),
     ("roscd robots/l", ["robots/launch/"]), ("roscd robots/ ", []), ("rosls --", ["--help"]),
     ("roscat robots n", ["notes.txt"]), ("rospack fi", ["find"]), ("rospack find robots", ["robots"]),
+    ("roscd lo", ["log/"]),
     ("rostopic ec", ["echo"]), ("rostopic echo --fil", ["--filter"]),
     ("rostopic pub /t robo", ["robots/"]), ("rostopic pub /t robots/", ["robots/Wheel"]),
     ("rosmsg show robots/W", ["robots/Wheel"]), ("rosmsg package robots", ["robots"]),

@@ -1,8 +1,10 @@
 # The shell functions of ROS for bash: roscd, rospd, rosd, rosls, rosed, roscat, roscp, rosmv, and completion.
 
-_pipros_place() {  # package[/path] command -> path
+_pipros_place() {  # package[/path], or log[/path], command -> path
   local package=${1%%/*} folder
-  if [ -z "$package" ] || ! folder=$(rospack -q find "$package" 2> /dev/null); then
+  if [ "$package" = log ]; then
+    folder=$(roslaunch-logs) || folder=${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}
+  elif [ -z "$package" ] || ! folder=$(rospack -q find "$package" 2> /dev/null); then
     echo "$2: No such package/stack '$1'"
     pipros-complete --similar "$package" 2> /dev/null
     return 1
@@ -43,8 +45,6 @@ roscd() {
       echo "No workspace is set up: source its devel/setup.bash, or set ROS_WORKSPACE, to use roscd without a package"
       return 1
     fi
-  elif [ "$1" = log ]; then
-    place=$(roslaunch-logs) || place=${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}
   elif ! place=$(_pipros_place "$1" roscd); then
     echo "$place"
     return 1

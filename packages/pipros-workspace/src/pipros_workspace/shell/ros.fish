@@ -1,8 +1,18 @@
 # The shell functions of ROS for fish: roscd, rosls, rosed, roscat, roscp, rosmv, and completion.
 
-function _pipros_place  # package[/path] command -> path
+function _pipros_place  # package[/path], or log[/path], command -> path
     set -l parts (string split -m 1 / -- $argv[1])
-    set -l folder (rospack -q find "$parts[1]" 2>/dev/null)
+    set -l folder
+    if test "$parts[1]" = log
+        set folder (roslaunch-logs)
+        if test -z "$folder"
+            set folder $HOME/.ros/log
+            set -q ROS_HOME; and set folder $ROS_HOME/log
+            set -q ROS_LOG_DIR; and set folder $ROS_LOG_DIR
+        end
+    else
+        set folder (rospack -q find "$parts[1]" 2>/dev/null)
+    end
     if test -z "$folder"
         echo "$argv[2]: No such package/stack '$argv[1]'" >&2
         pipros-complete --similar "$parts[1]" >&2 2>/dev/null
@@ -54,14 +64,6 @@ function roscd
             return 1
         end
         cd $place[1]
-    else if test "$argv[1]" = log
-        set -l place (roslaunch-logs)
-        if test -z "$place"
-            set place $HOME/.ros/log
-            set -q ROS_HOME; and set place $ROS_HOME/log
-            set -q ROS_LOG_DIR; and set place $ROS_LOG_DIR
-        end
-        cd $place
     else
         set -l place (_pipros_place $argv[1] roscd); and cd $place
     end

@@ -99,12 +99,12 @@ def _programs(package: str) -> list[str]:
 
 
 def _folders(current: str) -> list[str]:
-    """Return packages, or the folders inside a package, such as `package/folder/`."""
+    """Return packages and `log/`, or the folders inside a package, such as `package/folder/`."""
     index = _index()
     name, slash, rest = current.partition("/")
     package = index.get(name) if slash else None
     if package is None:
-        return [f"{known.name}/" for known in index]
+        return [*(f"{known.name}/" for known in index), "log/"]
     below = os.path.dirname(rest)
     try:
         entries = sorted(os.scandir(os.path.join(package.path, below)), key=lambda entry: entry.name)
