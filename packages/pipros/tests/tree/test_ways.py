@@ -139,6 +139,22 @@ def test_command_lines_are_split_by_the_function_that_keeps_backslashes_on_windo
     assert set(found(re.compile(r"shlex\.(?:split|shlex)\("))) == {"pipros/basics/words.py", *of_shells}
 
 
+def test_ctrl_c_during_the_import_of_numpy_is_not_taken_for_a_missing_library() -> None:
+    """`missing`, `required` and `optional` know that numpy turns it into an ImportError."""
+    swallowed = [
+        f"{import_path(file)}:{node.lineno}"
+        for file in source_files()
+        for node in nodes_of(parsed(file))
+        if isinstance(node, ast.Try)
+        and re.search(
+            r"(?m)^(import|from) (numpy|cv2)\b|_module\('(numpy|cv2)", "\n".join(map(ast.unparse, node.body))
+        )
+        and any("ImportError" in ast.unparse(each.type or node) for each in node.handlers)
+        and not any("missing(" in ast.unparse(each) for each in node.handlers)
+    ]
+    assert swallowed == []
+
+
 def test_few_modules_ask_for_the_system() -> None:
     counts = {name: count for name, count in found(QUESTION).items() if name not in SYSTEMS}
     assert sum(counts.values()) <= MOST_QUESTIONS, counts

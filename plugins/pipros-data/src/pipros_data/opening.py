@@ -6,6 +6,7 @@ import glob
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from types import SimpleNamespace
+from typing import Any
 
 from pipros.basics.plugins import offered
 from pipros_data.bags import BagPath, Bags
@@ -39,7 +40,7 @@ def open_bags(*paths: BagPath | Iterable[BagPath], msgs: Sequence[BagPath] = ())
     return Bags(readers)
 
 
-def _each_path(paths: Iterable[BagPath | Iterable[BagPath]]) -> Iterator[BagPath]:
+def _each_path(paths: Iterable[Any]) -> Iterator[BagPath]:
     for path in paths:
         if isinstance(path, str | os.PathLike):
             yield path

@@ -10,7 +10,7 @@ import io
 from typing import Any, Final, Protocol
 
 from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command, missing
+from pipros.basics.extras import install_command, missing, optional
 from pipros_libraries.pictures.errors import PictureError
 from pipros_libraries.pictures.headers import pixel_count
 
@@ -51,12 +51,8 @@ def codec() -> Codec:
     Raises:
         ImportError: neither OpenCV nor Pillow is installed. The message explains how to install them.
     """
-    try:
-        import cv2
-
+    if cv2 := optional("cv2"):
         return OpenCVCodec(cv2)
-    except ImportError:
-        pass
     try:
         from PIL import Image
     except ImportError as error:

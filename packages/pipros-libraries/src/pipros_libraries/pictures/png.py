@@ -9,6 +9,8 @@ import struct
 import zlib
 from collections.abc import Iterable
 
+from pipros.basics.extras import optional
+
 _COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
 """PNG's colour type numbers for grey, RGB and RGBA, keyed by number of channels."""
 
@@ -50,9 +52,8 @@ def photo_png(
     size = bits // 8
     pixel, row = channels * size, width * channels * size
     is_swapped = is_little and size == 2
-    try:
-        import numpy
-    except ImportError:
+    numpy = optional("numpy")
+    if numpy is None:
         rows = (data[top : top + row] for top in range(0, height * step, step))
         ordered_rows = (_ordered(each, channels, size, is_bgr, is_swapped) for each in rows)
         return png(width, height, channels, bits, ordered_rows)

@@ -6,7 +6,6 @@ functions that read files or create arrays of arbitrary size.
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.basics.extras import install_command
+from pipros.basics.extras import install_command, optional
 from pipros.msg import load_message_class
 from pipros.msg.field_access import field_of
 from pipros.msg.time import Duration, Time
@@ -242,10 +241,9 @@ def module_for(module: str, now: Callable[[], Time]) -> ModuleNames:
 
 
 def _numpy() -> ModuleNames:
-    try:
-        numpy = importlib.import_module("numpy")
-    except ImportError:
-        raise NotFound(f"numpy is not installed; try: {install_command('numpy')}") from None
+    numpy = optional("numpy")
+    if numpy is None:
+        raise NotFound(f"numpy is not installed; try: {install_command('numpy')}")
     linalg = ModuleNames("numpy.linalg", _listed(numpy.linalg, LINALG))
     return ModuleNames("numpy", {**_listed(numpy, NUMPY - {"linalg"}), "linalg": linalg})
 

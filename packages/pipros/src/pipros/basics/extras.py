@@ -40,6 +40,17 @@ def required(module: str, what: str, extra: str) -> Any:
         raise missing(what, extra, error) from error
 
 
+def optional(module: str) -> Any:
+    """Import and return a library, or return None if it is missing or cannot be imported."""
+    from importlib import import_module
+
+    try:
+        return import_module(module)
+    except ImportError as error:
+        _check_no_interrupt(error)
+        return None
+
+
 def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
     """Return the error for an optional library that is missing or cannot be imported.
 
@@ -47,14 +58,21 @@ def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
     numpy`.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C interrupted the import of numpy. In this case, numpy's C code prints the
-            exception, which sets `sys.last_type`, and raises ImportError.
+        KeyboardInterrupt: Ctrl-C interrupted the import.
     """
-    if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
-        raise KeyboardInterrupt from None
+    _check_no_interrupt(error)
     is_absent = isinstance(error, ModuleNotFoundError) and error.name is not None
     problem = "is not installed" if is_absent else f"cannot be imported: {error}"
     return MissingExtra(f"{what}, which {problem}. Try: {install_command(extra)}", name=error.name)
+
+
+def _check_no_interrupt(error: ImportError) -> None:
+    """Raise KeyboardInterrupt if Ctrl-C interrupted the import of numpy, or of what needs it.
+
+    In this case, numpy's C code prints the exception, which sets `sys.last_type`, and raises ImportError.
+    """
+    if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
+        raise KeyboardInterrupt from None
 
 
 def _pip() -> str:

@@ -7,11 +7,12 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, NamedTuple
+from unittest.mock import Mock
 
 import pytest
 
 from pipros.basics import plugins
-from pipros.basics.extras import install_command, missing
+from pipros.basics.extras import install_command, missing, optional
 from pipros.basics.limits import InvalidLimits, Limits
 from pipros.basics.plugins import ENTRY_POINTS, Plugin, all_loaded, all_offered
 
@@ -218,8 +219,10 @@ def test_a_missing_library_is_named_with_the_command_that_installs_it() -> None:
 def test_ctrl_c_during_the_import_of_numpy_stays_ctrl_c(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "last_type", KeyboardInterrupt, raising=False)
 
-    with pytest.raises(KeyboardInterrupt):
-        missing("images need numpy", "images", NUMPY)
+    monkeypatch.setattr("importlib.import_module", Mock(side_effect=NUMPY))
+    for interrupted in (lambda: missing("images need numpy", "images", NUMPY), lambda: optional("numpy")):
+        with pytest.raises(KeyboardInterrupt):
+            interrupted()
 
 
 def test_a_numpy_that_cannot_be_imported_is_not_called_missing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from pipros.basics.extras import install_command
+from pipros.basics.extras import required
 from pipros.basics.file_names import file_stem
 from pipros.basics.log_file import open_to_write
 from pipros.basics.names import canonicalize, is_legal_topic
@@ -305,13 +305,7 @@ class _Arrays(_Sink):
 
     def __init__(self, first: Connection, path: Path, full_text: str) -> None:
         super().__init__(first.topic, path.with_name(path.name + ".npz"))
-        try:
-            import numpy
-        except ImportError:
-            raise CommandError(
-                f"npz files need numpy, which is not installed. Try: {install_command('numpy')}"
-            ) from None
-        self._numpy = numpy
+        self._numpy = required("numpy", "npz files need numpy", "numpy")
         self._kind = first.type, full_text
         self._times: list[int] = []
         self._ends: list[int] = []

@@ -66,8 +66,6 @@ def _plain_numbers(code: str, data: Any, offset: int, count: int) -> Any:
 
 @cache
 def _numpy() -> Any:
-    try:
-        import numpy
-    except ImportError:
-        return None
-    return numpy
+    from pipros.basics.extras import optional  # compiled messages are imported by every node
+
+    return optional("numpy")
