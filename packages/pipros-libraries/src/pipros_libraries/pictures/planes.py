@@ -67,6 +67,7 @@ def _read_with_pillow(content: bytes, file: str) -> Picture:
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         if isinstance(error, PictureError):
             raise
-        raise PictureError(f"{file} is not an image that Pillow can read: {error}") from None
+        reason = str(error).partition(" <_io")[0]  # Pillow names the object that it reads
+        raise PictureError(f"{file} is not an image that Pillow can read: {reason}") from None
     alpha = bands.pop() if has_alpha else None
     return Picture(size[0], size[1], tuple(bands), alpha)
