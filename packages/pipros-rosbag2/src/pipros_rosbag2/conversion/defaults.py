@@ -9,6 +9,7 @@ from typing import Any
 from pipros.safe.yaml import YamlError, load
 from pipros_rosbag2.conversion.errors import NotConvertible
 from pipros_rosbag2.conversion.values import Value, ValueKind, Values
+from pipros_rosbag2.interfaces.cdr import WIDE_BYTES, wide
 from pipros_rosbag2.interfaces.spec import Form
 
 _U32 = struct.Struct("<I")
@@ -51,14 +52,10 @@ def _single(value: Value, default: Any, values: Values, *, to_cdr: bool) -> Iter
         for field in values.of_fields(value.message).values():
             yield from default_bytes(field, values, to_cdr=to_cdr)
     elif value.kind in (ValueKind.STRING, ValueKind.WIDE_STRING):
-        octets = b"" if default is None else str(default).encode()
-        if value.kind is ValueKind.WIDE_STRING:
-            octets = b""  # vendors encode wide strings differently
-        elif to_cdr:
-            octets += b"\0"
-        yield 4, 4, _U32.pack(len(octets))
-        if octets:
-            yield len(octets), 1, octets
+        is_wide, text = value.kind is ValueKind.WIDE_STRING, "" if default is None else str(default)
+        octets = wide(text) if is_wide else text.encode() + b"\0" * to_cdr
+        count = len(octets) // (WIDE_BYTES if is_wide else 1)
+        yield 4 + len(octets), 4, _U32.pack(count) + octets
     elif default is None:
         yield value.size, value.alignment, bytes(value.size)
     else:

@@ -14,6 +14,7 @@ from pipros_rosbag2.conversion.pairing import Pair
 from pipros_rosbag2.conversion.run_emitter import Cursor, RunEmitter
 from pipros_rosbag2.conversion.runs import RunItem, RunRole
 from pipros_rosbag2.conversion.values import Value, ValueKind, Values
+from pipros_rosbag2.interfaces.cdr import WIDE_BYTES
 from pipros_rosbag2.interfaces.spec import Form
 
 
@@ -62,8 +63,8 @@ class OneSidedEmitter(RunEmitter):
     def _skip_single(self, value: Value) -> None:
         if value.kind in (ValueKind.STRING, ValueKind.WIDE_STRING):
             self.flush()
-            length = self._read_length()
-            self.slice(length, 0)
+            unit = WIDE_BYTES if value.kind is ValueKind.WIDE_STRING else 1
+            self.slice(f"{self._read_length()} * {unit}", 0)
         elif value.kind is ValueKind.MESSAGE and value.message is not None:
             for field in self.values.of_fields(value.message).values():
                 self.skip(field)

@@ -17,7 +17,8 @@ from pipros_rosbag2.interfaces.spec import NO_FIELDS, SIZES, Form, Ros2Field, Ro
 
 _HEADS: Final = {b"\x00\x00": ">", b"\x00\x01": "<"}
 """Byte orders by representation identifier of plain CDR."""
-_WIDE_BYTES: Final = 2
+WIDE_BYTES: Final = 4
+"""Size of a UTF-16 code unit of a `wstring` from rmw_fastrtps."""
 _RANGES: Final = {
     name: (0, 2 ** (8 * size) - 1)
     if name.startswith("u")
@@ -58,6 +59,11 @@ def encode(values: object, message: Ros2Message, lookup: Lookup) -> bytes:
     return b"\x00\x01\x00\x00" + bytes(writer.data)
 
 
+def wide(text: str) -> bytes:
+    """Return the code units of a `wstring`, without its length."""
+    return b"".join(struct.pack("<I", unit) for unit in memoryview(text.encode("utf-16-le")).cast("H"))
+
+
 class _Reader:
     def __init__(self, payload: bytes, lookup: Lookup) -> None:
         self._order = _HEADS[payload[:2]]
@@ -85,8 +91,8 @@ class _Reader:
         if kind.base == "string":
             return self._take(self._number("uint32", 1)[0])[:-1].decode(errors="surrogateescape")
         if kind.base == "wstring":
-            encoding = "utf-16-le" if self._order == "<" else "utf-16-be"
-            return self._take(self._number("uint32", 1)[0] * _WIDE_BYTES).decode(encoding)
+            units = self._number("uint32", self._number("uint32", 1)[0])
+            return struct.pack(f"<{len(units)}H", *units).decode("utf-16-le")
         return self.message(self._lookup(kind.base))
 
     def _number(self, base: str, count: int) -> tuple[Any, ...]:
@@ -152,8 +158,8 @@ class _Writer:
         if kind.string_bound and len(value) > kind.string_bound:
             raise CdrError(f"{path} must have at most {kind.string_bound} characters, got {len(value)}")
         is_wide = kind.base == "wstring"
-        text = value.encode("utf-16-le") if is_wide else value.encode(errors="surrogateescape") + b"\0"
-        self._number(len(text) // (_WIDE_BYTES if is_wide else 1), "uint32", path)
+        text = wide(value) if is_wide else value.encode(errors="surrogateescape") + b"\0"
+        self._number(len(text) // (WIDE_BYTES if is_wide else 1), "uint32", path)
         self.data += text
 
     def _number(self, value: object, base: str, path: str) -> None:

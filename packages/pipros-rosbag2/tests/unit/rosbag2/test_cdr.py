@@ -61,6 +61,14 @@ def test_the_bytes_are_those_of_rosbags() -> None:
     assert bytes(store.serialize_cdr(theirs, message.type)) == payload
 
 
+def test_a_wide_string_has_the_bytes_of_rmw_fastrtps() -> None:
+    message = parse_ros2_message("wstring w", "own/msg/Wide")
+    payload = bytes.fromhex("00010000 03000000 77000000 34d80000 1edd0000")  # by rclpy of Jazzy and of Kilted
+
+    assert decode(payload, message, CATALOG.message) == {"w": "w𝄞"}
+    assert encode({"w": "w𝄞"}, message, CATALOG.message) == payload
+
+
 def test_an_empty_message_has_no_fields() -> None:
     empty = CATALOG.message("std_msgs/msg/Empty")
 

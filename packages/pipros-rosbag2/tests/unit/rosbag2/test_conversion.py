@@ -193,11 +193,9 @@ def test_added_fields_have_the_defaults_of_the_definition() -> None:
 
 
 def test_fields_of_one_side_are_skipped() -> None:
-    extra = "B[2] p\nstring[] q\nfloat64[] r\nint64[3] s\nwstring w\nB t\n"
-    plan = plan_between("int8 x\nint16 y", f"int8 x\n{extra}int16 y", B="string a\nfloat64 b")
-    back = plan_between(
-        f"int8 x\n{extra.replace('wstring', 'string')}int16 y", "int8 x\nint16 y", B="string a\nfloat64 b"
-    )
+    extra = "B[2] p\nstring[] q\nfloat64[] r\nint64[3] s\n%sstring w%s\nB t\nint16 y"
+    plan = plan_between("int8 x\nint16 y", "int8 x\n" + extra % ("w", ' "w𝄞"'), B="string a\nfloat64 b")
+    back = plan_between("int8 x\n" + extra % ("", ""), "int8 x\nint16 y", B="string a\nfloat64 b")
 
     assert plan.to_ros1(plan.to_cdr(b"\5\6\7")) == b"\5\6\7"
     assert back.to_cdr(back.to_ros1(b"\0\1\0\0\5\0\6\7")) == b"\0\1\0\0\5\0\6\7"
