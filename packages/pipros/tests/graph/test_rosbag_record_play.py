@@ -54,7 +54,9 @@ def recorded(path: Path) -> list[tuple[str, Any]]:
 
 
 def message_count(active: Path) -> int:
-    """Return the messages in a file that is being written."""
+    """Return the messages in a file that is being written; 0 if it does not exist yet."""
+    if not active.exists():
+        return 0
     with BagReader(active, rebuild_index=True) as bag:
         return bag.message_count
 
