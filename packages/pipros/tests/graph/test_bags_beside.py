@@ -246,7 +246,9 @@ ROWS = {
         lambda: write_mcap(lambda writer: writer.register_schema("std_msgs/Bool", "ros1msg", b"bool data")),
         "1 schemas without a channel", in_mcap(unused), ROS2,
     ),
-    "write-ahead log (`-wal`), journal (`-journal`)": Beside(with_log, "(?!)", messages, ROS2, r"(?m)[ ,]4$|\b3$"),
+    "write-ahead log (`-wal`), journal (`-journal`)": Beside(
+        with_log, "(?!)", messages, ROS2, r"(?m)[ ,]4$|\b3$"
+    ),
     "its index (`-shm`)": Beside(with_shared_memory, "shm"),
     "custom data": Beside(
         lambda: changed_metadata(lambda values: values.update(custom_data={"site": "hall"})),
