@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Final
 
 from pipros.msg.time import NS_PER_S
 from pipros_tools.bag.connection import Connection
@@ -12,6 +13,15 @@ from pipros_tools.bag.layout import BagLayout, read_chunk_header, read_chunk_ind
 from pipros_tools.bag.records import parse_entries
 from pipros_tools.bag.source import Source
 from pipros_tools.bag.times import Stamp
+
+_MANY: Final = 64
+"""Indexes of chunks with at least this number of connections are kept: reading topic after topic would read
+each index once for each topic.
+"""
+_KEPT_BYTES: Final = 16 * 1024 * 1024
+"""Maximum size of the indexes that are kept of a bag."""
+_ENTRIES_BYTES: Final = 200
+"""Memory of the entries of a connection in addition to their content."""
 
 
 class BagContents:
@@ -26,6 +36,8 @@ class BagContents:
         self.source = source
         self.layout = layout
         self._chunk_headers: dict[int, ChunkHeader] = {}
+        self._indexes: dict[int, Mapping[int, bytes]] = {}
+        self._kept_bytes = 0
         self._by_topic: tuple[int, dict[str, list[Connection]]] = 0, {}
 
     @property
@@ -107,9 +119,16 @@ class BagContents:
 
         Raise `BagFormatError` if the entries are damaged.
         """
+        if (found := self._indexes.get(number)) is not None:
+            return found
         chunks = self.layout.chunks
         end = chunks[number + 1].position if number + 1 < len(chunks) else self.source.size
-        return read_chunk_index(self.source, self.layout, chunks[number], self.chunk_header(number), end)
+        found = read_chunk_index(self.source, self.layout, chunks[number], self.chunk_header(number), end)
+        size = sum(len(each) + _ENTRIES_BYTES for each in found.values())
+        if len(found) >= _MANY and self._kept_bytes + size <= _KEPT_BYTES:
+            self._kept_bytes += size
+            self._indexes[number] = found
+        return found
 
     def times(self, connections: Iterable[Connection]) -> list[Stamp]:
         """Return the timestamps of all messages in the connections, in time order."""

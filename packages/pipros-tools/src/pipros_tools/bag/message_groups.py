@@ -128,7 +128,7 @@ def _of_chunks(
     chunks = [
         (chunk, number)
         for number, chunk in enumerate(bag.chunks)
-        if not wanted.isdisjoint(chunk.counts.keys())
+        if not chunk.counts.keys().isdisjoint(wanted)
         and (start_ns is None or chunk.end_ns >= start_ns)
         and (end_ns is None or chunk.start_ns <= end_ns)
     ]

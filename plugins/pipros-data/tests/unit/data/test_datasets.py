@@ -20,7 +20,7 @@ from std_msgs.msg import Bool, Float64, String
 
 from pipros.msg.time import Time
 from pipros_data.commands.dataset import main as dataset
-from pipros_tools.bag import BagReader
+from pipros_tools.bag import BagReader, contents
 from tests.support.bags import Row, bag_bytes
 from tests.support.waiting import wait_until
 from tests.unit.data.demonstrations import CONFIG, demonstration, joints, jpeg, made, ns, picture
@@ -293,12 +293,13 @@ def test_a_picture_with_too_many_pixels_counts_as_damaged() -> None:
     assert "2 pictures are damaged" in Path("out/report.md").read_text()
 
 
-def test_suggestions_count_the_messages_of_all_topics_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked, count = [], BagReader.count_by_connection
-    monkeypatch.setattr(BagReader, "count_by_connection", lambda bag: asked.append(bag) or count(bag))
-    Path("run.bag").write_bytes(bag_bytes([(f"/x{n % 9}", Float64(n), n + 1, 0) for n in range(18)]))
+def test_suggestions_read_counts_and_indexes_once_for_all_topics(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, count, read = [], BagReader.count_by_connection, contents.read_chunk_index
+    monkeypatch.setattr(BagReader, "count_by_connection", lambda bag: asked.append("counts") or count(bag))
+    monkeypatch.setattr(contents, "read_chunk_index", lambda *each: asked.append("index") or read(*each))
+    Path("run.bag").write_bytes(bag_bytes([(f"/x{n % 99}", Float64(n), n + 1, 0) for n in range(198)]))
     assert dataset(["run.bag", "--suggest"]) == 0
-    assert len(asked) == 1
+    assert sorted(asked) == ["counts", "index"]
 
 
 def test_suggested_names_are_quoted(capsys: pytest.CaptureFixture[str]) -> None:
