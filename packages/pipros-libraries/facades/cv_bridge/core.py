@@ -134,7 +134,7 @@ class CvBridge:
         uint8 keep their type if the encoding defines colours, such as bgr8.
 
         Raises:
-            CvBridgeError: the image has too many pixels, cannot be read, or not be converted to the encoding.
+            CvBridgeError: the image has too many pixels, cannot be decoded, or cannot be converted.
             ImportError: OpenCV is not installed.
         """
         cv2 = opencv("a compressed image")

@@ -59,7 +59,7 @@ class Question:
 class _WaitingAct:
     question: Question
     due_s: float
-    owner: str | tuple[str, ...]
+    token: str
     verdict: str = ""
 
 
@@ -100,16 +100,14 @@ class Approvals:
                 each.verdict = REFUSE
             self._changed.notify_all()
 
-    def wait(
-        self, client: str | tuple[str, ...], question: Question, wait_s: float, over: threading.Event
-    ) -> str:
+    def wait(self, client: tuple[str, str], question: Question, wait_s: float, over: threading.Event) -> str:
         """Block until a human has approved an act. Return `once` or `minute`.
 
         If an earlier approval for a minute is still valid, return `minute` at once.
 
         Args:
-            client: the client that acts, to which an approval for a minute is limited. At most half of the
-                acts that may wait besides those of others have the same first part, such as a token.
+            client: token and session of the client that acts, to which an approval for a minute is limited.
+                The acts of one token may use at most half of the places that those of others leave.
             over: set when the client has disconnected or cancelled the call. This ends the wait.
 
         Raises:
@@ -125,10 +123,10 @@ class Approvals:
                 return FOR_A_MINUTE
             if not self._limit:
                 raise ActRefused(_STOPPED)
-            own = sum(each.owner == client[:1] for each in self._waiting.values())
+            own = sum(each.token == client[0] for each in self._waiting.values())
             if 2 * own >= self._limit - (len(self._waiting) - own):
                 raise ActRefused(f"{len(self._waiting)} acts already await approval; try again later")
-            waiting = self._waiting[identity] = _WaitingAct(question, now_s + wait_s, client[:1])
+            waiting = self._waiting[identity] = _WaitingAct(question, now_s + wait_s, client[0])
             try:
                 while not (waiting.verdict or over.is_set() or self._clock_s() >= waiting.due_s):
                     self._changed.wait(min(max(waiting.due_s - self._clock_s(), 0.0), _SLICE_S))

@@ -254,7 +254,7 @@ def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.Monke
 
 
 def test_a_full_disk_is_named(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=0))
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(total=1, free=0))
     machine = gather_machine({"ROS_HOME": str(tmp_path), "ROS_MASTER_URI": "http://127.0.0.1:1"}, timeout_s=1)
     (found,) = (each for each in check_machine(machine) if each.rule == "cannot-write")
     assert "is a folder on a full disk: no logs" in found.summary

@@ -35,7 +35,7 @@ class Table:
     array; see `pipros.msg.bulk.columns` for other columns. A numpy array with gaps is masked.
 
     Images also have the column `_image`, and point clouds `_points`. Their cells are decoded when they are
-    accessed; iterating over the table does not include them.
+    accessed; iterating over the table does not include them, and a list with them selects all columns.
 
     Attributes:
         topic: the topic.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable
 from math import inf
 from typing import Final
@@ -77,6 +78,8 @@ class Sink:
         self._latched: dict[str, dict[int, AnyMsg]] = {}  # by sender and publisher
         self._latched_bytes = latched_bytes
         self._shares: dict[str, Budget] = {}
+        self._lock = threading.Lock()  # of the three above; replies arrive in other threads than messages
+        self._is_closed = False
         self._newest: AnyMsg | None = None
         self._reported: set[str] = set()
         self._publishers[0].publication.listeners.append(self)
@@ -123,12 +126,15 @@ class Sink:
 
     def _keep(self, sender: str, source: int, message: AnyMsg) -> None:
         """Keep a latched message for late subscribers, if the sender's share has room for it."""
-        kept = self._latched.setdefault(sender, {})
-        share = self._shares.setdefault(sender, Budget(inf, self._latched_bytes, part=0.5))
-        if source in kept:
-            share.give_back(len(kept.pop(source).body) + _KEPT_BYTES)
-        if len(kept) < _KEPT and share.take(len(message.body) + _KEPT_BYTES):
-            kept[source] = message
+        with self._lock:
+            if self._is_closed:
+                return
+            kept = self._latched.setdefault(sender, {})
+            share = self._shares.setdefault(sender, Budget(inf, self._latched_bytes, part=0.5))
+            if source in kept:
+                share.give_back(len(kept.pop(source).body) + _KEPT_BYTES)
+            if len(kept) < _KEPT and share.take(len(message.body) + _KEPT_BYTES):
+                kept[source] = message
 
     def restart(self) -> None:
         """Start a new sequence: messages sent while the topic was not received do not count as lost."""
@@ -139,8 +145,10 @@ class Sink:
         """Unadvertise the topic."""
         for publisher in self._publishers:
             publisher.unregister()
-        for share in self._shares.values():
-            share.close()
+        with self._lock:
+            self._is_closed = True
+            for share in self._shares.values():
+                share.close()
 
     def _report(self, text: str) -> None:
         if text not in self._reported and len(self._reported) < 10:
@@ -157,7 +165,9 @@ class Sink:
         The newest of these messages is omitted, because the publication has already sent it.
         """
         del topic_name, topic_publish
-        for message in [each for kept in [*self._latched.values()] for each in [*kept.values()]]:
+        with self._lock:
+            messages = [each for kept in self._latched.values() for each in kept.values()]
+        for message in messages:
             if message is not self._newest:
                 peer_publish(message)
         self._on_change()

@@ -318,16 +318,17 @@ def test_late_subscribers_get_the_last_message_of_many_latching_publishers(maste
     environment = Environment(master_uri=master.uri)
     with Node("agent", environment=environment) as agent, Node("late", environment=environment) as late:
         entry = DirectoryEntry("/status", text._type, text._md5sum)
-        sink = Sink(agent, entry, "robot1", text._full_text, logging.root, lambda: None, Budget(120_000))
+        room = Budget(120_000)
+        sink = Sink(agent, entry, "robot1", text._full_text, logging.root, lambda: None, room)
         sequence = count(1)
 
-        def send(publisher: int, data: str) -> None:
+        def send(publisher: int, data: str, sender: str = "robot1") -> None:
             attachment = MessageAttachment(
                 publisher, "00" * 8, next(sequence), 0, text._md5sum, is_latched=True
             )
             body = BytesIO()
             text(data).serialize(body)
-            sink.take("robot1", body.getvalue(), pack(attachment))
+            sink.take(sender, body.getvalue(), pack(attachment))
 
         for publisher in range(100):
             send(publisher, f"first of {publisher}")
@@ -346,7 +347,10 @@ def test_late_subscribers_get_the_last_message_of_many_latching_publishers(maste
             "second of 7",
             "second of 99",
         }
+        assert room.used > 0
         sink.close()
+        send(7, "after the end", "robot2")
+        assert room.used == 0
 
 
 # Services and parameters between the members of a fleet, and what their files forbid.

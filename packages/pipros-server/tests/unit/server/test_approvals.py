@@ -51,7 +51,7 @@ def asked(
 
     def wait() -> None:
         try:
-            future.set_result(approvals.wait(client, question, 30.0, over or threading.Event()))
+            future.set_result(approvals.wait((client, ""), question, 30.0, over or threading.Event()))
         except ActRefused as error:
             future.set_exception(error)
 
@@ -178,7 +178,7 @@ from pipros_server.approvals import Approvals, Question
 approvals, question = Approvals("m", 4), Question("publish", "/cmd_vel", "", "r")
 approvals.start()
 threading.Timer(0.5, lambda: (print("asks", flush=True), os.kill(os.getpid(), signal.SIGSTOP))).start()
-approvals.wait("a", question, 600.0, threading.Event())
+approvals.wait(("a", ""), question, 600.0, threading.Event())
 """
 
 

@@ -157,12 +157,15 @@ class RobotEndpoints:
         rates.x, rates.y, rates.z = (imu.gyro_noise * each for each in noise[1:4])
         rates.z += robot.velocity.turn
         measured = message.linear_acceleration
-        felt = zip((*robot.acceleration, GRAVITY), noise[4:], strict=True)
-        measured.x, measured.y, measured.z = (true + imu.acceleration_noise * each for true, each in felt)
+        measured.x, measured.y, measured.z = (imu.acceleration_noise * each for each in noise[4:])
+        measured.x += robot.acceleration[0]
+        measured.y += robot.acceleration[1]
+        measured.z += GRAVITY
         for name, deviation in (
-            ("orientation", imu.yaw_noise), ("angular_velocity", imu.gyro_noise),
+            ("orientation", imu.yaw_noise),
+            ("angular_velocity", imu.gyro_noise),
             ("linear_acceleration", imu.acceleration_noise),
-        ):  # fmt: skip
+        ):
             variance = max(deviation, _LEAST_DEVIATION) ** 2
             setattr(message, f"{name}_covariance", [variance, 0, 0, 0, variance, 0, 0, 0, variance])
         return message
@@ -176,10 +179,11 @@ class RobotEndpoints:
         message.voltage, message.current = battery.voltage, battery.current_a
         message.charge, message.percentage = battery.charge_ah, battery.percentage
         message.capacity = message.design_capacity = battery.settings.capacity_ah
-        message.present, message.temperature = True, math.nan  # the temperature is not measured
+        message.temperature = math.nan  # the temperature is not measured
         is_full = battery.is_charging and battery.percentage >= 1.0
         message.power_supply_status = _FULL if is_full else _CHARGING if battery.is_charging else _DISCHARGING
         message.power_supply_health, message.power_supply_technology = _GOOD, _LITHIUM_ION
+        message.present = True
         self._battery.publish(message)
 
     def publish_scan(self, stamp: Time, ranges: Ranges, interval_s: float) -> None:
@@ -191,14 +195,16 @@ class RobotEndpoints:
         scan.header = self._stamps.header(stamp, self.names.scan_frame)
         scan.angle_min, scan.angle_increment = laser.min_angle, laser.increment
         scan.angle_max = laser.min_angle + laser.increment * (laser.rays - 1)
-        scan.scan_time, scan.range_min, scan.range_max = interval_s, laser.range_min, laser.range_max
+        scan.scan_time = interval_s
+        scan.range_min, scan.range_max = laser.range_min, laser.range_max
         scan.ranges = ranges.tolist()
         self._scan.publish(scan)
 
     def transform(self, stamp: Time) -> Any:
         """Return the transform from the odometry frame to the first of the robot's frames."""
-        frames = self.names.odom_frame, self.names.base_frames[0]
-        return self._stamps.transform(stamp, *frames, self._robot.odometry)
+        return self._stamps.transform(
+            stamp, self.names.odom_frame, self.names.base_frames[0], self._robot.odometry
+        )
 
     def fixed_transforms(self, stamp: Time) -> list[Any]:
         """Return the transforms between the frames of the robot and its sensors."""
@@ -209,15 +215,16 @@ class RobotEndpoints:
         ]
         laser = self._robot.settings.laser
         if laser is not None:
-            place = frames[-1], self.names.scan_frame, laser.pose, laser.z
-            found.append(self._stamps.transform(stamp, *place))
+            found.append(
+                self._stamps.transform(stamp, frames[-1], self.names.scan_frame, laser.pose, laser.z)
+            )
             if laser.is_upside_down:  # a roll of pi, then the yaw
                 turn = found[-1].transform.rotation
                 turn.x, turn.y, turn.z, turn.w = turn.w, turn.z, 0.0, 0.0
         imu = self._robot.settings.imu
         if imu is not None:
-            place = frames[-1], self.names.imu_frame, Pose(imu.x, imu.y), imu.z
-            found.append(self._stamps.transform(stamp, *place))
+            place = Pose(imu.x, imu.y)
+            found.append(self._stamps.transform(stamp, frames[-1], self.names.imu_frame, place, imu.z))
         return found
 
     def _odometry(self, stamp: Time, frame: str, pose: Pose) -> Any:
@@ -225,19 +232,25 @@ class RobotEndpoints:
         return odometry_message(header, self.names.base_frames[0], pose, self._robot.velocity)
 
     def _command(self, twist: Any) -> None:
-        self._obey(self._robot.command, twist.linear.x, twist.angular.z, twist.linear.y)
+        linear, sideways, angular = twist.linear.x, twist.linear.y, twist.angular.z
+        if self._are_finite(linear, sideways, angular):
+            with self._lock:
+                self._robot.command(linear, angular, self._simulation.time_s, sideways)
 
     def _steer(self, message: Any) -> None:
         drive = getattr(message, "drive", message)
-        self._obey(self._robot.steer, drive.speed, drive.steering_angle)
-
-    def _obey(self, command: Callable[..., None], *values: float) -> None:
-        if all(map(math.isfinite, values)):
+        if self._are_finite(drive.speed, drive.steering_angle):
             with self._lock:
-                command(*values[:2], self._simulation.time_s, *values[2:])
-        elif not self._has_warned:
+                self._robot.steer(drive.speed, drive.steering_angle, self._simulation.time_s)
+
+    def _are_finite(self, *values: float) -> bool:
+        """Return whether the values of a command are finite. Log the first ones that are not."""
+        is_finite = all(map(math.isfinite, values))
+        if not is_finite and not self._has_warned:
             self._has_warned = True
-            self._log.warning("[%s] ignores commands that are not finite: %s, %s", self._name, *values[:2])
+            shown = ", ".join(map(str, values))
+            self._log.warning("[%s] ignores commands that are not finite: %s", self._name, shown)
+        return is_finite
 
     def _place(self, request: Any) -> None:
         try:

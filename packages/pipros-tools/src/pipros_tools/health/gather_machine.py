@@ -167,8 +167,11 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
         return PathKind.MISSING
     if is_written and not os.access(path, os.W_OK | os.X_OK):
         return PathKind.READ_ONLY
-    is_full = is_written and shutil.disk_usage(path).free == 0
-    return PathKind.FULL if is_full else PathKind.FOLDER
+    if is_written:
+        disk = shutil.disk_usage(path)
+        if disk.total > disk.free == 0:  # some network drives have no total
+            return PathKind.FULL
+    return PathKind.FOLDER
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:

@@ -41,7 +41,8 @@ class SharedWorkers:
                 return False
             self._users[user] = budget
             self._turns.put(user, (cost, job, args))
-        with suppress(RuntimeError):  # the system cannot start another thread; a running one takes the job
+        # If the system cannot start another thread, a running one takes the job, or that of a later call.
+        with suppress(RuntimeError):
             self._workers.run(self._work)
         return True
 

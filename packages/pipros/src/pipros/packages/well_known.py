@@ -226,8 +226,9 @@ def advice_on(package: str) -> str:
         return f"{folder} is a package of ROS 2"
     path = os.environ.get("ROS_PACKAGE_PATH")
     searched = f"ROS_PACKAGE_PATH is {path}" if path else "ROS_PACKAGE_PATH is not set"
-    unknown = f"{similar_packages(package)} {searched}; is {SETUP_FILE} of its workspace sourced?".lstrip()
-    return why_not_here(package) or unknown
+    if reason := why_not_here(package):
+        return reason
+    return f"{similar_packages(package)} {searched}; is {SETUP_FILE} of its workspace sourced?".lstrip()
 
 
 def similar_packages(package: str) -> str:
