@@ -112,7 +112,8 @@ class RtpsServer:
         if not recipients:
             self.unanswered += 1
             return
-        self._writer.write(request.reply(payload), related=request.related, recipients=recipients)
+        # Without waiting for space: a client that acknowledges nothing must not stop replies to others.
+        self._participant.write(entity, request.reply(payload), request.related, recipients)
 
     @property
     def guids(self) -> tuple[bytes, bytes]:

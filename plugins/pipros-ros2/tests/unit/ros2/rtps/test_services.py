@@ -99,7 +99,7 @@ class CycloneClient:
         self._number = number
         self.replies: list[bytes] = []
         if has_reader:
-            participant.add_reader(f"rr{service}Reply", REPLY, QOS, self._on_reply, entry)
+            self.reader = participant.add_reader(f"rr{service}Reply", REPLY, QOS, self._on_reply, entry)
         self.requests = participant.add_writer(f"rq{service}Request", REQUEST, QOS, entry)
 
     def _on_reply(self, sample: RtpsSample) -> None:
@@ -152,6 +152,26 @@ def test_requests_that_cannot_be_answered_are_counted(pair: tuple[Participant, P
         wait_until(lambda: server.refused == 2)
 
     assert calls == [CDR + b"abcd"]
+
+
+def test_replies_that_a_client_never_acknowledges_do_not_stop_those_for_others(
+    pair: tuple[Participant, Participant], constants: Constants
+) -> None:
+    constants(ROS2_HISTORY_BYTES=10_000)
+    server = RtpsServer(pair[0], "/long", REQUEST, REPLY, lambda payload: payload + bytes(3000))
+    client = RtpsClient(pair[1], "/long", REQUEST, REPLY)
+    assert client.wait_for_server(60)
+    with Participant(pair[0].discovery, UNMARKED) as peer:
+        deaf = CycloneClient(peer, "/long", 1)
+        deaf.call(0, CDR)
+        wait_until(lambda: deaf.replies)
+        peer.ask(lambda core: core.reader(deaf.reader.entity).writers.clear())
+        for sequence in range(1, 5):
+            deaf.call(sequence, CDR)
+        replies = server.guids[1][12:]
+        wait_until(lambda: not pair[0].ask(lambda core: core.writer(replies).has_space(3000)))
+
+        assert client.call(CDR + b"some", 20.0) == CDR + b"some" + bytes(3000)
 
 
 def test_a_server_in_the_style_of_cyclone_is_called(pair: tuple[Participant, Participant]) -> None:
