@@ -44,6 +44,8 @@ _DESCRIPTORS: Final = 2
 """Maximum number of descriptors that arrive with a frame: a segment, and the end of a pipe."""
 _SLOTS: Final = 64
 """Maximum number of slots that a publisher may announce."""
+_SEGMENT_BYTES: Final = 64 * 1024 * 1024
+"""Maximum size of a segment that a publisher may announce: what publishers use for a topic."""
 _RIGHTS_BYTES: Final = 64
 """Space for descriptors in one call of `recvmsg`."""
 _CLOEXEC: Final[int] = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
@@ -243,7 +245,7 @@ class SlotReceiver:
     def _map(self, frame: ControlFrame) -> None:
         from pipros.net.shared_segment import map_segment  # imported here because only large messages need it
 
-        if not 0 < frame.second <= _SLOTS or not 0 < frame.first <= 2 * self._limit_bytes:
+        if not 0 < frame.second <= _SLOTS or not 0 < frame.first * frame.second <= _SEGMENT_BYTES:
             raise NoSharedMemory(f"shared memory of {frame.second} times {frame.first} bytes was announced")
         descriptors = [self._sock.take_descriptor()]
         try:

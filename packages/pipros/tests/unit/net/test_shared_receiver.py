@@ -52,7 +52,7 @@ class Publisher:
         self.link = IncomingLink(
             DescriptorSocket(theirs), name="link", deliver=self._deliver, delivery_lock=DeliveryLock(),
             queue_size=queue_size, on_closed=lambda _, error: self.errors.append(error),
-            published=PublishCount(), received_count=PublishCount(), limit_bytes=100_000,
+            published=PublishCount(), received_count=PublishCount(), limit_bytes=10_000_000,
         )  # fmt: skip
         self.link.start()
         self.offer()
@@ -162,6 +162,13 @@ def test_memory_that_is_smaller_than_announced_is_refused(publisher: Publisher) 
     publisher.introduce(descriptor=small.descriptor)
     small.close()
     assert "fewer than" in str(publisher.end_of_link())
+
+
+def test_memory_beyond_that_of_a_topic_is_refused(publisher: Publisher) -> None:
+    with closing(Segment(1, 2 << 20, 33)) as large:
+        frame = ControlFrame(SEGMENT, 1, large.slot_bytes, large.slots)
+        publisher.send(frame, descriptors=(large.descriptor, publisher.write_end))
+        assert "33 times 2097152 bytes was announced" in str(publisher.end_of_link())
 
 
 def test_acknowledgements_go_into_pipes_only(publisher: Publisher, tmp_path: Path) -> None:
