@@ -22,7 +22,7 @@ from tests.support.constants import Constants
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
-from tests.support.zenoh_peer import ADD, STRING, Peer, Router, gid_of
+from tests.support.zenoh_peer import ADD, ADD_TYPE, STRING, Peer, Router, attachment_of, gid_of
 
 KIND = "std_msgs/msg/String"
 ADD_KIND = "example_interfaces/srv/AddTwoInts"
@@ -182,6 +182,18 @@ def test_a_service_that_raises_or_refuses_gives_no_reply(
     assert peer.call("/add", b"") == []
     assert len(caplog.messages) == 1
     assert [payload for payload, _ in peer.call("/add", b"x")] == [b"x"]
+
+
+def test_requests_of_unknown_clients_leave_room_for_known_ones(engine: Ros2Engine, peer: Peer) -> None:
+    may_end = threading.Event()
+    engine.serve("/add", ADD_KIND, ADD, lambda request: request if request or may_end.wait(60) else None)
+    wait_until(lambda: any("/SS/" in each for each in peer.tokens), what="the token")
+    key = peer.key("/add", ADD_TYPE, ADD)
+    gids = [number.to_bytes(16, "big") for number in range(100)]
+    held = [peer.session.get(key, attachment=attachment_of(1, 1, gid), payload=b"") for gid in gids]
+    wait_until(lambda: peer.call("/add", b"x"), what="an answer to a known client")
+    may_end.set()
+    assert len(held) == 100
 
 
 def test_endpoints_disappear_with_their_session(engine: Ros2Engine, router: Router) -> None:

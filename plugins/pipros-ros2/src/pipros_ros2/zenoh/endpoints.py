@@ -68,6 +68,9 @@ class ZenohConnection(Protocol):
     def wait_for_endpoint(self, gid: bytes, timeout_s: float) -> bool:
         """Wait until an endpoint is known; return False after the timeout, or if the engine is closed."""
 
+    def session_of(self, gid: bytes) -> str:
+        """Return the session of a known endpoint, or an empty string."""
+
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
         """Return the number of other sessions' endpoints with this kind, name and type."""
 
@@ -196,7 +199,8 @@ class ZenohServer:
     def _run(self) -> None:
         for query in received(self._connection.library, self._queryable.handler):
             attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
-            if attached is None or not self._workers.run(attached.gid, self._handle, query, attached):
+            user = self._connection.session_of(attached.gid) if attached else ""  # unknown GIDs share a share
+            if attached is None or not self._workers.run(user, self._handle, query, attached):
                 self.dropped += 1
                 query.drop()
 

@@ -104,7 +104,7 @@ class ZenohEngine:
         self._changed = threading.Condition(self._lock)
         self._numbers = itertools.count(1)
         self._known: dict[str, Endpoint] = {}
-        self._gids: set[bytes] = set()
+        self._gids: dict[bytes, str] = {}  # the sessions of known endpoints
         self._counts: Counter[tuple[EndpointKind, str, str]] = Counter()
         self._known_bytes = Budget(ROS2_GRAPH_BYTES)
         self._shares: dict[str, Budget] = {}
@@ -214,6 +214,9 @@ class ZenohEngine:
         with self._changed:
             return self._changed.wait_for(is_over, timeout_s) and not self._is_closed
 
+    def session_of(self, gid: bytes) -> str:
+        return self._gids.get(gid, "")
+
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
         return self._counts[kind, name, type_name]
 
@@ -234,14 +237,14 @@ class ZenohEngine:
         share = self._shares.get(session) or Budget(inf, self._known_bytes, part=0.5)
         if (before := self._known.pop(token, None)) is not None:
             share.give_back(cost)
-            self._gids.discard(before.key)
+            self._gids.pop(before.key, None)
             name = before.kind, before.name, before.type
             self._counts[name] -= 1
             if not self._counts[name]:
                 del self._counts[name]
         if endpoint is not None and share.take(cost):
             self._known[token] = endpoint
-            self._gids.add(endpoint.key)
+            self._gids[endpoint.key] = session
             self._counts[endpoint.kind, endpoint.name, endpoint.type] += 1
         elif endpoint is not None:
             self._ignored += 1
