@@ -124,7 +124,7 @@ def test_a_dump_without_a_file_is_printed(capsys: pytest.CaptureFixture[str]) ->
 
 def test_a_dump_that_cannot_be_written_names_parameter_and_file(tmp_path: Path) -> None:
     with pytest.raises(
-        LaunchError, match=r"cannot dump the parameters of \[/a\] to \[.*missing/a.yaml\]: No such"
+        LaunchError, match=r"cannot dump the parameters of \[/a\] to \[.*missing/a.yaml\]: there is no folder"
     ):
         upload(Launch(commands=(dump("/a", tmp_path / "missing" / "a.yaml"),)), FakeServer(a=1))
 
