@@ -13,7 +13,7 @@ A node that has never responded is not removed either, but is listed as unreacha
 container, with an address that is valid only there, and other nodes may still be able to reach it.
 
 Nodes of pipros ask regularly whether they are registered, over a connection that stays open. A node that has
-responded once, and keeps asking, is not probed: answering a probe, over a new connection, costs a node as
+responded once, and keeps asking, is rarely probed: answering a probe, over a new connection, costs a node as
 much as several small messages. When its connection closes, it is probed at once.
 """
 
@@ -38,6 +38,8 @@ _log = logging.getLogger("rosmaster.master")
 
 PROBES_PER_S: Final = 100
 CONFIRMATIONS: Final = 3
+TRUSTED_ROUNDS: Final = 10
+"""In each tenth round, nodes that keep asking are probed, too: any peer can ask in the name of a node."""
 PROBES_AT_A_TIME: Final = 20
 SLOW_S: Final = 0.1
 """After this time, a probe no longer counts towards `PROBES_AT_A_TIME`."""
@@ -197,22 +199,25 @@ class Liveness:
     async def _probe_in_rounds(self) -> None:
         loop = asyncio.get_running_loop()
         next_round = loop.time()
+        rounds = 0
         while True:
             await asyncio.sleep(self._probing.newcomers_s)
             if loop.time() >= next_round:
                 next_round = loop.time() + max(
                     self._probing.round_s, len(self._registry.nodes) / PROBES_PER_S
                 )
+                rounds += 1
                 self._forget_the_gone()
                 self._probed.clear()
             nodes = {(entry.name, entry.api) for entry in self._registry.nodes.values()} - self._probed
             self._probed |= nodes
-            for node, api in nodes - self._known_alive(loop.time()):
+            trusted = self._known_alive(loop.time()) if rounds % TRUSTED_ROUNDS else set()
+            for node, api in nodes - trusted:
                 if node not in self._suspects and self._is_current(node, api):
                     self._spawn(self._probe_once(node, api, await self._slots.acquire()))
 
     def _known_alive(self, now: float) -> set[tuple[str, str]]:
-        """Return the nodes that need no probe, because they have asked during the last two rounds."""
+        """Return the nodes that have responded, and asked during the last two rounds."""
         since = now - 2 * self._probing.round_s
         self._asking = {each: asked for each, asked in self._asking.items() if asked[2] >= since}
         asking = {(node, api) for node, api, _ in self._asking.values()}

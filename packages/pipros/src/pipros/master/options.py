@@ -16,7 +16,8 @@ class Probing(NamedTuple):
     """Intervals and timeouts for probing nodes.
 
     Attributes:
-        round_s: the interval between probes of the same node; longer if there are very many nodes.
+        round_s: the interval between probes of the same node; longer if there are very many nodes, and ten
+            times as long if the node keeps asking the master.
         newcomers_s: the maximum delay before a new node is first probed, unless the master is busy.
         answer_s: the timeout of a probe.
         confirmation_pause_s: the time between probes that confirm that a node has ended.
