@@ -101,9 +101,10 @@ def init_node(
             and `PIPROS_PORTS` is set, both use one free port from that range.
 
     Raises:
-        ValueError: the name is empty, or has a namespace.
+        ValueError: the name is empty or has a namespace, or a port is not a number.
         ROSException: init_node was already called with different arguments.
-        ROSInitException: init_node was interrupted, or called outside the main thread with signals enabled.
+        ROSInitException: a `_name:=value` is not YAML, or an argument contains two `:=`; or init_node was
+            interrupted, or called outside the main thread with signals enabled.
     """
     start_node(
         session,
@@ -114,8 +115,8 @@ def init_node(
         disable_rostime=disable_rostime,
         disable_rosout=disable_rosout,
         disable_signals=disable_signals,
-        rpc_port=xmlrpc_port,
-        tcpros_port=tcpros_port,
+        rpc_port=int(xmlrpc_port),
+        tcpros_port=int(tcpros_port),
     )
     _after_import("cv2", _show_windows)
 
@@ -158,10 +159,16 @@ def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
     """Return the private parameters that a command line sets with `_name:=value`.
 
     Values are parsed as YAML.
+
+    Raises:
+        ROSInitException: a value is not YAML.
     """
     from pipros.safe import yaml
 
-    return {name: yaml.load(text) for name, text in parse_arguments(argv).params.items()}
+    try:
+        return {name: yaml.load(text) for name, text in parse_arguments(argv).params.items()}
+    except yaml.YamlError as error:
+        raise ROSInitException(f"invalid command-line parameters: {error}") from None
 
 
 @_interruptible

@@ -138,7 +138,13 @@ def _start(
     call_in_children(lambda: atexit.unregister(session.end))
     try:
         node.wait_for_master(lambda _: _warn_no_master(node))
-        set_private_params(node)
+        try:
+            for argument in filter(names.is_legal_remapping, node.identity.arguments.malformed):
+                raise ValueError(f"[{argument}] contains := more than once")
+            set_private_params(node)
+        except ValueError as error:
+            session.forget_node()
+            raise ROSInitException(f"invalid command-line parameters: {error}") from None
         _open_logs_and_time(session, node, disable_rosout, disable_rostime)
     except Interrupted:
         _end_without_traceback()

@@ -290,11 +290,18 @@ class Subscriber(Topic[AnyMessage]):
 
         Raises:
             ImportError: `zero_copy` is true, and numpy is not installed.
+            ROSException: `queue_size` or `buff_size` is 0 or not an integer, or `buff_size` is negative.
             ValueError: `name` is empty (or private before `init_node`), `data_class` is not a message class,
                 or this node already subscribes to the topic with another type.
         """
         super().__init__(name, data_class, "sub")
-        del buff_size
+        for what, size in (("queue", -1 if queue_size is None else queue_size), ("buffer", buff_size)):
+            if type(size) is not int:
+                raise ROSException(f"{what} size must be an integer")
+        if queue_size == 0:
+            raise ROSException("queue size may not be set to zero")
+        if buff_size <= 0:
+            raise ROSException("buffer size must be a positive integer")
         if zero_copy:
             required("numpy", "zero_copy=True needs numpy", "numpy")  # also before `init_node`
         self.callback = callback

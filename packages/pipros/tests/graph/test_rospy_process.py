@@ -430,6 +430,18 @@ def test_a_second_node_is_fully_functional(again: Start, between: str) -> None:
     assert len([line for line in node.stdout if "said once" in line]) == 1
 
 
+@pytest.mark.parametrize("argument", ["_rate:=[1", "a:=b:=c"])
+def test_a_bad_argument_raises_noetics_exception_and_leaves_nothing(again: Start, argument: str) -> None:
+    node = again(
+        f"try:\n    rospy.init_node('~first', argv=['_a:=1', '{argument}'])\n"
+        "except rospy.ROSInitException as error:\n    print(error)\n"
+        "print(registered())\nrospy.init_node('~first')\nprint(rospy.get_name(), rospy.has_param('~a'))"
+    )
+    assert node.wait() == 0
+    assert node.stdout[0].startswith("invalid command-line parameters: ")
+    assert node.stdout[1:] == ["[]", "/unnamed/first False"]
+
+
 def test_objects_of_the_first_node_are_refused_with_a_reason(again: Start) -> None:
     code = """
 rospy.init_node('first')

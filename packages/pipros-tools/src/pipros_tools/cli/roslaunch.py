@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import ENDING_SIGNALS
 from pipros_tools.cli.entry_point import INTERRUPTED, command
-from pipros_tools.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
+from pipros_tools.cli.roslaunch_options import (
+    check_child_options,
+    check_combination,
+    make_parser,
+    run_options,
+    session_options,
+)
 from pipros_tools.launch.arguments import split_arguments
 from pipros_tools.launch.console import Console
 from pipros_tools.launch.find_launch_files import NoSuchFiles, resolve_files
@@ -42,8 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         check_child_options(parser, options, words)
         console = Console(has_title=False, is_verbose=options.verbose)
         return run(lambda: _child(options, console), console, options)
-    if not words and not options.core:
-        parser.error("you must specify at least one input file")
+    check_combination(parser, options, words)
     index = PackageIndex.from_environment()
     try:
         files = resolve_files(words, index)

@@ -117,6 +117,16 @@ def check_child_options(parser: OptionParser, options: Values, words: Sequence[s
         parser.error("Input files are not allowed when run in child mode")
 
 
+def check_combination(parser: OptionParser, options: Values, words: Sequence[str]) -> None:
+    """Exit with an error if a file is missing or, with `--core`, given, or if two options print something."""
+    if options.core and words:
+        parser.error("Input files are not allowed when launching core")
+    if not words and not options.core:
+        parser.error("you must specify at least one input file")
+    if sum(map(bool, (options.node_list, options.find_node, options.node_args, options.ros_args))) > 1:
+        parser.error("only one of [--nodes, --find-node, --args --ros-args] may be specified")
+
+
 def session_options(options: Values) -> SessionOptions:
     """Convert the command-line options of roslaunch or roscore to session options.
 

@@ -148,6 +148,7 @@ def test_an_inspection_warns_of_a_defunct_master_and_does_not_look_for_machines(
 @pytest.mark.parametrize(("words", "complaint"), [
     ([], "you must specify at least one input file"), (["--foo"], "no such option: --foo"),
     (["-c", "x", "f"], "--child"), (["-p", "x", "f"], "invalid integer value"),
+    (["--core", "f"], "when launching core"), (["--nodes", "--args=x", "f"], "only one of [--nodes"),
 ])  # fmt: skip
 def test_a_wrong_command_line_ends_with_2(
     words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]

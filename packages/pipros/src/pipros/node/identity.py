@@ -51,6 +51,8 @@ class Identity(NamedTuple):
             name = special["__name"]
         elif anonymous:
             name = names.anonymous(name)
+        if names.is_private(name):
+            name = f"/{UNNAMED}/{name[1:]}"  # as in rospy, in which the node is not yet named
         namespace = names.make_global_namespace(special.get("__ns", environment.namespace))
         full_name = names.canonicalize(names.join(namespace, name))
         if full_name == "/":

@@ -19,7 +19,7 @@ _WINDOW_PARAMETERS = {
 
 
 def set_private_params(node: Node) -> None:
-    """Set the private parameters from arguments of the form `_name:=yaml`.
+    """Set the private parameters from arguments of the form `_name:=yaml`; none if one is not valid YAML.
 
     Raises:
         YamlError: a value is not valid YAML.
@@ -32,8 +32,8 @@ def set_private_params(node: Node) -> None:
         return
     from pipros.safe import yaml
 
-    for key, text in given.items():
-        node.params.set("~" + key, yaml.load(text))
+    for key, value in [(key, yaml.load(text)) for key, text in given.items()]:
+        node.params.set("~" + key, value)
 
 
 def is_on(node: Node, switch: str) -> bool:

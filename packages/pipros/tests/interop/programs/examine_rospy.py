@@ -57,6 +57,8 @@ def topics():
     for name, data_class in (("t", int), ("t", 3), ("t", "std_msgs/String"), ("", String), (None, String)):
         examine(f"Publisher {name!r}", lambda n=name, d=data_class: rospy.Publisher(n, d, queue_size=1))
         examine(f"Subscriber {name!r}", lambda n=name, d=data_class: rospy.Subscriber(n, d))
+    for sizes in ({"queue_size": 0}, {"queue_size": 1.5}, {"buff_size": 0}, {"buff_size": None}):
+        examine(f"Subscriber {sizes}", lambda sizes=sizes: rospy.Subscriber("t", String, **sizes))
     examine("Publisher None", lambda: rospy.Publisher("t", None, queue_size=1))
     got = []
     points = rospy.Publisher("points", Point, queue_size=10)

@@ -313,8 +313,10 @@ def test_private_parameters_are_read_as_yaml() -> None:
 
 
 def test_a_private_parameter_that_is_not_yaml_is_refused() -> None:
+    started = started_with({}, name="a", rate="[1")
     with pytest.raises(YamlError):
-        set_private_params(started_with({}, rate="[1"))
+        set_private_params(started)
+    assert started.params == {}
 
 
 def test_windows_have_defaults_for_missing_and_invalid_parameters() -> None:
