@@ -18,6 +18,7 @@ from pipros_tools.bag import chunk_data as chunk_data_module
 from pipros_tools.bag.connection import Connection, connection_record
 from pipros_tools.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros_tools.bag.info import bag_info
+from pipros_tools.bag.layout import read_chunk_index
 from pipros_tools.bag.records import (
     ENTRY,
     MAGIC,
@@ -341,23 +342,23 @@ def test_two_iterations_at_once_do_not_disturb_each_other() -> None:
     assert all(one == other for one, other in pairs)
 
 
-def test_a_bag_of_many_topics_is_described_with_one_look_at_each_chunk(
+def test_a_bag_of_many_topics_is_described_and_read_with_one_look_at_each_chunk(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     rows = [(f"/t{n % 1000}", Int32(n), n // 100, n % 100) for n in range(3000)]
     bag = read(bag_bytes(rows, chunk_bytes=50_000))
     looked: list[int] = []
-    index_of = BagReader.chunk_index
 
-    def watch(self: BagReader, number: int) -> Any:
-        looked.append(number)
-        return index_of(self, number)
+    def watch(*arguments: Any) -> Any:
+        looked.append(arguments[2].position)
+        return read_chunk_index(*arguments)
 
-    monkeypatch.setattr(BagReader, "chunk_index", watch)
+    monkeypatch.setattr("pipros_tools.bag.contents.read_chunk_index", watch)
     info = bag_info(bag, "x", with_frequencies=True)
+    found = [len(list(bag.raw_messages(bag.connections_of(f"/t{n}")))) for n in range(20)]
 
-    assert len(info.topics) == 1000
-    assert sorted(looked) == list(range(len(bag.chunks)))
+    assert (len(info.topics), found) == (1000, [3] * 20)
+    assert looked == [chunk.position for chunk in bag.chunks]
 
 
 def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Path) -> None:

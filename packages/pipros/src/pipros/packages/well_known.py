@@ -165,6 +165,9 @@ def why_no_command(name: str) -> str | None:
         return f"xacro is not installed. It comes from PyPI: {install_command('urdf')}"
     if name in _PYPI:
         return f"{name} is not part of pipros, but is on PyPI: pip install {_PYPI[name]}"
+    for package, lacking in _PROGRAMS.items():
+        if name in lacking:
+            return why_not_here(package, (), name)
     return why_not_here(_PACKAGE_OF_COMMAND.get(name, ""))
 
 

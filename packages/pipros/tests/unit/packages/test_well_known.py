@@ -245,3 +245,4 @@ def test_the_table_of_programs_names_only_programs_that_are_absent_from_packages
         files = {path.name for path in Path(shipped_folder(package) or "").rglob("*")}
         assert "package.xml" in files
         assert not files & programs.keys()
+        assert all(program in str(why_no_command(program)) for program in programs)

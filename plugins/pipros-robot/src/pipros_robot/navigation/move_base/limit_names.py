@@ -35,9 +35,11 @@ _SPEEDS: Final = {"vel", "velocity", "speed", "v", "w"}
 _ACCELERATIONS: Final = {"acc", "accel", "acceleration"}
 _ABBREVIATIONS: Final = {
     "vx": "vel x", "vy": "vel y", "wz": "vel theta", "vw": "vel theta", "vth": "vel theta",
+    "vtheta": "vel theta", "vmax": "max v", "wmax": "max w", "vmin": "min v", "wmin": "min w",
     "omega": "vel theta", "spd": "speed", "rotvel": "vel rot", "transvel": "vel trans", "linvel": "vel lin",
     "angvel": "vel ang",
 }  # fmt: skip
+_MOTIONS: Final = {*_SPEEDS, "turn", "turning", "rate", "mps", "rads"} | {each for each in _AXES if each[2:]}
 _KNOWN: Final = {*_BOUNDS, *_AXES, *_SPEEDS, *_ACCELERATIONS, "cmd"}
 
 
@@ -65,8 +67,13 @@ def meaning(name: str) -> str | None:
 
 def misunderstood(names: Iterable[str]) -> list[str]:
     """Return the names that sound like limits of velocities, in alphabetical order."""
-    bounds = [each for each in names if re.search("max|lim", each.lower()) and "weight" not in each.lower()]
-    return sorted(each for each in bounds if _words(each) & _SPEEDS or re.search("vel|speed", each.lower()))
+    bounds = [each for each in names if re.search("max|lim", each.lower())]
+    return sorted(
+        each
+        for each in bounds
+        if (_words(each) & _MOTIONS or re.search("vel|speed", each.lower()))
+        and not re.search("weight|acc|decel|jerk|tolerance", each.lower())
+    )
 
 
 def flat(given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

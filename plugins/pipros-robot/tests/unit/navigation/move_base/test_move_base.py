@@ -565,7 +565,8 @@ def test_an_adapter_loads_dwb_unless_it_names_another() -> None:
     ({"max_v": 0.2, "max_w": 0.5}, "max_vel_theta", 0.5), ({"MAX_SPEED": 0.2}, "max_vel_trans", 0.2),
     ({"maxAngularVelocity": 0.5}, "max_vel_theta", 0.5), ({"max_cmd_vel_ang": 0.5}, "max_vel_theta", 0.5),
     ({"vx_max": 0.2}, "max_vel_x", 0.2), ({"wz_max": 0.5}, "max_vel_theta", 0.5),
-    ({"max_omega": 0.5}, "max_vel_theta", 0.5), ({"max_turn_rate": 0.5}, "max_vel_theta", 0.5),
+    ({"max_omega": 0.5}, "max_vel_theta", 0.5), ({"vmax": 0.2}, "max_vel_x", 0.2),
+    ({"max_vtheta": 0.5}, "max_vel_theta", 0.5), ({"max_turn_rate": 0.5}, "max_vel_theta", 0.5),
     ({"max_rotvel": 0.5}, "max_vel_theta", 0.5), ({"max_transvel": 0.2}, "max_vel_trans", 0.2),
     ({"v_limit": 0.2}, "max_vel_x", 0.2), ({"max_linear_accel": 0.3}, "acc_lim_x", 0.3),
     ({"limits": {"max_vel_x": 0.2}}, "max_vel_trans", 0.2),
@@ -583,6 +584,15 @@ def test_names_that_sound_like_limits_are_noticed() -> None:
         {},
     )
     assert misunderstood([*left, "weight_max_vel_x"]) == ["a/max_v_inc", "max_speed_arm", "vel_limit_of_crab"]
+    words = [
+        "maxTurnRate",
+        "max_angular_z",
+        "max_linear",
+        "max_rate_of_turn",
+        "max_translation",
+        "max_yaw_rate",
+    ]
+    assert misunderstood([*words, "max_jerk_yaw", "max_yaw_tolerance", "max_decel_x"]) == words
 
 
 @pytest.mark.parametrize("name", ["max_vel_2", "max_min_vel", "max_vel_x_y", "min_acc_x", "max_x", "vel_x"])
