@@ -106,22 +106,35 @@ def opened_database(path: Path) -> sqlite3.Connection:
 
 def _rolled_back(path: Path) -> sqlite3.Connection | None:
     """Return a copy of a database without its unfinished transaction; None if it has none."""
-    journal = path.with_name(f"{path.name}-journal")
-    if not journal.exists():
+    if not _is_unfinished(path):
         return None
-    with open_file(journal) as undo, open_file(path) as content:
-        if undo.read(len(_JOURNAL)) != _JOURNAL:  # a transaction that has ended
-            return None
-        undo.seek(0)
+    with (
+        open_file(_journal(path)) as undo,
+        open_file(path) as content,
         # Windows keeps the copy, because it is open.
-        with TemporaryDirectory(prefix="pipros-db3-", ignore_cleanup_errors=True) as folder:
-            copy = Path(folder, "copy.db3")
-            with copy.open("wb") as target, Path(f"{copy}-journal").open("wb") as target_undo:
-                shutil.copyfileobj(content, target)
-                shutil.copyfileobj(undo, target_undo)
-                target_undo.write(bytes(16))  # at its end, the journal could name a file that SQLite deletes
-            database = sqlite3.connect(copy, check_same_thread=False)
-            return database.execute("SELECT COUNT(*) FROM sqlite_master").connection
+        TemporaryDirectory(prefix="pipros-db3-", ignore_cleanup_errors=True) as folder,
+    ):
+        copy = Path(folder, "copy.db3")
+        with copy.open("wb") as target, _journal(copy).open("wb") as target_undo:
+            shutil.copyfileobj(content, target)
+            shutil.copyfileobj(undo, target_undo)
+            target_undo.write(bytes(16))  # at its end, the journal could name a file that SQLite deletes
+        database = sqlite3.connect(copy, check_same_thread=False)
+        database.execute("SELECT COUNT(*) FROM sqlite_master")  # SQLite undoes the transaction
+        return database
+
+
+def _is_unfinished(path: Path) -> bool:
+    """Return whether a database has a transaction that was not finished."""
+    try:
+        with open_file(_journal(path)) as journal:
+            return journal.read(len(_JOURNAL)) == _JOURNAL
+    except FileNotFoundError:
+        return False
+
+
+def _journal(path: Path) -> Path:
+    return path.with_name(f"{path.name}-journal")
 
 
 def write_ahead_log(path: Path) -> Path:
@@ -142,7 +155,10 @@ def check_tables(database: sqlite3.Connection, name: str) -> None:
 
 
 class SqliteReader:
-    """A `.db3` file, opened read-only. Each iterator has its own connection, so threads may share a reader.
+    """A `.db3` file, opened read-only. Threads may share a reader.
+
+    Each iterator has its own connection, except to a copy without an unfinished transaction, which may be
+    large.
 
     Raises:
         BagFormatError: the file is not a bag, or is damaged.
@@ -151,6 +167,7 @@ class SqliteReader:
     def __init__(self, path: Path) -> None:
         self._name, self._path = os.fspath(path), path
         self._database = opened_database(path)
+        self._is_copied = _is_unfinished(path)
         self._in_use: set[sqlite3.Connection] = {self._database}
         try:
             with _translated(self._name):
@@ -183,7 +200,7 @@ class SqliteReader:
         largest = TIMES_NS - 1
         if not self._in_use:
             raise ClosedBag(f"{self._name} is closed")
-        database = opened_database(self._path)
+        database = self._database if self._is_copied else opened_database(self._path)
         self._in_use.add(database)
         try:
             with _translated(self._name):
@@ -193,8 +210,9 @@ class SqliteReader:
                         # an empty message is damaged, so only this row is left out
                         yield topic, int(time_ns), data if isinstance(data, bytes) else b"", 0, 0
         finally:
-            self._in_use.discard(database)
-            database.close()
+            if database is not self._database:
+                self._in_use.discard(database)
+                database.close()
         for topic, time_ns in self._invalid_times:
             if topic in topics:
                 yield topic, time_ns if isinstance(time_ns, int) else -1, b"", 0, 0
