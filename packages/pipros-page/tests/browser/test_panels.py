@@ -406,3 +406,26 @@ def test_rows_of_the_log_stay_selected_and_can_be_clicked(reporter: RosSystem, o
     tab.evaluate("getSelection().removeAllRanges()")
     first.click()
     expect(tab.locator("aside pre")).to_have_text(first.text_content() or "")
+
+
+# What a user cannot use in narrow panels: controls below "…", those outside of their panel, and small texts.
+HIDDEN = """() => [...document.querySelectorAll(".panel :is(button, input, textarea, .stick, .legend span)")]
+  .filter((each) => {
+    const panel = each.closest(".panel").getBoundingClientRect();
+    const { right, bottom, width } = each.getBoundingClientRect();
+    const more = each.closest(".toolbar.full")?.querySelector(".more");
+    const isBelow = more && more !== each && right > more.getBoundingClientRect().left;
+    const isSmall = each.matches("textarea") && width < 180;
+    const isOutside = right > panel.right || bottom > panel.bottom || isSmall;
+    return each.checkVisibility({ visibilityProperty: true }) && (isBelow || isOutside);
+  }).map((each) => each.outerHTML.slice(0, 150))"""
+LONG = "=" + "%2B".join(f"m.angular_velocity.{axis}" for axis in "xyz" * 9)
+
+
+def test_narrow_panels_show_their_controls(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, f"panels/row(plot//imu{LONG}~teleop~publish)")
+    expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r": -?\d"))
+    panel(tab, "Plot").get_by_role("button", name="Controls of this view").click()
+    for width in (1280, 960, 1440):
+        tab.set_viewport_size({"width": width, "height": 800})
+        tab.wait_for_function(f"() => ({HIDDEN})().length === 0")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain, pairwise
 from typing import Any
 
 from pipros.basics.printable import printable
 from pipros_page.bounded_list import bounded_list
 from pipros_page.stale import is_stale
 from pipros_page.traffic import TopicTraffic
+from pipros_tools.graph.drawing.layered_layout import Box
 from pipros_tools.graph.drawing.node_graph import Arrow, Key, NodeGraph
 from pipros_tools.graph.drawing.scene import Scene
 from pipros_tools.graph.drawing.svg import middle_of, path
@@ -25,7 +27,14 @@ MAX_DRAWN = 3000
 """Maximum number of nodes and topics in a drawing. For larger graphs, only the number is sent."""
 MAX_CHARACTERS = 300_000
 """Maximum total length of the names in a drawing, in characters."""
+LETTER, LABEL_HEIGHT = 6.3, 14.0
+"""Width of a letter of a label, and the label's height (pixels), as in page/graph/canvas.js."""
+_RATE_LETTERS = {False: 22, True: 7}
+_WRONG_LETTERS = 10
+_ROW = 40.0
+_OTHER_PARTS = (0.3, 0.7, 0.15, 0.85)
 
+_Point = tuple[float, float]
 _Sums = dict[tuple[Key, Key, str], list[float]]
 """What `traffic_values` returns of each edge: its ends and its topic, with its values."""
 
@@ -48,6 +57,7 @@ def can_be_drawn(graph: NodeGraph) -> bool:
 
 def scene_values(scene: Scene) -> Mapping[str, Any]:
     """Return a drawing as JSON values for the page."""
+    places = _label_places(scene)
     return {
         "width": scene.width,
         "height": scene.height,
@@ -74,9 +84,9 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
                 "text": text,
                 "wrong": printable(arrow.wrong.text, MAX_TYPES) if arrow.wrong else "",
                 "path": path(route, is_vertical=scene.is_vertical),
-                "middle": [round(value, 1) for value in _label_place(scene, arrow, route)],
+                "middle": [round(value, 1) for value in place],
             }
-            for arrow, route, text in scene.arrows
+            for (arrow, route, text), place in zip(scene.arrows, places, strict=True)
         ],
         "bands": [
             {"name": name, "x": box.x, "y": box.y, "w": box.width, "h": box.height}
@@ -85,11 +95,53 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
     }
 
 
-def _label_place(scene: Scene, arrow: Arrow, route: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    if not scene.is_vertical:
-        return middle_of(route, _label_part(arrow))
-    down, along = middle_of([(y, x) for x, y in route], 0.5)
-    return along, down
+def _label_places(scene: Scene) -> Iterator[tuple[float, float]]:
+    """Yield the centre of each arrow's label: its usual place, or the next one that nothing else covers."""
+    rows: dict[int, list[Box]] = {}  # boxes and labels by their y coordinates
+
+    def add(box: Box) -> None:
+        reach = (box.height + LABEL_HEIGHT) / 2
+        for row in range(int((box.y - reach) // _ROW), int((box.y + reach) // _ROW) + 1):
+            rows.setdefault(row, []).append(box)
+
+    def is_free(label: Box) -> bool:
+        return not any(overlap(label, each) for each in rows.get(int(label.y // _ROW), ()))
+
+    for _, box, _ in scene.boxes:
+        add(box)
+
+    def turned(point: _Point) -> _Point:
+        return (point[1], point[0]) if scene.is_vertical else point
+
+    for arrow, route, text in scene.arrows:
+        width = LETTER * label_letters(arrow, text, is_vertical=scene.is_vertical)
+        parts = (0.5 if scene.is_vertical else _label_part(arrow), *_OTHER_PARTS)
+        places = (middle_of(each, part) for each in _from_middle([*map(turned, route)]) for part in parts)
+        labels = (Box(*turned(place), width, LABEL_HEIGHT) for place in places)
+        usual = next(labels)
+        chosen = next(filter(is_free, chain([usual], labels)), usual)
+        if width:
+            add(chosen)
+        yield chosen.x, chosen.y
+
+
+def overlap(one: Box, other: Box) -> bool:
+    """Return whether two rectangles have an area in common."""
+    apart = abs(one.x - other.x) >= (one.width + other.width) / 2
+    return not apart and abs(one.y - other.y) < (one.height + other.height) / 2
+
+
+def _from_middle(points: Sequence[_Point]) -> list[tuple[_Point, _Point]]:
+    """Return the segments of a route, those in the middle first."""
+    pairs = list(enumerate(pairwise(points)))
+    return [pair for _, pair in sorted(pairs, key=lambda each: abs(each[0] - (len(pairs) - 1) // 2))]
+
+
+def label_letters(arrow: Arrow, text: str, *, is_vertical: bool) -> int:
+    """Return how many letters the label of an arrow may get: its text, and a rate unless a topic sends it."""
+    if arrow.wrong:
+        return _WRONG_LETTERS if is_vertical else len(text)
+    return len(text) + (0 if arrow.start.kind == "topic" else _RATE_LETTERS[is_vertical])
 
 
 def _label_part(arrow: Arrow) -> float:

@@ -1,6 +1,7 @@
 """Browsers with the same options share one drawing."""
 
 import asyncio
+import random
 from dataclasses import replace
 from unittest.mock import Mock
 
@@ -8,7 +9,8 @@ import pytest
 
 from pipros_page import graph_drawings
 from pipros_page.graph_drawings import GraphDrawings
-from pipros_page.views.graph_values import scene_values
+from pipros_page.views.graph_values import LABEL_HEIGHT, LETTER, label_letters, overlap, scene_values
+from pipros_tools.graph.drawing.layered_layout import Box
 from pipros_tools.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
 from pipros_tools.graph.drawing.scene import Scene
 from pipros_tools.graph.drawing.scene import draw as draw_scene
@@ -108,6 +110,23 @@ def test_the_widest_traffic_leaves_the_head_of_its_arrow_visible() -> None:
     half = len("1000.0 Hz · 999.9 kB/s") * 6.3 / 2  # 6.3 pixels a letter, as in graph/canvas.js
     assert route[0][0] <= middle - half
     assert middle + half <= route[-1][0] - 10
+
+
+@pytest.mark.parametrize("is_vertical", [False, True])
+def test_no_box_covers_a_label(is_vertical: bool) -> None:
+    for seed in (13, 34, 68, 90, 97, 172):
+        chosen = random.Random(seed)  # noqa: S311
+        nodes = [f"/node{number}" for number in range(chosen.randint(2, 9))]
+        topics = [f"/topic{'x' * chosen.randint(0, 12)}{number}" for number in range(chosen.randint(2, 12))]
+        ends = [{name: chosen.sample(nodes, chosen.randint(1, 2)) for name in topics} for _ in range(2)]
+        state = SystemState(ends[0], ends[1], {})
+        drawn = draw_scene(
+            node_graph(state, [], [], GraphOptions("all")), with_traffic=True, is_vertical=is_vertical
+        )
+        for (arrow, _, text), value in zip(drawn.arrows, scene_values(drawn)["arrows"], strict=True):
+            if letters := label_letters(arrow, text, is_vertical=drawn.is_vertical):
+                label = Box(*value["middle"], letters * LETTER, LABEL_HEIGHT)
+                assert [vertex.name for vertex, box, _ in drawn.boxes if overlap(label, box)] == [], seed
 
 
 def test_the_middle_of_an_arrow_lies_before_its_end() -> None:
