@@ -193,8 +193,8 @@ def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
         own = f"_CATKIN_SETUP_DIR={shlex.quote(str(prefix))}\n" if shell == "sh" else ""
         _write(folder / f"setup.{shell}", f"{_RELAYING}{own}. {file}\n")
     _write(folder / "setup.fish", f"{_RELAYING}source {shlex.quote(str(prefix / 'setup.fish'))} $argv\n")
-    if ON_WINDOWS:
-        _write(folder / "setup.bat", f'@call "{_for_batch_file(str(prefix / "setup.bat"))}" %*\r\n')
+    if ON_WINDOWS:  # without `call`, which would read % and ^ once more
+        _write(folder / "setup.bat", f'@"{_for_batch_file(str(prefix / "setup.bat"))}" %*\r\n')
     script = quoted_for_powershell(str(prefix / "setup.ps1"))
     _write(folder / "setup.ps1", f"{_RELAYING}. {script} @args\n")
     _write(

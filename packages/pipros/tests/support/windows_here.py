@@ -31,7 +31,9 @@ EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
 TESTED = {"pipros": ("master", "node", "safe", "wire"), "pipros-libraries": ("pictures",)}
 TESTED |= {"pipros-server": ("policy",), "pipros-tools": ("graph",)}
 """Folders of unit tests that need nothing of Linux."""
-TEST_TOOLS = ("h11", "hypothesis", "numpy>=1.24,<3", "pillow", "psutil", "pytest", "pytest-timeout")
+EXTRAS = "monitor,numpy,pictures"
+TEST_TOOLS = ("h11>=0.14", "hypothesis>=6.100", "pytest>=9.2", "pytest-timeout>=2.3")
+"""What these need of the groups in pyproject.toml, which the pip of Python 3.11 cannot read."""
 LAUNCH = ("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
 START_S = 90.0
 END_S = 30.0
@@ -45,12 +47,19 @@ def python(*packages: str) -> Path:
     program = folder / ("python.exe" if os.name == "nt" else "python")
     if not program.exists():
         print("making .venv", flush=True)
-        subprocess.run([sys.executable, "-m", "venv", str(REPOSITORY / ".venv")], check=True)
+        _run(sys.executable, "-m", "venv", str(REPOSITORY / ".venv"))
     if packages or not list(folder.glob("roscore*")):
-        print("installing pipros", flush=True)
+        also = ", and packages for its tests, about 30 MB," if packages else ""
+        print(f"installing pipros{also} into .venv", flush=True)
         pip = [str(program), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-        subprocess.run([*pip, "--editable", str(REPOSITORY), *packages], check=True)
+        _run(*pip, "--editable", f"{REPOSITORY}[{EXTRAS}]" if packages else str(REPOSITORY), *packages)
     return program
+
+
+def _run(*command: str) -> None:
+    """Run a command to its end. If it fails, exit."""
+    if code := subprocess.run(command, check=False).returncode:
+        sys.exit(f"exit code {code}, for the reason above: {subprocess.list2cmdline(command)}")
 
 
 class Program:

@@ -23,6 +23,7 @@ from tests.support.environments import REPOSITORY, ROOTS, SHIPPED, files_below, 
 from tests.support.left_out import libraries
 from tests.support.project import PLUGIN_PROJECTS, PROJECT
 from tests.support.project import PROGRAMS as COMMANDS
+from tests.support.windows_here import EXTRAS, TEST_TOOLS
 
 
 def test_every_folder_of_sources_is_installed_and_checked_for_types() -> None:
@@ -87,6 +88,11 @@ def test_a_package_requires_the_libraries_that_its_tests_name(folder: str) -> No
     assert [
         name for name in sorted(named) if not known & {each.replace("_", "-") for each in owners[name]}
     ] == []
+
+
+def test_windows_gets_the_tools_of_tests_in_versions_that_are_required_elsewhere() -> None:
+    assert {*TEST_TOOLS} <= {str(each) for group in PROJECT["dependency-groups"].values() for each in group}
+    assert {*EXTRAS.split(",")} <= {*PROJECT["project"]["optional-dependencies"]}
 
 
 def is_started_by_the_frame(main: object) -> bool:

@@ -111,11 +111,12 @@ def test_files_are_written_only_when_they_change(tmp_path: Path) -> None:
 def test_a_batch_file_is_written_on_windows_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for is_windows in (False, True):
         monkeypatch.setattr("pipros_workspace.setup_files.ON_WINDOWS", is_windows)
-        write_setup_files(tmp_path / "devel", [tmp_path / "src"], [])
-        write_relaying_setup_files(tmp_path / "all", tmp_path / "devel")
-        for folder in ("devel", "all"):
+        write_setup_files(tmp_path / "100%", [tmp_path / "src"], [])
+        write_relaying_setup_files(tmp_path / "all", tmp_path / "100%")
+        for folder in ("100%", "all"):
             assert (tmp_path / folder / "setup.bat").exists() == is_windows
-    assert str(tmp_path / "devel") in (tmp_path / "all" / "setup.bat").read_text()
+    named = str(tmp_path / "100%%" / "setup.bat")
+    assert (tmp_path / "all" / "setup.bat").read_text().rstrip() == f'@"{named}" %*'
 
 
 # The PowerShell setup file, checked by a grammar of PowerShell, because the shell is not packaged.
