@@ -25,7 +25,9 @@ LOWEST_MARKED_LEVEL: Final = 4
 _LONGEST_MARK: Final = 200
 _LARGEST: Final = 2**64
 """Larger integers, which only expressions have, are plotted like other numbers."""
-_CONDITION: Final = re.compile(r"""([^{=]+)\{((?:[^{}'"]|'[^']*'|"[^"]*")+)\}((?:[/=].*)?)""", re.DOTALL)
+_CONDITION: Final = re.compile(
+    r"""([^{=]+)\{(?!\})([^{}'"]*(?:(?:'[^']*'|"[^"]*")[^{}'"]*){0,99})\}((?:[/=].*)?)""", re.DOTALL
+)
 _ANGLES: Final = ("roll_deg", "pitch_deg", "yaw_deg")
 """Angles in degrees that can be plotted for a quaternion, besides its fields."""
 _QUATERNION: Final = "geometry_msgs/Quaternion"

@@ -61,7 +61,7 @@ def _imports(module: str, text: str) -> bool:
 @cache
 def _import_of(module: str) -> re.Pattern[str]:
     name = rf"{module}(?![\w])"
-    return re.compile(rf"(?m)^[ \t]*(?:from[ \t]+{name}|import[ \t]+(?:[\w.][\w. \t]*,[ \t]*)*{name})")
+    return re.compile(rf"(?m)^[ \t]*(?:from[ \t]+{name}|import[ \t]+(?:[\w.][\w. \t]*,[ \t]*){{0,99}}{name})")
 
 
 def beside_ros2(program: Path, interpreter: str | None, variables: Mapping[str, str]) -> dict[str, str]:

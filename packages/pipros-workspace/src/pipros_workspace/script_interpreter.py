@@ -27,7 +27,7 @@ from pipros_workspace.client_library import is_ros2_script
 VARIABLE = "PIPROS_INTERPRETER"
 """`own` starts Python scripts with pipros's interpreter, `script` with the interpreter that they name."""
 
-_PYTHON = re.compile(r"python(?P<major>\d)?(\.\d+)*")
+_PYTHON = re.compile(r"python(?P<major>\d)?(\.\d+){0,9}")
 _VERSION = re.compile(r"python(\d+\.\d+)")
 _NEEDED = "rospy"
 _FIRST_LINE_BYTES = 256  # the kernel's limit

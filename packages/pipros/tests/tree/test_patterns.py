@@ -1,4 +1,4 @@
-"""Patterns take time proportional to the text, so that no file and no peer can keep a processor busy."""
+"""Patterns take time and memory proportional to the text, so that no file and no peer can use up either."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import importlib
 import re
 import sys
 import time
+import tracemalloc
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.environments import REPOSITORY, ROOTS, files_below, import_path
+from tests.support.environments import REPOSITORY, ROOTS, files_below
 
 COUNTS = (12, 20, 28, 400, 4000)
 """Repetitions. An exponential pattern takes long for few already."""
@@ -22,7 +23,13 @@ MOST_CHARACTERS = 4000
 LIMIT_S = 0.01
 """A linear pattern reads 4,000 characters in a tenth of a millisecond, a quadratic one in 50 ms, of processor
 time. Python's patterns do not count their steps, and a slow one must be slow three times in a row."""
+COSTLY_CHARACTERS = 200_000
+COSTLY_BYTES = 40 * COSTLY_CHARACTERS
+"""A group keeps some 200 bytes for each repetition: let it repeat longer pieces, or limit it: {0,999}."""
 
+_SCRIPTS_PATTERN = re.compile(
+    r"(?:[(=,:!?&|\[]|=>)\s*/((?![*/)])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\n\[]){1,1000})/([dgimsuvy]*)"
+)
 METHODS = "match|fullmatch|search|finditer|findall|split|subn?"
 READER: Any = importlib.import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
 CLASSES = {"DIGIT": "1", "SPACE": " \n", "WORD": "a", "NOT_DIGIT": "a ", "NOT_SPACE": "a(", "NOT_WORD": "( "}
@@ -64,6 +71,16 @@ def patterns_in(text: str) -> Iterator[tuple[int, re.Pattern[Any], set[str]]]:
             pattern = re.compile(text_of(node.args[0], names), sum({re.RegexFlag[flag] for flag in flags}))
             used = {called[1]} if called[1] != "compile" else {*re.findall(rf"\b{name}\.({METHODS})\b", text)}
             yield node.lineno, pattern, used
+
+
+def scripts_patterns_in(text: str) -> Iterator[tuple[int, re.Pattern[Any], set[str]]]:
+    """Yield the patterns of JavaScript, which backtracks like Python."""
+    for found in _SCRIPTS_PATTERN.finditer(text):
+        written = re.sub(r"\(\?<(?![=!])", "(?P<", found[1]).replace("(?<=", "(?:")  # JavaScript allows any
+        flags = sum({re.RegexFlag[flag.upper()] for flag in found[2] if flag in "ims"})
+        written = written.replace("[^]", r"[\s\S]").replace("[[", r"[\[")
+        pattern = re.compile(written, flags | re.ASCII)
+        yield text.count("\n", 0, found.start()) + 1, pattern, {"finditer" if "g" in found[2] else "search"}
 
 
 def characters(items: Iterable[tuple[Any, Any]]) -> list[str]:
@@ -123,38 +140,58 @@ def repeated(items: Sequence[tuple[Any, Any]], lead: str = "") -> Iterator[tuple
                 yield from repeated(value[1], before)
 
 
-def is_slow(pattern: re.Pattern[Any], method: str, text: str) -> bool:
+def use(pattern: re.Pattern[Any], method: str, text: str) -> None:
     content = text.encode("latin-1", "replace") if isinstance(pattern.pattern, bytes) else text
+    if method in ("match", "fullmatch", "search"):
+        getattr(pattern, method)(content)
+    else:
+        for _ in pattern.finditer(content):
+            pass
+
+
+def is_costly(pattern: re.Pattern[Any], method: str, text: str) -> bool:
+    tracemalloc.start()
+    use(pattern, method, text)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak > COSTLY_BYTES * len(text) // COSTLY_CHARACTERS
+
+
+def is_slow(pattern: re.Pattern[Any], method: str, text: str) -> bool:
     for _ in range(3):
         start = time.process_time()
-        if method in ("match", "fullmatch", "search"):
-            getattr(pattern, method)(content)
-        else:
-            pattern.sub(content[:0], content)
+        use(pattern, method, text)
         if time.process_time() - start < LIMIT_S:
             return False
     return True
 
 
-def slow_text(pattern: re.Pattern[Any], methods: Iterable[str]) -> str | None:
-    """Return the repetition for which a pattern takes long, or None."""
+def slow_text(pattern: re.Pattern[Any], methods: Iterable[str], *, is_script: bool = False) -> str | None:
+    """Return the repetition for which a pattern takes long or much memory, or None."""
     tried = dict.fromkeys(repeated(READER.parse(pattern.pattern, pattern.flags)))
     for (lead, unit), method, is_lead_repeated in product(tried, methods, (False, True)):
         part = lead + unit if is_lead_repeated else unit
         for count in COUNTS:
             if is_slow(pattern, method, lead + part * min(count, MOST_CHARACTERS // len(part)) + "\0"):
                 return f"{method} of [{lead}], then many [{part}]"
+        if not is_script and all(
+            is_costly(pattern, method, lead + part * (count // len(part)) + "\0")
+            for count in (MOST_CHARACTERS, COSTLY_CHARACTERS)
+        ):
+            return f"{method} of [{lead}], then many [{part}], takes memory"
     return None
 
 
 @pytest.mark.parametrize("folder", ROOTS, ids=lambda folder: str(folder.relative_to(REPOSITORY)))
 def test_patterns_are_linear(folder: Path) -> None:
+    readers = ("*.py", patterns_in), ("*.js", scripts_patterns_in)
     found = {
-        f"{import_path(file)}:{line}": slow
-        for file in files_below(folder, "*.py")
-        if "re." in (text := file.read_text(encoding="utf-8"))
-        for line, pattern, methods in patterns_in(text)
-        if (slow := slow_text(pattern, methods))
+        f"{file.relative_to(folder)}:{line}": slow
+        for glob, read in readers
+        for file in files_below(folder, glob)
+        if not {"vendor", "bundle"} & {*file.parts}
+        for line, pattern, methods in read(file.read_text(encoding="utf-8"))
+        if (slow := slow_text(pattern, methods, is_script=glob == "*.js"))
     }
 
     assert found == {}
@@ -165,7 +202,7 @@ def test_patterns_are_linear(folder: Path) -> None:
     [
         r're.fullmatch(r"[+-]?(?:\d+\.?\d*|\.\d+)x", text)', r're.search(r"(?m)^\s*source", text)',
         r'A = re.compile(rf"import (?:[\w. ]+, *)*{name}")' "\nA.match(text)", r're.findall(r"\w+!", text)',
-        r're.sub(rb"<([^>]*)>", b"", text)', r're.split(r"(?:a+)+b", text)',
+        r're.sub(rb"<([^>]*)>", b"", text)', r're.split(r"(?:a+)+b", text)', r're.match(r"(?:ab|c)*d", text)',
     ],
 )  # fmt: skip
 def test_the_rule_finds_slow_patterns(text: str) -> None:

@@ -27,12 +27,12 @@ from pipros_tab.filters import FILTERS, Pipe, complain, for_each, run_before, ru
 
 MISUSE: Final = 2
 _SEPARATORS: Final = (";", "&&", "||", "&")
-_SOURCES: Final = ("source", ".")
 _REDIRECTIONS: Final = {">": "w", ">>": "a"}
 _TOKEN: Final = re.compile(
-    r"""\s*(\#.*|[12]>+&?|[;&|<>]+|(?:\\.|"(?:[^"\\]|\\.)*"|'[^']*'|[^\s;&|<>"'\\])+)\s*""", re.DOTALL
+    r"""\s*(\#.*|[12]>+&?|[;&|<>]+|(?:\\.|"[^"\\]*(?:\\.[^"\\]*){0,9999}"|'[^']*'|[^\s;&|<>"'\\]+){1,9999})\s*""",
+    re.DOTALL,
 )
-_PART: Final = re.compile(r"""'([^']*)'|"((?:[^"\\]|\\.)*)"|\\(.)|([^"'\\]+)""", re.DOTALL)
+_PART: Final = re.compile(r"""'([^']*)'|"([^"\\]*(?:\\.[^"\\]*){0,9999})"|\\(.)|([^"'\\]+)""", re.DOTALL)
 _VARIABLE: Final = re.compile(r"(?<!\\)\$(?:\{(\w+|\?)\}|(\w+|\?))")
 _ASSIGNMENT: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _variables: Final = {"?": "0"}
@@ -98,7 +98,7 @@ def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
             _variables.update(assigned)
             os.environ.update({each: value for each, value in assigned.items() if each in os.environ})
             return 0
-        built_in = functools.partial(_source, run=run) if name in _SOURCES else BUILT_IN.get(name)
+        built_in = functools.partial(_source, run=run) if name in ("source", ".") else BUILT_IN.get(name)
         with _in_environment_with(assigned):
             if built_in is None:
                 return run([name, *arguments], output, waits=waits, filters=filters)
@@ -108,7 +108,7 @@ def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
     except BrokenPipeError:
         return 0  # `head` needs no more lines
     except (OSError, ValueError) as error:
-        complain(f"bash: {name}" if name in ("cd", *_SOURCES) else name, error)
+        complain(f"bash: {name}" if name in ("cd", "source", ".") else name, error)
         return 2 if name == "grep" else 1
 
 

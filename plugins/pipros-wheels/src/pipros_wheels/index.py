@@ -222,9 +222,9 @@ def version_key(version: str) -> tuple[tuple[int, ...], int, str]:
 
     1.10 and 1.10.0 are equal.
     """
-    numbers = re.match(r"(?:\d+!)?((?:\d+\.)*\d+)", version)
+    numbers = re.match(r"(?:\d+!)?((?:\d+\.){0,99}\d+)", version)
     release = (
-        tuple(int(part[:9]) for part in re.sub(r"(?<!\.0)(\.0)+$", "", numbers[1]).split("."))
+        tuple(int(part[:9]) for part in re.sub(r"(?<!\.0)(\.0){1,99}$", "", numbers[1]).split("."))
         if numbers
         else ()
     )

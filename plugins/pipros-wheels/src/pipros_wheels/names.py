@@ -28,10 +28,10 @@ _REQUIREMENT_CHARACTERS = 300
 
 _REQUIREMENT = re.compile(
     r"[A-Za-z0-9](?:[\w.-]*[A-Za-z0-9])?(?:\[[\w., -]+\])?"
-    r"\s*(?:(?:[<>=!~]=|[<>])\s*[\w.*+!-]+\s*(?:,\s*(?:[<>=!~]=|[<>])\s*[\w.*+!-]+\s*)*)?(?:;[^\n\r]*)?",
+    r"\s*(?:(?:[<>=!~]=|[<>])\s*[\w.*+!-]+\s*(?:,\s*(?:[<>=!~]=|[<>])\s*[\w.*+!-]+\s*){0,99})?(?:;[^\n\r]*)?",
     re.ASCII,
 )
-_LEGAL = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:[_.-][A-Za-z0-9]+)*")
+_LEGAL = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:[_.-][A-Za-z0-9]+){0,99}")
 
 
 def distribution_name(package: str) -> str:

@@ -159,7 +159,7 @@ def format_yaml(calibration: Calibration) -> str:
     return "\n".join(lines)
 
 
-_PLAIN = re.compile(r"[^\W\d][\w./-]*(?: [\w./-]+)*")
+_PLAIN = re.compile(r"[^\W\d][\w./-]*(?: [\w./-]+){0,999}")
 _YAML_WORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 

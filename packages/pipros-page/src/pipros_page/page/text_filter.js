@@ -10,7 +10,7 @@ export function textFilter(typed) {
 
 // Words without a sign stay together.
 function split(typed) {
-  const parts = typed.trim().split(/(?:^|\s+)(-?\/(?:[^/\\]|\\.)+\/|-\S+)(?=\s|$)/);
+  const parts = typed.trim().split(/(?:^|\s)(-?\/(?:[^/\\]|\\.)+\/|-\S+)(?=\s|$)/);
   return parts.map((part) => part.trim()).filter(Boolean);
 }
 

@@ -14,13 +14,13 @@ from pipros.msg.language.spec import DefinitionError
 from pipros_rosbag2.interfaces.spec import Form, Ros2Constant, Ros2Field, Ros2Message, Ros2Type
 
 _TOKEN = re.compile(
-    r'(?P<string>"(?:[^"\\]|\\.)*(?:"|(?P<open>)))|(?P<word>[A-Za-z_]\w*(?:::[A-Za-z_]\w*)*)'
+    r'(?P<string>"(?:[^"\\]+|\\.){0,9999}(?:"|(?P<open>)))|(?P<word>[A-Za-z_]\w*(?:::[A-Za-z_]\w*){0,99})'
     r"|(?P<number>[-+]?\.?\d[\w.]*(?:(?<=[eE])[-+]\d+)?)|(?P<sign>[^\s])",
     re.ASCII,
 )
 # Each alternative also matches what does not end, so that reading takes linear time.
 _KEEP_STRINGS = re.compile(
-    r'"(?:[^"\\]|\\.)*"?|//[^\n]*|/\*(?:.*?\*/|.*)|^[^\S\n]*#[^\n]*', re.DOTALL | re.MULTILINE
+    r'"(?:[^"\\]+|\\.){0,9999}"?|//[^\n]*|/\*(?:.*?\*/|.*)|^[^\S\n]*#[^\n]*', re.DOTALL | re.MULTILINE
 )
 _DEPTH_LIMIT = 100
 """Maximum number of modules within each other."""

@@ -26,7 +26,7 @@ UNITS: Final = {
 ORDERED = frozenset((*INTEGERS, *FLOATS, *TIMES))
 """Types whose values can have a range."""
 PLAIN = ("string", "bool")
-_STEP = re.compile(r"([A-Za-z]\w*)((?:\[\d*\])*)")
+_STEP = re.compile(r"([A-Za-z]\w*)((?:\[\d*\]){0,99})")
 
 NUMERIC: Final = ("range",)
 """Bounds of numbers. An argument of a launch file that has one is a number."""

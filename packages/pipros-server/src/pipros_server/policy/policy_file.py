@@ -61,7 +61,7 @@ _KEYS = {
     ActKind.LAUNCH: ("args", "time_limit_s", *_LIMITS),
     ActKind.RECORD: ("time_limit_s", *_LIMITS),
 }
-_LAUNCH_FILE = re.compile(r"[A-Za-z][\w-]*(/[\w-][\w.-]*)+\.launch", re.ASCII)
+_LAUNCH_FILE = re.compile(r"[A-Za-z][\w-]*(/[\w-][\w.-]*){1,99}\.launch", re.ASCII)
 
 
 def read_policy(path: str | os.PathLike[str]) -> Policy:

@@ -89,8 +89,8 @@ def node_parameters(node: str, tree: Any) -> tuple[dict[str, Any], dict[str, str
 
 # Not compiled on import: `re` compiles and caches patterns on first use, and numbers do not need them.
 _WORD = r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)"
-_PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
-_LINE = r"[!-~]+(?: [!-~]+)*"
+_PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+){{0,999}}"
+_LINE = r"[!-~]+(?: [!-~]+){0,999}"
 _RESERVED = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
 _WIDTH = 70
 """Column before which a text must end, because PyYAML breaks lines at the first blank beyond 80 columns."""

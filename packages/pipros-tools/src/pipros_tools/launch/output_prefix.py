@@ -22,7 +22,7 @@ _CHUNK_BYTES = 65536
 _RECENT_BYTES = 65536
 
 # Loggers reset a line's colour after the end of the line.
-_COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m)+")
+_COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m){1,999}")
 
 _BARE_LINE_END = re.compile(rb"(?<!\r)\n")
 

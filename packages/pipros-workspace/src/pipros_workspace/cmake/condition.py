@@ -23,7 +23,7 @@ _NUMBER = re.compile(
     r"\s*([-+]?(?:0x[0-9a-f]+|(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|inf(?:inity)?|nan))",
     re.IGNORECASE | re.ASCII,
 )
-_VERSION = re.compile(r"\d+(?:\.\d+)*")
+_VERSION = re.compile(r"\d+(?:\.\d+){0,999}")
 _NEWEST_POLICY = 142
 _COMPARISONS = ("LESS", "GREATER", "EQUAL", "LESS_EQUAL", "GREATER_EQUAL")
 

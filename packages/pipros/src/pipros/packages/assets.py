@@ -14,7 +14,7 @@ from pipros.basics.printable import printable
 
 PREFIX: Final = "package://"
 NAMES: Final = re.compile(
-    r"(?:[\w. -]+/)*[\w. -]+\."
+    r"(?:[\w. -]+/){0,999}[\w. -]+\."
     r"(?:dae|fbx|glb|gltf|jpe?g|mtl|obj|png|ply|sdf|srdf|stl|svg|tga|tiff?|urdf|webp|xacro)",
     re.IGNORECASE | re.ASCII,
 )

@@ -195,7 +195,7 @@ titem","aria-label":`${p.tool} ${p.name}`},i("dl",{},Object.entries(k).map(([S,E
 eft"),w),i("p",{},x.map(S=>[S," "]),o.control?"":"Start with --control to approve acts.")),left:w,buttons:x,top:void 0,timer:void 0}}o.watch("acts",{},p=>{n.show(
 p.error),s.hidden=p.waiting.length>0||!!p.error,s.classList.toggle("empty",!p.acts.length);let w=new Set(p.waiting.map(({id:g})=>g));for(let[g,{element:k}]of u)
 w.has(g)||(k.remove(),u.delete(g));for(let g of p.waiting)u.has(g.id)||(u.set(g.id,m(g)),r.append(u.get(g.id).element)),P(u.get(g.id).left,`${g.left_s.toFixed(0)}\
- s`);h(),a.hidden=!p.acts.length,c.show(p.acts.map((g,k)=>({...g,key:`${g.process} ${g.time} ${g.outcome} ${p.acts.length-k}`})))},p=>{n.show(p),h()},{always:!0})}var xi={};Xe(xi,{open:()=>tm});function Yo(e){let t=Dh(e).map(Ih);return o=>t.every(n=>n(o))}function Dh(e){return e.trim().split(/(?:^|\s+)(-?\/(?:[^/\\]|\\.)+\/|-\S+)(?=\s|$)/).map(o=>o.trim()).
+ s`);h(),a.hidden=!p.acts.length,c.show(p.acts.map((g,k)=>({...g,key:`${g.process} ${g.time} ${g.outcome} ${p.acts.length-k}`})))},p=>{n.show(p),h()},{always:!0})}var xi={};Xe(xi,{open:()=>tm});function Yo(e){let t=Dh(e).map(Ih);return o=>t.every(n=>n(o))}function Dh(e){return e.trim().split(/(?:^|\s)(-?\/(?:[^/\\]|\\.)+\/|-\S+)(?=\s|$)/).map(o=>o.trim()).
 filter(Boolean)}function Ih(e){let t=e.startsWith("-")&&e.length>1,o=t?e.slice(1):e,s=o.length>2&&o.startsWith("/")&&o.endsWith("/")?Fh(o.slice(1,-1)):cc(o);return l=>s(
 l)!==t}function Fh(e){try{let t=new RegExp(e,"i");return o=>t.test(o)}catch{return cc(e)}}function cc(e){let t=e.toLowerCase();return o=>o.toLowerCase().includes(
 t)}function uc(e,t){let{control:o}=e,n=i("input",{size:24,placeholder:"date and time","aria-label":"Name of the recording",spellcheck:"false"}),s=i("input",{type:"\
@@ -957,10 +957,10 @@ B)&&ql.pub(f,d,b,y,$,O,B)}ql.sub(n);function Sd(f,d,b,y,$,O,B){Ye.filters.sub(f,
 n),Ve.clear(),sr(sl,$o,ma),u.remove(),oe?.remove(),it("destroy")}n.destroy=Ed;function Kl(){it("init",e,t),qr(t||e.data,!1),z[A]?zl(A,z[A]):Ml(),gs=Ie.show&&(Ie.
 width>0||Ie.height>0),$n=It=!0,Ll(e.width,e.height)}return S.forEach(Gr),E.forEach(nd),o?o instanceof HTMLElement?(o.appendChild(u),Kl()):o(n,Kl):Kl(),n}ct.assign=
 Je;ct.fmtNum=gr;ct.rangeNum=ll;ct.rangeLog=al;ct.rangeAsinh=hr;ct.orient=Hn;ct.pxRatio=Me;ct.join=Mb;ct.fmtDate=wr,ct.tzDate=Bb;ct.sync=zf;{ct.addGap=xw,ct.clipGaps=
-fl;let e=ct.paths={points:Uf};e.linear=Kf,e.stepped=Ew,e.bars=Tw,e.spline=Lw}var Fw=["received","stamp","ros","xy"],Zf=/^(axis|marks|show|line|at):([\w.+-]*)$/,Bw=/(?:;[dr])*$/;function Qf(e){let t=[""],o=0,n="";for(let s of e)n?n=s===n?
-"":n:`'"`.includes(s)?n=s:"([{".includes(s)?o+=1:")]}".includes(s)&&(o-=1),s===","&&o<=0&&!n?t.push(""):t[t.length-1]+=s;return t.map(s=>s.trim()).filter(Boolean)}
-function zw(e){if(/[[={]/.test(e))return[e];let[,t,o]=/^(.*?)((?:;[dr])*)$/.exec(e),[n,...s]=t.split(":");return[n,...s.map(l=>`${n.slice(0,n.lastIndexOf("/"))}\
-/${l}`)].map(l=>l+o)}var jw=e=>e.startsWith("/")?e:`/${e}`,Tr=e=>Qf(e).flatMap(t=>/[={]/.test(t)?[t]:t.split(/\s+/)).map(jw).flatMap(zw);function ep(e){let t=Qf(
+fl;let e=ct.paths={points:Uf};e.linear=Kf,e.stepped=Ew,e.bars=Tw,e.spline=Lw}var Fw=["received","stamp","ros","xy"],Zf=/^(axis|marks|show|line|at):([\w.+-]*)$/,Bw=/(?:;[dr]){0,99}$/;function Qf(e){let t=[""],o=0,n="";for(let s of e)n?n=s===
+n?"":n:`'"`.includes(s)?n=s:"([{".includes(s)?o+=1:")]}".includes(s)&&(o-=1),s===","&&o<=0&&!n?t.push(""):t[t.length-1]+=s;return t.map(s=>s.trim()).filter(Boolean)}
+function zw(e){if(/[[={]/.test(e))return[e];let[,t,o]=/^(.*?)((?:;[dr]){0,99})$/.exec(e),[n,...s]=t.split(":");return[n,...s.map(l=>`${n.slice(0,n.lastIndexOf("\
+/"))}/${l}`)].map(l=>l+o)}var jw=e=>e.startsWith("/")?e:`/${e}`,Tr=e=>Qf(e).flatMap(t=>/[={]/.test(t)?[t]:t.split(/\s+/)).map(jw).flatMap(zw);function ep(e){let t=Qf(
 e),o=l=>t.map(r=>Zf.exec(r)).filter(r=>r?.[1]===l).map(r=>Number(r[2])).filter(Number.isFinite),n=t.map(l=>/^axis:(\w+)$/.exec(l)?.[1]).find(l=>Fw.includes(l))??
 "received";return{curves:t.filter(l=>!Zf.test(l)).flatMap(Tr),axis:n,hasMarks:t.includes("marks:log"),hasStatistics:t.includes("show:statistics"),lines:o("line"),
 at:o("at")[0]??null}}var tp=(e,t,o,{hasStatistics:n=!1,lines:s=[]}={})=>[...t==="received"?[]:[`axis:${t}`],...o?["marks:log"]:[],...n?["show:statistics"]:[],...s.
