@@ -16,7 +16,7 @@ from pipros.basics.posix import call_in_children
 from pipros.node import Node
 from pipros.node.logger_services import serve_loggers
 from pipros.node.missing_master import NoMaster
-from pipros.node.start_params import is_on, set_private_params, window_limits
+from pipros.node.start_params import check_remappings, is_on, set_private_params, window_limits
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.session import Session
 
@@ -102,6 +102,15 @@ def _end_previous(session: Session) -> None:
         session.forget_node()
 
 
+def _take_arguments(session: Session, node: Node) -> None:
+    try:
+        check_remappings(node)
+        set_private_params(node)
+    except ValueError as error:
+        session.forget_node()
+        raise ROSInitException(f"invalid command-line parameters: {error}") from None
+
+
 def _start(
     session: Session, arguments: tuple[Any, ...], disable_rosout: bool, rpc_port: int, tcpros_port: int
 ) -> None:
@@ -138,13 +147,7 @@ def _start(
     call_in_children(lambda: atexit.unregister(session.end))
     try:
         node.wait_for_master(lambda _: _warn_no_master(node))
-        try:
-            for argument in filter(names.is_legal_remapping, node.identity.arguments.malformed):
-                raise ValueError(f"[{argument}] contains := more than once")
-            set_private_params(node)
-        except ValueError as error:
-            session.forget_node()
-            raise ROSInitException(f"invalid command-line parameters: {error}") from None
+        _take_arguments(session, node)
         _open_logs_and_time(session, node, disable_rosout, disable_rostime)
     except Interrupted:
         _end_without_traceback()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.names import is_legal_remapping
 from pipros.node.node import Node
 
 if TYPE_CHECKING:
@@ -34,6 +35,12 @@ def set_private_params(node: Node) -> None:
 
     for key, value in [(key, yaml.load(text)) for key, text in given.items()]:
         node.params.set("~" + key, value)
+
+
+def check_remappings(node: Node) -> None:
+    """Raise ValueError if an argument is no remapping because it contains `:=` more than once."""
+    for argument in filter(is_legal_remapping, node.identity.arguments.malformed):
+        raise ValueError(f"[{argument}] contains := more than once")
 
 
 def is_on(node: Node, switch: str) -> bool:
