@@ -24,7 +24,7 @@ BUDGETS = {
     "plugins/pipros-fleet": (4_190, 3_160),
     "plugins/pipros-robot": (13_770, 11_820),
     "plugins/pipros-ros2": (9_700, 6_790),
-    "plugins/pipros-tab": (1_830, 2_360),
+    "plugins/pipros-tab": (1_840, 2_370),
     "plugins/pipros-wheels": (2_370, 2_520),
 }
 """Lines of `src` and `facades`, and of `tests`: as they were on 2026-11-30, and 1 % more."""

@@ -128,9 +128,7 @@ def test_a_script_that_is_not_executable_makes_rostest_fail(
 
     ended = ros.pipros.run("rostest", "composiv_tryouts", "composiv_tryout.launch")
 
-    # Without `check`, because another node may be interrupted while it imports rospy, as in Noetic.
-    assert ended.wait() == 1
-    assert report.replace("FOLDER", str(own_copy)) in ended.output
+    ended.check(1, report.replace("FOLDER", str(own_copy)))
     assert "ERROR: The following tests failed to run:" in ended.stdout
     assert " * testtest_talker" in ended.stdout
 

@@ -26,6 +26,7 @@ from typing import Final
 from pipros_tab.filters import FILTERS, Pipe, complain, for_each, run_before, run_on_files
 
 MISUSE: Final = 2
+_SOURCES: Final = ("source", ".")
 _SEPARATORS: Final = (";", "&&", "||", "&")
 _REDIRECTIONS: Final = {">": "w", ">>": "a"}
 _TOKEN: Final = re.compile(
@@ -98,7 +99,7 @@ def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
             _variables.update(assigned)
             os.environ.update({each: value for each, value in assigned.items() if each in os.environ})
             return 0
-        built_in = functools.partial(_source, run=run) if name in ("source", ".") else BUILT_IN.get(name)
+        built_in = functools.partial(_source, run=run) if name in _SOURCES else BUILT_IN.get(name)
         with _in_environment_with(assigned):
             if built_in is None:
                 return run([name, *arguments], output, waits=waits, filters=filters)
@@ -108,7 +109,7 @@ def _run_command(words: Sequence[str], run: Run, *, waits: bool) -> int:
     except BrokenPipeError:
         return 0  # `head` needs no more lines
     except (OSError, ValueError) as error:
-        complain(f"bash: {name}" if name in ("cd", "source", ".") else name, error)
+        complain(f"bash: {name}" if name in ("cd", *_SOURCES) else name, error)
         return 2 if name == "grep" else 1
 
 

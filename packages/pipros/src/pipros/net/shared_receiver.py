@@ -44,8 +44,6 @@ _DESCRIPTORS: Final = 2
 """Maximum number of descriptors that arrive with a frame: a segment, and the end of a pipe."""
 _SLOTS: Final = 64
 """Maximum number of slots that a publisher may announce."""
-_SEGMENT_BYTES: Final = 64 * 1024 * 1024
-"""Maximum size of a segment that a publisher may announce: what publishers use for a topic."""
 _RIGHTS_BYTES: Final = 64
 """Space for descriptors in one call of `recvmsg`."""
 _CLOEXEC: Final[int] = getattr(socket, "MSG_CMSG_CLOEXEC", 0)
@@ -243,9 +241,11 @@ class SlotReceiver:
         return HeldSlot(pipe, memory, (frame.segment, frame.first), start, frame.second)
 
     def _map(self, frame: ControlFrame) -> None:
-        from pipros.net.shared_segment import map_segment  # imported here because only large messages need it
+        # imported here because only large messages need them
+        from pipros.net.shared_memory import SHARED_TOPIC_BYTES
+        from pipros.net.shared_segment import map_segment
 
-        if not 0 < frame.second <= _SLOTS or not 0 < frame.first * frame.second <= _SEGMENT_BYTES:
+        if not 0 < frame.second <= _SLOTS or not 0 < frame.first * frame.second <= SHARED_TOPIC_BYTES:
             raise NoSharedMemory(f"shared memory of {frame.second} times {frame.first} bytes was announced")
         descriptors = [self._sock.take_descriptor()]
         try:

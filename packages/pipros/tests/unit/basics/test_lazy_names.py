@@ -12,6 +12,7 @@ import pytest
 
 from pipros.basics.after_import import after_import
 from pipros.basics.shared_names import share_names
+from tests.support.lacks import is_simulated
 
 HEAD = (
     "from typing import Any\nimport json\n"
@@ -91,6 +92,7 @@ def test_the_collector_is_spared_what_rospy_imports_but_no_value_of_the_program(
         "print(gc.isenabled(), gc.get_freeze_count() > 10_000, seen is id or seen() is None)"
     )
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    is_spared = is_spared and not is_simulated()  # a function of the simulation imports all modules
     assert (ran.stdout, ran.stderr) == (f"{is_enabled} {is_spared} True\n", "")
 
 
