@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import Distribution, distributions
 from pathlib import Path
 
@@ -64,10 +65,12 @@ def is_requirement(text: str) -> bool:
     return len(text) <= _REQUIREMENT_CHARACTERS and _REQUIREMENT.fullmatch(text) is not None
 
 
+@cache
 def own_modules() -> frozenset[str]:
     """Return the top-level modules that pipros itself installs, and that wheels must not overwrite.
 
-    These are all but its packages of messages, which have an `__init__.pyi`: a wheel may replace them.
+    These are all but its packages of messages, which have an `__init__.pyi`: a wheel may replace them. They
+    are searched for once in a process, because that reads the metadata of all distributions.
     """
     installed = [
         parts
