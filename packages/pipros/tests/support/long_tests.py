@@ -2,8 +2,8 @@
 
 Most are further cases of tests that CI runs: another address, browser window, starting value or release.
 The file tests/long.txt lists them by node id, below packages or plugins; `*` stands for any characters. A
-number before a test lists its cases, except for the first and each so-many-th after it. The option `--long`
-runs the listed tests only.
+number before a test lists its other cases, except for the first and each so-many-th after it. The option
+`--long` runs the listed tests only.
 """
 
 import re
@@ -48,7 +48,10 @@ def find_long(node_ids: Iterable[str]) -> set[str]:
     for node_id in node_ids:
         name = node_id.partition("/")[2]
         test = name.partition("[")[0]
-        if _pattern().fullmatch(name) or cases[test] % _strides().get(test, 1):
+        if _pattern().fullmatch(name):
+            found.add(node_id)
+            continue
+        if cases[test] % _strides().get(test, 1):
             found.add(node_id)
         cases[test] += 1
     return found

@@ -271,6 +271,13 @@ def test_each_line_names_a_test_that_exists() -> None:
         assert function == "*" or f"def {function}(" in text, line
 
 
+def test_others_than_script_long_run_a_case_of_each_test_with_a_number() -> None:
+    numbered = [line.split()[1] for line in long_tests.patterns() if line[0].isdigit()]
+    cases = [f"packages/{test}[{case}]" for test in numbered for case in ("genuine master", "a", "b")]
+    left = {case.partition("[")[0] for case in cases if case not in long_tests.find_long(cases)}
+    assert left == {f"packages/{test}" for test in numbered}
+
+
 def test_the_listed_files_exist_and_each_is_run_once() -> None:
     listed = quick.listed()
     assert len(listed) > 50
