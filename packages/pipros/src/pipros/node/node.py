@@ -54,10 +54,10 @@ MASTER_RETRY_S = 0.2
 """Interval at which a node that found no master tries again."""
 
 
-_LOAD_LINKS_S, _LOAD_NEXT_S = 0.1, 0.01
+_LOAD_LINKS_S, _LOAD_NEXT_S = 0.02, 0.005
 """Time after the start at which a node begins to import `_LINK_MODULES`, and the interval between two of
-them. Most programs have created their topics by then, so neither `init_node` nor these links wait for modules
-that they do not need; what runs later waits for one module at most.
+them. Most programs create their topics before, so neither `init_node` nor these links wait for modules that
+they do not need, and their first messages come after; whatever comes between waits for one module at most.
 """
 
 _LINK_MODULES = (
