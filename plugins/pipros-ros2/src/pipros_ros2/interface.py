@@ -15,8 +15,9 @@ from typing import Protocol
 from pipros.basics.errors import PiprosError
 
 ROS2_CALLS = 64
-"""Limit: calls or goals that a gateway forwards at a time to one ROS 2 service or action. Beyond it, further
-calls fail at once, and further goals are queued.
+"""Limit: calls or goals that a gateway forwards at a time to or from one ROS 2 service or action. Beyond it,
+further calls to ROS 2 fail at once, further goals are queued, and requests from ROS 2 are queued or refused;
+a ROS 2 client gets at most half of what the others leave, except with rclpy.
 """
 ZENOH_MESSAGE_BYTES = 64 * 1024 * 1024
 """Limit: a message from ROS 2 through Zenoh; also a message that contains all static transforms. Beyond it,
@@ -228,7 +229,7 @@ class Ros2Engine(Protocol):
         """Offer a service. ROS 2 has no error replies: the client gets none if `answer` returns None, which
         reports why itself, or raises, which the engine reports.
 
-        `answer` runs in threads of the engine, up to 16 at a time for each service.
+        `answer` runs in threads of the engine, up to `ROS2_CALLS` at a time for each service.
         """
 
     def caller(

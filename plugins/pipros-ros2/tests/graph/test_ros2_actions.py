@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -184,6 +185,23 @@ def test_a_goal_reaches_a_server_of_ros1_that_restarts(system: System) -> None:
     assert messages.is_accepted(reply)
     assert [each.goal.order for each in second.goals] == [5]
     assert seen.statistics()["links_ended"] == 0
+
+
+def test_a_result_does_not_wait_for_the_goals_that_the_same_client_still_waits_for(system: System) -> None:
+    server = Server(system.ros1)
+    system.gateway(ALLOWED)
+    send_goal, get_result = caller(system, "send_goal"), caller(system, "get_result")
+    ids = [bytes([number]) * 16 for number in range(20)]
+    for number, each in enumerate(ids):
+        assert messages.is_accepted(
+            send_goal.call(messages.with_id(each, PAIR.goal_to_cdr(Goal(number))), 60.0)
+        )
+    with ThreadPoolExecutor(len(ids)) as executor:
+        replies = [executor.submit(get_result.call, messages.with_id(each, b""), 20.0) for each in ids]
+        for goal in sorted(server.goals, key=lambda each: -each.goal.order):  # the last one first
+            server.end(goal, Status.SUCCEEDED, [goal.goal.order])
+            status, result = PAIR.result_to_ros1(replies[goal.goal.order].result())
+            assert (status, [*result.sequence]) == (Ros2Status.SUCCEEDED, [goal.goal.order])
 
 
 def test_clients_of_ros2_get_errors_for_goals_that_do_not_exist(system: System) -> None:

@@ -17,6 +17,7 @@ from pipros_ros2.agent.rclpy_agent import GID_BYTES, Kind
 from pipros_ros2.inbox import OVERHEAD_BYTES, ROS2_INBOX_BYTES, Inbox
 from pipros_ros2.interface import (
     NO_HASHES,
+    ROS2_CALLS,
     Endpoint,
     EndpointKind,
     EngineError,
@@ -40,9 +41,6 @@ QUEUED_BYTES: Final = 32 * 1024 * 1024
 """Maximum size of a publisher's messages that wait until the agent reads them."""
 _SERVER_S: Final = 0.05
 """Interval between attempts to call a service that is not available."""
-_REQUESTS: Final = 64
-"""Maximum number of unanswered requests per service."""
-_WORKERS: Final = 16
 _OPEN_S: Final = 10.0
 _ROLES: Final = {
     "publisher": EndpointKind.PUBLISHER,
@@ -139,8 +137,8 @@ class AgentServer(AgentEnd):
         super().__init__(engine, number, own)
         self.dropped = 0
         self._answer = answer
-        self._workers = Workers("rclpy service", _WORKERS)
-        self._slots = threading.BoundedSemaphore(_REQUESTS)
+        self._workers = Workers("rclpy service", ROS2_CALLS)
+        self._slots = threading.BoundedSemaphore(ROS2_CALLS)
 
     def on_frame(self, number: int, body: bytes) -> None:
         if self._slots.acquire(blocking=False):

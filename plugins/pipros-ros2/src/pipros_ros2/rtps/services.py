@@ -11,6 +11,7 @@ from typing import Final
 from pipros.basics.errors import PiprosError
 from pipros.net.shared_workers import SharedWorkers
 from pipros_ros2.inbox import ROS2_INBOX_BYTES
+from pipros_ros2.interface import ROS2_CALLS
 from pipros_ros2.rtps.identity import guid_text
 from pipros_ros2.rtps.participant import Participant
 from pipros_ros2.rtps.participant_core import ParticipantCore
@@ -35,7 +36,6 @@ would displace one for a client whose reader has not yet answered the first hear
 _LOG = logging.getLogger("pipros_ros2")
 _REPLY_READER_S: Final = 0.1
 """How long a reply waits for the client's reply reader to match, as in rmw_cyclonedds."""
-_WORKERS: Final = 16
 
 
 class UnknownStyle(PiprosError):
@@ -80,7 +80,7 @@ class RtpsServer:
         self._participant = participant
         self._service = service
         self._handler = handler
-        self._workers = SharedWorkers("ros2 service", _WORKERS, ROS2_INBOX_BYTES)
+        self._workers = SharedWorkers("ros2 service", ROS2_CALLS, ROS2_INBOX_BYTES)
         entry = id_entry(os.urandom(16), is_client=False)
         self._writer = participant.add_writer(replies, reply_type, WRITER_QOS, entry + reply_hash)
         self._reader = participant.add_reader(

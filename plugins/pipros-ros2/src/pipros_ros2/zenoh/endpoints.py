@@ -17,6 +17,7 @@ from typing import Any, Final, Protocol
 from pipros.basics.interruptible_wait import get_within_slice
 from pipros.net.shared_workers import SharedWorkers
 from pipros_ros2.interface import (
+    ROS2_CALLS,
     Durability,
     EndpointKind,
     EngineError,
@@ -29,10 +30,6 @@ from pipros_ros2.zenoh.tokens import Arrivals, Attachment, new_attachment, parse
 
 _LOG = logging.getLogger("pipros_ros2")
 _HEARTBEAT_S: Final = 0.5
-_REQUESTS: Final = 64
-"""Maximum number of accepted, unanswered requests per service, and of requests in the service's channel."""
-_WORKERS: Final = 16
-"""Maximum number of requests that a service handles at a time."""
 _TOKEN_S: Final = 0.5
 _NO_TOKEN_S: Final = 10.0
 """Time during which a subscriber does not wait for tokens, after a publisher turned out to have none."""
@@ -188,10 +185,10 @@ class ZenohServer:
         self._key, _, token = connection.new_endpoint(
             EndpointKind.SERVER, service, type_name, type_hash, _SERVICE_QOS
         )
-        self._workers = SharedWorkers("zenoh service", _WORKERS, _REQUESTS)
+        self._workers = SharedWorkers("zenoh service", ROS2_CALLS, ROS2_CALLS)
         self.dropped = 0
         # A full FIFO would block the whole session. A full ring drops the oldest request.
-        channel = connection.library.handlers.RingChannel(_REQUESTS)
+        channel = connection.library.handlers.RingChannel(ROS2_CALLS)
         self._queryable = connection.session.declare_queryable(self._key, channel, complete=True)
         self._token = connection.declare(token)
         connection.start(service, self._run)
