@@ -173,7 +173,7 @@ def _add_files(context: ReadContext, command: Command, words: list[str]) -> None
     folder = context.scope.in_source(directory)
     files = options["FILES"]
     if "FILES" not in words:
-        files = sorted(os.path.basename(path) for path in glob.glob(os.path.join(folder, f"*.{kind}")))
+        files = sorted(glob.glob(f"*.{kind}", root_dir=folder))
     for file in files:
         path = os.path.join(folder, file)
         if not os.path.isfile(path):

@@ -162,7 +162,8 @@ def _mode(permissions: Sequence[str]) -> int:
 def _pattern(keyword: str, text: str) -> CopyPattern:
     if keyword == "REGEX":
         return CopyPattern(regex.compiled(text))
-    return CopyPattern(regex.Pattern(text, re.compile(f"(?:.*/)?{fnmatch.translate(text)}")))
+    parts = rf"(?:^|/)(?=[^/]*(?:/[^/]*){{{text.count('/')}}}\Z)"  # as many names as in the pattern
+    return CopyPattern(regex.Pattern(text, re.compile(parts + fnmatch.translate(text))))
 
 
 def copy(item: Copy, base: Path, say: Say) -> Path:

@@ -72,15 +72,13 @@ def _matching(pattern: str, *, with_folders: bool) -> list[str]:
     drive, rest = os.path.splitdrive(pattern)  # the drive may be //server/share; elsewhere, it is empty
     found, parts = [drive], rest.split("/")[1:]
     for part in parts:
-        if _WILD.search(part):
-            found = [
-                f"{folder}{name}"
-                for folder in (f"{base}/" for base in found)
-                for name in _names(folder)
-                if fnmatch.fnmatchcase(name, part)
-            ]
-        else:
-            found = [f"{base}/{part}" for base in found if os.path.lexists(f"{base}/{part}")]
+        # A name that exists is meant, even if it has brackets: the workspace may be in such a folder.
+        found = [
+            f"{base}/{name}"
+            for base in found
+            for name in ([part] if os.path.lexists(f"{base}/{part}") else _names(f"{base}/"))
+            if name == part or (_WILD.search(part) and fnmatch.fnmatchcase(name, part))
+        ]
     return [path for path in found if with_folders or not os.path.isdir(path)]
 
 

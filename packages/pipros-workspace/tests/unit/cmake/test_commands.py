@@ -79,7 +79,8 @@ def test_paths_on_another_drive_are_absolute(tmp_path: Path, monkeypatch: pytest
     def refuse(path: str, start: str) -> str:
         raise ValueError(f"path is on mount '{path}', start on mount '{start}'")
 
-    (tmp_path / "a.txt").touch()
+    tmp_path /= "ws[1]"  # which matches itself, and not its neighbour
+    tree(tmp_path, "a.txt", "../ws1/b.txt")
     monkeypatch.setattr(os.path, "relpath", refuse)
     interpreter = script_interpreter({})
     for script in (
@@ -163,7 +164,9 @@ def copied(folder: Path) -> set[str]:
     ("s DESTINATION t", {"s/a.py", "s/b.sh", "s/sub/c.py", "s/sub/d.txt"}),
     ("s/ DESTINATION t", {"a.py", "b.sh", "sub/c.py", "sub/d.txt"}),
     ("s/ DESTINATION t PATTERN *.py EXCLUDE", {"b.sh", "sub/d.txt"}),
-    ("s/ DESTINATION t PATTERN sub EXCLUDE", {"a.py", "b.sh"}),
+    ("s/ DESTINATION t PATTERN sub EXCLUDE PATTERN py EXCLUDE", {"a.py", "b.sh"}),
+    ("s/ DESTINATION t PATTERN s* EXCLUDE PATTERN .py EXCLUDE", {"a.py", "b.sh"}),
+    ("s/ DESTINATION t PATTERN s?b/*.py EXCLUDE PATTERN s/*.txt EXCLUDE", {"a.py", "b.sh", "sub/d.txt"}),
     ("s/ DESTINATION t FILES_MATCHING PATTERN *.py", {"a.py", "sub/c.py"}),
     ("s/ DESTINATION t FILES_MATCHING PATTERN *.py PATTERN sub EXCLUDE", {"a.py"}),
     ("s/ DESTINATION t REGEX /sub/.*txt$ EXCLUDE", {"a.py", "b.sh", "sub/c.py"}),
