@@ -36,6 +36,31 @@ def test_selected_lines_and_boxes_have_the_box_of_their_points(tab: Tab) -> None
     assert found == [[-4, 2, 3, 1, 5, 6], [-5, 0, 0, 2, 7, 9]]
 
 
+TEXTS = ["İÅŞ", "Ễ\nxg", "ปู่ที่", "اَلْعَرَبِيَّة", "👩‍🚀", "Z̴̡̨͔̗͊̈́͝", "a\ng̱̱", "W" * 300, "\n".join("ab" * 50)]
+
+
+def test_texts_are_drawn_whole(tab: Tab) -> None:
+    found = tab.evaluate(
+        """async (texts) => {
+          const { textSprite } = await import("/scene/shapes.js");
+          return texts.map((text) => {
+            const { image } = textSprite(text, 1).material.map;
+            const { data } = image.getContext("2d").getImageData(0, 0, image.width, image.height);
+            const [right, bottom] = [image.width - 1, image.height - 1];
+            const isInk = (x, y) => data[4 * (y * image.width + x) + 3] > 0;
+            let [ink, cut] = [0, 0];
+            for (let y = 0; y <= bottom; y++) for (let x = 0; x <= right; x++) {
+              ink += isInk(x, y);
+              cut += isInk(x, y) && (x === 0 || y === 0 || x === right || y === bottom);
+            }
+            return [ink > 50, cut];
+          });
+        }""",
+        TEXTS,
+    )
+    assert found == [[True, 0]] * len(TEXTS)
+
+
 def test_compressed_batches_are_unpacked(tab: Tab) -> None:
     batches = [b"\1" + zlib.compress(b"body" * 100, 1), b"\0" + b"body" * 100]
     found = tab.evaluate(

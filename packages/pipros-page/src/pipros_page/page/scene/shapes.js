@@ -243,27 +243,33 @@ export function segments(strip) {
   return out;
 }
 
+const MOST_TEXT_PX = 4096; // width and height of the largest texture that every graphics card has
+
 // A text that faces the camera; `height` is the height of a line in metres. `centre` is [0.5, 1] for a text below its position.
 export function textSprite(text, height, rgb = [255, 255, 255], alpha = 1, centre = [0.5, 0.5]) {
   const lines = text.split("\n").slice(0, 100).map((line) => line.slice(0, 300));
   const size = 48;
   const canvas = document.createElement("canvas");
   const drawing = canvas.getContext("2d");
-  const font = `${size}px "Liberation Sans", Arimo, Arial, sans-serif`;
-  drawing.font = font;
-  const widest = Math.max(...lines.map((line) => drawing.measureText(line).width));
-  canvas.width = Math.max(2, Math.min(4096, Math.ceil(widest) + 4));
-  canvas.height = Math.min(4096, lines.length * size);
-  drawing.font = font;
-  drawing.fillStyle = "white";
-  drawing.textAlign = "center";
-  drawing.textBaseline = "middle";
-  lines.forEach((line, index) => drawing.fillText(line, canvas.width / 2, (index + 0.5) * size));
+  const style = { font: `${size}px "Liberation Sans", Arimo, Arial, sans-serif`, fillStyle: "white", textAlign: "center", textBaseline: "middle" };
+  Object.assign(drawing, style);
+  const drawn = lines.map((line) => drawing.measureText(line));
+  const most = (extent) => Math.ceil(Math.max(...drawn.map(extent)));
+  const half = 2 + most((line) => Math.max(line.width / 2, line.actualBoundingBoxLeft, line.actualBoundingBoxRight));
+  // Marks such as the dot of "İ" may be beyond the lines' heights: above the first line, and below the last one.
+  const above = Math.max(0, 1 + most((line, index) => line.actualBoundingBoxAscent - (index + 0.5) * size));
+  const below = Math.max(0, 1 + most((line, index) => line.actualBoundingBoxDescent - (lines.length - index - 0.5) * size));
+  const [width, whole] = [2 * half, above + lines.length * size + below];
+  canvas.width = Math.min(MOST_TEXT_PX, width); // a larger text is drawn smaller, and stretched
+  canvas.height = Math.min(MOST_TEXT_PX, whole);
+  Object.assign(drawing, style);
+  drawing.scale(canvas.width / width, canvas.height / whole);
+  lines.forEach((line, index) => drawing.fillText(line, half, above + (index + 0.5) * size));
   const texture = new THREE.CanvasTexture(canvas);
   const looks = { map: texture, color: colourOf(rgb), opacity: alpha, transparent: true, depthWrite: false };
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial(looks));
-  sprite.center.set(centre[0], centre[1]);
-  sprite.scale.set((height * canvas.width) / size, (height * canvas.height) / size, 1);
+  sprite.center.set(centre[0], (below + centre[1] * lines.length * size) / whole);
+  sprite.scale.set((height * width) / size, (height * whole) / size, 1);
   return sprite;
 }
 
