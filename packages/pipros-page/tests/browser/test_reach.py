@@ -47,6 +47,11 @@ SMALL = f"""() => [...document.querySelectorAll("{CONTROLS}")].filter((element) 
   const {{ width, height }} = target.getBoundingClientRect();
   return width < 39.5 || height < 39.5;
 }}).map((element) => element.outerHTML.slice(0, 150))"""
+# Controls that lie over a drawing.
+OVER = """() => [...document.querySelectorAll(".stage")].filter((each) => {
+  const place = (part) => each.querySelector(part).getBoundingClientRect();
+  return each.checkVisibility() && place(".corner").top < place(".canvas").bottom;
+}).map((each) => each.textContent.slice(0, 150))"""
 # Tabs that are narrower than their titles, and therefore overlap; and details that leave a part empty.
 SQUEEZED = """() => [...document.querySelectorAll("[role=tab], aside")].filter((each) =>
   each.checkVisibility() && (each.matches("aside") ? each.offsetWidth < innerWidth
@@ -101,7 +106,7 @@ def test_targets_on_a_phone_are_large_enough_for_thumbs(page: Page, open_tab: Op
     found = {}
     for place in visited(tab):
         keep_screenshots(tab, f"phone-{place.partition('/')[0]}")
-        small = tab.evaluate(SMALL) + tab.evaluate(SQUEEZED)
+        small = [*tab.evaluate(SMALL), *tab.evaluate(SQUEEZED), *tab.evaluate(OVER)]
         if small:
             found[place] = small
         if tab.evaluate("document.documentElement.scrollWidth") > 390:

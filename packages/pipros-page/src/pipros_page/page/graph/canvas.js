@@ -13,7 +13,7 @@ const narrow = matchMedia("(max-width: 900px)"); // there, `fit` leaves all name
 const LARGEST_SCALE = 1.15; // pixels per unit after `fit`
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
-const CORNER_PX = 44;
+const CORNER_GAP_PX = 13;
 const LETTER = 6.3; // width of a letter of a label
 const PLATE = 14; // height of the plate of a label
 const HEAD = "M0,0.5 L8,4 L0,7.5 Z";
@@ -155,9 +155,10 @@ export function graphCanvas(label, onSelect) {
 
   function fit() {
     isMoved = false;
-    const { width, height } = element.getBoundingClientRect();
+    const { width, height, bottom } = element.getBoundingClientRect();
     if (!scene || !width || !height) return;
-    const clear = height - CORNER_PX; // the buttons lie over the rest
+    const corner = element.parentElement.querySelector(".corner")?.getBoundingClientRect().top ?? bottom;
+    const clear = Math.max(1, height - Math.max(0, bottom - corner) - CORNER_GAP_PX); // the buttons may lie over the rest
     const whole = Math.min(LARGEST_SCALE, width / scene.width, clear / scene.height);
     const legible = LEAST / (FONT * LARGEST_GROWTH[scene.vertical ?? false]);
     const scale = narrow.matches ? Math.max(whole, 1 / CROWDED_SCALE, legible) : whole;
