@@ -8,14 +8,14 @@ from tests.support.environments import REPOSITORY
 MODULE = REPOSITORY / "plugins/pipros-tab/src/pipros_tab/page/connection.mjs"
 PROGRAM = f"""
 import {{ Requests }} from "{MODULE}";
-const response = new TextEncoder().encode("HTTP/1.1 200 OK\\r\\nA: b\\r\\n\\r\\nfound");
+const response = new TextEncoder().encode("HTTP/1.1 200 OK\\r\\nContent-Length: 5\\r\\n\\r\\nfound");
 let [open, most, made] = [0, 0, 0];
 const connect = (port) => {{
   if (port === 3) return null;
   most = Math.max(most, ++open);
   const number = ++made;
   const connection = {{ write: () => setImmediate(() => {{
-    if (port === 1 && number % 3 === 0) connection.onData(response); // others end without an answer
+    if (port === 1) connection.onData(number % 3 === 0 ? response : response.slice(0, -number));
     open--;
     connection.onEnd();
   }}) }};

@@ -69,14 +69,16 @@ export class Connection {
 const headOf = (port, path, more) =>
   encoder.encode([`GET ${path} HTTP/1.1`, `Host: localhost:${port}`, ...more, "", ""].join("\r\n"));
 
-/** Splits bytes after the head of a response. Returns null if it is not whole. @param {Uint8Array<ArrayBuffer>} bytes */
+/** Splits bytes after the head of a response. Returns null if the head, or a body of known length, is not whole. @param {Uint8Array<ArrayBuffer>} bytes */
 function split(bytes) {
   const text = decoder.decode(bytes);
   const end = text.indexOf("\r\n\r\n"); // heads are ASCII, so positions in text and bytes agree
   if (end < 0) return null;
   const [first, ...lines] = text.slice(0, end).split("\r\n");
   const headers = lines.map((line) => /** @type {[string, string]} */ (line.split(/: */, 2)));
-  return { status: Number(first.split(" ")[1]), headers, body: bytes.slice(end + 4) };
+  const body = bytes.slice(end + 4);
+  const [, length] = headers.find(([name]) => name.toLowerCase() === "content-length") ?? [];
+  return Number(length) > body.length ? null : { status: Number(first.split(" ")[1]), headers, body };
 }
 
 const MOST_REQUESTS = 4;
