@@ -105,6 +105,19 @@ def test_a_topic_of_another_type_is_reported(robot: Node, client: RosbridgeClien
     assert "/robot publishes [std_msgs/String]" in client.wait_for("status")["msg"]
 
 
+def test_a_second_subscription_with_a_wrong_type_leaves_the_first(
+    robot: Node, client: RosbridgeClient
+) -> None:
+    publisher = robot.advertise("/x", STRING)
+    client.send("subscribe", topic="/x")
+    wait_until_connected(publisher)
+    client.send("subscribe", topic="/x", type="std_msgs/Int32")
+    assert "/x is already published with the type std_msgs/String" in client.wait_for("status")["msg"]
+    client.send("subscribe", topic="/x", type="std_msgs/String", id="b", queue_length=1)
+    publisher.publish(STRING("x"))
+    assert client.receive()["msg"] == {"data": "x"}
+
+
 def test_a_client_cannot_replace_the_type_of_a_published_topic(robot: Node, client: RosbridgeClient) -> None:
     # as genuine rosbridge; the master would tell all later subscribers the client's type
     robot.advertise("/x", STRING)

@@ -117,12 +117,17 @@ class ClientProtocol:
         limits: Limits | None = None,
         clock_s: Callable[[], float] = time.monotonic,
         shares: ClientShares | None = None,
+        check_type: Callable[[str, str], object] = lambda *_: None,
     ) -> None:
-        """Create the initial state. `resolve` returns a name's global form, or raises `InvalidName`."""
+        """Create the initial state. `resolve` returns a name's global form, or raises `InvalidName`.
+
+        `check_type` raises `PiprosError` if a topic is published with another type; it may block.
+        """
         limits = limits or process_limits()
         self._shares = shares or ServerShares(limits).client(is_reader=not settings.has_control)
         self._settings = settings
         self._resolve = resolve
+        self._check_type = check_type
         self._max_names = BRIDGE_SUBSCRIPTIONS
         self.is_authenticated = settings.authenticator is None
         self._level = Level.ERROR
@@ -231,12 +236,13 @@ class ClientProtocol:
             known = _TopicState(kind)
         elif kind is not None and known.kind is not None and kind != known.kind:
             raise BadOperation(f"this client subscribes to {topic} with the type {known.kind}, not {kind}")
-        elif known.requests.get(key) == request and kind in (None, known.kind):
+        elif kind is not None and known.kind is None:
+            self._check_type(topic, kind)  # the first subscription goes on, with any type
+        if known.requests.get(key) == request:
             return
         if key not in known.requests:
             self._check_limit(known.requests, f"subscriptions to {topic}")
             self._shares.keep(cost_of_id(key) + (0 if topic in self._topics else cost_of_name(topic)))
-        known.kind = known.kind or kind
         known.requests[key] = request
         self._topics[topic] = known
         yield TakeTopic(topic, known.kind, known.delivery(), operation)

@@ -42,7 +42,7 @@ from pipros_bridges.rosbridge.publishing import SharedPublishers
 from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.shared_publisher import CallLater
 from pipros_bridges.rosbridge.streams import TopicStream
-from pipros_bridges.shared_topics import SharedTopics
+from pipros_bridges.shared_topics import SharedTopics, check_published_type
 from pipros_bridges.shares import ClientShares, ExceedsShare, ServerShares
 from pipros_server.act_gate import ActGate
 
@@ -138,7 +138,10 @@ class RosbridgeSession:
         self.worked_s = 0.0
         self._bridge = bridge
         self._node = bridge.node
-        self._protocol = ClientProtocol(bridge.settings, bridge.node.resolve, bridge.limits, shares=shares)
+        check_type = partial(check_published_type, bridge.node)
+        self._protocol = ClientProtocol(
+            bridge.settings, bridge.node.resolve, bridge.limits, shares=shares, check_type=check_type
+        )
         self._streams: dict[str, TopicStream] = {}
         self._published: set[str] = set()
         self._offered: dict[str, str] = {}  # maps the names that the client uses to global names
