@@ -705,6 +705,8 @@ def test_udp_clients_are_served_on_loopback_only(node: Node, robot: Node) -> Non
         client.settimeout(20)
         client.sendto(b'{"op": "subscribe", "topic": "/state"}', ("127.0.0.1", port))
         assert json.loads(client.recv(10_000))["msg"] == {"data": "x"}
+        buffer = socket.SOL_SOCKET, socket.SO_RCVBUF  # of the datagrams that arrive while others are handled
+        assert server._transport.get_extra_info("socket").getsockopt(*buffer) > client.getsockopt(*buffer)
 
 
 def test_the_first_message_that_no_datagram_can_hold_is_reported(node: Node, robot: Node) -> None:

@@ -2,14 +2,17 @@
 
 In BSON mode, a datagram is one document. UDP has no connections: each sender address counts as a client after
 its first whole operation. If there are too many clients, a new client replaces the unused client that has
-been silent longest (see `RosbridgeSession.is_unused`).
+been silent longest (see `RosbridgeSession.is_unused`). A receive buffer of 4 MB, or what
+the system allows, keeps the datagrams of the others during a short flood.
 """
 
 from __future__ import annotations
 
 import asyncio
 import ipaddress
+import socket
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
@@ -28,6 +31,7 @@ SILENT_S: Final = 600.0
 """Time after which a silent client is removed, because UDP does not signal the end of a connection."""
 WAITING_DATAGRAMS: Final = 100
 """Maximum number of queued datagrams of a client."""
+RECEIVE_BUFFER_BYTES: Final = 4_000_000
 LARGEST_DATAGRAM: Final = 65_507
 STRANGERS: Final = 16
 """Maximum number of addresses whose first operation is incomplete."""
@@ -55,6 +59,9 @@ class UdpServer(StreamServer):
         self._wakeups = Wakeups(loop)
         address = self._options.host, self._options.port
         self._transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), address)
+        with suppress(OSError):  # some systems refuse more than they allow, others give less
+            found = self._transport.get_extra_info("socket")
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         port: int = self._transport.get_extra_info("sockname")[1]
         return port
 
