@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pipros.basics.windows import replace_file
+from pipros.basics.windows import ON_WINDOWS, replace_file
 
 
 @contextmanager
@@ -74,7 +75,11 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     It is like `replaced_file`, so that an old file is not lost if the disk is full, but keeps links and
     permissions. What is not a file, such as a terminal or a pipe, is written directly, and so are
     `/dev/stdout` and a file in a folder in which none can be created. The file name of an OSError is `path`.
+
+    Raises:
+        PermissionError: `path` is a link of another user in a folder in which all users may create links.
     """
+    _check_link(path)
     # Wine cannot resolve paths of 260 characters and more.
     target = Path(os.path.realpath(path)) if path.is_symlink() else path
     try:
@@ -93,6 +98,16 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
         if error.filename in (None, str(target), f"{target}.active"):
             error.filename = str(path)
         raise
+
+
+def _check_link(path: Path) -> None:
+    """Refuse a link by which another user may choose what this one writes."""
+    if ON_WINDOWS or not path.is_symlink():
+        return
+    owner, folder = path.lstat().st_uid, path.parent.stat()
+    if owner != os.geteuid() and folder.st_mode & stat.S_IWOTH:
+        reason = f"a link of another user ({owner}) in a folder that all may write: remove it, or name a file"
+        raise PermissionError(errno.EACCES, reason, str(path))
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -154,6 +154,27 @@ def test_links_and_permissions_are_kept(tmp_path: Path) -> None:
 
 
 @UNIX
+def test_links_of_other_users_in_shared_folders_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, link = tmp_path / "secret", tmp_path / "link.yaml"
+    path.write_text("old")
+    link.symlink_to(path)
+    monkeypatch.setattr(os, "geteuid", lambda: link.lstat().st_uid + 1)
+    tmp_path.chmod(0o1777)
+    with (
+        pytest.raises(PermissionError, match=r"a link of another user .*link\.yaml'$"),
+        overwritten_file(link),
+    ):
+        pass
+    assert path.read_text() == "old"
+    tmp_path.chmod(0o755)
+    with overwritten_file(link) as file:
+        file.write(b"new")
+    assert (link.is_symlink(), path.read_text()) == (True, "new")
+
+
+@UNIX
 def test_what_is_not_a_file_is_written_directly(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
