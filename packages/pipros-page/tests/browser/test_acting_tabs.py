@@ -417,9 +417,7 @@ def test_gateways_to_ros2_have_rates_drops_and_what_is_left_out(system: RosSyste
     expect(tab.locator(".tab-ros2 .note")).to_be_hidden()
 
 
-def test_acts_are_approved_on_the_page(
-    system: RosSystem, open_tab: OpenTab, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_acts_are_approved_on_the_page(system: RosSystem, open_tab: OpenTab, monkeypatch) -> None:
     monkeypatch.setenv("ROS_HOME", system.pipros.environment["ROS_HOME"])
     approvals = Approvals(system.master_uri, 4)
     approvals.start()

@@ -81,9 +81,7 @@ COVERED = """([isFinest, view]) => {
 
 
 @pytest.mark.parametrize("kind", ["rviz/Orbit", "rviz/TopDownOrtho"])
-def test_small_solids_look_like_large_ones(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path, kind: str
-) -> None:
+def test_small_solids_look_like_large_ones(system: RosSystem, open_tab: OpenTab, tmp_path, kind: str) -> None:
     tab = scene_of(system, open_tab, tmp_path, MARKERS)
     wait_for_colours(tab, {(-4, -5): GREEN, (-6.4, 0.4): RED}, tolerance=8)
     view = {
@@ -110,9 +108,7 @@ def test_a_large_cloud_is_decoded_in_a_worker(system: RosSystem, open_tab: OpenT
     assert evaluate(tab, objects) == 0
 
 
-def test_a_display_that_makes_pictures_slow_is_named(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_display_that_makes_pictures_slow_is_named(system: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     slow = "{Class: rviz/PointCloud2, Name: Boxes, Topic: /large, Style: Boxes, Size (m): 0.3}"
     tab = scene_of(system, open_tab, tmp_path, f"{{Class: rviz/Grid, Name: Grid}}, {slow}")
     tab.wait_for_function("() => document.querySelector('.tab-scene')?.scene?.displays.length === 2")
@@ -191,9 +187,7 @@ def wait_for(tab: Tab, expected: list[Any]) -> None:
     wait_until(lambda: tab.evaluate(SHOWN) == expected, 60.0, what=lambda: str(tab.evaluate(SHOWN)))
 
 
-def test_the_scene_follows_a_bag_without_stale_objects(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_the_scene_follows_a_bag_without_stale_objects(ros: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     ros.serve_master()
     make_bag(tmp_path / "run.bag")
     (tmp_path / "scene.rviz").write_text(SCENE)

@@ -108,9 +108,7 @@ def statuses(tab: Tab, display: str) -> Mapping[str, str]:
     return found
 
 
-def test_unknown_displays_are_listed_and_stop_nothing(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_unknown_displays_are_listed_and_stop_nothing(system: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     displays = (
         "{Class: my/Wind, Name: Wind, Enabled: true}, {Class: rviz/RobotModel, Name: Robot, Enabled: true}"
     )
@@ -286,9 +284,7 @@ def test_a_jump_of_time_removes_moving_frames_and_messages(
     assert found == ["map", None, "map", 0, [True, False, False]]
 
 
-def test_links_and_namespaces_are_switched_one_by_one(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_links_and_namespaces_are_switched_one_by_one(system: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     markers = "{Class: rviz/MarkerArray, Name: Markers, Enabled: true, Marker Topic: /markers}"
     frames = "{Class: rviz/TF, Name: Frames, Enabled: true, Marker Scale: 0.1, Frames: {All Enabled: false}}"
     tab = scene_of(system, open_tab, tmp_path, f"{ROBOT}, {markers}, {frames}")
@@ -319,9 +315,7 @@ def drag(tab: Tab, begin: tuple[float, float], end: tuple[float, float], key: st
         tab.keyboard.up(key)
 
 
-def test_a_rectangle_selects_points_markers_and_links(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_rectangle_selects_points_markers_and_links(system: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     cloud = "{Class: rviz/PointCloud2, Name: Cloud, Topic: /cloud, Size (m): 0.6, Decay Time: 1000}"
     markers = "{Class: rviz/MarkerArray, Name: Markers, Marker Topic: /markers}"
     tab = scene_of(system, open_tab, tmp_path, f"{cloud}, {markers}, {ROBOT}")
@@ -433,9 +427,7 @@ CAMERA = """(places) => {
 }"""
 
 
-def test_a_camera_shows_the_scene_over_its_image(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_camera_shows_the_scene_over_its_image(system: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     displays = (
         f"{ROBOT}, {{Class: rviz/Marker, Name: Cube, Enabled: true, Marker Topic: /visualization_marker}}, "
         "{Class: rviz/Camera, Name: Camera, Enabled: true, Image Topic: /camera/image, "
@@ -600,9 +592,7 @@ def test_the_points_of_a_viewer_are_divided_among_its_clouds(
     wait_until(lambda: tab.evaluate(limits) == [0, 20_000], 30.0, "one cloud")
 
 
-def test_a_link_shows_the_same_displays_and_view(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_link_shows_the_same_displays_and_view(system: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     file = tmp_path / "scene.rviz"
     file.write_text(VIEW.format(displays=f"{ROBOT}, {{Class: my/Wind, Name: Wind, Force: 007}}"))
     page = Page(system, "-d", file, command="rviz")

@@ -143,9 +143,7 @@ def test_a_bag_is_scrubbed_in_all_tabs_with_marks_and_a_note(
     expect(bar).to_be_hidden()
 
 
-def test_a_malformed_file_of_notes_is_named_and_kept(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_malformed_file_of_notes_is_named_and_kept(ros: RosSystem, open_tab: OpenTab, tmp_path) -> None:
     ros.serve_master()
     make_bag(tmp_path / "run.bag")
     (tmp_path / "run.bag.notes.yaml").write_text("my own notes")

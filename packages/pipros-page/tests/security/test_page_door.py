@@ -486,9 +486,7 @@ def test_another_origin_is_refused(serve: Callable[[ServedViews], Access]) -> No
         pass
 
 
-def test_the_token_is_not_logged_at_any_level(
-    serve: Callable[[ServedViews], Access], caplog: pytest.LogCaptureFixture
-) -> None:
+def test_the_token_is_not_logged_at_any_level(serve: Callable[[ServedViews], Access], caplog) -> None:
     caplog.set_level(logging.INFO, logger="websockets.client")  # the test's own
     for name in ("", "pipros_server", "pipros_page", "asyncio"):
         caplog.set_level(logging.DEBUG, logger=name)

@@ -116,8 +116,7 @@ def test_arrays_and_strings_of_responses_can_be_left_out(
     monkeypatch.setenv("ROS_MASTER_URI", node.master.uri)
     node.serve("/levels", GetLoggers, lambda _: GetLoggers._response_class([Logger("ros", "info")]))
     node.serve("/ready", Trigger, lambda _: Trigger._response_class(True, "all systems"))
-    assert main(["call", *options, service]) == 0
-    assert capsys.readouterr().out == printed
+    assert (main(["call", *options, service]), capsys.readouterr().out) == (0, printed)
 
 
 # A time server on a socket, queried as by `ntp_monitor.py`.

@@ -26,11 +26,9 @@ INPUT = {
     "pk/package.xml": MANIFEST,
     "pk/CMakeLists.txt": "cmake_minimum_required(VERSION 3.0)\nproject(pk)\nfind_package(catkin REQUIRED)\n"
     "catkin_package()\n",
-    "pk/a.launch": "<launch/>",
-    "cal.yaml": CALIBRATION,
-    "rows.csv": "a,b\n1,2\n",
+    "pk/a.launch": "<launch/>", "cal.yaml": CALIBRATION, "rows.csv": "a,b\n1,2\n",
     "node.py": "import rospy\nrospy.init_node('x')\n",
-}
+}  # fmt: skip
 COMMANDS = {
     "catkin_create_pkg new rospy": ["new"], "urdf_to_graphviz robot.urdf robot": ["robot.gv", "robot.pdf"],
     "rosparam dump out.yaml": ["out.yaml"], "roslaunch dump.launch": ["out.yaml"],

@@ -61,13 +61,8 @@ def test_roscd_enters_packages_folders_workspace_and_logs(ros: RosSystem, source
         CMAKE_PREFIX_PATH=f"{ros.home}/devel:/usr",
     )  # fmt: skip
     assert ended.stdout == [
-        str(source),
-        str(source / "a"),
-        str(ros.home / "devel"),
-        str(logs),
-        "old",
-        str(logs / "old"),
-    ]
+        str(source), str(source / "a"), str(ros.home / "devel"), str(logs), "old", str(logs / "old"),
+    ]  # fmt: skip
     ended = shell(ros, program, "roscd; or true" if program == "fish" else "roscd; roscd nope; pwd")
     assert "No workspace is set up" in ended.output
     ended = shell(ros, program, "roscd nope; pwd")

@@ -99,8 +99,7 @@ def test_all_messages_return_over_a_bad_network(scene: Scene, proxy: FaultProxy)
     proxy.inject(stall_every_bytes=100_000, stall_s=0.05)
     scene.say_and_wait(300, size=1000)
 
-    assert scene.history.problems() == []
-    assert scene.history.received == 600
+    assert (scene.history.problems(), scene.history.received) == ([], 600)
 
 
 @pytest.mark.parametrize("scene", ["roscpp", "pipros"], indirect=True)

@@ -147,8 +147,7 @@ def test_a_second_node_of_a_name_ends_the_first_one(scene: Scene, talker: str, l
 
     assert (first_talker.wait(60), first_listener.wait(60)) == (0, 0)
     hears(second_listener)
-    assert scene.registered(PUBLISHER) == ["/talker"]
-    assert scene.registered(SUBSCRIBER) == ["/listener"]
+    assert (scene.registered(PUBLISHER), scene.registered(SUBSCRIBER)) == (["/talker"], ["/listener"])
     assert {scene.api_of("/talker"), scene.api_of("/listener")}.isdisjoint({*former, None})
 
 

@@ -42,8 +42,7 @@ def test_a_nodelet_has_the_same_names_and_ends_with_its_loader(ros, manager_side
         assert listed.wait_until_available(60, pause=node.clock.sleep, report=print)
         wait_until(lambda: listed.call(names._request_class()).nodelets == ["/r/d"], 60)
         ros.wait_for_publisher("/colors")
-        assert ros.publishers("/colors") == ["/r/mgr"]
-        assert ros.publishers("/r/image_mono") == ["/r/mgr"]
+        assert (ros.publishers("/colors"), ros.publishers("/r/image_mono")) == (["/r/mgr"], ["/r/mgr"])
         assert ros.subscribers("/r/image_raw") == []
         wait_until(lambda: node.params.has("/r/d/debayer"), 60)
         assert node.params.get("/r/d/debayer") == 0

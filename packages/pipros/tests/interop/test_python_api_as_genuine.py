@@ -38,10 +38,8 @@ BROKEN_IN_GENUINE = {"rospy.impl.udpros"}
 """Modules of genuine ROS that cannot be imported there, either."""
 
 PRIVATE_NAMES = {
-    "rosbag": ["Bag._clear_index", "Bag._write_connection_record"],
-    "rosbag.bag": ["_ConnectionInfo"],
-    "rosmsg": ["_get_package_paths", "_list_types"],
-    "rospy": ["Rate._remaining"],
+    "rosbag": ["Bag._clear_index", "Bag._write_connection_record"], "rosbag.bag": ["_ConnectionInfo"],
+    "rosmsg": ["_get_package_paths", "_list_types"], "rospy": ["Rate._remaining"],
     "rospy.client": ["_init_node_args", "_unspecified"],
     "rospy.core": [
         *("_add_shutdown_thread", "_client_ready", "_client_shutdown_hooks", "_in_shutdown", "_log_filename"),
@@ -52,7 +50,7 @@ PRIVATE_NAMES = {
     "rospy.names": ["_caller_id", "_caller_namespace", "_mappings", "_resolved_mappings", "_set_caller_id"],
     "rospy.rostime": ["_rostime_initialized", "_set_rostime"],
     "rospy.topics": ["_PublisherImpl", "_SubscriberImpl.receive_callback", "_TopicImpl", "_TopicManager"],
-}
+}  # fmt: skip
 """Private names that published packages use all the same."""
 
 SCRIPTS = {

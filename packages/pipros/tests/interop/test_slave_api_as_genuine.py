@@ -27,20 +27,15 @@ TOPIC = {"md5sum": "992ce8a1687cec8c8bd883ec73ca41d1", "callerid": "/me", "type"
 SERVICE = {"md5sum": "937c9679a518e3a18d831e57125ea522", "callerid": "/me", "type": "std_srvs/Trigger"}
 
 CALLS: list[tuple[str, list[Any]]] = [
-    ("getUri", ["/me"]),
-    ("getUri", []),
-    ("getName", ["/me"]),
+    ("getUri", ["/me"]), ("getUri", []), ("getName", ["/me"]),
     *(
         ("publisherUpdate", ["/master", "/chat", publishers])
         for publishers in ("http://h:1", [5], ["x"], ["http://h:1", "y"], [""], ["http://h"], [])
     ),
-    ("publisherUpdate", ["/master", "/nobody", []]),
-    ("requestTopic", ["/me", "/none", [["TCPROS"]]]),
-    ("requestTopic", ["/me", "/chat", [["UDPROS"]]]),
-    ("requestTopic", ["/me", "/chat", []]),
-    ("getPid", []),
+    ("publisherUpdate", ["/master", "/nobody", []]), ("requestTopic", ["/me", "/none", [["TCPROS"]]]),
+    ("requestTopic", ["/me", "/chat", [["UDPROS"]]]), ("requestTopic", ["/me", "/chat", []]), ("getPid", []),
     ("nonsense", ["/me"]),
-]
+]  # fmt: skip
 
 HEADERS: list[dict[str, str]] = [
     {**TOPIC, "topic": "/none"}, {**TOPIC, "topic": "/chat", "md5sum": "0" * 32},

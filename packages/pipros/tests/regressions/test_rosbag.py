@@ -101,8 +101,7 @@ def test_a_type_without_the_definition_of_its_header_is_read(tmp_path, monkeypat
     assert main(["export", "run.bag", "out"]) == 0
     assert Path("level.csv").read_text().splitlines()[1].endswith(",7")
     assert Path("out/level.csv").read_text().splitlines()[1].endswith(",7")
-    assert main(["filter", "run.bag", "few.bag", "m.level == 7"]) == 0
-    assert capsys.readouterr().err == ""
+    assert (main(["filter", "run.bag", "few.bag", "m.level == 7"]), capsys.readouterr().err) == (0, "")
 
 
 # rosbag: an invalid message spoiled those written after it, and a look at the messages so far the bag.

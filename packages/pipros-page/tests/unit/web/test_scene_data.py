@@ -195,9 +195,7 @@ def test_a_later_browser_gets_the_transforms_of_the_last_seconds() -> None:
         assert bodies(queue) == [b"%d" % second for second in range(9, 20)]
 
 
-def test_a_layout_precedes_messages_that_arrive_while_a_browser_is_answered(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_layout_precedes_messages_that_arrive_while_a_browser_is_answered(monkeypatch) -> None:
     topic, _ = watched_topic()
     pop_all = PendingMessages.pop_all
 
@@ -236,9 +234,7 @@ def test_a_broken_definition_becomes_the_layout_s_error() -> None:
     assert "error" in topic.layout
 
 
-def test_services_use_the_file_of_the_command_and_those_of_rviz_only(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_services_use_the_file_of_the_command_and_those_of_rviz_only(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
     first = tmp_path / "mine.rviz"
     assert permitted_path(str(first), first) == first

@@ -36,9 +36,7 @@ class ClumsyObserver:
         pass
 
 
-def test_polling_continues_after_an_error(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_polling_continues_after_an_error(monkeypatch, caplog: pytest.LogCaptureFixture) -> None:
     monkeypatch.setattr(watched_system, "SystemObserver", ClumsyObserver)
     nothing: Any = SimpleNamespace(master=None)
 
@@ -63,9 +61,7 @@ def test_polling_continues_after_an_error(
     assert [record.getMessage() for record in caplog.records] == [failure]
 
 
-def test_a_view_that_opens_between_two_looks_shows_the_last_one_at_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_view_that_opens_between_two_looks_shows_the_last_one_at_once(monkeypatch) -> None:
     monkeypatch.setattr(
         watched_system, "SystemObserver", lambda *_, **__: SimpleNamespace(poll=GraphObservation)
     )

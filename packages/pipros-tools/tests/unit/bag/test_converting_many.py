@@ -44,9 +44,7 @@ EXPECTED = {f"run{number}": [10 * number + n for n in range(5)] for number in ra
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_repeated_run_converts_what_is_missing_or_unfinished(
-    form: str, jobs: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_repeated_run_converts_what_is_missing_or_unfinished(form: str, jobs: int, capsys) -> None:
     names = write_bags(4)
     command = ["convert", "--output-dir", "out", "--jobs", str(jobs), *FORMS[form]]
     assert main([*command, *names[:2]]) == 0
@@ -104,9 +102,7 @@ def test_failures_affect_no_other_bag(jobs: str, capsys: pytest.CaptureFixture[s
         assert error.startswith(f"ERROR converting {part}")
 
 
-def test_the_progress_of_all_bags_is_shown_on_a_terminal_only(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_progress_of_all_bags_is_shown_on_a_terminal_only(monkeypatch, capsys) -> None:
     names = write_bags(3)
     shown: list[tuple[int, int]] = []
     monkeypatch.setattr(Progress, "_show", lambda self, done, _: shown.append((done, self._total)))

@@ -84,9 +84,7 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, constants: Consta
 
 @pytest.mark.parametrize("reader", READERS)
 @pytest.mark.parametrize("profile", PROFILES)
-def test_every_reader_refuses_more_records_than_files_have(
-    profile: str, reader: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_reader_refuses_more_records_than_files_have(profile: str, reader: str, capsys) -> None:
     for kind in KINDS:
         path = written(profile, kind)
         try:

@@ -437,9 +437,7 @@ def test_a_damaged_bag_leaves_no_recording(capsys: pytest.CaptureFixture[str]) -
     assert [each.name for each in Path().iterdir()] == ["run.bag"]
 
 
-def test_without_the_library_the_error_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_the_library_the_error_says_what_to_install(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
     (tmp_path / "run.bag").write_bytes(bag_bytes([("/text", String("hello"), 1, 0)]))
     assert rosbag(["convert", str(tmp_path / "run.bag"), str(tmp_path / "run.rrd")]) == 1

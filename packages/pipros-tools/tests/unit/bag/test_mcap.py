@@ -72,9 +72,7 @@ def test_the_file_is_what_the_mcap_library_expects(bag: Path) -> None:
     assert (message.log_time, message.data) == (10_000_001_000, b"\x06\0\0\0text 1")
 
 
-def test_many_are_converted_at_once_and_none_is_overwritten(
-    bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_many_are_converted_at_once_and_none_is_overwritten(bag: Path, capsys) -> None:
     Path("two.bag").write_bytes(bag.read_bytes())
 
     assert main(["convert", "--output-dir=out", "run.bag", "two.bag"]) == 0
@@ -147,9 +145,7 @@ def test_a_damaged_file_is_an_error(bag: Path) -> None:
             contents("cut.mcap")
 
 
-def test_without_the_library_it_says_what_to_install(
-    bag: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_the_library_it_says_what_to_install(bag: Path, monkeypatch, capsys) -> None:
     monkeypatch.setitem(__import__("sys").modules, "mcap.reader", None)
 
     assert main(["convert", "run.bag", "run.mcap"]) == 1
@@ -158,9 +154,7 @@ def test_without_the_library_it_says_what_to_install(
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4", "zstd"])
-def test_reindex_restores_messages_before_the_damage(
-    compression: str, bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_reindex_restores_messages_before_the_damage(compression: str, bag: Path, capsys) -> None:
     main(["convert", "--compression", compression, "run.bag", "run.mcap"])
     with open("some.mcap", "w+b") as file, open_bag("run.bag") as reader:
         copy_chosen(reader, McapWriter(file, compression=compression, chunk_bytes=200), None, lambda _: None)
@@ -265,9 +259,7 @@ def test_a_file_with_too_many_connections_is_completed_without_the_surplus(tmp_p
     assert len(summary.channels) == MAX_CONNECTIONS
 
 
-def test_the_definition_of_many_channels_is_compiled_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_definition_of_many_channels_is_compiled_once(tmp_path: Path, monkeypatch) -> None:
     path = tmp_path / "many.mcap"
     with path.open("wb") as file:
         writer = LibraryWriter(file)

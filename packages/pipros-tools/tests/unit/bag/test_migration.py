@@ -219,9 +219,7 @@ def test_an_infinite_loop_is_stopped() -> None:
         migrated(RULE.partition("        ways =")[0] + loops)
 
 
-def test_rules_of_installed_packages_are_found(
-    tmp_path: Path, bag: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rules_of_installed_packages_are_found(tmp_path: Path, bag: Path, monkeypatch, capsys) -> None:
     main(["check", "-n", "-g", "rules.bmr", "old.bag"])
     text = Path("rules.bmr").read_text().replace("valid = False", "valid = True")
     package = tmp_path / "src" / "my_rules"

@@ -90,9 +90,7 @@ SCHEMAS = {
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("kind", SCHEMAS)
-def test_a_channel_that_cannot_be_read_affects_only_itself(
-    kind: str, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_channel_that_cannot_be_read_affects_only_itself(kind: str, bad: int, capsys) -> None:
     good = write_mcap(bad, *SCHEMAS[kind])
     wrong = names(bad)[0][bad]
 
@@ -132,9 +130,7 @@ def _definition(text: bytes) -> Callable[[dict[str, bytes]], None]:
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("text", [b"nothing x y", b""], ids=["broken", "empty"])
-def test_a_definition_that_cannot_be_used_affects_only_its_topic(
-    text: bytes, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_definition_that_cannot_be_used_affects_only_its_topic(text: bytes, bad: int, capsys) -> None:
     good = write_bag(bad, _definition(text))
     wrong = names(bad)[0][bad]
 
@@ -210,9 +206,7 @@ def test_a_time_that_ros_cannot_represent_affects_only_its_message(bad: int) -> 
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
-def test_a_message_that_a_rule_cannot_migrate_affects_only_itself(
-    bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_message_that_a_rule_cannot_migrate_affects_only_itself(bad: int, capsys) -> None:
     made = message_classes_from_text("std_msgs/Int32", "int64 other")["std_msgs/Int32"]
     rows = [("/n", made(other=2**40 if number == bad else number), number + 1, 0) for number in POSITIONS]
     Path("old.bag").write_bytes(bag_bytes(rows))
@@ -228,9 +222,7 @@ def test_a_message_that_a_rule_cannot_migrate_affects_only_itself(
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
-def test_a_definition_that_cannot_be_migrated_does_not_stop_check_and_fix(
-    bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_definition_that_cannot_be_migrated_does_not_stop_check_and_fix(bad: int, capsys) -> None:
     def change(header: dict[str, bytes]) -> None:
         header["md5sum"], header["message_definition"] = b"1" * 32, b"nothing x y"
 
@@ -291,9 +283,7 @@ def test_an_illegal_name_affects_only_its_topic(bad: int, capsys: pytest.Capture
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
-def test_a_name_too_long_for_a_file_affects_only_its_topic(
-    bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_name_too_long_for_a_file_affects_only_its_topic(bad: int, capsys) -> None:
     good = write_bag(bad, lambda _: None, wrong=f"/{'abz'[bad]}{'n' * 300}")
 
     assert main(["export", "run.bag", "out"]) == 1
@@ -302,9 +292,7 @@ def test_a_name_too_long_for_a_file_affects_only_its_topic(
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
-def test_messages_of_a_second_type_on_a_topic_are_left_out(
-    bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_messages_of_a_second_type_on_a_topic_are_left_out(bad: int, capsys) -> None:
     topics, good = names(bad)
     with open("run.bag", "w+b") as file:
         writer = BagWriter(file)
@@ -332,9 +320,7 @@ def test_a_wrong_md5_affects_nothing() -> None:
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("content", [POINTER, b"", b"no bag"], ids=["pointer", "empty", "other"])
-def test_a_file_that_is_not_a_bag_does_not_affect_the_others(
-    content: bytes, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_is_not_a_bag_does_not_affect_the_others(content: bytes, bad: int, capsys) -> None:
     files = ["a.bag", "b.bag", "c.bag"]
     for number, name in enumerate(files):
         good = bag_bytes([("/n", Int32(number), 1 + number, 0)], compression="none")
@@ -379,9 +365,7 @@ ODD_IMAGES = {
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("kind", ODD_IMAGES)
-def test_an_image_that_cannot_be_written_affects_only_itself(
-    kind: str, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_image_that_cannot_be_written_affects_only_itself(kind: str, bad: int, capsys) -> None:
     wrong, reason = ODD_IMAGES[kind]
     good: Any = Image(encoding="mono8", width=1, height=1, step=1, data=b"x")
     if isinstance(wrong, CompressedImage):
@@ -440,9 +424,7 @@ BAD_IN_ROS2 = {
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("case", BAD_IN_ROS2)
-def test_a_topic_of_ros2_that_cannot_be_read_affects_only_itself(
-    case: str, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_topic_of_ros2_that_cannot_be_read_affects_only_itself(case: str, bad: int, capsys) -> None:
     options, reason = BAD_IN_ROS2[case]
     good = write_ros2(bad, **options)
     wrong = names(bad)[0][bad]
@@ -491,9 +473,7 @@ def test_a_damaged_message_of_ros2_affects_only_itself(bad: int, capsys: pytest.
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("value", [None, "text", 5])
-def test_a_row_of_ros2_with_a_wrong_value_affects_only_itself(
-    value: object, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_row_of_ros2_with_a_wrong_value_affects_only_itself(value: object, bad: int, capsys) -> None:
     write_ros2(bad)
     with closing(sqlite3.connect("run.db3")) as database:
         database.execute(
@@ -521,9 +501,7 @@ def test_each_bag_names_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("has_metadata", [True, False])
-def test_a_bad_file_of_a_ros2_bag_affects_only_itself(
-    has_metadata: bool, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bad_file_of_a_ros2_bag_affects_only_itself(has_metadata: bool, bad: int, capsys) -> None:
     Path("run").mkdir()
     files = [f"run_{number}.db3" for number in POSITIONS]
     write_ros2(0)
@@ -544,9 +522,7 @@ def test_a_bad_file_of_a_ros2_bag_affects_only_itself(
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
-def test_a_damaged_chunk_of_an_mcap_file_affects_only_itself(
-    bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_chunk_of_an_mcap_file_affects_only_itself(bad: int, capsys) -> None:
     file = io.BytesIO()
     writer = LibraryWriter(file, chunk_size=1)
     writer.start(profile="ros2", library="x")
@@ -618,9 +594,7 @@ def write_chunks(path: str, bad: int) -> list[int]:
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("path", ["run.bag", "run.mcap"])
-def test_only_the_messages_of_a_damaged_chunk_are_left_out(
-    path: str, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_only_the_messages_of_a_damaged_chunk_are_left_out(path: str, bad: int, capsys) -> None:
     good = write_chunks(path, bad)
     assert 40 <= len(good) < 120
 
@@ -644,9 +618,7 @@ def test_a_damaged_chunk_is_an_error_with_advice_for_programs() -> None:
         list(bag.messages())
 
 
-def test_a_chunk_without_its_index_is_left_out_until_the_bag_is_reindexed(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_chunk_without_its_index_is_left_out_until_the_bag_is_reindexed(capsys) -> None:
     rows = [("/a", Int32(n), 1 + n, 0) for n in range(120)]
     data = bag_bytes(rows, chunk_bytes=2500)
     Path("run.bag").write_bytes(data.replace(b"op=\x04", b"op=\x09", 1))
@@ -669,9 +641,7 @@ UNUSABLE = {
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("change", UNUSABLE.values(), ids=UNUSABLE)
-def test_only_a_connection_without_a_type_is_left_out(
-    bad: int, change: Change, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_only_a_connection_without_a_type_is_left_out(bad: int, change: Change, capsys) -> None:
     good = write_bag(bad, change)
     lost = f"/{'ace'[bad]}"
 

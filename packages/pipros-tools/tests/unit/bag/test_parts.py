@@ -145,9 +145,7 @@ def test_each_part_begins_with_the_latched_messages_of_each_publisher() -> None:
     ([], "You must specify one of --every, --size and --at."),
     (["--every", "1s", "--size", "1M"], "You must specify one of --every, --size and --at."),
 ])  # fmt: skip
-def test_invalid_options_are_explained(
-    options: list[str], reason: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_invalid_options_are_explained(options: list[str], reason: str, capsys) -> None:
     Path("run.bag").write_bytes(bag_bytes(some_rows(4)))
     try:
         code: Any = main(["split", "run.bag", *options])

@@ -342,9 +342,7 @@ def test_two_iterations_at_once_do_not_disturb_each_other() -> None:
     assert all(one == other for one, other in pairs)
 
 
-def test_a_bag_of_many_topics_is_described_and_read_with_one_look_at_each_chunk(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_bag_of_many_topics_is_described_and_read_with_one_look_at_each_chunk(monkeypatch) -> None:
     rows = [(f"/t{n % 1000}", Int32(n), n // 100, n % 100) for n in range(3000)]
     bag = read(bag_bytes(rows, chunk_bytes=50_000))
     looked: list[int] = []
@@ -386,9 +384,7 @@ def test_a_chunk_of_three_gigabytes_is_read_where_its_messages_are(tmp_path: Pat
         assert (rows_of(bag), bag.chunk_header(0).size) == ([("/a", 7, 5, 0)], size)
 
 
-def test_the_connections_of_each_topic_are_found_without_a_search_through_all(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_connections_of_each_topic_are_found_without_a_search_through_all(tmp_path, monkeypatch) -> None:
     path = tmp_path / "many.bag"
     path.write_bytes(bag_bytes([(f"/t{number}", Int32(number), number, 0) for number in range(30)]))
     with BagReader(path) as bag:

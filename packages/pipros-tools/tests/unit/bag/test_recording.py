@@ -54,9 +54,7 @@ def test_a_queue_may_keep_a_part_of_the_time() -> None:
     assert [message.data[0] for message in queue.get_all(0)] == [9, 14]
 
 
-def test_a_snapshot_has_the_buffered_and_all_latched_messages(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_snapshot_has_the_buffered_and_all_latched_messages(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     snapshots = Snapshots(FileOptions(name="snap", repeat_latched=True), RecordQueue(12), lambda _: None)
     with pytest.raises(BagError, match="no messages"):
@@ -115,9 +113,7 @@ def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: p
     assert reports[1].startswith("Closing 'x_")
 
 
-def test_a_split_that_failed_on_a_full_disk_is_retried(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_split_that_failed_on_a_full_disk_is_retried(tmp_path: Path, monkeypatch) -> None:
     recording = files(tmp_path, monkeypatch, [], name="run", split=True, duration_s=10.0)
     recording.open(0)
     recording.write(received(1, 0))
@@ -134,9 +130,7 @@ def test_a_split_that_failed_on_a_full_disk_is_retried(
             assert [row[1] for row in rows_of(bag)] == [value]
 
 
-def test_without_a_split_a_full_file_ends_the_recording(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_split_a_full_file_ends_the_recording(tmp_path: Path, monkeypatch) -> None:
     recording = files(tmp_path, monkeypatch, [], name="run", size_bytes=4200)
     recording.open(0)
     results = [recording.write(received(n, n)) for n in range(10)]
@@ -191,9 +185,7 @@ def test_a_recording_ends_with_a_complete_file_when_the_disk_is_nearly_full(tmp_
     assert (recorder.written, recorder.topics) == (0, 0)
 
 
-def test_a_file_that_cannot_be_begun_is_named_and_removed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_cannot_be_begun_is_named_and_removed(tmp_path: Path, monkeypatch) -> None:
     def fail(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

@@ -72,9 +72,7 @@ def test_an_encrypted_bag_stays_as_it_is(command: str, capsys: pytest.CaptureFix
 @pytest.mark.parametrize(("start", "name"), [
     (b"\x28\xb5\x2f\xfd", "zstd"), (b"\x1f\x8b\x08", "gzip"), (b"BZh9", "bzip2"), (b"PK\x03\x04", "zip")
 ])  # fmt: skip
-def test_a_file_that_another_program_compressed_is_named(
-    start: bytes, name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_another_program_compressed_is_named(start: bytes, name: str, capsys) -> None:
     Path("run.db3.zstd").write_bytes(start + zlib.compress(bytes(500)))
 
     assert main(["info", "run.db3.zstd"]) == 1
@@ -167,9 +165,7 @@ def beside(path: str) -> tuple[list[Any], list[Any]]:
     (["convert", "run.mcap", "out.bag"], False), (["filter", "run.mcap", "out.bag", "m.data < 3"], False),
     (["merge", "run.mcap", "-o", "out.bag"], False), (["split", "-q", "run.mcap", "--every", "1s"], True),
 ])  # fmt: skip
-def test_attachments_and_metadata_are_kept_or_named(
-    command: list[str], keeps: bool, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_attachments_and_metadata_are_kept_or_named(command: list[str], keeps: bool, capsys) -> None:
     Path("run.bag").write_bytes(bag_bytes([("/a", Int32(1), 1, 0)]))
     with open("run.mcap", "w+b") as file:
         writer = McapWriter(file)

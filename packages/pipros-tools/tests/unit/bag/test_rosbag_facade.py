@@ -28,9 +28,7 @@ def rows(bag: rosbag.Bag, **options: Any) -> list[tuple[str, Any, int]]:
 
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
-def test_messages_survive_a_round_trip_and_another_library_reads_them(
-    compression: str, tmp_path: Path
-) -> None:
+def test_messages_survive_a_round_trip_and_another_library_reads_them(compression: str, tmp_path) -> None:
     path = tmp_path / "run.bag"
     expected = written(path, compression=compression, chunk_threshold=200)
 
@@ -256,9 +254,7 @@ def test_positions_are_those_of_written_bytes(tmp_path: Path) -> None:
         assert [each.datatype for each in bag._connections.values()] == ["std_msgs/Int32"]
 
 
-def test_subcommands_are_functions(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_subcommands_are_functions(tmp_path: Path, monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     """`from rosbag.rosbag_main import decompress_cmd`, as jsk_data and others do."""
     from rosbag.rosbag_main import check_cmd, compress_cmd, decompress_cmd, filter_cmd, info_cmd, reindex_cmd
 

@@ -56,9 +56,7 @@ def test_the_spaces_are_announced_as_in_noetic(base: Path, capsys: pytest.Captur
     (["-j", "4", "--jobs=2", "-k", "VERBOSE=1", "-l", "2.5", "--make-args", "-s", "all"], ["one", "two"]),
     (["--pkg", "one", "nope"], ["one"]),
 ])  # fmt: skip
-def test_packages_are_chosen(
-    base: Path, arguments: list[str], built: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_packages_are_chosen(base: Path, arguments: list[str], built: list[str], capsys) -> None:
     assert catkin_make.main(arguments) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split("'")[1] for line in lines if "+++ processing" in line] == built
@@ -162,9 +160,7 @@ def test_results_are_summed_up(base: Path, capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().err == 'Test results directory "/nowhere" does not exist\n'
 
 
-def test_the_summary_of_a_failure_has_place_and_reason(
-    base: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_summary_of_a_failure_has_place_and_reason(base: Path, capsys) -> None:
     file = base / "src/one/CMakeLists.txt"
     file.write_text('project(one)\nmessage(FATAL_ERROR "No such\nrobot.  Buy it.")\ncatkin_package()\n')
     assert catkin_make.main([]) == 1
@@ -185,9 +181,7 @@ def test_the_summary_of_a_traceback_has_its_last_line(base: Path, capsys: pytest
 
 
 @pytest.mark.needs("resource limits")
-def test_on_a_full_disk_the_package_and_its_file_are_named_and_others_are_built(
-    base: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_on_a_full_disk_the_package_and_its_file_are_named_and_others_are_built(base: Path, capsys) -> None:
     (base / "src" / "one" / "CMakeLists.txt").write_text(
         "project(one)\nfind_package(catkin REQUIRED COMPONENTS message_generation)\n"
         "add_message_files(FILES Large.msg)\ngenerate_messages()\ncatkin_package()\n"
@@ -208,9 +202,7 @@ def test_on_a_full_disk_the_package_and_its_file_are_named_and_others_are_built(
 
 
 @pytest.mark.needs("resource limits")
-def test_on_a_full_disk_the_marker_of_the_workspace_is_named(
-    base: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_on_a_full_disk_the_marker_of_the_workspace_is_named(base: Path, capsys, monkeypatch) -> None:
     monkeypatch.setattr(catkin_make, "_MARKER_TEXT", "#" * 9000)
 
     with files_limited_to(5000):
@@ -259,9 +251,7 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Workspace:
     return workspace
 
 
-def test_each_package_has_a_devel_space_above_those_before(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_each_package_has_a_devel_space_above_those_before(workspace: Workspace, capsys) -> None:
     assert catkin_make_isolated.main([]) == 0
     printed = capsys.readouterr().out
     assert "-- hello from one" in printed
@@ -296,9 +286,7 @@ def test_packages_of_an_isolated_build_are_chosen(
     assert [line.split("'")[1] for line in lines if line.startswith("==> Processing")] == processed
 
 
-def test_a_first_package_that_is_not_to_be_built_is_named(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_first_package_that_is_not_to_be_built_is_named(workspace: Workspace, capsys) -> None:
     assert catkin_make_isolated.main(["--merge", "--only-pkg-with-deps", "zero", "--from-pkg", "one"]) == 1
     assert "--from-pkg one is not among the packages to build" in capsys.readouterr().err
 
@@ -309,9 +297,7 @@ def test_settings_reach_the_packages(workspace: Workspace, capsys: pytest.Captur
     assert "-- X is 7" in capsys.readouterr().out
 
 
-def test_a_failed_package_ends_the_build_and_shows_its_output(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_failed_package_ends_the_build_and_shows_its_output(workspace: Workspace, capsys) -> None:
     workspace.add("broken", "nonsense()", "zero")
     assert catkin_make_isolated.main(["-q"]) == 1
     printed = capsys.readouterr()
@@ -322,9 +308,7 @@ def test_a_failed_package_ends_the_build_and_shows_its_output(
     assert printed.err.endswith("Command failed, exiting.\n")
 
 
-def test_compiled_code_without_cmake_says_what_to_install(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_compiled_code_without_cmake_says_what_to_install(workspace: Workspace, capsys) -> None:
     workspace.add("cpp", "add_executable(x x.cpp)")
     assert catkin_make_isolated.main([]) == 1
     assert "the package [cpp] must be built by genuine catkin, but cmake" in capsys.readouterr().err
@@ -389,9 +373,7 @@ def test_a_package_without_catkin_is_built_and_installed_by_cmake(
 
 
 @pytest.mark.needs("first lines")
-def test_a_package_whose_cmake_fails_ends_the_build(
-    workspace: Workspace, tools: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_package_whose_cmake_fails_ends_the_build(workspace: Workspace, tools: Path, capsys) -> None:
     (tools.parent / "fails").touch()
     manifest = workspace.add("plain") / "package.xml"
     manifest.write_text(manifest.read_text().replace("</package>", f"{PLAIN}</package>"))
@@ -401,9 +383,7 @@ def test_a_package_whose_cmake_fails_ends_the_build(
     assert "plain: Invoking" in capsys.readouterr().err
 
 
-def test_files_are_found_in_workspaces_sources_and_pipros(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_are_found_in_workspaces_sources_and_pipros(workspace: Workspace, capsys, monkeypatch) -> None:
     assert catkin_make_isolated.main(["--merge", "--install"]) == 0
     prefixes = [str(workspace.base / name) for name in ("devel_isolated", "install_isolated")]
     monkeypatch.setenv("CMAKE_PREFIX_PATH", ":".join(prefixes))
@@ -425,9 +405,7 @@ def test_files_are_found_in_workspaces_sources_and_pipros(
     assert (catkin_find.main(["one", "--bin"]), catkin_find.main(["--libexec"])) == (1, 1)
 
 
-def test_packages_are_listed_in_the_order_of_their_needs(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_packages_are_listed_in_the_order_of_their_needs(workspace: Workspace, capsys) -> None:
     assert catkin_topological_order.main(["src", "--only-names"]) == 0
     assert capsys.readouterr().out == "zero\none\n"
     assert catkin_topological_order.main(["nowhere"]) == 1

@@ -71,9 +71,7 @@ def test_files_are_found_by_their_names_and_paths(package: Path, capsys: pytest.
 
 
 @pytest.mark.needs("first lines")
-def test_the_options_of_a_genuine_rosdep_are_completed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_options_of_a_genuine_rosdep_are_completed(tmp_path: Path, capsys, monkeypatch) -> None:
     genuine = tmp_path / "rosdep"
     genuine.write_text('#!/bin/sh\n[ "$*" = "check --help" ] && echo "  --os=NAME  genuine"\n')
     genuine.chmod(0o755)

@@ -44,9 +44,7 @@ def test_a_thread_may_print_while_its_command_ends() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "slow\n", "")
 
 
-def test_an_interrupted_command_ends_with_the_code_of_shells_and_prints_nothing(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_an_interrupted_command_ends_with_the_code_of_shells_and_prints_nothing(capsys) -> None:
     @command
     def main() -> int:
         raise KeyboardInterrupt
@@ -126,9 +124,7 @@ def test_output_to_a_closed_pipe_of_windows_ends_silently() -> None:
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-def test_a_full_disk_without_an_answer_of_the_command_is_named_in_one_line(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_full_disk_without_an_answer_of_the_command_is_named_in_one_line(capsys) -> None:
     @command
     def main(code: int) -> int:
         raise OSError(code, os.strerror(code), "x.txt")
@@ -162,9 +158,7 @@ def test_a_missing_master_is_reported_with_noetics_text(capsys: pytest.CaptureFi
     assert (run(fail), capsys.readouterr().err) == (1, "ERROR: Unable to communicate with master!\n")
 
 
-def test_on_a_terminal_the_error_suggests_a_remedy(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_on_a_terminal_the_error_suggests_a_remedy(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
     def fail() -> int:
         raise Unreachable("master [http://127.0.0.1:1]", "Connection refused", "Is roscore running?")
 
@@ -257,9 +251,7 @@ def test_a_mistake_without_an_option_is_worded_by_optparse(capsys: pytest.Captur
 @pytest.mark.parametrize(
     "command", ["rostopic list", "rosnode info /x", "rosparam get /x", "rosservice list"]
 )
-def test_a_malformed_master_uri_is_named(
-    command: str, uri: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_malformed_master_uri_is_named(command: str, uri: str, monkeypatch, capsys) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", uri)
     program, *arguments = command.split()
     main = importlib.import_module(f"pipros_tools.cli.{program}").main

@@ -28,9 +28,7 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert (main(["--version"]), capsys.readouterr().out) == (0, f"{__version__}\n")
 
 
-def test_versions_are_listed_for_a_report(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_versions_are_listed_for_a_report(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
     monkeypatch.setenv("ROS_DISTRO", "noetic")
     assert main(["version", "--json"]) == 0
     versions = json.loads(capsys.readouterr().out)
@@ -41,9 +39,7 @@ def test_versions_are_listed_for_a_report(
     assert f"pipros    {__version__}\n" in capsys.readouterr().out
 
 
-def test_help_is_an_overview_of_all_commands(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_help_is_an_overview_of_all_commands(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
     monkeypatch.setattr(command_map, "installed_programs", lambda: {*COMMANDS, "mystery"})
     assert main(["--help"]) == 0
     words = capsys.readouterr().out.split()
@@ -77,9 +73,7 @@ def run_shelf(argv: list[str]) -> int:
     return 3
 
 
-def test_commands_of_plugins_run_and_are_listed_and_completed(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_of_plugins_run_and_are_listed_and_completed(monkeypatch, capsys) -> None:
     for module in ("pipros_tools.cli.subcommands", "pipros_tools.cli.command_map"):
         monkeypatch.setattr(f"{module}.plugins", lambda: iter([SHELF]))
     monkeypatch.setattr(command_map, "installed_programs", lambda: {"rostopic", "rosbag", "shelve"})
@@ -94,9 +88,7 @@ def test_commands_of_plugins_run_and_are_listed_and_completed(
     assert list(candidates(["pipros", "shelf", ""])) == ["find", "list"]
 
 
-def test_commands_of_absent_plugins_name_the_command_that_installs_them(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_of_absent_plugins_name_the_command_that_installs_them(monkeypatch, capsys) -> None:
     shelf = plugin_table.KnownPlugin("books", ("pipros shelf", "rosbag shelve", "rosdep"))
     monkeypatch.setattr(plugin_table, "PLUGINS", {"shelf": shelf})
     for module in ("pipros_tools.cli.rosdep", "pipros_tools.cli.subcommands", "pipros.basics.plugins"):
@@ -124,9 +116,7 @@ def workspace(tmp_path: Path) -> Path:
     return devel.parent
 
 
-def test_env_prints_what_the_setup_file_would_set(
-    workspace: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_env_prints_what_the_setup_file_would_set(workspace: Path, capsys, monkeypatch) -> None:
     monkeypatch.delenv("CMAKE_PREFIX_PATH", raising=False)
     for folder in (workspace, workspace / "devel"):
         assert main(["env", str(folder)]) == 0
@@ -137,9 +127,7 @@ def test_env_prints_what_the_setup_file_would_set(
     assert json.loads(capsys.readouterr().out)["ROS_PACKAGE_PATH"].startswith(f"{workspace}/src")
 
 
-def test_env_without_a_workspace_is_that_of_pipros(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_env_without_a_workspace_is_that_of_pipros(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     assert main(["env"]) == 0
     shares = ":".join(map(str, SHIPPED_FOLDERS))
@@ -151,9 +139,7 @@ def test_env_reports_that_nothing_was_built(tmp_path: Path, capsys: pytest.Captu
     assert "is not a built workspace; run catkin_make" in capsys.readouterr().err
 
 
-def test_stubs_are_written_where_editors_look(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_stubs_are_written_where_editors_look(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["stubs", "std_srvs"]) == 0
     assert capsys.readouterr().out.split() == [

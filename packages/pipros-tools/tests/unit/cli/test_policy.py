@@ -62,9 +62,7 @@ def write_bag(path: Path, speeds: list[float]) -> None:
             bag.write("/other", message, Time(100 + number))
 
 
-def test_a_bag_shows_what_passes_and_the_first_message_that_each_rule_refuses(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bag_shows_what_passes_and_the_first_message_that_each_rule_refuses(folder: Path, capsys) -> None:
     write_bag(folder / "drive.bag", [0.0, 1.0, 2.5, 3.0, 2.0])
     assert main(["check", "turtle.yaml", "--bag", "drive.bag"]) == 1
     rule = "turtle.yaml:5: topics./turtle1/cmd_vel.fields.linear.x"

@@ -73,9 +73,7 @@ def test_info_of_what_cannot_be_read_ends_with_1(bag: Path, capsys: pytest.Captu
 @pytest.mark.parametrize(
     "words", [["merge", "run.bag", "-o"], ["convert", "run.bag"], ["fix", "run.bag"], ["filter", "run.bag"]]
 )
-def test_a_missing_folder_of_an_output_is_named(
-    bag: Path, words: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_folder_of_an_output_is_named(bag: Path, words: list[str], capsys) -> None:
     rest = ["True"] if words[0] == "filter" else []
 
     assert main([*words, "no/where/out.bag", *rest]) == 1
@@ -160,9 +158,7 @@ def test_a_signal_that_is_ignored_stays_ignored(bag: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize(("name", "module"), [("record", "recording"), ("play", "playing")])
-def test_a_background_job_of_a_script_ends_on_sigint(
-    name: str, module: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_background_job_of_a_script_ends_on_sigint(name: str, module: str, monkeypatch) -> None:
     """Shells start such jobs with SIGINT ignored; genuine rosbag handles it nevertheless."""
     found: list[object] = []
 
@@ -206,9 +202,7 @@ def test_bags_of_format_1_2_can_be_compressed_too(bag: Path) -> None:
 
 
 @pytest.mark.parametrize("more", [[], *([["--ros2", "jazzy"]] if find_spec("pipros_ros2") else [])])
-def test_convert_says_that_mcap_files_cannot_have_bz2(
-    more: list[str], bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_convert_says_that_mcap_files_cannot_have_bz2(more: list[str], bag: Path, capsys) -> None:
     assert main(["convert", "-q", "--compression", "bz2", *more, "run.bag", "out.mcap"]) == 0
     assert "WARNING: MCAP does not support bz2; out.mcap is compressed with zstd\n" in capsys.readouterr().err
     assert main(["convert", "-q", "--compression", "bz2", "-f", "run.bag", "again.bag"]) == 0
@@ -216,9 +210,7 @@ def test_convert_says_that_mcap_files_cannot_have_bz2(
 
 
 @pytest.mark.parametrize("compression", ["none", "lz4"])
-def test_reindex_restores_complete_messages(
-    compression: str, bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_reindex_restores_complete_messages(compression: str, bag: Path, capsys) -> None:
     whole = bag_bytes(ROWS, chunk_bytes=300, compression=compression)
     end = BagReader(io.BytesIO(whole)).layout.chunks[-1].position
     Path("cut.bag").write_bytes(whole[: end + 100])
@@ -263,9 +255,7 @@ def test_filter_keeps_the_messages_that_match_an_expression(expression: str, cho
     assert contents("out.bag") == [row for row in values(ROWS) if chosen(row)]
 
 
-def test_filter_prints_and_leaves_nothing_after_an_error(
-    bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_filter_prints_and_leaves_nothing_after_an_error(bag: Path, capsys) -> None:
     main(["filter", "run.bag", "out.bag", "m.data == 2 and topic == '/a'", "--print", "m.data"])
     assert capsys.readouterr().out.splitlines()[:3] == ["NO MATCH 0", "NO MATCH text 1", "MATCH 2"]
     Path("out.bag").unlink()
@@ -282,9 +272,7 @@ def test_filter_prints_and_leaves_nothing_after_an_error(
     ("filter run.bag run.bag/b True", "cannot filter: Not a directory: 'run.bag/b.active'"),
     ("export run.bag run.bag/folder", "cannot export: Not a directory: 'run.bag/folder'"),
 ])  # fmt: skip
-def test_a_file_that_cannot_be_written_is_named(
-    command: str, error: str, bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_cannot_be_written_is_named(command: str, error: str, bag: Path, capsys) -> None:
     assert (main(command.split()), capsys.readouterr().err) == (1, f"ERROR: {error}\n")
     assert contents(bag) == values(ROWS)
 
@@ -362,9 +350,7 @@ def test_an_unknown_subcommand_lists_the_known_ones(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out.startswith("Usage: rosbag <subcommand> [options] [args]\n")
 
 
-def test_progress_is_shown_on_a_terminal_only(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_progress_is_shown_on_a_terminal_only(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
     Progress("run.bag", 1000).finish()
     assert capsys.readouterr().out == ""
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)

@@ -106,17 +106,13 @@ def test_dry_run_runs_no_command_of_a_parameter(tmp_path: Path, capsys: pytest.C
     assert capsys.readouterr().out.splitlines() == lines
 
 
-def test_a_launch_file_comes_from_standard_input(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_launch_file_comes_from_standard_input(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO('<launch><node pkg="p" type="t" name="n"/></launch>'))
     assert (roslaunch.main(["--nodes", "-"]), capsys.readouterr().out) == (0, "/n\n")
 
 
 @pytest.mark.parametrize("option", ["--nodes", "--files", "--ros-args", "--dry-run"])
-def test_a_broken_file_is_an_error_for_every_inspection(
-    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_file_is_an_error_for_every_inspection(option: str, tmp_path: Path, capsys) -> None:
     (tmp_path / "bad.launch").write_text("<launch><foo")
     assert roslaunch.main([option, str(tmp_path / "bad.launch")]) == 1
     captured = capsys.readouterr()
@@ -124,9 +120,7 @@ def test_a_broken_file_is_an_error_for_every_inspection(
     assert captured.err.startswith("Invalid roslaunch XML syntax: unclosed token")
 
 
-def test_dump_params_prints_nothing_for_a_broken_file(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_dump_params_prints_nothing_for_a_broken_file(tmp_path: Path, capsys) -> None:
     file = tmp_path / "bad.launch"
     file.write_text("<launch><foo")
     assert roslaunch.main(["--dump-params", str(file)]) == 0
@@ -150,9 +144,7 @@ def test_an_inspection_warns_of_a_defunct_master_and_does_not_look_for_machines(
     (["-c", "x", "f"], "--child"), (["-p", "x", "f"], "invalid integer value"),
     (["--core", "f"], "when launching core"), (["--nodes", "--args=x", "f"], "only one of [--nodes"),
 ])  # fmt: skip
-def test_a_wrong_command_line_ends_with_2(
-    words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_command_line_ends_with_2(words: list[str], complaint: str, capsys) -> None:
     with pytest.raises(SystemExit) as end:
         roslaunch.main(words)
     assert end.value.code == 2
@@ -210,9 +202,7 @@ def check(*words: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, st
     return code, captured.out, captured.err
 
 
-def test_a_file_without_mistakes_passes(
-    package: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_without_mistakes_passes(package: Path, tmp_path: Path, capsys) -> None:
     file = write(package, '<node name="n" pkg="robot" type="node.py"/>')
 
     result = tmp_path / "results/robot/rosunit-roslaunch_check_one_launch.xml"
@@ -238,9 +228,7 @@ def test_a_file_without_mistakes_passes(
     ('<arg name="level"/>', "No value for arg [level]"),
     ('<test test-name="t" pkg="robot" type="gone.py"/>', "cannot find node [gone.py] in package [robot]"),
 ])  # fmt: skip
-def test_a_mistake_is_reported_and_ends_with_1(
-    package: Path, body: str, message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_mistake_is_reported_and_ends_with_1(package: Path, body: str, message: str, capsys) -> None:
     code, _, errors = check(write(package, body), capsys=capsys)
 
     assert code == 1
@@ -279,9 +267,7 @@ def test_options_make_it_milder(package: Path, capsys: pytest.CaptureFixture[str
     assert Path("here.xml").exists()
 
 
-def test_variables_of_the_environment_can_be_given(
-    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_variables_of_the_environment_can_be_given(package: Path, monkeypatch, capsys) -> None:
     monkeypatch.setenv("ROBOT", "before")
     file = write(package, '<node name="n" pkg="robot" type="$(env ROBOT).py"/>')
 
@@ -289,9 +275,7 @@ def test_variables_of_the_environment_can_be_given(
 
 
 @pytest.mark.parametrize("path", ["gone.launch", "/"])
-def test_a_file_outside_of_a_package_is_refused(
-    package: Path, path: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_outside_of_a_package_is_refused(package: Path, path: str, capsys) -> None:
     code, _, errors = check(path, capsys=capsys)
 
     assert code == 1
@@ -327,9 +311,7 @@ def owner(output: str, name: str) -> list[str]:
     return re.findall(rf"^(\S.*?) +(\d+) +(\d+)  {re.escape(name)}(?: \((.*)\))?$", output, re.M)[0]
 
 
-def test_the_survey_of_a_tree_says_who_provides_each_program(
-    tree: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_survey_of_a_tree_says_who_provides_each_program(tree: Path, capsys) -> None:
     (tree / "robot/one.launch").write_text("""<launch>
       <arg name="kind" default="tf2_ros"/> <arg name="plugin"/>
       <group if="$(arg sometimes)">
@@ -389,9 +371,7 @@ def test_a_malformed_launch_file_is_named_after_the_table(
     assert message in errors
 
 
-def test_a_csv_file_gives_the_figures_with_and_without_packages(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_csv_file_gives_the_figures_with_and_without_packages(tmp_path: Path, capsys) -> None:
     (tmp_path / "nodes.csv").write_text(
         HEAD + "1,a,node,amcl,amcl,,cpp\n1,a,node,a,a.py,,py\n2,a,node,amcl,amcl,,cpp\n"
         "2,a,node,nodelet,nodelet,manager,cpp\n2,a,node,nodelet,nodelet,pcl/VoxelGrid,cpp\n"
@@ -425,9 +405,7 @@ def test_a_csv_file_gives_the_figures_with_and_without_packages(
     (HEAD.encode() + b'1,a,node,amcl,"am\n', "is not a CSV file"),
     (HEAD.encode() + b"\xff\n", "is not a CSV file"), (None, "cannot read"),
 ])  # fmt: skip
-def test_a_malformed_csv_file_is_an_error(
-    tmp_path: Path, content: bytes | None, message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_malformed_csv_file_is_an_error(tmp_path, content: bytes | None, message: str, capsys) -> None:
     file = tmp_path / "nodes.csv"
     if content is not None:
         file.write_bytes(content)

@@ -34,9 +34,7 @@ def test_show_prints_the_definition_of_an_action(robot: Path, capsys: pytest.Cap
     )
 
 
-def test_actions_are_listed_and_so_are_their_messages(
-    robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_actions_are_listed_and_so_are_their_messages(robot: Path, capsys) -> None:
     assert rosaction.main(["package", robot.name]) == 0
     assert capsys.readouterr().out == f"{robot.name}/Count\n"
     assert rosmsg.main(["package", "-s", robot.name]) == 0
@@ -59,18 +57,14 @@ def test_definitions_without_end_are_refused(robot: Path, capsys: pytest.Capture
     assert ["contain itself" in errors[0], "fields in total" in errors[1]] == [True, True]
 
 
-def test_all_mistakes_of_a_definition_are_reported_at_once(
-    robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_all_mistakes_of_a_definition_are_reported_at_once(robot: Path, capsys) -> None:
     assert rosmsg.main(["show", f"{robot.name}/Broken"]) == 1
     lines = capsys.readouterr().err.splitlines()
     assert [line.partition(".msg:")[2][:3] for line in lines] == ["1:1", "3:1"]
     assert lines[0].startswith(f"Unable to load msg [{robot.name}/Broken]: {robot}/msg/Broken.msg")
 
 
-def test_an_unknown_package_is_reported_with_the_places_that_were_searched(
-    robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_package_is_reported_with_the_places_that_were_searched(robot: Path, capsys) -> None:
     assert rossrv.main(["package", "no_such_package"]) == 64
     errors = capsys.readouterr().err.splitlines()
     assert errors[:2] == ["Invalid package: no_such_package", f"ROS path [0]={robot.parent}"]
@@ -79,8 +73,7 @@ def test_an_unknown_package_is_reported_with_the_places_that_were_searched(
         ("no_such/X", "Unable to load msg [no_such/X]: there is no package no_such: "),
         ("NoSuchType", "Could not find msg 'NoSuchType'\n"),
     ):
-        assert rosmsg.main(["show", name]) == 1
-        assert capsys.readouterr().err == beginning + advice
+        assert (rosmsg.main(["show", name]), capsys.readouterr().err) == (1, beginning + advice)
     assert rossrv.main(["md5", "SetBol"]) == 0
     assert capsys.readouterr().err == "No messages matching the name [SetBol]\nDid you mean SetBool?\n"
 
@@ -110,9 +103,7 @@ def test_a_bag_shows_types_as_their_publishers_defined_them(capsys: pytest.Captu
     (b"#ROSBAG V2.0\n\xff\xff\xff\xff", "Run rosbag reindex"),
     (BAG.read_bytes()[:200], "ends before its index"),
 ])  # fmt: skip
-def test_a_bag_without_its_index_is_refused(
-    content: bytes, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bag_without_its_index_is_refused(content: bytes, words: str, tmp_path: Path, capsys) -> None:
     bag = tmp_path / "x.bag"
     bag.write_bytes(content)
     assert rosmsg.main(["show", "-b", str(bag), "std_msgs/String"]) == 1

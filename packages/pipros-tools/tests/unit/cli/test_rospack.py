@@ -46,9 +46,7 @@ def ask(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
     (["rosdep0", "a"], ["name: b", "name: boost", "name: d"]),
     (["rosdep", "a"], ["name: b", "name: boost", "name: c", "name: d"]), (["vcs", "a"], []),
 ])  # fmt: skip
-def test_queries_of_dependencies(
-    words: list[str], answer: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_queries_of_dependencies(words: list[str], answer: list[str], capsys) -> None:
     assert ask(capsys, *words) == answer
 
 
@@ -56,9 +54,7 @@ def test_find_prints_the_folder(source: Path, capsys: pytest.CaptureFixture[str]
     assert ask(capsys, "find", "a") == [str(source / "a")]
 
 
-def test_the_package_of_the_current_folder_is_the_default(
-    source: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_package_of_the_current_folder_is_the_default(source: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(source / "b")
     assert ask(capsys, "depends1") == ["c"]
 
@@ -91,9 +87,7 @@ def test_profile_lists_folders_by_their_cost(source: Path, capsys: pytest.Captur
     (["list", "a"], "invalid option(s) given"), (["profile", "a"], "invalid option(s) given"),
     (["find", "--top=a", "a"], "invalid option(s)"), (["deps", "--length=2", "a"], "invalid option(s)"),
 ])  # fmt: skip
-def test_invalid_queries_exit_with_1(
-    words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_invalid_queries_exit_with_1(words: list[str], complaint: str, capsys) -> None:
     assert rospack.main(words) == 1
     captured = capsys.readouterr()
     assert captured.err.startswith("[rospack] Error: ")

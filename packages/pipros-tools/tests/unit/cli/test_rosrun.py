@@ -70,18 +70,14 @@ def test_an_unknown_package_ends_with_2(capsys: pytest.CaptureFixture[str]) -> N
     ]
 
 
-def test_without_a_package_path_an_unknown_package_says_what_to_set(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_package_path_an_unknown_package_says_what_to_set(monkeypatch, capsys) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
 
     assert rosrun.main(["talker", "x"]) == 2
     assert "[rosrun] ROS_PACKAGE_PATH lists no workspace: " in capsys.readouterr().err
 
 
-def test_a_missing_folder_in_the_package_path_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_folder_in_the_package_path_is_named(tmp_path: Path, monkeypatch, capsys) -> None:
     missing = tmp_path / "moved" / "src"
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(missing))
 
@@ -137,9 +133,7 @@ def test_the_user_can_choose_among_several_programs(
 
 
 @pytest.mark.parametrize("answer", ["", "9\n", "x\n"])
-def test_without_an_answer_nothing_is_run(
-    two_talkers: tuple[Path, Path], answer: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_an_answer_nothing_is_run(two_talkers: tuple[Path, Path], answer: str, monkeypatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
     assert rosrun.main(["talkers", "talker.py"]) == 127
 
@@ -160,9 +154,7 @@ def test_a_prefix_with_an_open_quote_is_refused(scripts: Path, capsys: pytest.Ca
     assert "[echo 'x] is not a valid command" in capsys.readouterr().err
 
 
-def test_a_typo_in_a_well_known_package_that_is_here_gets_one_hint(
-    scripts: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_typo_in_a_well_known_package_that_is_here_gets_one_hint(scripts: Path, capsys) -> None:
     (scripts.parent / "package.xml").write_text("<package><name>turtlesim</name></package>")
     script(scripts / "turtlesim_node")
 

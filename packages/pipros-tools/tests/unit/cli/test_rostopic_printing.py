@@ -156,9 +156,7 @@ def bag(tmp_path: Path) -> str:
     (["--filter", "m.data == 3", "/a"], "data: 3\n---\n"), (["-a", "-n", "1"], "data: 0\n---\n"),
     (["/none"], ""),
 ])  # fmt: skip
-def test_echo_shows_the_messages_of_a_bag(
-    arguments: list[str], out: str, bag: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_echo_shows_the_messages_of_a_bag(arguments: list[str], out: str, bag: str, capsys) -> None:
     assert (rostopic.main(["echo", "-b", bag, *arguments]), capsys.readouterr().out) == (0, out)
 
 
@@ -174,9 +172,7 @@ def test_list_shows_the_topics_of_a_bag(bag: str, capsys: pytest.CaptureFixture[
     ("content", "words"),
     [(None, "does not exist"), (b"x", "unable to use bag file: "), (b"#ROSBAG V2.0\n", "Unindexed bag")],
 )
-def test_a_file_that_is_not_a_bag_is_refused(
-    content: bytes | None, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_is_not_a_bag_is_refused(content: bytes | None, words: str, tmp_path, capsys) -> None:
     path = tmp_path / "x.bag"
     if content is not None:
         path.write_bytes(content)

@@ -69,9 +69,7 @@ def test_a_paragraph_is_broken_on_a_terminal_only(monkeypatch: pytest.MonkeyPatc
     ]  # fmt: skip
 
 
-def test_a_progress_note_is_erased(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_progress_note_is_erased(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     with passing_note("asking"):
         pass
     assert capsys.readouterr() == ("", "")
@@ -108,9 +106,7 @@ def test_a_line_in_between_stays(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert capsys.readouterr().out == "a\ntime has reset\nb\n"
 
 
-def test_blocks_follow_each_other_in_a_pipe(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_blocks_follow_each_other_in_a_pipe(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("sys.stdout.isatty", lambda: False)
     block = LiveBlock()
     block.show("a")

@@ -62,9 +62,7 @@ def test_check_urdf_prints_the_tree_of_links(robot: Path, capsys: pytest.Capture
     ("<robot", "not XML"), ('<robot><link name="a"/></robot>', "must have a name attribute"),
     ("\xff", "can't decode"),
 ])  # fmt: skip
-def test_an_invalid_description_is_named_in_one_line(
-    robot: Path, capsys: pytest.CaptureFixture[str], text: str, reason: str
-) -> None:
+def test_an_invalid_description_is_named_in_one_line(robot: Path, capsys, text: str, reason: str) -> None:
     robot.write_text(text, encoding="latin-1")
     for program in (check_urdf.main, urdf_to_graphviz.main):
         assert program([str(robot)]) == 255
@@ -74,9 +72,7 @@ def test_an_invalid_description_is_named_in_one_line(
     assert list(robot.parent.glob("*.gv")) == []
 
 
-def test_a_missing_file_and_a_missing_argument_are_errors(
-    robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_file_and_a_missing_argument_are_errors(robot: Path, capsys) -> None:
     assert check_urdf.main(["missing.urdf"]) == 255
     assert capsys.readouterr().err == "ERROR: cannot read missing.urdf: No such file or directory\n"
     assert (check_urdf.main([]), capsys.readouterr().err) == (255, "Usage: check_urdf FILE\n")
@@ -85,9 +81,7 @@ def test_a_missing_file_and_a_missing_argument_are_errors(
 
 
 @pytest.mark.needs("first lines")
-def test_urdf_to_graphviz_writes_the_drawing_of_urdfdom(
-    robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_urdf_to_graphviz_writes_the_drawing_of_urdfdom(robot: Path, capsys, monkeypatch) -> None:
     dot = robot.parent / "dot"
     dot.write_text('#!/bin/sh\ncat "$2"\n')
     dot.chmod(0o755)
@@ -100,9 +94,7 @@ def test_urdf_to_graphviz_writes_the_drawing_of_urdfdom(
     assert Path("mine.gv").read_text() == DRAWING
 
 
-def test_without_graphviz_pipros_draws_the_robot(
-    robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_graphviz_pipros_draws_the_robot(robot: Path, capsys, monkeypatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda _: None)
     assert urdf_to_graphviz.main([str(robot)]) == 0
     assert capsys.readouterr().out == "Created file test_robot.gv\nCreated file test_robot.pdf\n"
@@ -137,9 +129,7 @@ def test_the_tree_of_a_long_chain_stays_short(tmp_path: Path, capsys: pytest.Cap
     assert max(map(len, lines)) < 1000
 
 
-def test_graphviz_does_not_draw_robots_for_which_it_needs_minutes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_graphviz_does_not_draw_robots_for_which_it_needs_minutes(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     dot = tmp_path / "dot"
     dot.write_text("#!/bin/sh\nexit 1\n")

@@ -15,9 +15,7 @@ from pipros_tools.graph.service_call import ServiceCaller, wait_for_service
 from tests.support.table_master import TableMaster
 
 
-def test_a_silent_address_is_called_twice_by_each_thread_whatever_is_registered_there(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_silent_address_is_called_twice_by_each_thread_whatever_is_registered_there(monkeypatch) -> None:
     monkeypatch.setattr(services, "PROBE_DEADLINE_S", 0.1)
     with socket.create_server(("127.0.0.1", 0), backlog=200) as silent:
         silent.setblocking(False)

@@ -172,9 +172,7 @@ def test_what_does_no_harm_on_windows_is_not_found(harmless: MachineReport) -> N
 
 
 @pytest.mark.parametrize("is_windows", [False, True])
-def test_the_command_that_sets_up_a_workspace_is_one_of_the_shell(
-    monkeypatch: pytest.MonkeyPatch, is_windows: bool
-) -> None:
+def test_the_command_that_sets_up_a_workspace_is_one_of_the_shell(monkeypatch, is_windows: bool) -> None:
     monkeypatch.setattr("pipros_tools.health.machine_checks.ON_WINDOWS", is_windows)
     (finding,) = check_machine(machine(workspace=Path("/my ws/devel")))
     place = Path("/my ws/devel/setup")

@@ -60,9 +60,7 @@ def test_rules_of_the_firewall_that_block_a_program(rule: str, names: tuple[str,
     ("5.15.153.1-microsoft-standard-WSL2\n", "echo mirrored", "mirrored"),
     ("5.15.153.1-microsoft-standard-WSL2\n", "exit 1", "nat"), ("6.1.0-18-amd64\n", "echo nat", ""),
 ])  # fmt: skip
-def test_the_network_of_wsl(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernel: str, says: str, network: str
-) -> None:
+def test_the_network_of_wsl(tmp_path: Path, monkeypatch, kernel: str, says: str, network: str) -> None:
     (tmp_path / "osrelease").write_text(kernel)
     (tmp_path / "wslinfo").write_text(f"#!/bin/sh\n{says}\n")
     (tmp_path / "wslinfo").chmod(0o755)

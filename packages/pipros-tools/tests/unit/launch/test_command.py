@@ -42,9 +42,7 @@ def test_the_arguments_of_a_command_are_in_noetics_order(maker: CommandMaker, ta
     )  # fmt: skip
 
 
-def test_a_launcher_gives_its_variables_and_its_log_file(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, talker: Path
-) -> None:
+def test_a_launcher_gives_its_variables_and_its_log_file(monkeypatch, tmp_path: Path, talker: Path) -> None:
     monkeypatch.setenv("COLOUR", "blue")
     environment = Environment(ros_home=tmp_path / "home")
     index = PackageIndex([tmp_path / "src"])
@@ -189,9 +187,7 @@ def test_each_run_has_a_log_folder_and_latest_points_to_the_newest(tmp_path: Pat
     assert list(second.path.iterdir()) == []
 
 
-def test_a_log_folder_that_cannot_be_made_is_reported_once(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_folder_that_cannot_be_made_is_reported_once(tmp_path: Path, capsys) -> None:
     (tmp_path / "file").touch()
     environment = Environment(log_dir=tmp_path / "file" / "log")
     assert [LogFolder.of_run(environment, "run").is_usable for _ in range(2)] == [False, False]

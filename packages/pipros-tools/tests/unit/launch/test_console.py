@@ -78,9 +78,7 @@ def test_lines_have_no_prefix_unless_the_output_is_a_terminal(capfd: pytest.Capt
 
 @pytest.mark.needs("pseudo-terminals")
 @pytest.mark.parametrize("is_raw", [False, True])
-def test_lines_start_in_the_first_column_while_a_node_reads_single_keys(
-    monkeypatch: pytest.MonkeyPatch, is_raw: bool
-) -> None:
+def test_lines_start_in_the_first_column_while_a_node_reads_single_keys(monkeypatch, is_raw: bool) -> None:
     screen, terminal = pty.openpty()
     if is_raw:
         tty.setraw(terminal)

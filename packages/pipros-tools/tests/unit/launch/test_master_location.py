@@ -106,9 +106,7 @@ def test_without_either_a_new_run_id_is_created(running: str | None) -> None:
     assert choose_run_id(None, running, Console()) != choose_run_id(None, running, Console())
 
 
-def test_a_run_id_of_the_master_that_is_not_a_folder_name_is_not_used(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_run_id_of_the_master_that_is_not_a_folder_name_is_not_used(capsys) -> None:
     assert "/" not in choose_run_id(None, "../../etc", Console())
     assert "/run_id on the parameter server must be" in capsys.readouterr().err
 

@@ -103,9 +103,7 @@ def test_without_rclpy_advice_names_the_ways_to_have_it(
     assert "--ros-args" in maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1").argv
 
 
-def test_a_script_in_a_devel_space_leads_to_its_source(
-    tmp_path: Path, maker: CommandMaker, script: Path
-) -> None:
+def test_a_script_in_a_devel_space_leads_to_its_source(tmp_path, maker: CommandMaker, script: Path) -> None:
     source = tmp_path / "source.py"
     source.write_bytes(script.read_bytes())
     source.chmod(0o755)
@@ -127,9 +125,7 @@ def test_on_windows_the_first_line_does_not_choose_the_python(
 
 @pytest.mark.parametrize("path", [r"C:\ws\talker.py", r"\\lab\ws\it's.py", "/ws/talker.py"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_a_relayed_script_may_have_a_path_and_line_ends_of_windows(
-    path: str, end: str, tmp_path: Path
-) -> None:
+def test_a_relayed_script_may_have_a_path_and_line_ends_of_windows(path: str, end: str, tmp_path) -> None:
     relay = tmp_path / "talker.py"
     relay.write_bytes(f"#!/usr/bin/env python3{end}script = {path!r}{end}".encode())
     assert relayed_script(relay) == Path(path)
@@ -192,9 +188,7 @@ def test_arguments_name_the_manager_in_the_namespace_of_the_loader() -> None:
     assert arguments_of(LaunchNode("a", "nodelet", "n", arguments="manager")) is None
 
 
-def test_a_nodelet_that_nothing_can_load_is_explained(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_nodelet_that_nothing_can_load_is_explained(tmp_path: Path, monkeypatch) -> None:
     debian = make_debian(tmp_path / "debian", monkeypatch)
     load = nodelet("n", "load pcl/Nothing m")
     assert "The nodelet pcl/Nothing is a C++ plugin" in str(why_not_loadable(load, {}))

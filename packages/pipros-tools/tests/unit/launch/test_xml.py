@@ -125,9 +125,7 @@ def test_several_files_make_one_launch(tmp_path: Path) -> None:
     assert (launch.files, launch.params) == ((one, two), {"/c": 1})
 
 
-def test_the_namespace_of_the_environment_is_around_everything(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_namespace_of_the_environment_is_around_everything(tmp_path: Path, monkeypatch) -> None:
     file = write(tmp_path, "a.launch", '<launch><node pkg="p" type="t" name="a"/></launch>')
     monkeypatch.setenv("ROS_NAMESPACE", "robot")
     assert load([file]).nodes[0].full_name == "/robot/a"

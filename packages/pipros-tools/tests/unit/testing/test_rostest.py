@@ -76,9 +76,7 @@ def run(
     return result, rostest, printed.getvalue()
 
 
-def test_every_test_gets_a_stage_of_its_own_in_the_order_of_names(
-    index: PackageIndex, tmp_path: Path
-) -> None:
+def test_every_test_gets_a_stage_of_its_own_in_the_order_of_names(index: PackageIndex, tmp_path) -> None:
     stage = FakeStage()
 
     result, rostest, _ = run(index, tmp_path, stage, a_test("b"), a_test("a"))
@@ -162,9 +160,7 @@ def test_nodes_that_do_not_start_are_a_failure(index: PackageIndex, tmp_path: Pa
     assert result.cases[0].text == "Test Fixture Nodes ['talker'] failed to launch\nit is gone\n"
 
 
-def test_a_program_without_results_fails_even_if_old_results_exist(
-    index: PackageIndex, tmp_path: Path
-) -> None:
+def test_a_program_without_results_fails_even_if_old_results_exist(index: PackageIndex, tmp_path) -> None:
     (tmp_path / "pkg").mkdir()
     (tmp_path / "pkg" / "rosunit-a.xml").write_text(format_suite(PASSED))
 

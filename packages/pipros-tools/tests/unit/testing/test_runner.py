@@ -205,9 +205,7 @@ def test_the_result_file_can_be_named_on_the_command_line(results: Path, tmp_pat
     assert not results.exists()
 
 
-def test_text_asks_for_unittests_report_and_no_file(
-    results: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_text_asks_for_unittests_report_and_no_file(results: Path, capsys) -> None:
     assert not run_program("pkg", "t", Broken, ["script", "--text"])
 
     printed = capsys.readouterr()

@@ -20,18 +20,11 @@ def messages() -> dict[str, Any]:
 
     header = std.Header(stamp=Time(1000, 5), frame_id="laser")
     return {
-        "/text": std.String("hello"),
-        "/odd_text": std.String('grüß "dich"\nzweimal \\'),
-        "/empty_text": std.String(""),
-        "/int": std.Int32(7),
-        "/float": std.Float32(0.1),
-        "/double": std.Float64(-1234.56789),
-        "/bool": std.Bool(True),
-        "/nothing": std.Empty(),
-        "/time": std.Time(Time(12, 34)),
-        "/duration": std.Duration(Duration(-1, 5)),
-        "/color": std.ColorRGBA(0.5, 1, 0, 1),
-        "/header": header,
+        "/text": std.String("hello"), "/odd_text": std.String('grüß "dich"\nzweimal \\'),
+        "/empty_text": std.String(""), "/int": std.Int32(7), "/float": std.Float32(0.1),
+        "/double": std.Float64(-1234.56789), "/bool": std.Bool(True), "/nothing": std.Empty(),
+        "/time": std.Time(Time(12, 34)), "/duration": std.Duration(Duration(-1, 5)),
+        "/color": std.ColorRGBA(0.5, 1, 0, 1), "/header": header,
         "/numbers": std.Float64MultiArray(data=[1.0, 2.5, -3.0]),
         "/scan": LaserScan(header=header, angle_min=-0.5, ranges=[0.5, 1.25, float("inf")]),
         "/image": Image(header=header, height=1, width=3, encoding="mono8", data=b"abc"),
@@ -46,7 +39,7 @@ def messages() -> dict[str, Any]:
                 DiagnosticStatus(level=2, name="arm"),
             ]
         ),
-    }
+    }  # fmt: skip
 
 
 def services() -> dict[str, tuple[Any, Callable[[Any], Any]]]:

@@ -208,8 +208,7 @@ def test_the_items_of_a_user_that_has_left_are_removed_at_once() -> None:
     for number in range(3):
         turns.put("a", number)
     turns.put("b", 9)
-    assert turns.forget("a") == [0, 1, 2]
-    assert turns.forget("a") == []
+    assert (turns.forget("a"), turns.forget("a")) == ([0, 1, 2], [])
     assert len(turns) == 1
     assert turns.pop() == ("b", 9)
     with pytest.raises(IndexError, match="empty"):

@@ -72,9 +72,7 @@ def test_a_small_file_takes_little_memory(tmp_path: Path) -> None:
         tracemalloc.stop()
 
 
-def test_a_file_without_a_size_is_read_up_to_the_limit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_without_a_size_is_read_up_to_the_limit(tmp_path: Path, monkeypatch) -> None:
     file = tmp_path / "as in proc"
     file.write_bytes(b"content")
     status: Any = list(os.stat(file))

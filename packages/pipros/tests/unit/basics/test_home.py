@@ -98,9 +98,7 @@ def test_the_folder_of_another_user_is_not_used(homeless: Path) -> None:
     assert home.expanded("~") != str(stand_in(homeless))
 
 
-def test_without_a_writable_folder_a_path_is_returned_nevertheless(
-    homeless: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_writable_folder_a_path_is_returned_nevertheless(homeless: Path, monkeypatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(homeless / "missing"))
     assert home.expanded("~/.ros").endswith("/.ros")
 
@@ -185,9 +183,7 @@ def test_a_full_disk_is_reported_once_and_lines_continue_when_there_is_room(tmp_
     ]
 
 
-def test_a_file_that_cannot_be_opened_is_reported_once_and_opened_later(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_cannot_be_opened_is_reported_once_and_opened_later(tmp_path: Path, capsys) -> None:
     folder = tmp_path / "log"
     folder.write_text("a file where a folder is wanted")
     files = [LogFile(folder / "run" / name) for name in ("x.log", "y.log")]
@@ -200,9 +196,7 @@ def test_a_file_that_cannot_be_opened_is_reported_once_and_opened_later(
 
 
 @needs_dev_full
-def test_a_launcher_goes_on_when_its_log_cannot_be_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_launcher_goes_on_when_its_log_cannot_be_written(tmp_path: Path, capsys) -> None:
     console = Console()
     (tmp_path / "x.log").symlink_to("/dev/full")
     console.open_log(tmp_path / "x.log")

@@ -96,9 +96,7 @@ def test_the_collector_is_spared_what_rospy_imports_but_no_value_of_the_program(
     assert (ran.stdout, ran.stderr) == (f"{is_enabled} {is_spared} True\n", "")
 
 
-def test_a_module_of_a_package_is_imported_when_its_name_is_first_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_module_of_a_package_is_imported_when_its_name_is_first_used(tmp_path: Path, monkeypatch) -> None:
     folder = tmp_path / "with_submodules"
     folder.mkdir()
     (folder / "__init__.py").write_text(
@@ -153,9 +151,7 @@ def test_a_module_that_does_not_exist_is_not_found(name: str) -> None:
 # Module attributes that read and set the attributes of an object.
 
 
-def test_a_module_reads_and_sets_attributes_of_an_object_and_its_parts(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_module_reads_and_sets_attributes_of_an_object_and_its_parts(monkeypatch) -> None:
     module: Any = ModuleType("sharing")
     monkeypatch.setitem(sys.modules, "sharing", module)
     owner = SimpleNamespace(uri="a", hooks=SimpleNamespace(client=[1]))

@@ -83,9 +83,7 @@ def test_limits_of_plugins_are_read_and_carried(monkeypatch: pytest.MonkeyPatch)
     ("baths=x", "baths must be a whole number greater than zero, got [x]"),
     ("doors=1", "unknown limit [doors]; the limits are frame_bytes, body_bytes"),
 ])  # fmt: skip
-def test_a_wrong_limit_of_a_room_is_explained(
-    text: str, complaint: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wrong_limit_of_a_room_is_explained(text: str, complaint: str, monkeypatch) -> None:
     monkeypatch.setattr("pipros.basics.plugins.plugins", lambda: iter([PLUGIN]))
 
     with pytest.raises(InvalidLimits, match=r"^PIPROS_LIMITS: ") as raised:
@@ -147,9 +145,7 @@ def test_a_plugin_that_cannot_be_loaded_is_left_out_by_name(
 
 
 @pytest.mark.parametrize("place", range(len(GOOD) + 1))
-def test_an_offer_that_cannot_be_loaded_is_left_out_by_name(
-    place: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_offer_that_cannot_be_loaded_is_left_out_by_name(place: int, monkeypatch, caplog) -> None:
     targets = [f"broken_plugin:{name}" for name in GOOD]
     targets.insert(place, "broken_plugin:offering")
     install(monkeypatch, targets)
@@ -197,9 +193,7 @@ def test_otherwise_the_index_is_asked(come_from: Any, noted: object) -> None:
     assert install_command("numpy") == "pip install 'pipros[numpy]'"
 
 
-def test_pip_of_another_environment_is_not_used(
-    come_from: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_pip_of_another_environment_is_not_used(come_from: Any, monkeypatch, tmp_path: Path) -> None:
     come_from(None)
     monkeypatch.setattr("shutil.which", lambda _: "/usr/bin/pip")
     python = str(tmp_path / "my env" / "python")

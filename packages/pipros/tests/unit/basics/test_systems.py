@@ -90,18 +90,14 @@ def test_only_paths_of_windows_get_slashes(monkeypatch: pytest.MonkeyPatch) -> N
         (True, r"\\nas\share\ws", "file:////nas/share/ws", "//nas/share/ws"),
     ],
 )
-def test_a_url_names_a_file(
-    monkeypatch: pytest.MonkeyPatch, is_windows: bool, path: str, url: str, named: str
-) -> None:
+def test_a_url_names_a_file(monkeypatch, is_windows: bool, path: str, url: str, named: str) -> None:
     monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", is_windows)
     assert (file_url(path), path_of_url(url)) == (url, named)
     if path.startswith("\\\\"):
         assert path_of_url(PureWindowsPath(path).as_uri()) == named
 
 
-def test_a_file_is_replaced_once_other_programs_have_closed_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_is_replaced_once_other_programs_have_closed_it(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "new").write_text("new")
     rename = os.replace
     refusals = 3
@@ -120,9 +116,7 @@ def test_a_file_is_replaced_once_other_programs_have_closed_it(
     assert ((tmp_path / "old").read_text(), len(slept)) == ("new", 3)
 
 
-def test_a_file_that_stays_open_is_reported_after_two_seconds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_stays_open_is_reported_after_two_seconds(tmp_path: Path, monkeypatch) -> None:
     def refuse(*_: object) -> None:
         raise PermissionError(13, "in use")
 
@@ -160,9 +154,7 @@ def test_a_path_on_another_drive_stays_whole(monkeypatch: pytest.MonkeyPatch) ->
     assert (relative_path(r"C:\ws\src\a", r"C:\ws"), relative_path(r"D:\a", r"C:\ws")) == (r"src\a", r"D:\a")
 
 
-def test_a_name_in_another_case_is_not_the_one_that_is_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_name_in_another_case_is_not_the_one_that_is_written(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "Foo.msg").touch()
     monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", True)
     assert is_as_written(str(tmp_path / "Foo.msg"))

@@ -235,11 +235,9 @@ class MasterMachine(RuleBasedStateMachine):
         self.forget_the_gone()
 
     @rule(
-        node=NODES,
-        api=APIS,
-        service=st.sampled_from(["/v", "/w"]),
+        node=NODES, api=APIS, service=st.sampled_from(["/v", "/w"]),
         at=st.sampled_from(["rosrpc://1", "rosrpc://2"]),
-    )
+    )  # fmt: skip
     def serve(self, node: str, api: str, service: str, at: str) -> None:
         is_leaving = self.is_leaving(node, api)
         assert self.call("registerService", node, service, at, api) == 1

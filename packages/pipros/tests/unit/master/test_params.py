@@ -36,8 +36,7 @@ def test_missing_parameters_cannot_be_read_or_deleted(key: str) -> None:
 def test_keys_with_a_slash_inside_a_dictionary_are_kept_but_are_not_paths() -> None:
     tree = ParamTree()
     tree.set("/n", {"x/y": 1})
-    assert tree.get("/n") == {"x/y": 1}
-    assert tree.names() == ["/n/x/y"]
+    assert (tree.get("/n"), tree.names()) == ({"x/y": 1}, ["/n/x/y"])
 
 
 def test_the_root_accepts_only_a_dictionary_and_cannot_be_deleted() -> None:

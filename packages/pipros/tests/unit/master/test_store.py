@@ -129,9 +129,7 @@ def no_database(file: Path) -> None:
 
 
 @pytest.mark.parametrize("spoil", [torn, foreign, of_the_future, no_database])
-def test_an_unusable_store_is_set_aside_unchanged(
-    spoil: Any, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_unusable_store_is_set_aside_unchanged(spoil: Any, tmp_path: Path, caplog) -> None:
     file = tmp_path / "master.db"
     spoil(file)
     before = file.read_bytes()
@@ -149,9 +147,7 @@ def test_an_unusable_store_is_set_aside_unchanged(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs resource limits")
-def test_a_full_disk_neither_ends_a_master_nor_moves_its_file_aside(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_full_disk_neither_ends_a_master_nor_moves_its_file_aside(tmp_path: Path, capsys) -> None:
     store = Store(tmp_path / "folder" / "master.db")
     store.param_set("/kept", 7)
     store.close()
@@ -166,9 +162,7 @@ def test_a_full_disk_neither_ends_a_master_nor_moves_its_file_aside(
     assert reopened(store.file)[0].get("/") == {"kept": 7}
 
 
-def test_a_store_without_a_folder_is_only_warned_about(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_store_without_a_folder_is_only_warned_about(tmp_path: Path, capsys) -> None:
     (tmp_path / "file").touch()
     store = Store(tmp_path / "file" / "master.db")
     store.close()

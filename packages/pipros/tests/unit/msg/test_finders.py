@@ -61,9 +61,7 @@ def test_a_package_without_definitions_is_left_to_other_finders(packages: Packag
     assert PackageFinder(packages.find).find_spec("no_robot") is None
 
 
-def test_the_start_of_python_does_not_search_for_packages(
-    packages: Packages, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_start_of_python_does_not_search_for_packages(packages: Packages, monkeypatch) -> None:
     packages.write("robot/msg/Arm.msg", "int8 x")
     running = ModuleType("usercustomize")
     running.__spec__ = ModuleSpec("usercustomize", None)
@@ -124,9 +122,7 @@ def test_declared_modules_are_imported_from_their_paths(packages: Packages) -> N
     assert finder.find_spec("nothing") is None
 
 
-def test_xacro_2_finds_its_dependency_and_other_modules_do_not(
-    packages: Packages, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_xacro_2_finds_its_dependency_and_other_modules_do_not(packages: Packages, monkeypatch) -> None:
     finder = PackageFinder(packages.find)
     monkeypatch.delitem(sys.modules, "xacro", raising=False)
     assert finder.find_spec("ament_index_python") is None
@@ -134,9 +130,7 @@ def test_xacro_2_finds_its_dependency_and_other_modules_do_not(
     assert finder.find_spec("ament_index_python").origin == ament_index_python.__file__
 
 
-def test_a_package_that_a_folder_of_its_name_hides_is_completed(
-    packages: Packages, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_package_that_a_folder_of_its_name_hides_is_completed(packages: Packages, monkeypatch) -> None:
     packages.write("robot/src/robot/__init__.py", "ready = True")
     packages.write("robot/src/robot/tools.py")
     hidden = ModuleType("robot")
@@ -149,9 +143,7 @@ def test_a_package_that_a_folder_of_its_name_hides_is_completed(
     assert hidden.__file__ == str(packages.folder / "robot/src/robot/__init__.py")
 
 
-def test_a_namespace_without_a_python_package_is_left_alone(
-    packages: Packages, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_namespace_without_a_python_package_is_left_alone(packages: Packages, monkeypatch) -> None:
     packages.write("robot/msg/Arm.msg", "int8 x")
     hidden = ModuleType("robot")
     hidden.__path__ = [str(packages.folder / "robot")]

@@ -166,9 +166,7 @@ def test_stubs_are_written_once_for_each_change(package: Path, tmp_path: Path) -
     assert files.update() == []
 
 
-def test_a_mistake_is_reported_once_and_tried_again_after_its_correction(
-    package: Path, tmp_path: Path
-) -> None:
+def test_a_mistake_is_reported_once_and_tried_again_after_its_correction(package: Path, tmp_path) -> None:
     files = StubFiles(["stubbed_robot"], tmp_path / "typings", suffix="-stubs")
     (package / "msg" / "Leg.msg").write_text("int32")
     with pytest.raises(DefinitionError, match=r"Leg\.msg"):
@@ -186,9 +184,7 @@ def test_files_that_an_editor_removes_while_it_saves_are_left_out(package: Path,
     assert files.update() == []
 
 
-def test_packages_with_python_modules_are_recognized(
-    package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_packages_with_python_modules_are_recognized(package: Path, tmp_path: Path, monkeypatch) -> None:
     assert has_python_modules("json")
     assert not has_python_modules("stubbed_robot")
     assert not has_python_modules("no_such_module")

@@ -102,9 +102,7 @@ def test_with_a_remote_master_this_machine_advertises_its_name(monkeypatch: pyte
     assert advertised_host(environment) == "laptop"
 
 
-def test_a_machine_without_a_name_advertises_its_address_towards_the_master(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_machine_without_a_name_advertises_its_address_towards_the_master(monkeypatch) -> None:
     monkeypatch.setattr(socket, "gethostname", lambda: "localhost")
     assert advertised_host(Environment(master_uri="http://no.such.host.invalid:1")) == LOOPBACK
 

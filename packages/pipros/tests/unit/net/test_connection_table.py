@@ -134,9 +134,7 @@ def test_a_new_link_replaces_the_newest_of_the_peer_with_the_most() -> None:
     assert [link.is_closed for link in (other, *links)] == [False, False, False, True]
 
 
-def test_the_log_says_whether_an_idle_connection_or_a_link_was_closed(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_the_log_says_whether_an_idle_connection_or_a_link_was_closed(caplog) -> None:
     connections = table_of(100, per_peer=1)
     for _ in range(2):
         connections.add(Peer("caller"))

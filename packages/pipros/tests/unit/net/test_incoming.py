@@ -63,9 +63,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(queue_size: int | Non
         link.join(30)
 
 
-def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(monkeypatch) -> None:
     published, delivered, polled = PublishCount(), list[bytes](), list[int | None]()
     receive = PollingReceiver.receive_into
 
@@ -112,9 +110,7 @@ def test_a_link_that_keeps_messages_gets_large_ones_as_bytes() -> None:
     assert link.statistics.bytes == 5 * 300_004
 
 
-def test_a_message_that_makes_the_buffer_grow_or_stalls_is_reported_until_it_is_complete(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_message_that_makes_the_buffer_grow_or_stalls_is_reported_until_it_is_complete(monkeypatch) -> None:
     monkeypatch.setattr(incoming, "KEEP_LARGE_S", 0.5)
     reported, delivered = list[int](), list[int]()
     ours, theirs = connected()

@@ -98,9 +98,7 @@ def test_a_loop_that_cannot_be_created_raises_at_once(monkeypatch: pytest.Monkey
         BackgroundLoop("mine").start()
 
 
-def test_a_lack_of_descriptors_is_logged_once_and_without_a_traceback(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_a_lack_of_descriptors_is_logged_once_and_without_a_traceback(caplog) -> None:
     loop = BackgroundLoop("test")
     loop.start()
     with socket.socket() as listener:

@@ -32,9 +32,7 @@ def test_a_master_on_another_computer_may_listen_on_its_own_only(
     assert ("accepts connections only from its own computer" in str(raised.value)) == names_own_computer
 
 
-def test_a_request_that_the_master_refuses_while_it_arrives_gets_the_reason(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_request_that_the_master_refuses_while_it_arrives_gets_the_reason(monkeypatch) -> None:
     """A broken pipe is not the reason: it only shows that the master reads no further."""
 
     def refused(sock: socket.socket, data: bytes) -> None:

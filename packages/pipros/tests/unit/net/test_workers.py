@@ -76,9 +76,7 @@ def test_closing_during_jobs_leaves_no_thread() -> None:
     wait_until(lambda: not threads_named("closed"), what="the end of the threads")
 
 
-def test_jobs_beyond_the_limit_of_threads_follow_in_order_also_after_one_that_fails(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_jobs_beyond_the_limit_of_threads_follow_in_order_also_after_one_that_fails(monkeypatch) -> None:
     failures: list[threading.ExceptHookArgs] = []
     monkeypatch.setattr(threading, "excepthook", failures.append)
     workers, gate, done = Workers("limited", limit=1, kept_idle=0), threading.Event(), list[int]()

@@ -225,9 +225,7 @@ def test_calls_within_the_interval_wait(loop: BackgroundLoop) -> None:
     assert asked == ["a"]
 
 
-def test_a_failing_check_does_not_prevent_the_others(
-    loop: BackgroundLoop, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failing_check_does_not_prevent_the_others(loop: BackgroundLoop, monkeypatch) -> None:
     failures: list[object] = []
     monkeypatch.setattr(threading, "excepthook", failures.append)
     asked: list[str] = []

@@ -49,9 +49,7 @@ def console(line_format: str | None = None, clock: SimulatedClock | None = None)
     (logging.ERROR, "stderr", "[ERROR] [1795144503.366333]: hello\n"),
     (logging.CRITICAL, "stderr", "[FATAL] [1795144503.366333]: hello\n"),
 ])  # fmt: skip
-def test_each_level_is_written_to_its_stream(
-    level: int, stream: str, line: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_each_level_is_written_to_its_stream(level: int, stream: str, line: str, capsys) -> None:
     console().emit(record(level))
     out, err = capsys.readouterr()
     assert (out, err) == ((line, "") if stream == "stdout" else ("", line))
@@ -81,9 +79,7 @@ def test_simulated_time_is_logged_beside_wall_time(capsys: pytest.CaptureFixture
     assert capsys.readouterr().out == "[INFO] [1795144503.366333, 2.500000]: hello\n"
 
 
-def test_a_closed_console_does_not_stop_a_node(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_closed_console_does_not_stop_a_node(monkeypatch, capsys: pytest.CaptureFixture[str]) -> None:
     closed = io.StringIO()
     closed.close()
     for stdout in (closed, None):
@@ -175,9 +171,7 @@ def test_a_file_on_the_command_line_takes_precedence(tmp_path: Path, root: loggi
     assert "low battery" in (tmp_path / "my.log").read_text()
 
 
-def test_an_unwritable_folder_disables_only_the_log_file(
-    tmp_path: Path, root: logging.Logger, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unwritable_folder_disables_only_the_log_file(tmp_path, root: logging.Logger, capsys) -> None:
     (tmp_path / "log").write_text("a file")
     logger = logging.Logger("rosout")
     open_console_and_file(node(tmp_path / "log"), logger, None)
@@ -240,9 +234,7 @@ CONFIGURATIONS = {
 
 
 @pytest.mark.parametrize("name", CONFIGURATIONS)
-def test_a_configuration_in_the_folder_of_ros_is_found(
-    tmp_path: Path, root: logging.Logger, name: str
-) -> None:
+def test_a_configuration_in_the_folder_of_ros_is_found(tmp_path, root: logging.Logger, name: str) -> None:
     config = tmp_path / "home" / "config" / name
     config.parent.mkdir(parents=True)
     config.write_text(CONFIGURATIONS[name])
@@ -254,9 +246,7 @@ def test_a_configuration_in_the_folder_of_ros_is_found(
 
 
 @pytest.mark.needs("file owners")
-def test_a_configuration_that_others_may_write_is_not_run(
-    tmp_path: Path, root: logging.Logger, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_configuration_that_others_may_write_is_not_run(tmp_path, root: logging.Logger, capsys) -> None:
     config = tmp_path / "shared" / "config" / "python_logging.yaml"
     config.parent.mkdir(parents=True)
     config.write_text(CONFIGURATIONS[config.name])

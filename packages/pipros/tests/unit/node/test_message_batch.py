@@ -130,9 +130,7 @@ def test_without_a_queue_each_message_is_sent_at_once(monkeypatch: pytest.Monkey
     assert topic.link.calls == [1] * 20
 
 
-def test_without_a_queue_bursts_are_noticed_only_for_links_that_share_packets(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_a_queue_bursts_are_noticed_only_for_links_that_share_packets(monkeypatch) -> None:
     topic = Topic(monkeypatch, queue_size=None)
     topic.begin_burst()
     assert not topic.publication._burst.in_burst

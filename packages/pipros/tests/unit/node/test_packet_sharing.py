@@ -150,8 +150,7 @@ def test_a_burst_is_watched_until_it_has_ended_in_silence() -> None:
     topic = Topic()
     topic.now_s += 3600  # so that the burst still lasts by the watch's clock
     topic.send(1 + RUN_LENGTH, CLOSE)
-    assert topic.loop.turn() == 0
-    assert topic.loop.turn() == CHECK_S
+    assert (topic.loop.turn(), topic.loop.turn()) == (0, CHECK_S)
     assert topic.flushes == [True, True], "with the lock held"
     assert topic.links[0].changes == [True]
     quiet = Topic()

@@ -38,9 +38,7 @@ def test_other_names_are_not_found(name: str, monkeypatch: pytest.MonkeyPatch) -
     assert ImportablePackages().find_module(name, None) is None
 
 
-def test_modules_of_all_packages_on_the_path_are_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_modules_of_all_packages_on_the_path_are_found(tmp_path: Path, monkeypatch) -> None:
     driver = add(tmp_path / "src", "robot_driver")
     (driver / "setup.py").write_text("setup(packages=['robot_lib'], package_dir={'': 'py'})")
     (driver / "py" / "robot_lib").mkdir(parents=True)
@@ -62,9 +60,7 @@ def test_only_packages_of_the_workspace_hide_others(tmp_path: Path, monkeypatch:
     assert packages.find_hiding("std_msgs") is None
 
 
-def test_modules_of_the_workspace_are_below_src_or_declared_by_setup_py(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_modules_of_the_workspace_are_below_src_or_declared_by_setup_py(tmp_path: Path, monkeypatch) -> None:
     robot, arm = add(tmp_path / "src", "robot"), add(tmp_path / "src", "arm")
     for module in (robot / "src" / "robot", arm / "py" / "arm"):
         module.mkdir(parents=True)
@@ -83,9 +79,7 @@ def test_modules_of_the_workspace_are_below_src_or_declared_by_setup_py(
     ("home", "expected"),
     [("/somewhere", "/somewhere/pipros/x"), ("~/r", "{home}/r/pipros/x"), ("", "{home}/.ros/pipros/x")],
 )
-def test_caches_are_below_ros_home(
-    home: str, expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_caches_are_below_ros_home(home: str, expected: str, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("USERPROFILE", str(tmp_path))
     monkeypatch.setenv("ROS_HOME", home)

@@ -125,9 +125,7 @@ def found(root: Path) -> list[tuple[str, str, str]]:
     (["a/package.xml=", "a/rospack_nosubdirs="], [("a", "a", WET)]), ([".hidden/a/package.xml="], []),
     (["a/package.xml/inside="], []), (["a/readme="], []),
 ])  # fmt: skip
-def test_a_tree_has_these_packages(
-    tmp_path: Path, files: list[str], packages: list[tuple[str, str, str]]
-) -> None:
+def test_a_tree_has_these_packages(tmp_path, files: list[str], packages: list[tuple[str, str, str]]) -> None:
     assert found(write(tmp_path / "root", *files)) == packages
 
 

@@ -104,9 +104,7 @@ def test_programs_without_a_manifest_make_a_package_of_programs(debian: DebianSy
     assert "image_rotate" not in list(candidates(["roscd", ""]))
 
 
-def test_folders_of_other_software_are_not_packages(
-    debian: DebianSystem, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_folders_of_other_software_are_not_packages(debian: DebianSystem, capsys) -> None:
     debian.add_program("apt", "apt-helper", OTHER_PROGRAM)
     assert rosrun(["apt", "apt-helper"]) == 2
     assert "package 'apt' not found" in capsys.readouterr().err

@@ -137,9 +137,7 @@ def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
 @pytest.mark.parametrize(
     "package", ["gazebo_ros", "rosserial_python", "rqt_shell", "mavros_msgs", "moveit_commander"]
 )
-def test_all_tools_give_the_same_advice(
-    package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_all_tools_give_the_same_advice(package: str, monkeypatch, tmp_path: Path, capsys) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     advice = str(why_not_here(package))
     assert main([package, "any_program"]) == 2
@@ -198,9 +196,7 @@ def test_public_packages_that_pipros_lacks_have_advice(name: str) -> None:
         importlib.import_module(name)
 
 
-def test_an_unknown_package_of_messages_names_the_places_that_were_searched(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_an_unknown_package_of_messages_names_the_places_that_were_searched(monkeypatch, tmp_path) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
 
     with pytest.raises(ModuleNotFoundError, match=r"my_arm_msgs.*ROS_PACKAGE_PATH is .*sourced") as caught:

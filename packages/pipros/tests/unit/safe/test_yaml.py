@@ -179,8 +179,7 @@ def settings(text: str = TEXT) -> Settings:
 
 def test_values_are_read_with_defaults() -> None:
     top = settings()
-    assert top.text("name") == "arm"
-    assert top.text("other", "none") == "none"
+    assert (top.text("name"), top.text("other", "none")) == ("arm", "none")
     assert top.choice("name", ("leg", "arm"), "leg") == "arm"
     assert (top.choice("missing", ("leg", "arm"), "leg"), top.number("rate", None, least=1)) == ("leg", 30)
     assert (top.number("missing", 0.5, least=0), top.numbers("limits")) == (0.5, (1, 2.5))

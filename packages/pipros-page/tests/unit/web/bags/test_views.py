@@ -281,9 +281,7 @@ def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> 
     assert dict(BagFolder(inside).names()) == {"day/run.bag": 5, "open.bag.active": 5, "same.bag": 5}
 
 
-def test_the_newest_bags_are_listed_whichever_folder_is_read_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_newest_bags_are_listed_whichever_folder_is_read_first(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(folder, "MAX_FILES", 1)
     for number in range(4):
         day = tmp_path / f"day{number}"

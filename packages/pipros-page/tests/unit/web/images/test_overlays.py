@@ -51,8 +51,7 @@ def test_detections_of_both_releases_are_boxes_with_the_best_result(is_new: bool
     edges = [
         90.0, 45.0, 110.0, 45.0, 110.0, 45.0, 110.0, 55.0, 110.0, 55.0, 90.0, 55.0, 90.0, 55.0, 90.0, 45.0,
     ]  # fmt: skip
-    assert shape["lines"] == edges * 2
-    assert shape["texts"] == [[90.0, 45.0, "dog 0.90"]]
+    assert (shape["lines"], shape["texts"]) == (edges * 2, [[90.0, 45.0, "dog 0.90"]])
 
 
 def test_detections_are_turned_and_left_out_if_they_are_not_finite() -> None:

@@ -234,8 +234,7 @@ def test_a_comment_belongs_to_the_declaration_on_its_line_and_directly_below() -
 
     found = comments_of(text)
 
-    assert found.head == "Head."
-    assert found.of == {"A": "one", "b": "above,\n indented\nbehind"}
+    assert (found.head, found.of) == ("Head.", {"A": "one", "b": "above,\n indented\nbehind"})
 
 
 @pytest.mark.parametrize(("text", "head", "first"), [
