@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -52,12 +53,12 @@ def build(
         msgs: folders with ROS 2 definitions.
         shown: called with the number of finished episodes and the number of all episodes.
         left_out: called with the name of each bag that cannot be read, or which the description does not fit
-            though others follow, and the reason. The others are not affected. None (the default) to raise an
+            though it fits others, and the reason. The others are not affected. None (the default) to raise an
             error instead.
 
     Raises:
-        BadSettings: the description does not fit the bags, the folder contains a different data set or other
-            files, or an episode cannot be read.
+        BadSettings: no episode can be read and fits the description, an episode does not, or the folder
+            contains a different data set or other files.
         BagError: a bag is damaged.
         MissingExtra: a library is not installed.
     """
@@ -68,6 +69,7 @@ def build(
     if any(each.store == "video" for each in config.cameras):
         library("av", "a video")
     episodes: list[Episode] = []
+    reasons: dict[str, str] = {}  # why bags are left out
     for bag in bags:
         try:
             with open_bags(bag, msgs=msgs) as opened:
@@ -75,8 +77,9 @@ def build(
         except (BagError, OSError, BadSettings) as error:
             if left_out is None or len(bags) == 1:
                 raise
-            left_out(bag, str(error))
-    _begin(folder, kind, config, episodes)
+            reasons[bag] = str(error)
+    if episodes:
+        _begin(folder, kind, config, episodes)
     left = [each for each in episodes if not _check_file(folder, each).exists()]
     jobs = max(1, min(jobs, len(left)))
     threads = max(1, (os.cpu_count() or 1) // jobs)
@@ -87,17 +90,34 @@ def build(
         if damage:
             if left_out is None:
                 raise BadSettings(f"{episode.bag}: {damage}")
-            left_out(episode.bag, damage)
+            reasons.setdefault(episode.bag, damage)
             episodes.remove(episode)
             continue
         done += 1
         if shown is not None:
             shown(done, len(episodes))
+    results = {each: json.loads(read_text(_check_file(folder, each))) for each in episodes}
+    counted = Counter(found["numbers"] for found in results.values() if found.get("numbers"))
+    usual = next((text for text, _ in counted.most_common(1)), "")  # as all files must have the same columns
+    for episode in [each for each in results if results[each].get("numbers") not in (None, "", usual)]:
+        difference = f"its numbers are {results[episode]['numbers']}; those of most episodes are {usual}"
+        if left_out is None:
+            raise BadSettings(f"{episode.bag}: {difference}")
+        reasons.setdefault(episode.bag, difference)
+        del results[episode]
+        for part in ("checks", "data", "pictures/*", "videos/*"):
+            for path in folder.glob(f"{part}/{episode.name}.*"):
+                path.unlink()
+    if not results:
+        first = next((f". {bag}: {reason}" for bag, reason in reasons.items()), "")
+        raise BadSettings(f"no bag has an episode that fits the description{first}")
+    for bag, reason in reasons.items():
+        if left_out is not None:
+            left_out(bag, reason)
     if kind == LEROBOT:
-        join_lerobot(folder, episodes)
-    results = [json.loads(read_text(_check_file(folder, each))) for each in episodes]
-    _write(folder / "report.md", _report(results))
-    return results
+        join_lerobot(folder, [*results])
+    _write(folder / "report.md", _report([*results.values()]))
+    return [*results.values()]
 
 
 _Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int, bool]
@@ -125,13 +145,12 @@ def write_episode(work: _Work) -> tuple[Episode, str]:
         if is_only:
             raise BadSettings(text) from None
         return episode, text
+    parts = [f"{len(each.names)} in {each.source.name}: {', '.join(each.names[:3])}" for each in rows.signals]
     found = {
         "episode": episode.number,
-        "bag": episode.bag,
-        "start": episode.start,
-        "end": episode.end,
-        "task": episode.task,
+        **asdict(episode),
         "rows": 0 if rows.problem else len(rows.times),
+        "numbers": "" if rows.problem else "; ".join(parts),
         "left_out": rows.problem,
         "broken_pictures": broken,
         "bad_messages": list(dict.fromkeys(bad)),
@@ -166,18 +185,16 @@ def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Ep
         if not isinstance(before, dict):
             raise ValueError("it must contain an object")
     except FileNotFoundError:
-        if folder.exists() and any(folder.iterdir()):
-            raise BadSettings(f"{folder} contains other files. Choose a new folder") from None
-        folder.mkdir(parents=True, exist_ok=True)
-        _write(path, json.dumps(plan, indent=1) + "\n")
-        return
+        before = {}
     except (ValueError, RecursionError) as error:
         raise BadSettings(f"{path} is damaged: {error}. Choose a new folder") from None
     changed = [key for key in plan if before.get(key) != plan[key]]
+    if changed and folder.exists() and any(each != path for each in folder.iterdir()):
+        different = f"the data set in {folder} has a different {' and '.join(changed)}"
+        raise BadSettings(f"{different if before else f'{folder} contains other files'}. Choose a new folder")
     if changed:
-        raise BadSettings(
-            f"the data set in {folder} has a different {' and '.join(changed)}. Choose a new folder"
-        )
+        folder.mkdir(parents=True, exist_ok=True)
+        _write(path, json.dumps(plan, indent=1) + "\n")
 
 
 def _check_file(folder: Path, episode: Episode) -> Path:

@@ -9,7 +9,6 @@ import numpy as np
 
 from pipros.msg.bulk.columns import TextColumn
 from pipros.safe.settings import BadSettings
-from pipros_tools.bag.errors import NoMessages
 
 if TYPE_CHECKING:
     from pipros_data.bags import Bags
@@ -39,14 +38,15 @@ def find_episodes(bags: Bags, bag: str, config: DatasetConfig, first: int) -> li
     current episode and starts a new one. False, an empty string or the end of the bag ends the current one.
 
     Raises:
-        BadSettings: the topic of the markers or tasks does not exist, or has another type.
+        BadSettings: there is no episode, or the topic of the markers or tasks does not exist or has another
+            type.
+        BagError: the bag has no messages, or is damaged.
     """
-    try:
-        begin, end = bags.readers[0].range_ns
-    except NoMessages:
-        return []
+    begin, end = bags.readers[0].range_ns
     spans = [(begin, end, "")] if not config.marker else _marked(bags, bag, config.marker, end)
     tasks = _texts(bags, bag, "task.topic", config.task_topic) if config.task_topic else []
+    if not spans:
+        raise BadSettings(f"episodes: no message on {config.marker} in {bag} begins an episode")
     found: list[Episode] = []
     for start, stop, text in spans:
         task = config.task or str(text)

@@ -103,7 +103,8 @@ def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> Episode
             messages = np.zeros(count, np.int64)
             messages[~is_gap] = recording.rows[index[~is_gap]]
             cameras.append(CameraRows(source, np.maximum.accumulate(messages), is_gap))
-        gaps.append(is_gap)
+        offset = np.median(recording.times) - np.median(recording.receipts) if len(recording.times) else 0.0
+        gaps.append((is_gap, float(offset)))
         is_complete &= ~is_gap
     complete = np.flatnonzero(is_complete)
     part = slice(int(complete[0]), int(complete[-1]) + 1) if len(complete) else slice(0, 0)
@@ -150,16 +151,19 @@ def _interpolate(
 
 
 def _problem(
-    config: DatasetConfig, rows: NDArray[np.int64], gaps: list[NDArray[np.bool_]], part: slice
+    config: DatasetConfig, rows: NDArray[np.int64], gaps: list[tuple[NDArray[np.bool_], float]], part: slice
 ) -> str:
     """Return why the episode is left out: no row is complete, or it has gaps and `gaps` is `skip`.
 
     Return an empty string if the episode is kept.
     """
     part = part if part.stop else slice(None)
-    source, is_gap = max(zip(config.sources, gaps, strict=True), key=lambda pair: int(pair[1][part].sum()))
+    found = zip(config.sources, gaps, strict=True)
+    source, (is_gap, offset) = max(found, key=lambda each: int(each[1][0][part].sum()))
     if not is_gap[part].any() or (part.stop and config.gaps != "skip"):
         return ""
+    if abs(offset) > rows[-1] - rows[0] + source.tolerance * NS_PER_S:
+        return f"stamps of {source.name} are {offset / NS_PER_S:+.1f} s from their receipt. Set time: receipt"
     first = (rows[part][is_gap[part]][0] - rows[0]) / NS_PER_S
     return (
         f"{source.name} has no message within {source.tolerance} s for {int(is_gap[part].sum())} rows, the "

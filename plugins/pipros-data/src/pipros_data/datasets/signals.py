@@ -88,7 +88,7 @@ def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recor
 
 def batches(bags: Bags, source: DatasetSource, start: int, end: int) -> Any:
     """Yield tables with the messages that rows from `start` to `end` may need. See `read_signal`."""
-    if source.topic not in bags.topics():
+    if source.topic not in bags.topics() and not any(source.topic in each.skipped for each in bags.readers):
         hint = similar_names(source.topic, bags.topics()) or f"The topics are {', '.join(bags.topics())}"
         raise BadSettings(f"{source.place}.topic: no bag has {source.topic}. {hint}")
     ahead = round(source.tolerance * NS_PER_S) + NS_PER_S  # stamps may differ from the times of receipt
@@ -244,4 +244,4 @@ def _known(table: Table) -> str:
         name
         for name, column in table.items()
         if name != RECEIPT and not isinstance(column, TextColumn | RecordColumn)
-    )
+    ) or "none, as it has no numbers"

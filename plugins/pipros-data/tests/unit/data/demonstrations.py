@@ -77,7 +77,7 @@ def made(*arguments: str, config: str | None = None) -> Any:
 def failure(capsys: pytest.CaptureFixture[str], config: str, *arguments: str) -> str:
     """Return the one-line error of a run that must fail."""
     Path("bad.yaml").write_text(config)
-    assert dataset(["run.bag", "--config", "bad.yaml", "-o", "bad", "-j1", *arguments]) == 1
+    assert dataset(["run.bag", *arguments, "--config", "bad.yaml", "-o", "bad", "-j1"]) == 1
     text = capsys.readouterr().err
     assert text.startswith("pipros dataset: ")
     assert text.count("\n") == 1

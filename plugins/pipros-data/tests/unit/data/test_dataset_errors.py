@@ -74,7 +74,9 @@ def test_errors_name_the_line_and_the_key(
         assert reason in Path("bad/report.md").read_text()
         assert f"run.bag: {reason}" in capsys.readouterr().err
     else:
+        demonstration(Path("other.bag"), 200.0)
         assert reason in failure(capsys, config)
+        assert reason in failure(capsys, config, "other.bag")
 
 
 def test_missing_files_are_named_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import pyarrow.parquet
 import pytest
+from geometry_msgs.msg import Twist, TwistStamped
 from sensor_msgs.msg import Image, Imu, JointState, LaserScan
 from std_msgs.msg import Bool, Float64, String
 
@@ -336,15 +337,12 @@ def test_a_bag_that_cannot_be_read_does_not_end_a_data_set(
 WHOLE_SCAN = LaserScan(ranges=[1.0] * 10)
 
 
-@pytest.mark.parametrize(
-    ("topic", "others", "odd", "rows", "named"),
-    [
-        ("/scan", WHOLE_SCAN, LaserScan(ranges=[1.0] * 9), 40, "/scan: an array has another size than most"),
-        ("/scan", WHOLE_SCAN, LaserScan(), 40, ""),  # such as before the lidar turns
-        ("/other", WHOLE_SCAN, WHOLE_SCAN, 20, "no bag has /scan"),
-        ("/scan", String("x"), String("x"), 20, "std_msgs/String has no field 'ranges'"),
-    ],
-)
+@pytest.mark.parametrize(("topic", "others", "odd", "rows", "named"), [
+    ("/scan", WHOLE_SCAN, LaserScan(ranges=[1.0] * 9), 40, "/scan: an array has another size than most"),
+    ("/scan", WHOLE_SCAN, LaserScan(), 40, ""),  # such as before the lidar turns
+    ("/other", WHOLE_SCAN, WHOLE_SCAN, 20, "no bag has /scan"),
+    ("/scan", String("x"), String("x"), 20, "std_msgs/String has no field 'ranges'"),
+])  # fmt: skip
 def test_an_odd_message_or_bag_does_not_end_a_data_set(
     topic: str, others: Any, odd: Any, rows: int, named: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -361,6 +359,34 @@ def test_an_odd_message_or_bag_does_not_end_a_data_set(
     shown = capsys.readouterr()
     assert (code, named in shown.err, bool(shown.err)) == (1 if named else 0, True, bool(named))
     assert f", {rows} rows, " in shown.out
+
+
+@pytest.mark.parametrize(("usual", "other", "named"), [
+    (JointState(position=[1, 2]), [JointState(position=[1])], "its numbers are 1 in observations.x: posi"),
+    (Twist(), [TwistStamped()], "its numbers are 6 in observations.x: twist.linear.x, "),
+    (Float64(), [], "b.bag has no messages"),
+])  # fmt: skip
+def test_all_episodes_have_the_same_columns(
+    usual: Any, other: list[Any], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, sent in (("a.bag", [usual] * 9), ("b.bag", other * 9), ("c.bag", [usual] * 9)):
+        Path(name).write_bytes(bag_bytes([("/x", message, 100 + n, 0) for n, message in enumerate(sent)]))
+    Path("robot.yaml").write_text("rate: 1\ntime: receipt\nobservations: {x: {topic: /x}}\n")
+
+    for _ in range(2):  # an interrupted command may be repeated
+        assert dataset(["a.bag", "b.bag", "c.bag", "--config", "robot.yaml", "-o", "out", "-j1"]) == 1
+
+        shown = capsys.readouterr()
+        assert shown.out.startswith("2 of 2 episodes, 18 rows, ")
+        assert shown.err.startswith(f"WARNING: b.bag is left out: {named}")
+        assert len([*Path("out/data").iterdir()]) == 2
+
+
+def test_stamps_of_another_clock_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("run.bag").write_bytes(bag_bytes([("/x", JointState(position=[1]), 100 + n, 0) for n in range(9)]))
+    Path("robot.yaml").write_text("rate: 1\nobservations: {x: {topic: /x}}\n")
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1"]) == 1
+    assert "stamps of observations.x are -104.0 s from their receipt. Set time" in capsys.readouterr().err
 
 
 def test_a_row_whose_message_has_a_rounded_stamp_is_not_lost() -> None:
