@@ -244,4 +244,4 @@ def _known(table: Table) -> str:
         name
         for name, column in table.items()
         if name != RECEIPT and not isinstance(column, TextColumn | RecordColumn)
-    ) or "none, as it has no numbers"
+    )
