@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
@@ -97,9 +96,7 @@ def test_a_second_tab_opens_with_the_printed_address(page: Page, open_tab: OpenT
 
 
 @pytest.mark.parametrize("fragment", ["", "#graph", "#token=wrong/graph", "#code=wrong/graph"])
-def test_without_the_right_token_the_page_says_how_to_get_one(
-    page: Page, chromium: Browser, fragment: str
-) -> None:
+def test_without_the_right_token_the_page_says_how_to_get_one(page: Page, chromium, fragment: str) -> None:
     context = chromium.new_context()
     tab = context.new_page()
     tab.goto(f"http://{page.host}/{fragment}")
@@ -139,9 +136,7 @@ def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, chromi
     context.close()
 
 
-def test_an_address_with_a_token_from_a_file_outlives_the_server(
-    ros: RosSystem, chromium: Browser, tmp_path: Path
-) -> None:
+def test_an_address_with_a_token_from_a_file_outlives_the_server(ros: RosSystem, chromium, tmp_path) -> None:
     ros.serve_master()
     file = tmp_path / "tokens"
     file.touch(mode=0o600)
@@ -162,9 +157,7 @@ def test_an_address_with_a_token_from_a_file_outlives_the_server(
     context.close()
 
 
-def test_another_server_on_the_host_gets_no_secret(
-    page: Page, neighbour: Neighbour, open_tab: OpenTab
-) -> None:
+def test_another_server_on_the_host_gets_no_secret(page: Page, neighbour: Neighbour, open_tab) -> None:
     # The tabs are closed before the neighbour, so that no request for its icon fails.
     tab = open_tab(page, "graph")
     expect_open(tab)
@@ -181,9 +174,7 @@ def test_another_server_on_the_host_gets_no_secret(
     assert tab.context.cookies() == []
 
 
-def test_the_browser_that_a_command_opens_gets_a_code_that_works_once(
-    ros: RosSystem, chromium: Browser, tmp_path: Path
-) -> None:
+def test_the_browser_that_a_command_opens_gets_a_code_that_works_once(ros, chromium, tmp_path) -> None:
     opened = tmp_path / "opened.html"
     command = tmp_path / "note-address"
     command.write_text(f'#!/bin/sh\ncp "${{1#file://}}" {opened}.part\nmv {opened}.part {opened}\n')

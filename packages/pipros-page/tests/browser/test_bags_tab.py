@@ -6,6 +6,7 @@ import sys
 import zipfile
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import WebSocketRoute, expect
 
@@ -71,10 +72,15 @@ def show_tab(tab: Tab, name: str) -> None:
     go_to(tab, name)
 
 
-def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+@pytest.fixture
+def with_bag(ros: RosSystem, tmp_path: Path) -> RosSystem:
     ros.serve_master()
     make_bag(tmp_path / "run.bag")
-    tab = open_tab(Page(ros, tmp_path / "run.bag", command="rqt_bag"), "bags/run.bag")
+    return ros
+
+
+def test_all_tabs_show_the_moment_of_the_bag(with_bag: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = open_tab(Page(with_bag, tmp_path / "run.bag", command="rqt_bag"), "bags/run.bag")
     expect(tab.locator(".timeline .name")).to_have_count(4)
     expect(tab.locator(".timeline .thumbnail").nth(5)).to_be_visible()
     jump_to(tab, "7.5")
@@ -96,12 +102,8 @@ def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, 
         expect(note).to_have_text("This view acts on the running system, not on the open bag run.bag.")
 
 
-def test_the_address_holds_the_moment_and_the_timeline_zooms(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
-    ros.serve_master()
-    make_bag(tmp_path / "run.bag")
-    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag@7.5")
+def test_the_address_holds_the_moment_and_the_timeline_zooms(with_bag: RosSystem, open_tab, tmp_path) -> None:
+    tab = open_tab(Page(with_bag, "--bags", tmp_path), "bags/run.bag@7.5")
     moment = tab.get_by_label("Moment in the bag")
     expect(moment).to_contain_text("0:07.5 /")
     tab.get_by_role("button", name="Next message").click()
@@ -126,10 +128,8 @@ def test_the_address_holds_the_moment_and_the_timeline_zooms(
     expect(moment).to_contain_text("0:07.6 /")
 
 
-def test_a_bag_plays_pauses_and_steps(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.serve_master()
-    make_bag(tmp_path / "run.bag")
-    tab = open_tab(Page(ros, "--bags", tmp_path), "bags")
+def test_a_bag_plays_pauses_and_steps(with_bag: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = open_tab(Page(with_bag, "--bags", tmp_path), "bags")
     tab.get_by_role("link", name="run.bag").click()
     moment = tab.get_by_label("Moment in the bag")
     expect(moment).to_contain_text("0:00.0 / 0:20.0")
@@ -154,10 +154,8 @@ def test_a_bag_plays_pauses_and_steps(ros: RosSystem, open_tab: OpenTab, tmp_pat
     expect(tab.get_by_role("button", name="Close the bag")).to_be_hidden()
 
 
-def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.serve_master()
-    make_bag(tmp_path / "run.bag")
-    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
+def test_a_plot_follows_the_bag(with_bag: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = open_tab(Page(with_bag, "--bags", tmp_path), "bags/run.bag")
     jump_to(tab, "4")
     tab.get_by_label("Speed").select_option("0.25")  # it does not end within 64 s
     show_tab(tab, "Plot")
@@ -192,10 +190,8 @@ def test_a_bag_that_is_still_recorded_is_read(ros: RosSystem, open_tab: OpenTab,
     expect(tab.locator("aside")).to_contain_text("data: 12")
 
 
-def test_a_part_of_a_bag_is_exported(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
-    ros.serve_master()
-    make_bag(tmp_path / "run.bag")
-    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
+def test_a_part_of_a_bag_is_exported(with_bag: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = open_tab(Page(with_bag, "--bags", tmp_path), "bags/run.bag")
     area = tab.get_by_role("slider", name="Moment")
     jump_to(tab, "10")
     tab.get_by_role("button", name="Export", exact=True).click()  # asks, because the whole bag may be large
@@ -233,9 +229,7 @@ while not rospy.is_shutdown():
 """
 
 
-def test_chosen_topics_are_recorded_and_the_bag_is_opened(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_chosen_topics_are_recorded_and_the_bag_is_opened(ros: RosSystem, open_tab, tmp_path) -> None:
     ros.serve_master()
     ros.pipros.start(sys.executable, "-c", NUMBERS)
     ros.wait_for_publisher("/other")
@@ -256,9 +250,7 @@ def test_chosen_topics_are_recorded_and_the_bag_is_opened(
     expect(tab.locator(".timeline .name")).to_contain_text("/one")
 
 
-def test_the_form_to_record_has_its_place_before_the_system_was_observed(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_the_form_to_record_has_its_place_before_the_system_was_observed(ros, open_tab, tmp_path) -> None:
     held: list[str | bytes] = []
 
     def forward(socket: WebSocketRoute) -> None:

@@ -16,9 +16,7 @@ from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 
-def test_the_page_begins_with_the_robot_and_then_at_the_last_view(
-    robot: RosSystem, open_tab: OpenTab
-) -> None:
+def test_the_page_begins_with_the_robot_and_then_at_the_last_view(robot: RosSystem, open_tab) -> None:
     page = Page(robot, command="rqt")
     tab = open_tab(page, "", (1440, 900))
     expect(tab.get_by_role("region", name="Scene")).to_be_visible()
@@ -41,9 +39,7 @@ def test_the_page_begins_with_the_robot_and_then_at_the_last_view(
     expect(tab).to_have_url(re.compile("#topics$"))
 
 
-def test_the_scene_shows_the_robot_and_what_it_sees_without_a_click(
-    robot: RosSystem, open_tab: OpenTab
-) -> None:
+def test_the_scene_shows_the_robot_and_what_it_sees_without_a_click(robot: RosSystem, open_tab) -> None:
     tab = open_tab(Page(robot, command="rqt"), "scene", (1440, 900))
     scene = "document.querySelector('.tab-scene')?.scene"
     middle = f"{scene}?.view?.get('Target Frame')"

@@ -29,9 +29,7 @@ def nodes(ros: RosSystem) -> dict[str, Process]:
     return started
 
 
-def test_the_case_study_is_drawn_in_the_right_order(
-    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
-) -> None:
+def test_the_case_study_is_drawn_in_the_right_order(ros: RosSystem, nodes, open_tab) -> None:
     tab = open_tab(Page(ros), "graph")
     lefts = []
     for key in ("node:/talker_node", "topic:/battery_topic", "node:/listener_node"):
@@ -49,9 +47,7 @@ def test_the_case_study_is_drawn_in_the_right_order(
     keep_screenshots(tab, "graph")
 
 
-def test_a_killed_node_stays_with_its_age_and_is_an_event(
-    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
-) -> None:
+def test_a_killed_node_stays_with_its_age_and_is_an_event(ros: RosSystem, nodes, open_tab) -> None:
     tab = open_tab(Page(ros), "graph")
     talker = tab.locator('[data-key="node:/talker_node"]')
     expect(talker).to_be_visible()
@@ -78,9 +74,7 @@ SMALLEST_NAME = """() => Math.min(...[...document.querySelectorAll("g.vertex tex
   (text) => (text.checkVisibility() && text.textContent ? text.getBoundingClientRect().height : 0)))"""
 
 
-def test_all_names_of_a_pipeline_with_a_wrong_type_are_readable(
-    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
-) -> None:
+def test_all_names_of_a_pipeline_with_a_wrong_type_are_readable(ros: RosSystem, nodes, open_tab) -> None:
     ros.pipros.start(sys.executable, "-c", PIPELINE)
     topic = "/battery_topic"
     for stage in range(8):
@@ -129,9 +123,7 @@ def test_namespaces_of_a_large_graph_are_opened_by_a_click(ros: RosSystem, open_
     expect(tab.locator('[data-key^="namespace:/pick"]')).to_be_visible()
 
 
-def test_a_node_is_selected_with_the_keyboard(
-    ros: RosSystem, nodes: dict[str, Process], open_tab: OpenTab
-) -> None:
+def test_a_node_is_selected_with_the_keyboard(ros: RosSystem, nodes: dict[str, Process], open_tab) -> None:
     tab = open_tab(Page(ros), "graph")
     tab.locator('[data-key="node:/talker_node"]').press("Enter")
     expect(tab.locator("aside h2")).to_have_text("/talker_node")

@@ -87,9 +87,7 @@ def test_the_keys_of_the_graph_are_listed_once(ros: RosSystem, open_tab: OpenTab
     assert "k" not in keys  # there is no time bar
 
 
-def test_the_console_is_filtered_by_words_exclusions_and_expressions(
-    ros: RosSystem, open_tab: OpenTab
-) -> None:
+def test_the_console_is_filtered_by_words_exclusions_and_expressions(ros: RosSystem, open_tab) -> None:
     ros.pipros.start_master()
     ros.pipros.start(sys.executable, "-c", LOG)
     tab = open_tab(Page(ros), "console")
@@ -198,9 +196,7 @@ for count in range(100000):
 """
 
 
-def test_filters_are_kept_as_rules_and_entries_lead_to_their_moment(
-    ros: RosSystem, open_tab: OpenTab
-) -> None:
+def test_filters_are_kept_as_rules_and_entries_lead_to_their_moment(ros: RosSystem, open_tab) -> None:
     ros.pipros.start_master()
     page = Page(ros)
     tab = open_tab(page, "plot//level")
@@ -278,9 +274,7 @@ rospy.spin()
 """
 
 
-def test_the_bell_lists_what_became_stale_and_errors_and_leads_there(
-    ros: RosSystem, open_tab: OpenTab
-) -> None:
+def test_the_bell_lists_what_became_stale_and_errors_and_leads_there(ros: RosSystem, open_tab) -> None:
     ros.pipros.start_master()
     ros.pipros.start(sys.executable, "-c", ARM)
     ros.pipros.start(sys.executable, "-c", LISTENER)

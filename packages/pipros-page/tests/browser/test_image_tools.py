@@ -247,9 +247,7 @@ def test_detections_are_drawn_over_the_image_of_their_stamp(ros: RosSystem, open
     (VIDEO, "/cam/image/theora", "images/%2Fcam%2Fimage%2Ftheora", "theora"),
     (STEREO, "/left/video/compressed", "images//left/video/compressed", "h264"),
 ])  # fmt: skip
-def test_video_names_republish(
-    ros: RosSystem, open_tab: OpenTab, program: str, topic: str, place: str, transport: str
-) -> None:
+def test_video_names_republish(ros, open_tab, program: str, topic: str, place: str, transport: str) -> None:
     ros.serve_master()
     ros.pipros.start(sys.executable, "-c", program)
     ros.wait_for_publisher(topic)

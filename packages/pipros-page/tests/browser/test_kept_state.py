@@ -1,7 +1,6 @@
 """Switching tabs, selecting, zooming and going back lose nothing."""
 
 import re
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
@@ -58,9 +57,7 @@ def test_publishing_continues_in_another_tab(system: RosSystem, open_tab: OpenTa
     wait_until(lambda: "/by_hand" not in system.pipros.run("rostopic", "list").stdout, 60)
 
 
-def test_a_message_published_once_is_not_published_again_after_a_restart(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_message_published_once_is_not_published_again_after_a_restart(system, open_tab, tmp_path) -> None:
     file = tmp_path / "tokens"
     file.touch(mode=0o600)
     file.write_text("a-token-of-this-robot\n")

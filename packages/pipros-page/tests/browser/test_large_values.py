@@ -96,9 +96,7 @@ def test_equal_entries_fold_with_a_count_and_errors_are_found(ros: RosSystem, op
     expect(entries.nth(5)).to_be_attached()
 
 
-def test_late_transforms_that_still_arrive_do_not_blame_their_sender(
-    ros: RosSystem, open_tab: OpenTab
-) -> None:
+def test_late_transforms_that_still_arrive_do_not_blame_their_sender(ros: RosSystem, open_tab) -> None:
     ros.serve_master()
     tab = open_tab(Page(ros, command="rviz"), "scene")
     tab.wait_for_function("() => document.querySelector('.tab-scene')?.scene?.displays.length > 0")
@@ -255,9 +253,7 @@ rospy.spin()
 """
 
 
-def test_an_image_without_pixels_an_error_and_another_topic_clear_the_picture(
-    ros: RosSystem, open_tab: OpenTab
-) -> None:
+def test_an_image_without_pixels_an_error_and_another_topic_clear_the_picture(ros, open_tab) -> None:
     ros.serve_master()
     ros.pipros.start(sys.executable, "-c", IMAGES)
     tab = open_tab(Page(ros), "images//red")

@@ -89,9 +89,7 @@ WATCH = """() => {
 }"""
 
 
-def test_a_killed_talker_is_marked_and_does_not_disturb_other_nodes(
-    ros: RosSystem, open_tab: OpenTab
-) -> None:
+def test_a_killed_talker_is_marked_and_does_not_disturb_other_nodes(ros: RosSystem, open_tab) -> None:
     ros.pipros.start_master()
     side = ros.pipros
     program = ("rostopic", "pub", "-r", "10", "/level", "std_msgs/String", "'%25'", "__name:=talker")

@@ -258,9 +258,7 @@ def test_arguments_with_signs_survive_the_address(page: Page, open_tab: OpenTab)
     expect(panel(tab, "Parameters").get_by_label("Search parameters")).to_have_value("a(b)~")
 
 
-def test_a_launch_file_opens_a_layout_and_a_perspective(
-    robot: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_launch_file_opens_a_layout_and_a_perspective(robot: RosSystem, open_tab, tmp_path) -> None:
     layout = tmp_path / "driving.json"
     layout.write_text(json.dumps({"pipros_layout": 1, "panels": "row(console*70~tf*30)"}))
     page = Page(robot, "--perspective-file", layout, command="rqt")

@@ -4,6 +4,7 @@ import re
 import sys
 from collections.abc import Iterator
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab, keep_screenshots, show_all_controls
@@ -60,11 +61,16 @@ FIRST, SECOND, THIRD = (0x2F, 0x6F, 0xB3), (0xC0, 0x39, 0x2B), (0x1A, 0x7F, 0x37
 MARK = (0xB3, 0x26, 0x1E)
 
 
-def test_a_topic_without_a_field_offers_its_numbers(ros: RosSystem, open_tab: OpenTab) -> None:
+@pytest.fixture
+def curves(ros: RosSystem) -> RosSystem:
     ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
-    ros.wait_for_publisher("/vector")
-    tab = open_tab(Page(ros), "plot")
+    ros.wait_for_publisher("/circle")  # the last that it advertises
+    return ros
+
+
+def test_a_topic_without_a_field_offers_its_numbers(curves: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(curves), "plot")
     tab.get_by_role("group", name="Topics").get_by_role("button", name="/vector").click()
     fields = tab.get_by_role("group", name="Fields")
     expect(fields.get_by_role("button", name="x", exact=True)).to_be_visible()
@@ -94,11 +100,8 @@ def test_names_that_are_wider_than_a_phone_are_broken(ros: RosSystem, open_tab: 
     assert box["x"] + box["width"] <= 390
 
 
-def test_nan_interrupts_a_curve_beside_a_faster_one(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", CURVES)
-    ros.wait_for_publisher("/gaps")
-    tab = open_tab(Page(ros), "plot//fast,/gaps")
+def test_nan_interrupts_a_curve_beside_a_faster_one(curves: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(curves), "plot//fast,/gaps")
     tab.get_by_label("Time span").select_option("10 s")
     expect(tab.locator(".legend")).to_contain_text(re.compile(r"/fast: 1.*/gaps: (5|\u2013)"))
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.3, 30, "three seconds of the faster curve")
@@ -106,11 +109,8 @@ def test_nan_interrupts_a_curve_beside_a_faster_one(ros: RosSystem, open_tab: Op
     assert tab.evaluate(COLUMNS, SECOND) < tab.evaluate(COLUMNS, FIRST) / 3
 
 
-def test_each_curve_has_a_value_at_the_cursor(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", CURVES)
-    ros.wait_for_publisher("/vector")
-    tab = open_tab(Page(ros), "plot//fast,/vector/x:z")
+def test_each_curve_has_a_value_at_the_cursor(curves: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(curves), "plot//fast,/vector/x:z")
     legend = tab.locator(".legend")
     expect(legend).to_contain_text(re.compile(r"/fast: 1.*/vector/x: 1.*/vector/z: 3"))
     wait_until(lambda: tab.evaluate(COLUMNS, THIRD) > 0.1, 30, "three seconds of a curve")
@@ -123,10 +123,8 @@ def test_each_curve_has_a_value_at_the_cursor(ros: RosSystem, open_tab: OpenTab)
         expect(legend).to_contain_text(re.compile(r"/fast: 1.*/vector/x: 1.*/vector/z: 3"))
 
 
-def test_the_keys_move_the_time_axis_and_follow_again(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", CURVES)
-    tab = open_tab(Page(ros), "plot//fast/data")
+def test_the_keys_move_the_time_axis_and_follow_again(curves: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(curves), "plot//fast/data")
     expect(tab.locator(".chart canvas")).to_be_visible()
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.02, 30, "the curve")
     chart = tab.get_by_role("application", name="Curves")
@@ -138,11 +136,8 @@ def test_the_keys_move_the_time_axis_and_follow_again(ros: RosSystem, open_tab: 
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.02, 30, "the curve again")
 
 
-def test_expressions_and_derivatives_on_a_second_axis(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", CURVES)
-    ros.wait_for_publisher("/circle")
-    tab = open_tab(Page(ros), "plot//circle/z;d")
+def test_expressions_and_derivatives_on_a_second_axis(curves: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(curves), "plot//circle/z;d")
     legend = tab.locator(".legend")
     tab.get_by_label("Topic and field").fill("/vector=hypot(m.x, m.y, m.z)")
     tab.get_by_label("Topic and field").press("Enter")
@@ -160,11 +155,8 @@ def test_expressions_and_derivatives_on_a_second_axis(ros: RosSystem, open_tab: 
     expect(legend).to_contain_text("Vector3 has no field [w]")
 
 
-def test_curves_over_another_curve(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", CURVES)
-    ros.wait_for_publisher("/circle")
-    tab = open_tab(Page(ros), "plot//circle/x")
+def test_curves_over_another_curve(curves: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(curves), "plot//circle/x")
     tab.get_by_label("X axis").select_option("first curve (x-y)")
     expect(tab.locator(".error")).to_contain_text("needs two curves")
     tab.get_by_label("Topic and field").fill("/circle/y")
@@ -207,11 +199,8 @@ def test_log_entries_are_marks_that_the_cursor_names(ros: RosSystem, open_tab: O
     wait_until(sweep, 60, lambda: f"three marks named: {named}")
 
 
-def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open_tab: OpenTab) -> None:
-    ros.serve_master()
-    ros.pipros.start(sys.executable, "-c", CURVES)
-    ros.wait_for_publisher("/circle")
-    tab = open_tab(Page(ros), "plot//circle/x")
+def test_samples_are_snapped_to_measured_filtered_and_saved(curves: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(curves), "plot//circle/x")
     legend = tab.locator(".legend")
     expect(legend).to_contain_text(re.compile(r"/circle/x: -?\d"))
     show_all_controls(tab)

@@ -60,9 +60,7 @@ def start(ros: RosSystem, side: str, module: Path) -> Process:
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_each_kind_of_parameter_is_changed_on_the_page(
-    ros: RosSystem, open_tab: OpenTab, module: Path, side: str
-) -> None:
+def test_each_kind_of_parameter_is_changed_on_the_page(ros, open_tab, module: Path, side: str) -> None:
     ros.serve_master()
     server = start(ros, side, module)
     tab = open_tab(Page(ros, "--control", command="rqt_reconfigure"), f"reconfigure/%2F{side}")

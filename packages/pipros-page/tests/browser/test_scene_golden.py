@@ -112,9 +112,7 @@ def differences(tab: Tab, name: str) -> str:
 
 
 @pytest.mark.parametrize("scenes", [USUAL_SCENES, ODD_SCENES], ids=["usual", "odd"])
-def test_all_scenes_look_as_in_rviz(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path, scenes: Mapping[str, Any]
-) -> None:
+def test_all_scenes_look_as_in_rviz(ros: RosSystem, open_tab, tmp_path, scenes: Mapping[str, Any]) -> None:
     ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/shapes")

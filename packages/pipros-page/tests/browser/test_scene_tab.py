@@ -140,9 +140,7 @@ def test_displays_are_switched_added_and_saved(system: RosSystem, open_tab: Open
 
 
 @pytest.mark.parametrize(("options", "is_smooth"), [((), True), (("--disable-anti-aliasing",), False)])
-def test_anti_aliasing_can_be_disabled(
-    ros: RosSystem, open_tab: OpenTab, options: Sequence[str], is_smooth: bool
-) -> None:
+def test_anti_aliasing_can_be_disabled(ros, open_tab, options: Sequence[str], is_smooth: bool) -> None:
     ros.serve_master()
     tab = open_tab(Page(ros, *options, command="rviz"), "scene", (1200, 900))
     tab.wait_for_function("() => document.querySelector('.tab-scene')?.scene")
@@ -221,9 +219,7 @@ def test_tools_measure_points_and_publish_them(system: RosSystem, open_tab: Open
     assert [row[7], row[14], row[42]] == pytest.approx([0.25, 0.25, 0.06853892], abs=1e-5)
 
 
-def test_bad_input_becomes_a_status_and_harms_nothing_else(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_bad_input_becomes_a_status_and_harms_nothing_else(system: RosSystem, open_tab, tmp_path) -> None:
     marker = "type: 1, ns: bad, header: {frame_id: map}, scale: {x: 1, y: 1, z: 1}, color: {a: 1}"
     array = (
         f"markers: [{{{marker}, id: 1, pose: {{position: {{x: .nan}}}}}}, {{{marker}, id: 2}}, "
@@ -259,9 +255,7 @@ def test_bad_input_becomes_a_status_and_harms_nothing_else(
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
 
 
-def test_a_jump_of_time_removes_moving_frames_and_messages(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_jump_of_time_removes_moving_frames_and_messages(system: RosSystem, open_tab, tmp_path) -> None:
     cloud = "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud}"
     tab = scene_of(system, open_tab, tmp_path, f"{cloud}, {ROBOT}")
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
@@ -368,9 +362,7 @@ def test_displays_are_dragged_into_groups(system: RosSystem, open_tab: OpenTab, 
     wait_until(lambda: tab.evaluate(names) == ["Group", "Robot", "Grid"], 30.0, "the dragged group")
 
 
-def test_clashing_ids_lost_messages_and_old_topics_are_reported(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_clashing_ids_lost_messages_and_old_topics_are_reported(system, open_tab, tmp_path) -> None:
     markers = "{Class: rviz/MarkerArray, Name: Markers, Marker Topic: /markers}"
     tab = scene_of(system, open_tab, tmp_path, markers)
     wait_for_colours(tab, {(2, 4): (255, 0, 0)}, tolerance=1)
@@ -401,9 +393,7 @@ def test_clashing_ids_lost_messages_and_old_topics_are_reported(
     assert found[2] == 7
 
 
-def test_an_inertial_sensor_and_a_depth_image_are_drawn(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_an_inertial_sensor_and_a_depth_image_are_drawn(system: RosSystem, open_tab, tmp_path) -> None:
     displays = (
         "{Class: rviz_imu_plugin/Imu, Name: Imu, Enabled: true, Topic: /imu, Box properties: "
         "{Enable box: true, Box color: 0; 0; 255, z_scale: 20}, Axes properties: {Enable axes: false}}, "
@@ -454,9 +444,7 @@ def feedback_of(line: str) -> tuple[str, str, int, float, float]:
     return part[6], part[3], int(part[7]), float(part[8]), float(part[13])
 
 
-def test_interactive_markers_are_moved_turned_and_clicked(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_interactive_markers_are_moved_turned_and_clicked(system: RosSystem, open_tab, tmp_path) -> None:
     echo = system.pipros.start("rostopic", "echo", "-p", "/controls/feedback")
     markers = (
         "{Class: rviz/InteractiveMarkers, Name: Controls, Enabled: true, Update Topic: /controls/update}"
@@ -572,9 +560,7 @@ def test_a_link_that_has_ended_is_named(system: RosSystem, open_tab: OpenTab, tm
     )
 
 
-def test_the_points_of_a_viewer_are_divided_among_its_clouds(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_the_points_of_a_viewer_are_divided_among_its_clouds(system: RosSystem, open_tab, tmp_path) -> None:
     clouds = ", ".join(
         f"{{Class: rviz/PointCloud2, Name: {name}, Enabled: true, Topic: /cloud}}" for name in "AB"
     )

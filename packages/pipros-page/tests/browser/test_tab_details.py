@@ -177,9 +177,7 @@ INKED = """() => {
 }"""
 
 
-def test_scans_are_pictures_and_other_messages_curves_of_what_changes(
-    robot: RosSystem, page: Page, open_tab: OpenTab
-) -> None:
+def test_scans_are_pictures_and_other_messages_curves_of_what_changes(robot, page, open_tab) -> None:
     scan = "{angle_increment: 0.1, range_max: 9, ranges: [1, 1.2, 1.4, 1.6, 1.8, 2, 2.2]}"
     robot.pipros.start("rostopic", "pub", "-r", "10", "/scan", "sensor_msgs/LaserScan", scan)
     robot.wait_for_publisher("/scan")

@@ -21,9 +21,7 @@ def test_with_control_a_parameter_is_set_on_the_page(robot: RosSystem, open_tab:
     expect(tab.locator(".params")).to_contain_text("from_the_page: [1, 2]")
 
 
-def test_with_control_a_service_is_called_and_a_message_published(
-    robot: RosSystem, open_tab: OpenTab
-) -> None:
+def test_with_control_a_service_is_called_and_a_message_published(robot: RosSystem, open_tab) -> None:
     page = Page(robot, "--control")
     tab = open_tab(page, "services/%2Frobot%2Fget_loggers")
     tab.get_by_role("button", name="Call").click()

@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
-from playwright.sync_api import Browser, Download, Locator, expect
+from playwright.sync_api import Download, Locator, expect
 from playwright.sync_api import Page as Tab
 
 from pipros_libraries.reconfigure.cfg_file import module_contents, read
-from tests.browser.chromium import OpenTab, go_to, keep_screenshots
+from tests.browser.chromium import go_to, keep_screenshots
 from tests.browser.every_tab import ROBOT
 from tests.browser.test_bags_tab import make_bag
 from tests.support import documents
@@ -548,9 +548,7 @@ def documented() -> Iterator[tuple[str, tuple[int, int]]]:
         yield name, (int(keys), int(clicks))
 
 
-def test_fifteen_tasks_need_few_keys_and_few_clicks(
-    ros: RosSystem, chromium: Browser, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_fifteen_tasks_need_few_keys_and_few_clicks(ros: RosSystem, chromium, open_tab, tmp_path) -> None:
     world = World(ros, tmp_path)
     found: dict[str, tuple[int, int]] = {}
     for name, task in TASKS.items():

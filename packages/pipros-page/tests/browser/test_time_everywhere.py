@@ -99,9 +99,7 @@ def check_accessibility(tab: Tab) -> None:
         assert serious == []
 
 
-def test_a_bag_is_scrubbed_in_all_tabs_with_marks_and_a_note(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_a_bag_is_scrubbed_in_all_tabs_with_marks_and_a_note(ros: RosSystem, open_tab, tmp_path) -> None:
     ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
@@ -156,9 +154,7 @@ def test_a_malformed_file_of_notes_is_named_and_kept(ros: RosSystem, open_tab: O
     assert (tmp_path / "run.bag.notes.yaml").read_text() == "my own notes"
 
 
-def test_acting_on_the_robot_while_looking_at_a_bag_asks_first(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
-) -> None:
+def test_acting_on_the_robot_while_looking_at_a_bag_asks_first(ros: RosSystem, open_tab, tmp_path) -> None:
     ros.serve_master()
     make_bag(tmp_path / "run.bag")
     tab = open_tab(Page(ros, "--bags", tmp_path, "--control"), "bags/run.bag")

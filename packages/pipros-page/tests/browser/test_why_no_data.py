@@ -178,9 +178,7 @@ def test_nothing_looks_alive_while_the_server_is_silent(ros: RosSystem, open_tab
     expect(tab.locator("#view")).not_to_have_class("outdated")
 
 
-def test_nothing_is_done_later_that_was_requested_of_a_silent_server(
-    ros: RosSystem, open_tab: OpenTab
-) -> None:
+def test_nothing_is_done_later_that_was_requested_of_a_silent_server(ros: RosSystem, open_tab) -> None:
     ros.serve_master()
     page = Page(ros, "--control")
     tab = open_tab(page, "publish")
@@ -198,9 +196,7 @@ def test_nothing_is_done_later_that_was_requested_of_a_silent_server(
 
 
 @pytest.mark.parametrize(("command", "content"), NODES.values(), ids=NODES)
-def test_the_page_of_a_suspended_node_says_so(
-    ros: RosSystem, open_tab: OpenTab, command: Sequence[str], content: str
-) -> None:
+def test_the_page_of_a_suspended_node_says_so(ros, open_tab, command: Sequence[str], content: str) -> None:
     ros.serve_master()
     node = ros.pipros.start(*command)
     tab = open_tab(Page.of(node), "")

@@ -23,7 +23,7 @@ from websockets.exceptions import InvalidStatus
 
 from tests.support import documents
 from tests.support.environments import file_of_tests
-from tests.support.page import Page
+from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -49,19 +49,23 @@ def page(robot: RosSystem) -> Page:
     return Page(robot)
 
 
-def test_a_curve_of_numbers(page: Page) -> None:
+@pytest.fixture
+def browser(page: Page) -> Iterator[LivePage]:
     with page.connect() as browser:
-        curve = browser.watch("plot", field="/imu/angular_velocity/x")
-        data = first(curve, lambda value: value.get("samples"))
-        assert all(-1.0 <= number <= 1.0 for _, number in data["samples"])
-        assert data["lost"] == 0
+        yield browser
 
 
-def test_a_curve_waits_for_its_topic_and_names_fields_that_are_not_numbers(page: Page) -> None:
-    with page.connect() as browser:
-        assert "is not published yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
-        data = first(browser.watch("plot", field="/imu/header"), lambda value: value.get("error"))
-        assert "/imu/header must be a number" in data["error"]
+def test_a_curve_of_numbers(browser: LivePage) -> None:
+    curve = browser.watch("plot", field="/imu/angular_velocity/x")
+    data = first(curve, lambda value: value.get("samples"))
+    assert all(-1.0 <= number <= 1.0 for _, number in data["samples"])
+    assert data["lost"] == 0
+
+
+def test_a_curve_waits_for_its_topic_and_names_fields_that_are_not_numbers(browser: LivePage) -> None:
+    assert "is not published yet" in next(browser.watch("plot", field="/nothing/x"))["error"]
+    data = first(browser.watch("plot", field="/imu/header"), lambda value: value.get("error"))
+    assert "/imu/header must be a number" in data["error"]
 
 
 STAMPED = """
@@ -107,42 +111,38 @@ def test_the_time_axis_of_curves(ros: RosSystem) -> None:
         assert "axis must be one of" in next(browser.watch("plot", field="/point", axis="moon"))["error"]
 
 
-def test_warnings_and_errors_are_marks_of_curves(page: Page) -> None:
-    with page.connect() as browser:
-        marks = next(browser.watch("log_marks"))["marks"]
-        assert all(level >= 4 for _, level, _ in marks)
-        assert marks[0][2].startswith("/robot: ")
+def test_warnings_and_errors_are_marks_of_curves(browser: LivePage) -> None:
+    marks = next(browser.watch("log_marks"))["marks"]
+    assert all(level >= 4 for _, level, _ in marks)
+    assert marks[0][2].startswith("/robot: ")
 
 
-def test_the_log_with_levels_and_places(page: Page) -> None:
-    with page.connect() as browser:
-        data = first(browser.watch("console"), lambda value: any(row[0] == 4 for row in value["entries"]))
-        row = next(row for row in data["entries"] if row[0] == 4)
-        _, node, text, stamp, file, line, _ = row
-        assert node == "/robot"
-        assert text.startswith("wheel slips: ")
-        assert stamp > 1e9
-        assert file.endswith("robot_program.py")
-        assert line > 0
+def test_the_log_with_levels_and_places(browser: LivePage) -> None:
+    data = first(browser.watch("console"), lambda value: any(row[0] == 4 for row in value["entries"]))
+    row = next(row for row in data["entries"] if row[0] == 4)
+    _, node, text, stamp, file, line, _ = row
+    assert node == "/robot"
+    assert text.startswith("wheel slips: ")
+    assert stamp > 1e9
+    assert file.endswith("robot_program.py")
+    assert line > 0
 
 
-def test_parameters_and_their_changes(robot: RosSystem, page: Page) -> None:
-    with page.connect() as browser:
-        values = browser.watch("params")
-        assert first(values, lambda value: "/robot/wheel_radius" in value["params"])
-        robot.pipros.run("rosparam", "set", "/robot/wheel_radius", "0.25")
-        first(values, lambda value: value["params"].get("/robot/wheel_radius") == "0.25")
+def test_parameters_and_their_changes(robot: RosSystem, browser: LivePage) -> None:
+    values = browser.watch("params")
+    assert first(values, lambda value: "/robot/wheel_radius" in value["params"])
+    robot.pipros.run("rosparam", "set", "/robot/wheel_radius", "0.25")
+    first(values, lambda value: value["params"].get("/robot/wheel_radius") == "0.25")
 
 
-def test_processor_and_memory_use_of_nodes(page: Page) -> None:
-    with page.connect() as browser:
-        data = first(
-            browser.watch("processes"),
-            lambda value: any(row["name"] == "/robot" and row.get("pid") for row in value["nodes"]),
-        )
-        row = next(row for row in data["nodes"] if row["name"] == "/robot")
-        assert row["memory"] > 1_000_000
-        assert row["threads"] >= 1
+def test_processor_and_memory_use_of_nodes(browser: LivePage) -> None:
+    data = first(
+        browser.watch("processes"),
+        lambda value: any(row["name"] == "/robot" and row.get("pid") for row in value["nodes"]),
+    )
+    row = next(row for row in data["nodes"] if row["name"] == "/robot")
+    assert row["memory"] > 1_000_000
+    assert row["threads"] >= 1
 
 
 def test_images(page: Page) -> None:
@@ -154,29 +154,26 @@ def test_images(page: Page) -> None:
         assert "topic type must be sensor_msgs/Image" in next(browser.watch("image", name="/imu"))["error"]
 
 
-def test_frames(page: Page) -> None:
-    with page.connect() as browser:
-        data = first(browser.watch("frames"), lambda value: value["frames"] and value["frames"][0]["rate"])
-        frame = data["frames"][0]
-        assert (frame["frame"], frame["parent"], frame["authority"]) == ("base_link", "map", "/robot")
+def test_frames(browser: LivePage) -> None:
+    data = first(browser.watch("frames"), lambda value: value["frames"] and value["frames"][0]["rate"])
+    frame = data["frames"][0]
+    assert (frame["frame"], frame["parent"], frame["authority"]) == ("base_link", "map", "/robot")
 
 
-def test_diagnostics(page: Page) -> None:
-    with page.connect() as browser:
-        data = first(browser.watch("diagnostics"), lambda value: value["components"])
-        component = data["components"][0]
-        assert (component["name"], component["level"], component["message"]) == ("/Motors/left", 1, "warm")
-        assert component["values"][0] == ["current", "2.1 A"]
+def test_diagnostics(browser: LivePage) -> None:
+    data = first(browser.watch("diagnostics"), lambda value: value["components"])
+    component = data["components"][0]
+    assert (component["name"], component["level"], component["message"]) == ("/Motors/left", 1, "warm")
+    assert component["values"][0] == ["current", "2.1 A"]
 
 
-def test_services_and_loggers(page: Page) -> None:
-    with page.connect() as browser:
-        data = first(browser.watch("services"), lambda value: value["services"])
-        assert ["/robot/get_loggers", "/robot"] in data["services"]
-        service = browser.act("service", name="/robot/set_logger_level")
-        assert service["type"] == "roscpp/SetLoggerLevel"
-        assert service["request"] == {"logger": "", "level": ""}
-        assert {"name": "rosout", "level": "INFO"} in browser.act("loggers", name="/robot")
+def test_services_and_loggers(browser: LivePage) -> None:
+    data = first(browser.watch("services"), lambda value: value["services"])
+    assert ["/robot/get_loggers", "/robot"] in data["services"]
+    service = browser.act("service", name="/robot/set_logger_level")
+    assert service["type"] == "roscpp/SetLoggerLevel"
+    assert service["request"] == {"logger": "", "level": ""}
+    assert {"name": "rosout", "level": "INFO"} in browser.act("loggers", name="/robot")
 
 
 CHANGES = {
@@ -192,13 +189,12 @@ CHANGES = {
 }  # fmt: skip
 
 
-def test_a_read_only_page_cannot_change_anything(robot: RosSystem, page: Page) -> None:
-    with page.connect() as browser:
-        for action, arguments in CHANGES.items():
-            assert "start it with --control" in browser.act(action, **arguments)["error"]
-        view = browser.watch("publishing", name="/x", type="std_msgs/String", message="data: y", rate=0)
-        assert "start it with --control" in next(view)["error"]
-        assert robot.publishers("/x") == []
+def test_a_read_only_page_cannot_change_anything(robot: RosSystem, browser: LivePage) -> None:
+    for action, arguments in CHANGES.items():
+        assert "start it with --control" in browser.act(action, **arguments)["error"]
+    view = browser.watch("publishing", name="/x", type="std_msgs/String", message="data: y", rate=0)
+    assert "start it with --control" in next(view)["error"]
+    assert robot.publishers("/x") == []
 
 
 def test_a_page_with_control_changes_parameters_loggers_and_calls(robot: RosSystem) -> None:

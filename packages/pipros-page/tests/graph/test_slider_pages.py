@@ -90,9 +90,7 @@ def speeds(inbox: Inbox) -> tuple[float, float] | None:
 @pytest.mark.parametrize(
     "command", [("rosrun", "rqt_robot_steering", "rqt_robot_steering"), ("rqt", "-s", "rqt_robot_steering")]
 )
-def test_a_robot_is_steered_until_the_browser_leaves(
-    ros: RosSystem, observed: tuple[Inbox, Inbox], command: tuple[str, ...]
-) -> None:
+def test_a_robot_is_steered_until_the_browser_leaves(ros, observed, command: tuple[str, ...]) -> None:
     commands = observed[1]
     steering = ros.pipros.start(*command)
     page = Page.of(steering)
@@ -112,9 +110,7 @@ def test_a_robot_is_steered_until_the_browser_leaves(
     assert steering.wait() == 0
 
 
-def test_a_suspended_browser_stops_the_robot_and_does_not_restart_it(
-    ros: RosSystem, observed: tuple[Inbox, Inbox]
-) -> None:
+def test_a_suspended_browser_stops_the_robot_and_does_not_restart_it(ros: RosSystem, observed) -> None:
     commands = observed[1]
     steering = ros.pipros.start("rosrun", "rqt_robot_steering", "rqt_robot_steering")
     ros.wait_for_publisher("/cmd_vel")
@@ -135,9 +131,7 @@ def test_a_suspended_browser_stops_the_robot_and_does_not_restart_it(
 
 
 @pytest.mark.parametrize("rate", [0, 20])
-def test_a_suspended_browser_publishes_no_velocity(
-    ros: RosSystem, observed: tuple[Inbox, Inbox], rate: float
-) -> None:
+def test_a_suspended_browser_publishes_no_velocity(ros: RosSystem, observed, rate: float) -> None:
     commands = observed[1]
     message = {"message": "linear: {x: 0.5}", "rate": rate}
     with Page(ros, "--control").connect() as browser:

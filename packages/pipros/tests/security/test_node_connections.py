@@ -77,6 +77,12 @@ def answer(_: Any) -> Any:
     return SetBool._response_class(success=True, message="done")
 
 
+def serving(make_node: MakeNode, **options: Any) -> Node:
+    node = make_node("node", **options)
+    node.serve("set", SetBool, answer)
+    return node
+
+
 def service_threads() -> int:
     return sum(thread.name.startswith("service of") for thread in threading.enumerate())
 
@@ -106,8 +112,7 @@ def test_idle_service_clients_need_no_thread_and_do_not_block_others(make_node, 
 
 
 def test_a_node_recovers_after_an_attack(make_node: MakeNode, attacker: Attacker) -> None:
-    node = make_node("node", limits=FEW)
-    node.serve("set", SetBool, answer)
+    node = serving(make_node, limits=FEW)
     node.advertise("chat", String)
     attacker.hang(node, SERVICE, 50)
     attacker.hang(node, TOPIC, 50)
@@ -133,8 +138,7 @@ def test_a_flood_of_links_keeps_old_ones_and_admits_new_ones(make_node: MakeNode
 
 def test_no_address_exceeds_its_share(make_node: MakeNode, attacker: Attacker, constants: Constants) -> None:
     constants(HANDSHAKES=8, TCPROS_CONNECTIONS_PER_PEER=5)
-    node = make_node("node", limits=Limits(tcpros_connections=40))
-    node.serve("set", SetBool, answer)
+    node = serving(make_node, limits=Limits(tcpros_connections=40))
     others = [attacker.connect(node, SERVICE, source="127.0.0.3") for _ in range(5)]
 
     greedy = [attacker.connect(node, SERVICE, source="127.0.0.2") for _ in range(20)]
@@ -145,8 +149,7 @@ def test_no_address_exceeds_its_share(make_node: MakeNode, attacker: Attacker, c
 
 def test_half_a_request_is_waited_for_up_to_its_deadline(make_node, attacker, constants) -> None:
     constants(WHOLE_REQUEST_S=0.3)
-    node = make_node("node")
-    node.serve("set", SetBool, answer)
+    node = serving(make_node)
     silent = attacker.connect(node, SERVICE)
     half = attacker.connect(node, {**SERVICE, "persistent": "1"})
     half.sendall(REQUEST[:3])
@@ -158,8 +161,7 @@ def test_a_persistent_client_may_be_idle_for_longer_than_a_request_may_take(
     make_node: MakeNode, attacker: Attacker, constants: Constants
 ) -> None:
     constants(WHOLE_REQUEST_S=0.2)
-    node = make_node("node")
-    node.serve("set", SetBool, answer)
+    node = serving(make_node)
     patient = attacker.connect(node, {**SERVICE, "persistent": "1"})
     hasty = attacker.connect(node, SERVICE)
     assert hasty.recv(1) == b""  # it times out
@@ -169,8 +171,7 @@ def test_a_persistent_client_may_be_idle_for_longer_than_a_request_may_take(
 
 
 def test_a_request_in_many_pieces_is_answered(make_node: MakeNode, attacker: Attacker) -> None:
-    node = make_node("node")
-    node.serve("set", SetBool, answer)
+    node = serving(make_node)
     slow = attacker.connect(node, SERVICE)
     slow.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     pause = threading.Event()
@@ -181,8 +182,7 @@ def test_a_request_in_many_pieces_is_answered(make_node: MakeNode, attacker: Att
 
 
 def test_pipelined_requests_are_answered_in_order(make_node: MakeNode, attacker: Attacker) -> None:
-    node = make_node("node")
-    node.serve("set", SetBool, answer)
+    node = serving(make_node)
     hasty = attacker.connect(node, {**SERVICE, "persistent": "1"})
     hasty.sendall(REQUEST * 100)
     received = b""
@@ -228,8 +228,7 @@ def test_unread_replies_have_a_total_limit(make_node, attacker: Attacker, consta
 
 
 def test_incomplete_requests_have_a_total_limit(make_node: MakeNode, attacker: Attacker) -> None:
-    node = make_node("node", limits=Limits(frame_bytes=5_000_000))
-    node.serve("set", SetBool, answer)
+    node = serving(make_node, limits=Limits(frame_bytes=5_000_000))
     half = struct.pack("<I", 4_000_000) + b"x" * 2_000_000
     peers = attacker.hang(node, SERVICE, 8)
     for peer in peers:

@@ -40,6 +40,12 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
 
 
+@pytest.fixture(params=POSITIONS)
+def bad(request: pytest.FixtureRequest) -> int:
+    """The place of the bad one."""
+    return int(request.param)
+
+
 def names(bad: int, wrong: str = "") -> tuple[list[str], list[str]]:
     """Return all three topics, in order, and the two good ones. The bad one may have another name."""
     topics = [f"/{letter}" for letter in "ace"]
@@ -88,7 +94,6 @@ SCHEMAS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("kind", SCHEMAS)
 def test_a_channel_that_cannot_be_read_affects_only_itself(kind: str, bad: int, capsys) -> None:
     good = write_mcap(bad, *SCHEMAS[kind])
@@ -128,7 +133,6 @@ def _definition(text: bytes) -> Callable[[dict[str, bytes]], None]:
     return change
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("text", [b"nothing x y", b""], ids=["broken", "empty"])
 def test_a_definition_that_cannot_be_used_affects_only_its_topic(text: bytes, bad: int, capsys) -> None:
     good = write_bag(bad, _definition(text))
@@ -153,7 +157,6 @@ def test_a_definition_that_cannot_be_used_affects_only_its_topic(text: bytes, ba
     assert main(["table", "run.bag", wrong, "-o", "none.csv"]) == 1
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_definition_that_cannot_be_used_affects_only_its_connection(bad: int) -> None:
     change = _definition(b"nothing x y")
     with open("run.bag", "w+b") as file:
@@ -181,7 +184,6 @@ def test_a_definition_that_cannot_be_used_affects_only_its_connection(bad: int) 
     assert all(topic == "/one" and "definition of own/Type" in reason for topic, reason in reported)
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_time_that_ros_cannot_represent_affects_only_its_message(bad: int) -> None:
     with open("run.mcap", "wb") as file:
         writer = LibraryWriter(file, use_chunking=False)
@@ -205,7 +207,6 @@ def test_a_time_that_ros_cannot_represent_affects_only_its_message(bad: int) -> 
     assert reported == [("/one", "timestamps must be from 0 to 2^32 s, got 9223372036854775808 ns")]
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_message_that_a_rule_cannot_migrate_affects_only_itself(bad: int, capsys) -> None:
     made = message_classes_from_text("std_msgs/Int32", "int64 other")["std_msgs/Int32"]
     rows = [("/n", made(other=2**40 if number == bad else number), number + 1, 0) for number in POSITIONS]
@@ -221,7 +222,6 @@ def test_a_message_that_a_rule_cannot_migrate_affects_only_itself(bad: int, caps
         assert [row[1] for row in rows_of(reader)] == [number for number in POSITIONS if number != bad]
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_definition_that_cannot_be_migrated_does_not_stop_check_and_fix(bad: int, capsys) -> None:
     def change(header: dict[str, bytes]) -> None:
         header["md5sum"], header["message_definition"] = b"1" * 32, b"nothing x y"
@@ -236,7 +236,6 @@ def test_a_definition_that_cannot_be_migrated_does_not_stop_check_and_fix(bad: i
         assert [row[0] for row in rows_of(reader, topics=good)] == good * 2
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_damaged_message_affects_only_itself(bad: int, capsys: pytest.CaptureFixture[str]) -> None:
     good = write_bag(bad, lambda _: None, b"\1")
     wrong = names(bad)[0][bad]
@@ -269,7 +268,6 @@ def open_any(path: str) -> Any:
     return open_any_bag(path)
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_an_illegal_name_affects_only_its_topic(bad: int, capsys: pytest.CaptureFixture[str]) -> None:
     illegal = ("/A b", "/b ../x", "/z\n")[bad]
     good = write_bag(bad, lambda _: None, wrong=illegal)
@@ -282,7 +280,6 @@ def test_an_illegal_name_affects_only_its_topic(bad: int, capsys: pytest.Capture
         assert [connection.topic for connection in converted.connections] == good
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_name_too_long_for_a_file_affects_only_its_topic(bad: int, capsys) -> None:
     good = write_bag(bad, lambda _: None, wrong=f"/{'abz'[bad]}{'n' * 300}")
 
@@ -291,7 +288,6 @@ def test_a_name_too_long_for_a_file_affects_only_its_topic(bad: int, capsys) -> 
     assert sorted(os.listdir("out")) == [f"{topic[1:]}.csv" for topic in good]
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_messages_of_a_second_type_on_a_topic_are_left_out(bad: int, capsys) -> None:
     topics, good = names(bad)
     with open("run.bag", "w+b") as file:
@@ -318,7 +314,6 @@ def test_a_wrong_md5_affects_nothing() -> None:
     assert sorted(os.listdir("out")) == ["a.csv", "c.csv", "e.csv"]
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("content", [POINTER, b"", b"no bag"], ids=["pointer", "empty", "other"])
 def test_a_file_that_is_not_a_bag_does_not_affect_the_others(content: bytes, bad: int, capsys) -> None:
     files = ["a.bag", "b.bag", "c.bag"]
@@ -363,7 +358,6 @@ ODD_IMAGES = {
 }
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("kind", ODD_IMAGES)
 def test_an_image_that_cannot_be_written_affects_only_itself(kind: str, bad: int, capsys) -> None:
     wrong, reason = ODD_IMAGES[kind]
@@ -422,7 +416,6 @@ BAD_IN_ROS2 = {
 }
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("case", BAD_IN_ROS2)
 def test_a_topic_of_ros2_that_cannot_be_read_affects_only_itself(case: str, bad: int, capsys) -> None:
     options, reason = BAD_IN_ROS2[case]
@@ -447,7 +440,6 @@ def test_a_topic_of_ros2_that_cannot_be_read_affects_only_itself(case: str, bad:
     assert (main(["check", "run.db3"]), main(["table", "run.db3", *good, "-o", "both.csv"])) == (1, 0)
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_damaged_message_of_ros2_affects_only_itself(bad: int, capsys: pytest.CaptureFixture[str]) -> None:
     write_ros2(bad)
     wrong = names(bad)[0][bad]
@@ -471,7 +463,6 @@ def test_a_damaged_message_of_ros2_affects_only_itself(bad: int, capsys: pytest.
     assert len(Path("one.csv").read_text().splitlines()) == 2
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("value", [None, "text", 5])
 def test_a_row_of_ros2_with_a_wrong_value_affects_only_itself(value: object, bad: int, capsys) -> None:
     write_ros2(bad)
@@ -499,7 +490,6 @@ def test_each_bag_names_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -
     assert [line.split(":")[1] for line in lines] == [" /c is left out", " /c of 1.mcap is left out"]
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("has_metadata", [True, False])
 def test_a_bad_file_of_a_ros2_bag_affects_only_itself(has_metadata: bool, bad: int, capsys) -> None:
     Path("run").mkdir()
@@ -521,7 +511,6 @@ def test_a_bad_file_of_a_ros2_bag_affects_only_itself(has_metadata: bool, bad: i
     assert f"WARNING: run/{files[bad]} is left out: " in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 def test_a_damaged_chunk_of_an_mcap_file_affects_only_itself(bad: int, capsys) -> None:
     file = io.BytesIO()
     writer = LibraryWriter(file, chunk_size=1)
@@ -592,7 +581,6 @@ def write_chunks(path: str, bad: int) -> list[int]:
     return [value for value, chunk in found if chunk != bad]
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("path", ["run.bag", "run.mcap"])
 def test_only_the_messages_of_a_damaged_chunk_are_left_out(path: str, bad: int, capsys) -> None:
     good = write_chunks(path, bad)
@@ -639,7 +627,6 @@ UNUSABLE = {
 }
 
 
-@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("change", UNUSABLE.values(), ids=UNUSABLE)
 def test_only_a_connection_without_a_type_is_left_out(bad: int, change: Change, capsys) -> None:
     good = write_bag(bad, change)

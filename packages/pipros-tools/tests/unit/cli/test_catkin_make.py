@@ -332,9 +332,7 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.needs("first lines")
-def test_compiled_code_and_what_it_needs_are_built_by_genuine_catkin(
-    workspace: Workspace, tools: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_compiled_code_and_what_it_needs_are_built_by_genuine_catkin(workspace, tools: Path, capsys) -> None:
     workspace.add("cpp", "add_executable(x x.cpp)", "zero")
 
     assert catkin_make_isolated.main([]) == 0
@@ -353,9 +351,7 @@ PLAIN = "<export><build_type>cmake</build_type></export>"
 
 @pytest.mark.needs("first lines")
 @pytest.mark.parametrize("words", ["", "--install", "--merge -q"])
-def test_a_package_without_catkin_is_built_and_installed_by_cmake(
-    workspace: Workspace, tools: Path, words: str
-) -> None:
+def test_a_package_without_catkin_is_built_and_installed_by_cmake(workspace, tools: Path, words: str) -> None:
     manifest = workspace.add("plain") / "package.xml"
     manifest.write_text(manifest.read_text().replace("</package>", f"{PLAIN}</package>"))
 

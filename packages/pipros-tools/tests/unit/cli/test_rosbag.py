@@ -86,9 +86,7 @@ def test_a_missing_folder_of_an_output_is_named(bag: Path, words: list[str], cap
 @pytest.mark.parametrize(
     "words", [["info"], ["check"], ["play", "--pause"], ["filter"], ["compress"], ["fix"]]
 )
-def test_an_unfinished_recording_is_named_if_its_bag_is_requested(
-    words: list[str], bag: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unfinished_recording_is_named_if_its_bag_is_requested(words: list[str], bag, capsys) -> None:
     bag.rename("run.bag.active")
     more = {"filter": ["new.bag", "True"], "fix": ["new.bag"]}.get(words[0], [])
     assert main([*words, "run.bag", *more]) != 0

@@ -37,9 +37,7 @@ def master() -> TableMaster:
     ("/chatter/extra/data", ("std_msgs/Int32", "/chatter/extra")), ("/odd", (None, "/odd")),
     ("/nothing/here", (None, "/nothing/here")),
 ])  # fmt: skip
-def test_a_field_belongs_to_the_longest_topic(
-    master: TableMaster, name: str, found: tuple[str | None, str]
-) -> None:
+def test_a_field_belongs_to_the_longest_topic(master, name: str, found: tuple[str | None, str]) -> None:
     assert topic_type(master, name) == found
 
 

@@ -100,9 +100,7 @@ def test_rates_are_differences_over_several_responses(nodes: Nodes, observer: Sy
     assert found.connections[LEVEL] == Traffic(20.0, 200.0)
 
 
-def test_regular_traffic_has_an_interval_and_then_the_time_since_it_ended(
-    nodes: Nodes, observer: SystemObserver
-) -> None:
+def test_regular_traffic_has_an_interval_and_then_the_time_since_it_ended(nodes, observer) -> None:
     for _ in range(6):
         nodes.now_s += 2
         nodes.messages += 40
@@ -153,9 +151,7 @@ def test_many_nodes_are_polled_in_turn(nodes: Nodes, observer: SystemObserver) -
     assert sorted(nodes.asked) == sorted(["/talker", "/listener", *nodes.more])
 
 
-def test_silent_nodes_delay_a_poll_by_one_timeout_and_do_not_displace_the_others(
-    nodes: Nodes, observer: SystemObserver
-) -> None:
+def test_silent_nodes_delay_a_poll_by_one_timeout_and_do_not_displace_the_others(nodes, observer) -> None:
     nodes.more = [f"/node{number}" for number in range(150)]
     nodes.silent, nodes.silence_s = set(nodes.more), ANSWER_DEADLINE_S + 0.1
     observer.poll()
@@ -170,9 +166,7 @@ def test_silent_nodes_delay_a_poll_by_one_timeout_and_do_not_displace_the_others
     assert nodes.asked.count("/listener") >= 4
 
 
-def test_new_silent_nodes_leave_known_ones_their_share_of_the_calls(
-    nodes: Nodes, observer: SystemObserver
-) -> None:
+def test_new_silent_nodes_leave_known_ones_their_share_of_the_calls(nodes, observer: SystemObserver) -> None:
     observer.poll()
     nodes.more = [f"/node{number}" for number in range(300)]
     nodes.silent = set(nodes.more)
@@ -185,9 +179,7 @@ def test_new_silent_nodes_leave_known_ones_their_share_of_the_calls(
     assert any(name in nodes.silent for name in nodes.asked)
 
 
-def test_many_known_nodes_leave_new_ones_their_share_of_the_calls(
-    nodes: Nodes, observer: SystemObserver
-) -> None:
+def test_many_known_nodes_leave_new_ones_their_share_of_the_calls(nodes, observer: SystemObserver) -> None:
     nodes.more = [f"/known{number}" for number in range(3 * CALLS_PER_POLL)]
     for _ in range(4):
         observer.poll()
@@ -209,9 +201,7 @@ def test_without_its_master_the_last_state_is_kept(nodes: Nodes, observer: Syste
 
 
 @pytest.mark.parametrize("answer", [None, [], [0, "no", []], [1, "", "x"], [1, "", []] * 2])
-def test_a_malformed_answer_is_an_error_of_that_node(
-    nodes: Nodes, observer: SystemObserver, answer: Any
-) -> None:
+def test_a_malformed_answer_is_an_error_of_that_node(nodes, observer: SystemObserver, answer: Any) -> None:
     nodes.answers["/talker"] = answer, [1, "", [[], [], []]]
     assert "getBusInfo must return" in observer.poll().nodes["/talker"].error
 
@@ -220,9 +210,7 @@ def without_connection(nodes: Nodes) -> None:
     nodes.answers = dict.fromkeys(("/talker", "/listener"), ([1, "", []], [1, "", [[], [], []]]))
 
 
-def test_ends_with_different_types_are_reported_while_they_lack_a_connection(
-    nodes: Nodes, observer: SystemObserver
-) -> None:
+def test_ends_with_different_types_are_reported_while_they_lack_a_connection(nodes, observer) -> None:
     assert not observer.poll().wrong_types
     assert not nodes.asked_types  # the ends are connected
     without_connection(nodes)

@@ -67,9 +67,7 @@ def test_a_node_at_the_root_has_no_namespace_of_the_launchers(maker: CommandMake
 
 
 @pytest.mark.parametrize("choice", list(WorkingFolder))
-def test_the_working_folder_is_the_requested_one(
-    maker: CommandMaker, talker: Path, tmp_path: Path, choice: WorkingFolder
-) -> None:
+def test_the_working_folder_is_the_requested_one(maker, talker, tmp_path, choice: WorkingFolder) -> None:
     command = maker.make(LaunchNode("talkers", "talker", "n", working_folder=choice), "http://m:1")
     assert command.folder == (talker.parent if choice is WorkingFolder.NODE else tmp_path / "home")
 
@@ -98,9 +96,7 @@ def test_nodes_that_cannot_be_launched_are_explained(
         maker.make(node, "http://m:1")
 
 
-def test_a_program_that_must_be_compiled_names_the_line_that_compiles_it(
-    maker: CommandMaker, talker: Path
-) -> None:
+def test_a_program_that_must_be_compiled_names_the_line_that_compiles_it(maker, talker: Path) -> None:
     package = talker.parents[1]
     (package / "package.xml").write_text("<package><name>turtlebot3_slam</name></package>")
     (package / "CMakeLists.txt").write_text(
@@ -113,9 +109,7 @@ def test_a_program_that_must_be_compiled_names_the_line_that_compiles_it(
     assert "git clone" not in str(refused.value)
 
 
-def test_a_well_known_package_with_programs_here_is_not_called_compiled(
-    maker: CommandMaker, talker: Path
-) -> None:
+def test_a_well_known_package_with_programs_here_is_not_called_compiled(maker, talker: Path) -> None:
     (talker.parents[1] / "package.xml").write_text("<package><name>turtlesim</name></package>")
     with pytest.raises(CannotLaunch, match="Cannot locate node") as refused:
         maker.make(LaunchNode("turtlesim", "turtlesim", "n"), "http://m:1")

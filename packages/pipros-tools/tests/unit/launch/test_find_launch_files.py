@@ -58,9 +58,7 @@ def test_without_folders_to_search_the_error_says_what_to_set() -> None:
     (["launch/twice.lauch"], r"launch file name\nDid you mean twice.launch\?$"),
     (["talker", "a.launch"], r"launch file name\nDid you mean talkers\?$"),
 ])  # fmt: skip
-def test_similar_names_are_suggested(
-    index: PackageIndex, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], suggestion: str
-) -> None:
+def test_similar_names_are_suggested(index, tmp_path, monkeypatch, words: list[str], suggestion: str) -> None:
     monkeypatch.chdir(tmp_path / "talkers")
     with pytest.raises(LaunchError, match=suggestion):
         resolve_files(words, index)

@@ -93,9 +93,7 @@ def test_the_python_of_the_first_line_runs_the_script(maker: CommandMaker, scrip
     assert maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1").argv[0] == str(script)
 
 
-def test_without_rclpy_advice_names_the_ways_to_have_it(
-    maker: CommandMaker, script: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_rclpy_advice_names_the_ways_to_have_it(maker, script: Path, monkeypatch) -> None:
     monkeypatch.setattr(ros2_node, "find_spec", lambda _: None)
     with pytest.raises(CannotLaunch, match=r"imports rclpy, which this Python lacks.*ros2_python:=\.\.\."):
         maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1")
@@ -112,9 +110,7 @@ def test_a_script_in_a_devel_space_leads_to_its_source(tmp_path, maker: CommandM
     assert maker.make(node, "http://m:1").argv[:2] == (sys.executable, str(source))
 
 
-def test_on_windows_the_first_line_does_not_choose_the_python(
-    maker: CommandMaker, script: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_on_windows_the_first_line_does_not_choose_the_python(maker, script: Path, monkeypatch) -> None:
     for module in ("pipros_tools.launch.command", "pipros_workspace.program_start"):
         monkeypatch.setattr(f"{module}.ON_WINDOWS", True)
     monkeypatch.setattr(ros2_node, "find_spec", lambda _: None)

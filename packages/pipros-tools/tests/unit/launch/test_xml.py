@@ -220,9 +220,7 @@ def test_the_total_length_of_substitutions_is_limited(tmp_path: Path, constants:
 @pytest.mark.parametrize(
     "element", ['<param name="p" textfile="{}"/>', '<rosparam file="{}" param="p"/>', '<include file="{}"/>']
 )
-def test_a_file_that_is_read_many_times_counts_each_time(
-    tmp_path: Path, element: str, constants: Constants
-) -> None:
+def test_a_file_that_is_read_many_times_counts_each_time(tmp_path, element: str, constants) -> None:
     other = write(tmp_path, "other", f"<launch><!--{'x' * 900}--></launch>")
     file = write(tmp_path, "a.launch", f"<launch>{element.format(other) * 9}</launch>")
     constants(LAUNCH_FILES_BYTES=5000)

@@ -110,9 +110,7 @@ def test_a_test_program_whose_cases_failed_did_run(index: PackageIndex, tmp_path
     assert [suite.failures for _, suite in rostest.results] == [1]
 
 
-def test_a_failed_test_is_run_again_on_a_fresh_stage_as_often_as_the_file_says(
-    index: PackageIndex, tmp_path: Path
-) -> None:
+def test_a_failed_test_is_run_again_on_a_fresh_stage_as_often_as_the_file_says(index, tmp_path) -> None:
     outcomes = iter([FAILED, FAILED, PASSED])
     stage = FakeStage(leaves=lambda: next(outcomes))
 
@@ -182,9 +180,7 @@ def test_a_timeout_is_an_error_and_the_stage_is_torn_down(index: PackageIndex, t
     assert stage.asked == ["set_up", "start_nodes", "run a", "tear_down"]
 
 
-def test_in_text_mode_programs_get_the_option_and_no_results_are_expected(
-    index: PackageIndex, tmp_path: Path
-) -> None:
+def test_in_text_mode_programs_get_the_option_and_no_results_are_expected(index, tmp_path) -> None:
     asked: list[Sequence[str]] = []
 
     class Remembering(FakeStage):

@@ -152,9 +152,7 @@ def test_links_and_permissions_are_kept(tmp_path: Path) -> None:
 
 
 @UNIX
-def test_links_of_other_users_in_shared_folders_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_links_of_other_users_in_shared_folders_are_refused(tmp_path: Path, monkeypatch) -> None:
     path, link = tmp_path / "secret", tmp_path / "link.yaml"
     path.write_text("old")
     link.symlink_to(path)

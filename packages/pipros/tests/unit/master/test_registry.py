@@ -1,5 +1,6 @@
 """The registrations of nodes, and the resulting notifications."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,30 +14,31 @@ def update(node: str, api: str, topic: str, publishers: list[str]) -> Notice:
     return Notice(node, api, "publisherUpdate", ("/master", topic, publishers))
 
 
-def test_a_publisher_that_registers_again_is_announced_again_but_not_twice_in_the_list() -> None:
-    registry = Registry()
+@pytest.fixture
+def registry() -> Registry:
+    return Registry()
+
+
+def test_a_publisher_that_registers_again_is_announced_again_but_not_twice_in_the_list(registry) -> None:
     registry.register_subscriber("/s", "/t", "*", A)
     registry.register_publisher("/p", "/t", "x/Y", C)
     assert registry.register_publisher("/p", "/t", "x/Y", C) == [update("/s", A, "/t", [C])]
     assert registry.names_of(Role.PUBLISHER, "/t") == ["/p"]
 
 
-def test_subscribers_are_notified_of_a_publisher_that_leaves() -> None:
-    registry = Registry()
+def test_subscribers_are_notified_of_a_publisher_that_leaves(registry: Registry) -> None:
     registry.register_subscriber("/s", "/t", "*", A)
     registry.register_publisher("/p", "/t", "x/Y", B)
     assert registry.unregister(Role.PUBLISHER, "/p", "/t", B) == (True, [update("/s", A, "/t", [])])
 
 
-def test_a_subscriber_that_leaves_is_no_longer_notified() -> None:
-    registry = Registry()
+def test_a_subscriber_that_leaves_is_no_longer_notified(registry: Registry) -> None:
     registry.register_subscriber("/s", "/t", "*", A)
     assert registry.unregister(Role.SUBSCRIBER, "/s", "/t", A) == (True, [])
     assert registry.register_publisher("/p", "/t", "x/Y", C) == []
 
 
-def test_a_node_exists_as_long_as_it_has_a_registration() -> None:
-    registry = Registry()
+def test_a_node_exists_as_long_as_it_has_a_registration(registry: Registry) -> None:
     registry.register_publisher("/n", "/t", "x/Y", A)
     registry.subscribe_param("/n", "/p", A)
     registry.unregister(Role.PUBLISHER, "/n", "/t", A)
@@ -45,8 +47,7 @@ def test_a_node_exists_as_long_as_it_has_a_registration() -> None:
     assert registry.api_of("/n") is None
 
 
-def test_a_concrete_type_of_a_publisher_wins_and_of_a_subscriber_only_fills_a_gap() -> None:
-    registry = Registry()
+def test_a_concrete_type_of_a_publisher_wins_and_of_a_subscriber_only_fills_a_gap(registry: Registry) -> None:
     registry.register_subscriber("/s", "/t", "*", A)
     assert registry.topic_types == {}
     registry.register_publisher("/p", "/t", "*", B)
@@ -60,8 +61,7 @@ def test_a_concrete_type_of_a_publisher_wins_and_of_a_subscriber_only_fills_a_ga
     assert registry.topic_types == {"/t": "x/Pub"}
 
 
-def test_a_second_node_of_the_same_name_replaces_the_first_and_its_registrations() -> None:
-    registry = Registry()
+def test_a_second_node_of_the_same_name_replaces_the_first_and_its_registrations(registry: Registry) -> None:
     registry.register_subscriber("/s", "/t", "*", C)
     registry.register_publisher("/n", "/t", "x/Y", A)
     registry.register_service("/n", "/srv", "rosrpc://a:1", A)
@@ -74,8 +74,7 @@ def test_a_second_node_of_the_same_name_replaces_the_first_and_its_registrations
     assert registry.names_of(Role.PARAM_SUBSCRIBER, "/p") == []
 
 
-def test_a_replaced_process_cannot_take_its_name_back_before_its_shutdown_notice() -> None:
-    registry = Registry()
+def test_a_replaced_process_cannot_take_its_name_back_before_its_shutdown_notice(registry: Registry) -> None:
     registry.register_service("/other", "/srv", "rosrpc://c:1", C)
     registry.register_publisher("/n", "/t", "x/Y", A)
     shutdown, *_ = registry.register_publisher("/n", "/t", "x/Y", B)
@@ -90,8 +89,7 @@ def test_a_replaced_process_cannot_take_its_name_back_before_its_shutdown_notice
     assert registry.api_of("/n") == A
 
 
-def test_subscribers_are_notified_of_a_removed_node() -> None:
-    registry = Registry()
+def test_subscribers_are_notified_of_a_removed_node(registry: Registry) -> None:
     registry.register_subscriber("/s", "/t", "*", A)
     registry.register_publisher("/p", "/t", "x/Y", B)
     registry.register_publisher("/p", "/unheard", "x/Y", B)
@@ -141,8 +139,7 @@ class Recorder:
         self.entries.append(("type", *entry))
 
 
-def test_the_journal_gets_exactly_the_changes() -> None:
-    registry = Registry()
+def test_the_journal_gets_exactly_the_changes(registry: Registry) -> None:
     registry.journal = journal = Recorder()
     registry.register_publisher("/p", "/t", "x/Y", A)
     registry.register_publisher("/p", "/t", "x/Y", A)

@@ -149,9 +149,7 @@ def opened_file(root: logging.Logger) -> FileHandler:
     return handler
 
 
-def test_the_file_is_named_after_the_node_and_receives_the_lines_of_all_loggers(
-    tmp_path: Path, root: logging.Logger
-) -> None:
+def test_the_file_is_named_after_the_node_and_receives_the_lines_of_all_loggers(tmp_path, root) -> None:
     logger = logging.Logger("rosout")
     open_console_and_file(node(tmp_path / "log"), logger, None)
     logging.getLogger("mine").warning("low battery")
@@ -206,9 +204,7 @@ def test_a_configuration_that_names_an_unwritable_file_is_replaced(
 @pytest.mark.parametrize(
     ("ros_level", "level"), [(1, 10), (2, 20), (4, 30), (8, 40), (16, 50), (3, 20), (None, 20)]
 )
-def test_levels_are_given_by_ros_numbers(
-    tmp_path: Path, root: logging.Logger, ros_level: int | None, level: int
-) -> None:
+def test_levels_are_given_by_ros_numbers(tmp_path, root, ros_level: int | None, level: int) -> None:
     logger = logging.Logger("rosout")
     open_console_and_file(node(tmp_path), logger, ros_level)
     assert logger.level == level

@@ -74,6 +74,17 @@ def following_topics(
 
 
 @pytest.fixture
+def publishers() -> Publishers:
+    return Publishers()
+
+
+async def update(topic: PublisherConnector, uris: list[str]) -> None:
+    """Give the topic a list of publishers, and time for the links to them."""
+    topic.update(uris)
+    await asyncio.sleep(0.01)
+
+
+@pytest.fixture
 def advice(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same advice for every unreachable publisher."""
 
@@ -84,24 +95,19 @@ def advice(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @instantly
-async def test_each_listed_publisher_gets_one_link() -> None:
-    publishers = Publishers()
+async def test_each_listed_publisher_gets_one_link(publishers: Publishers) -> None:
     topic, _ = following(publishers)
-    topic.update([A, B, A])
-    await asyncio.sleep(0.01)
-    topic.update([B, C])
-    await asyncio.sleep(0.01)
+    await update(topic, [A, B, A])
+    await update(topic, [B, C])
     assert publishers.attempts() == {A: 1, B: 1, C: 1}
     assert not publishers.ends[A].done(), "a link stays until its publisher ends it"
     topic.stop()
 
 
 @instantly
-async def test_an_ended_link_is_reopened_only_while_its_publisher_is_registered() -> None:
-    publishers = Publishers()
+async def test_an_ended_link_is_reopened_only_while_its_publisher_is_registered(publishers) -> None:
     topic, _ = following(publishers)
-    topic.update([A, B])
-    await asyncio.sleep(0.01)
+    await update(topic, [A, B])
     topic.update([A])
     for end in list(publishers.ends.values()):
         end.set_result("")
@@ -111,26 +117,22 @@ async def test_an_ended_link_is_reopened_only_while_its_publisher_is_registered(
 
 
 @instantly
-async def test_an_attempt_ends_when_its_publisher_leaves_the_list() -> None:
-    publishers = Publishers()
+async def test_an_attempt_ends_when_its_publisher_leaves_the_list(publishers: Publishers) -> None:
     publishers.hangs.add(A)
     topic, lines = following(publishers)
-    topic.update([A])
-    await asyncio.sleep(0.01)
+    await update(topic, [A])
     topic.update([])
     publishers.hangs.clear()
     await asyncio.sleep(10)
     assert (publishers.attempts(), publishers.ends, lines) == ({A: 1}, {}, [])
-    topic.update([A])
-    await asyncio.sleep(0.01)
+    await update(topic, [A])
     assert A in publishers.ends, "it came back"
     topic.stop()
 
 
 @pytest.mark.usefixtures("advice")
 @instantly
-async def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once() -> None:
-    publishers = Publishers()
+async def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once(publishers) -> None:
     publishers.errors[A] = Unreachable(A, "Connection refused")
     topic, lines = following(publishers)
     topic.update([A])
@@ -148,8 +150,7 @@ async def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logge
 @pytest.mark.usefixtures("advice")
 @pytest.mark.parametrize(("topic", "logged"), [("/rosout", [B]), ("/chatter", [A, B])])
 @instantly
-async def test_only_a_log_of_a_node_that_has_ended_is_not_missed(topic: str, logged: list[str]) -> None:
-    publishers = Publishers()
+async def test_only_a_log_of_a_node_that_has_ended_is_not_missed(publishers, topic, logged) -> None:
     publishers.errors = {A: Unreachable(A, "Connection refused"), B: Unreachable(B, "No route to host")}
     publishers.errors[A].__cause__ = ConnectionRefusedError()
     connector, lines = following(publishers, topic=topic)
@@ -160,8 +161,7 @@ async def test_only_a_log_of_a_node_that_has_ended_is_not_missed(topic: str, log
 
 
 @instantly
-async def test_a_refusing_publisher_is_retried_rarely_and_at_once_when_it_is_listed_again() -> None:
-    publishers = Publishers()
+async def test_a_refusing_publisher_is_retried_rarely_and_at_once_when_it_is_listed_again(publishers) -> None:
     publishers.errors[A] = Refused(A, 0, "wrong md5sum")
     topic, lines = following(publishers)
     topic.update([A])
@@ -169,8 +169,7 @@ async def test_a_refusing_publisher_is_retried_rarely_and_at_once_when_it_is_lis
     waits = [round(later - earlier, 3) for earlier, later in pairwise(publishers.moments[A])]
     assert (waits, len(lines)) == ([5, 10, 20, 40], 1)
     assert "wrong md5sum" in lines[0]
-    topic.update([A])
-    await asyncio.sleep(0.01)
+    await update(topic, [A])
     assert publishers.attempts() == {A: 6}
     del publishers.errors[A]
     await asyncio.sleep(6)
@@ -179,11 +178,9 @@ async def test_a_refusing_publisher_is_retried_rarely_and_at_once_when_it_is_lis
 
 
 @instantly
-async def test_the_reason_of_a_broken_link_is_logged() -> None:
-    publishers = Publishers()
+async def test_the_reason_of_a_broken_link_is_logged(publishers: Publishers) -> None:
     topic, lines = following(publishers)
-    topic.update([A])
-    await asyncio.sleep(0.01)
+    await update(topic, [A])
     publishers.ends[A].set_result("the link is broken: not a message")
     await asyncio.sleep(0.01)
     assert lines == ["the link is broken: not a message"]
@@ -191,37 +188,29 @@ async def test_the_reason_of_a_broken_link_is_logged() -> None:
 
 
 @instantly
-async def test_a_list_beyond_the_limit_keeps_the_existing_links(constants: Constants) -> None:
+async def test_a_list_beyond_the_limit_keeps_the_existing_links(publishers, constants: Constants) -> None:
     constants(PUBLISHERS_PER_TOPIC=2)
-
-    publishers = Publishers()
     topic, lines = following(publishers)
-    topic.update([C])
-    await asyncio.sleep(0.01)
-    topic.update([A, B, C])
-    await asyncio.sleep(0.01)
+    await update(topic, [C])
+    await update(topic, [A, B, C])
     assert publishers.attempts() == {C: 1, A: 1}
     assert lines == ["[/chatter] has 3 publishers; the limit is 2"]
     topic.stop()
 
 
 @instantly
-async def test_a_stopped_topic_connects_to_no_publisher() -> None:
-    publishers = Publishers()
+async def test_a_stopped_topic_connects_to_no_publisher(publishers: Publishers) -> None:
     topic, _ = following(publishers)
     topic.stop()
-    topic.update([A])
-    await asyncio.sleep(0.01)
+    await update(topic, [A])
     assert publishers.attempts() == {}
 
 
 @pytest.mark.usefixtures("advice")
 @instantly
-async def test_a_lost_publisher_is_logged_only_if_it_stays_registered() -> None:
-    publishers = Publishers()
+async def test_a_lost_publisher_is_logged_only_if_it_stays_registered(publishers: Publishers) -> None:
     topic, lines = following(publishers)
-    topic.update([A, B])
-    await asyncio.sleep(0.01)
+    await update(topic, [A, B])
     publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
     publishers.ends[A].set_result("")
     publishers.ends[B].set_result("")
@@ -236,8 +225,7 @@ async def test_a_lost_publisher_is_logged_only_if_it_stays_registered() -> None:
 
 @pytest.mark.usefixtures("advice")
 @instantly
-async def test_an_unreachable_node_is_reported_once_for_all_its_topics() -> None:
-    publishers = Publishers()
+async def test_an_unreachable_node_is_reported_once_for_all_its_topics(publishers: Publishers) -> None:
     connectors, lines = following_topics(publishers, "/a", "/b", "/c")
     publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
     for connector in connectors:

@@ -196,9 +196,7 @@ SHOW = (
 
 
 @pytest.mark.parametrize("module", ["arm", "arm_lib"])
-def test_a_package_has_one_winner_for_modules_messages_and_files(
-    installation: Installation, tmp_path: Path, module: str
-) -> None:
+def test_a_package_has_one_winner_for_modules_messages_and_files(installation, tmp_path, module: str) -> None:
     installation.add("arm", **OLD)
     installation.add_module("arm", "WHO = 'old'", "arm")
     installation.add_module("arm_lib", "WHO = 'old'", "arm")
@@ -210,9 +208,7 @@ def test_a_package_has_one_winner_for_modules_messages_and_files(
     assert installation.shows(code, ROS_PACKAGE_PATH=str(tmp_path / "ws")) == "new ['new'] new"
 
 
-def test_modules_that_only_the_hidden_wheel_has_are_hidden_with_it(
-    installation: Installation, tmp_path: Path
-) -> None:
+def test_modules_that_only_the_hidden_wheel_has_are_hidden_with_it(installation, tmp_path) -> None:
     installation.add("arm", **OLD)
     installation.add_module("arm", "WHO = 'old'", "arm")
     installation.add_module("arm_lib", "WHO = 'old'", "arm")
@@ -230,9 +226,7 @@ def test_rospkg_finds_installed_packages(installation: Installation) -> None:
     assert installation.shows("import rospkg; print(rospkg.RosPack().get_path('arm'))") == str(folder)
 
 
-def test_the_cost_of_finding_a_package_does_not_grow_with_the_number_installed(
-    installation: Installation,
-) -> None:
+def test_the_cost_of_finding_a_package_does_not_grow_with_the_number_installed(installation) -> None:
     def calls() -> int:
         """Return the fewest calls of several runs, as some also compile modules."""
         shown = [installation.shows(COUNT).split() for _ in range(2)]

@@ -138,9 +138,7 @@ def test_roslaunch_and_its_checks_find_the_programs(debian: DebianSystem, tmp_pa
     assert roslaunch_missing_node_check(subject) == ["node [nope] in package [image_rotate]"]
 
 
-def test_compiled_programs_find_debians_plugins_before_packages_of_pipros(
-    debian: DebianSystem, tmp_path: Path
-) -> None:
+def test_compiled_programs_find_debians_plugins_before_packages_of_pipros(debian, tmp_path) -> None:
     program, script = debian.add_program("a", "node"), debian.add_program("a", "script", b"#!/bin/sh\n")
     variables = {"PATH": "", "ROS_PACKAGE_PATH": f"/ws/src:{SHARE}"}
     assert environment_of(program, variables)["ROS_PACKAGE_PATH"] == f"/ws/src:{SHARE}"  # no package there

@@ -172,9 +172,7 @@ def test_a_topic_that_was_not_recorded_says_so(playback: BagPlayback) -> None:
 
 
 @pytest.mark.parametrize(("recorded", "shown"), [([], -10), ([5], 5)])
-def test_the_clock_is_the_recorded_one_or_else_the_moment(
-    rewound: Rewound, recorded: list[int], shown: int
-) -> None:
+def test_the_clock_is_the_recorded_one_or_else_the_moment(rewound, recorded: list[int], shown: int) -> None:
     for second in recorded:
         clock = Clock()
         clock.clock.secs = second
@@ -201,9 +199,7 @@ async def opened(views: BagViews, stack: contextlib.AsyncExitStack) -> Any:
     return value["bag"]
 
 
-def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(
-    rewound: Rewound, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(rewound, monkeypatch) -> None:
     monkeypatch.setattr(rewound.system.topics, "update", lambda: None)  # there is no master
     views, limit = views_of(rewound.system), PAGE_REWINDS
 

@@ -292,9 +292,7 @@ def environment_of_its_own(request: pytest.FixtureRequest, tmp_path_factory: pyt
     return folder / "bin" / "python"
 
 
-def test_no_package_is_searched_at_the_start_of_python(
-    workspace: Workspace, environment_of_its_own: Path
-) -> None:
+def test_no_package_is_searched_at_the_start_of_python(workspace, environment_of_its_own: Path) -> None:
     (workspace.working_folder / "sitecustomize.py").write_text(
         "try:\n    import no_such_module\nexcept ImportError:\n    tried = True\n"
     )
@@ -371,9 +369,7 @@ def test_a_package_without_python_does_not_hide_an_installed_one(workspace: Work
     assert workspace.shows("import xacro; print(hasattr(xacro, 'process_file'))") == "True"
 
 
-def test_packages_are_not_searched_for_unless_a_folder_has_the_name_of_the_module(
-    workspace: Workspace,
-) -> None:
+def test_packages_are_not_searched_for_unless_a_folder_has_the_name_of_the_module(workspace) -> None:
     workspace.package("robot", **{"src/robot/__init__.py": ""})
     code = "import pytest, sys; print([name for name in sys.modules if name.startswith('pipros.packages')])"
     assert workspace.shows(code) == "[]"
