@@ -310,7 +310,7 @@ class Agent:
         self._log.info("[%s] has left", member)
 
     def on_crowded(self, member: str) -> None:
-        self._warn(f"[{member}] has too many agents; only the newest {TOKENS_PER_MEMBER} count")
+        self._warn(f"[{member}] has too many agents; only the newest {TOKENS_PER_MEMBER} count", member)
 
     def on_older_namesake(self) -> None:
         self._on_failure(NameTaken(_taken(self.member)))
@@ -318,7 +318,8 @@ class Agent:
     def on_other_version(self, token: Token) -> None:
         self._warn(
             f"[{token.member}] is ignored: it uses version {token.version} of the fleet protocol, and this "
-            f"member uses version {keys.VERSION}"
+            f"member uses version {keys.VERSION}",
+            token.member,
         )
 
     def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:

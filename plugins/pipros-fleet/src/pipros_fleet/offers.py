@@ -48,14 +48,14 @@ class Offers:
         member: str,
         file: FleetFile,
         present: Callable[[], Mapping[str, Token]],
-        warn: Callable[[str], object],
+        warn: Callable[[str, str], object],
         wake: Callable[[], object],
     ) -> None:
         """Store the settings.
 
         Args:
             present: function that returns the tokens of the members that are present; called from any thread.
-            warn: function that logs a warning.
+            warn: function that logs a warning that a member has caused.
             wake: called from any thread if `update` has something to do.
         """
         self.local = LocalGraph(SystemState({}, {}, {}))
@@ -144,7 +144,7 @@ class Offers:
                 name = keys.unmangled("/".join(rest))
                 sink, rule = self.accepted.get(name), self._file.accepted_topic(name)
                 if sink is None or rule is None or not rule.accepts(member):
-                    self._warn(f"[{member}] is not allowed to publish [{name}]")
+                    self._warn(f"[{member}] is not allowed to publish [{name}]", member)
                 elif member in self._present():
                     sink.take(member, payload, attachment)
 

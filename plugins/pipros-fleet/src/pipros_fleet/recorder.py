@@ -191,7 +191,7 @@ class FleetRecorder:
             ):
                 self._on_directory(answer.key, answer.payload, b"")
         except LinkFailed as error:
-            self._warn(str(error))
+            self._warn(str(error), member)
 
     def _prepare(self, topic: HistoryTopic) -> None:
         """Obtain the definition of a topic, then its latched messages."""
@@ -208,7 +208,7 @@ class FleetRecorder:
             for answer in self._link.get(key, timeout_s=_REQUEST_S):
                 self._on_message(key, answer.payload, answer.attachment, is_replay=True)
         except LinkFailed as error:
-            self._warn(str(error))
+            self._warn(str(error), topic.member)
         self._events.post("requests", topic.member, lambda: self._publish_requests(topic.member))
 
     def _keep_definition(self, topic: HistoryTopic, definition: bytes) -> None:
@@ -236,7 +236,7 @@ class FleetRecorder:
             except LinkFailed:
                 return  # the session was closed
             except Exception as error:  # one member's data must not stop the recording of other members
-                self._warn(f"the history is incomplete: {str(error) or type(error).__name__}")
+                self._warn(f"the history is incomplete: {str(error) or type(error).__name__}", "?")
                 self._events.wake()  # other messages may be waiting
 
     def _next_message(self) -> tuple[str, bytes, bytes, bool] | None:
@@ -318,8 +318,7 @@ class FleetRecorder:
         if topic is None or topic.entry != entry or topic.instance != directory.instance:
             own = sum(each == member for each, _ in self._topics) if topic is None else 0
             if topic is None and 2 * own >= FLEET_TOPICS - (len(self._topics) - own):
-                limit = FLEET_TOPICS
-                self._warn(f"too many topics; the limit is {limit}")
+                self._warn(f"too many topics; the limit is {FLEET_TOPICS}")
                 return None
             latched = topic.latched if topic is not None else {}
             if topic is not None:

@@ -24,6 +24,7 @@ from pipros_fleet.members import Token
 from pipros_fleet.messages import ReceivedMessage
 from pipros_fleet.shown_member import FLEET_DEFINITION_BYTES, ShownMember
 from pipros_fleet.sources import FLEET_LATCHED_BYTES, Sender
+from pipros_fleet.warnings_once import WarningsOnce
 from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_tools.graph.system_state import SystemState
 
@@ -44,7 +45,7 @@ class ShownMembers:
         sender: Sender,
         me: str,
         workers: SharedWorkers,
-        warn: Callable[[str], object],
+        warn: WarningsOnce,
         wake: Callable[[], object],
     ) -> None:
         """Store the settings.
@@ -77,7 +78,7 @@ class ShownMembers:
         try:
             directory = from_json(payload, member, FLEET_DIRECTORY_BYTES)
         except PiprosError as error:
-            self._warn(str(error))
+            self._warn(str(error), member)
             return
         if directory.instance != token.instance:
             return
@@ -91,7 +92,7 @@ class ShownMembers:
             return
         taken = occupied(state, member)
         if taken is not None:
-            self._warn(f"[{member}] is not shown, because the local name [{taken}] uses its namespace")
+            self._warn(f"[{member}] is not shown, because the local name [{taken}] uses its namespace", member)
             return
         self._node.log.info("[%s] has joined", member)
         self.members[member] = ShownMember(
@@ -142,15 +143,15 @@ class ShownMembers:
 
     def update(self) -> None:
         """Update the local master to match the members' directories."""
-        limit = FLEET_TOPICS
         sizes = {name: shown.directory.size for name, shown in self.members.items()}
-        shares = fair_shares(sizes, limit)
+        shares = fair_shares(sizes, FLEET_TOPICS)
         for name, shown in sorted(self.members.items(), key=lambda each: shares[each[0]] >= sizes[each[0]]):
             shown.update(shares[name])  # members that must give up topics come first
             if shares[name] < sizes[name]:
                 self._warn(
                     f"[{name}] offers too many topics and services; the first {shares[name]} of its "
-                    f"{sizes[name]} are shown; the limit is {limit} for all members together"
+                    f"{sizes[name]} are shown; the limit is {FLEET_TOPICS} for all members together",
+                    name,
                 )
 
     def publish_requests(self) -> None:

@@ -13,12 +13,13 @@ from pipros.basics.errors import PiprosError, ProtocolError
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
-from pipros_fleet.directory import DirectoryEntry
+from pipros_fleet.directory import FLEET_MEMBERS, DirectoryEntry
 from pipros_fleet.limits import FleetLimits
 from pipros_fleet.local_graph import is_result
 from pipros_fleet.messages import MessageAttachment, ReceivedMessage, decompressed, unpack
 from pipros_fleet.outbox import QUEUE
 from pipros_fleet.sources import MARK
+from pipros_fleet.warnings_once import WarningsOnce
 from pipros_libraries.topic_tools.raw import class_like
 
 _KEPT = 100
@@ -36,7 +37,7 @@ class Sink:
     Attributes:
         entry: name and type of the local topic.
         is_result: whether it is an action's result topic.
-        received: message counts by sender.
+        received: message counts by sender, of the last `FLEET_MEMBERS` senders.
         is_owed: whether results may have been missed. Until they were requested, results are not taken
             otherwise, so that none arrives before its subscribers are connected again.
     """
@@ -68,20 +69,18 @@ class Sink:
         self.is_owed = False
         self.is_result = is_result(entry)
         self._node = node
-        self._log = log
+        self._warn = WarningsOnce(log, limit=10)
         self._on_change = on_change
         self._class = class_like(
             {"type": entry.type, "md5sum": entry.md5sum, "message_definition": definition}
         )
         self._headers = {MARK: origin}
         self._publishers = [self._advertise(latch=False)]
-        self._latched: dict[str, dict[int, AnyMsg]] = {}  # by sender and publisher
+        self._latched: dict[str, tuple[dict[int, AnyMsg], Budget]] = {}  # by sender, then by publisher
         self._latched_bytes = latched_bytes
-        self._shares: dict[str, Budget] = {}
-        self._lock = threading.Lock()  # of the three above; replies arrive in other threads than messages
+        self._lock = threading.Lock()  # of the above and of new senders: replies arrive in other threads
         self._is_closed = False
         self._newest: AnyMsg | None = None
-        self._reported: set[str] = set()
         self._publishers[0].publication.listeners.append(self)
 
     def _advertise(self, *, latch: bool) -> Publisher[AnyMsg]:
@@ -97,7 +96,7 @@ class Sink:
 
     def take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
         """Publish a message from a member, unless it is malformed, repeated or of another type."""
-        received = self.received.setdefault(sender, ReceivedMessage(remembers=self.is_result))
+        received = self.received.get(sender) or self._new_sender(sender)
         try:
             found = unpack(attachment)
             if found.md5sum != self.entry.md5sum:
@@ -108,12 +107,20 @@ class Sink:
             body = decompressed(payload, limit) if found.is_compressed else payload
         except PiprosError as error:
             received.malformed += 1
-            self._report(f"messages of [{sender}] for [{self.entry.name}] are dropped: {error}")
+            self._warn(f"messages of [{sender}] for [{self.entry.name}] are dropped: {error}", sender)
             return
         if self.is_owed != is_replay and not found.is_latched:
             return
         if received.is_new(found, len(payload), is_replay=is_replay):
             self._publish(sender, found, body)
+
+    def _new_sender(self, sender: str) -> ReceivedMessage:
+        with self._lock:
+            while len(self.received) >= FLEET_MEMBERS:  # the oldest one has left, or as many others have
+                oldest = next(iter(self.received))
+                del self.received[oldest]
+                self._latched.pop(oldest, ({}, Budget(0)))[1].close()
+            return self.received.setdefault(sender, ReceivedMessage(remembers=self.is_result))
 
     def _publish(self, sender: str, attachment: MessageAttachment, body: bytes) -> None:
         message = self._class(body)
@@ -129,8 +136,8 @@ class Sink:
         with self._lock:
             if self._is_closed:
                 return
-            kept = self._latched.setdefault(sender, {})
-            share = self._shares.setdefault(sender, Budget(inf, self._latched_bytes, part=0.5))
+            unused = Budget(inf, self._latched_bytes, part=0.5)
+            kept, share = self._latched.setdefault(sender, ({}, unused))
             if source in kept:
                 share.give_back(len(kept.pop(source).body) + _KEPT_BYTES)
             if len(kept) < _KEPT and share.take(len(message.body) + _KEPT_BYTES):
@@ -147,13 +154,8 @@ class Sink:
             publisher.unregister()
         with self._lock:
             self._is_closed = True
-            for share in self._shares.values():
+            for _, share in self._latched.values():
                 share.close()
-
-    def _report(self, text: str) -> None:
-        if text not in self._reported and len(self._reported) < 10:
-            self._reported.add(text)
-            self._log.warning(text)
 
     # -- subscribers; see `pipros.node.peers.PeerListener`
 
@@ -166,7 +168,7 @@ class Sink:
         """
         del topic_name, topic_publish
         with self._lock:
-            messages = [each for kept in self._latched.values() for each in kept.values()]
+            messages = [each for kept, _ in self._latched.values() for each in kept.values()]
         for message in messages:
             if message is not self._newest:
                 peer_publish(message)

@@ -157,8 +157,10 @@ def test_a_closed_queue_has_no_events() -> None:
     assert events.is_closed
 
 
-def test_each_warning_is_logged_once_and_their_number_is_limited(caplog: pytest.LogCaptureFixture) -> None:
-    warn = WarningsOnce(logging.getLogger("fleet test"), limit=2)
-    for text in ("a", "a", "b", "c"):
-        warn(text)
-    assert caplog.messages == ["a", "b"]
+def test_each_warning_is_logged_once_and_a_member_leaves_room_for_others(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    warn = WarningsOnce(logging.getLogger("fleet test"), limit=4)
+    for text, member in (("a", "x"), ("a", "x"), ("b", "x"), ("c", "x"), ("d", "y")):
+        warn(text, member)
+    assert caplog.messages == ["a", "b", "d"]
