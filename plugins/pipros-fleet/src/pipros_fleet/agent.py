@@ -33,6 +33,7 @@ from pipros_fleet.offers import Offers
 from pipros_fleet.presence import Presence
 from pipros_fleet.shown_member import ShownMember
 from pipros_fleet.shown_members import ShownMembers
+from pipros_fleet.sinks import SinkRoom
 from pipros_fleet.sources import Sender
 from pipros_fleet.statistics import Statistics
 from pipros_fleet.warnings_once import WarningsOnce
@@ -102,14 +103,17 @@ class Agent:
         self._warn = WarningsOnce(self._log)
         self._events = Events(4 * FLEET_MEMBERS)
         self._workers = SharedWorkers("requests of a fleet agent", 8, 4 * FLEET_TOPICS)
+        self._room = SinkRoom(node.limits)
         self._presence = Presence(self.member, self.instance, FLEET_MEMBERS, self)
         self._calls = LocalCalls(node, file, self._log)
         self._poller = LocalPoller(node, self.member, file)
         wake = self._events.wake
         self._offers = Offers(
-            node, link, self.sender, self.member, file, self._presence.present, self._warn, wake
+            node, link, self.sender, self.member, file, self._presence.present, self._room, self._warn, wake
         )
-        self._shown = ShownMembers(node, link, self.sender, self.member, self._workers, self._warn, wake)
+        self._shown = ShownMembers(
+            node, link, self.sender, self.member, self._workers, self._room, self._warn, wake
+        )
         self._statistics = Statistics(
             self.member, self._offers, self._shown, self._calls, lambda: iter(self._presence.present())
         )
@@ -178,6 +182,7 @@ class Agent:
         self._calls.close()
         self.sender.close()
         self._workers.close()
+        self._room.inflating.close()
         self._poller.close()
 
     def _serve_link_state(self) -> None:

@@ -54,6 +54,11 @@ def pack(attachment: MessageAttachment) -> bytes:
     )
 
 
+def is_compressed(content: bytes) -> bool:
+    """Return whether an attachment says that the message is compressed. The rest may be malformed."""
+    return len(content) > 1 and bool(content[1] & _COMPRESSED)
+
+
 def unpack(content: bytes) -> MessageAttachment:
     """Decode an attachment.
 

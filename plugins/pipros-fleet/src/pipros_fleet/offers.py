@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from pipros.basics.budget import Budget
 from pipros.node import Node
 from pipros_fleet import keys
 from pipros_fleet.directory import (
@@ -20,8 +19,8 @@ from pipros_fleet.fleet_rules import FleetFile
 from pipros_fleet.frames import frame_change
 from pipros_fleet.local_graph import LocalGraph, is_result, outcome_topics
 from pipros_fleet.members import Token
-from pipros_fleet.sinks import Sink
-from pipros_fleet.sources import FLEET_LATCHED_BYTES, RESULT_S, Sender, SentTopic
+from pipros_fleet.sinks import Sink, SinkRoom
+from pipros_fleet.sources import RESULT_S, Sender, SentTopic
 from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_tools.graph.system_state import SystemState
 
@@ -48,6 +47,7 @@ class Offers:
         member: str,
         file: FleetFile,
         present: Callable[[], Mapping[str, Token]],
+        room: SinkRoom,
         warn: Callable[[str, str], object],
         wake: Callable[[], object],
     ) -> None:
@@ -73,7 +73,7 @@ class Offers:
         self._warn = warn
         self._wake = wake
         self._requests: dict[str, TopicRequests] = {}
-        self._latched_bytes = Budget(FLEET_LATCHED_BYTES)
+        self._room = room
         self._kept_until_s: dict[str, float] = {}
         """Result topics that are kept for members that have left and may return."""
 
@@ -198,5 +198,5 @@ class Offers:
         for name, entry in offered.items():
             if name not in self.accepted:
                 self.accepted[name] = Sink(
-                    self._node, entry, self._member, "", self._node.log, self._wake, self._latched_bytes
+                    self._node, entry, self._member, "", self._node.log, self._wake, self._room
                 )

@@ -22,7 +22,7 @@ from pipros_fleet.directory import Directory, DirectoryEntry, read_json
 from pipros_fleet.fleet_rules import FleetRule, Priority
 from pipros_fleet.local_graph import outcome_topics
 from pipros_fleet.messages import ReceivedMessage
-from pipros_fleet.sinks import Sink
+from pipros_fleet.sinks import Sink, SinkRoom
 from pipros_fleet.sources import Sender, SentTopic
 from pipros_fleet.warnings_once import WarningsOnce
 from pipros_fleet.zenoh_session import Ends, LinkFailed, SessionLink
@@ -64,7 +64,7 @@ class ShownMember:
         directory: Directory,
         workers: SharedWorkers,
         definition_bytes: Budget,
-        latched_bytes: Budget,
+        room: SinkRoom,
         wake: Callable[[], object],
     ) -> None:
         """Store the settings.
@@ -72,7 +72,6 @@ class ShownMember:
         Args:
             definition_bytes: maximum size of all members' definitions; each member gets at most half of the
                 memory that the other members leave.
-            latched_bytes: maximum size of all members' latched messages; see `Sink`.
             wake: called from any thread if `update` has something to do.
         """
         self.directory = directory
@@ -88,7 +87,7 @@ class ShownMember:
         self._wake = wake
         self._warn = WarningsOnce(node.log)
         self._definition_bytes = Budget(definition_bytes.limit, definition_bytes, part=0.5)
-        self._latched_bytes = latched_bytes
+        self._room = room
         self._definitions: dict[tuple[str, str], str | None] = {}
         self._taken_bytes: dict[tuple[str, str], int] = {}
         self._lock = threading.Lock()
@@ -179,7 +178,7 @@ class ShownMember:
                         text,
                         self._node.log,
                         self._wake,
-                        self._latched_bytes,
+                        self._room,
                     )
                     if name in self.results:
                         self.sinks[name].received[self.directory.member] = self.results.pop(name)

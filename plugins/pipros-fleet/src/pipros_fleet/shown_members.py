@@ -23,7 +23,8 @@ from pipros_fleet.local_graph import occupied
 from pipros_fleet.members import Token
 from pipros_fleet.messages import ReceivedMessage
 from pipros_fleet.shown_member import FLEET_DEFINITION_BYTES, ShownMember
-from pipros_fleet.sources import FLEET_LATCHED_BYTES, Sender
+from pipros_fleet.sinks import SinkRoom
+from pipros_fleet.sources import Sender
 from pipros_fleet.warnings_once import WarningsOnce
 from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_tools.graph.system_state import SystemState
@@ -45,6 +46,7 @@ class ShownMembers:
         sender: Sender,
         me: str,
         workers: SharedWorkers,
+        room: SinkRoom,
         warn: WarningsOnce,
         wake: Callable[[], object],
     ) -> None:
@@ -62,7 +64,7 @@ class ShownMembers:
         self._warn = warn
         self._wake = wake
         self._definition_bytes = Budget(FLEET_DEFINITION_BYTES)
-        self._latched_bytes = Budget(FLEET_LATCHED_BYTES)
+        self._room = room
         self._results: dict[str, tuple[str, dict[str, ReceivedMessage]]] = {}
         """What was received of the results of members that left, with the instances of their agents."""
         self._requests_sent: dict[str, TopicRequests] = {}
@@ -92,7 +94,9 @@ class ShownMembers:
             return
         taken = occupied(state, member)
         if taken is not None:
-            self._warn(f"[{member}] is not shown, because the local name [{taken}] uses its namespace", member)
+            self._warn(
+                f"[{member}] is not shown, because the local name [{taken}] uses its namespace", member
+            )
             return
         self._node.log.info("[%s] has joined", member)
         self.members[member] = ShownMember(
@@ -103,7 +107,7 @@ class ShownMembers:
             directory,
             self._workers,
             self._definition_bytes,
-            self._latched_bytes,
+            self._room,
             self._wake,
         )
         instance, results = self._results.pop(member, ("", {}))

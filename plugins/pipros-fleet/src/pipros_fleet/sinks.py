@@ -10,15 +10,17 @@ from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError, ProtocolError
+from pipros.basics.limits import Limits
+from pipros.net.shared_workers import SharedWorkers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
 from pipros_fleet.directory import FLEET_MEMBERS, DirectoryEntry
 from pipros_fleet.limits import FleetLimits
 from pipros_fleet.local_graph import is_result
-from pipros_fleet.messages import MessageAttachment, ReceivedMessage, decompressed, unpack
+from pipros_fleet.messages import MessageAttachment, ReceivedMessage, decompressed, is_compressed, unpack
 from pipros_fleet.outbox import QUEUE
-from pipros_fleet.sources import MARK
+from pipros_fleet.sources import FLEET_LATCHED_BYTES, MARK
 from pipros_fleet.warnings_once import WarningsOnce
 from pipros_libraries.topic_tools.raw import class_like
 
@@ -27,6 +29,21 @@ _KEPT = 100
 """
 _KEPT_BYTES: Final = 500
 """Memory of such a message in addition to its content."""
+
+
+class SinkRoom:
+    """What several topics may use together; each sender to a topic can use at most half of what others leave.
+
+    Attributes:
+        latched: memory for latched messages.
+        inflating: threads that decompress messages, each sender's in order; small messages can become 1000
+            times as large, and the receiving thread must not wait for that.
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        room = 3 * limits.of(FleetLimits).fleet_message_bytes  # a sender can use it for its largest message
+        self.latched = Budget(FLEET_LATCHED_BYTES)
+        self.inflating = SharedWorkers("compressed messages", 2, room, each=1)
 
 
 class Sink:
@@ -50,7 +67,7 @@ class Sink:
         definition: str,
         log: logging.Logger,
         on_change: Callable[[], object],
-        latched_bytes: Budget,
+        room: SinkRoom,
     ) -> None:
         """Advertise the topic. Blocks until the master answers.
 
@@ -58,8 +75,6 @@ class Sink:
             origin: name of the member in the field `pipros_fleet` of connection headers.
             definition: definition of the message type; may be empty.
             on_change: called from any thread if a subscriber connects or disconnects. Must not block.
-            latched_bytes: memory for the latched messages of several topics; each sender to a topic can use
-                at most half of what others leave.
 
         Raises:
             PiprosError: the node already publishes the topic with another type.
@@ -77,7 +92,7 @@ class Sink:
         self._headers = {MARK: origin}
         self._publishers = [self._advertise(latch=False)]
         self._latched: dict[str, tuple[dict[int, AnyMsg], Budget]] = {}  # by sender, then by publisher
-        self._latched_bytes = latched_bytes
+        self._room = room
         self._lock = threading.Lock()  # of the above and of new senders: replies arrive in other threads
         self._is_closed = False
         self._newest: AnyMsg | None = None
@@ -95,7 +110,17 @@ class Sink:
         return any(link.caller_id != self._node.name for link in links)
 
     def take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
-        """Publish a message from a member, unless it is malformed, repeated or of another type."""
+        """Publish a message from a member, unless it is malformed, repeated or of another type.
+
+        A compressed message that is no replay is published by another thread.
+        """
+        cost = len(payload) + _KEPT_BYTES
+        if is_replay or not is_compressed(attachment):
+            self._take(sender, payload, attachment, is_replay=is_replay)
+        elif not self._room.inflating.run(sender, self._take, sender, payload, attachment, cost=cost):
+            self._warn(f"too many compressed messages of [{sender}] for [{self.entry.name}] wait", sender)
+
+    def _take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
         received = self.received.get(sender) or self._new_sender(sender)
         try:
             found = unpack(attachment)
@@ -109,7 +134,7 @@ class Sink:
             received.malformed += 1
             self._warn(f"messages of [{sender}] for [{self.entry.name}] are dropped: {error}", sender)
             return
-        if self.is_owed != is_replay and not found.is_latched:
+        if self._is_closed or (self.is_owed != is_replay and not found.is_latched):
             return
         if received.is_new(found, len(payload), is_replay=is_replay):
             self._publish(sender, found, body)
@@ -136,7 +161,7 @@ class Sink:
         with self._lock:
             if self._is_closed:
                 return
-            unused = Budget(inf, self._latched_bytes, part=0.5)
+            unused = Budget(inf, self._room.latched, part=0.5)
             kept, share = self._latched.setdefault(sender, ({}, unused))
             if source in kept:
                 share.give_back(len(kept.pop(source).body) + _KEPT_BYTES)

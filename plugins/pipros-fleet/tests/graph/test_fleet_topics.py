@@ -13,6 +13,7 @@ import pytest
 
 from pipros.basics.budget import Budget
 from pipros.basics.env import Environment
+from pipros.basics.limits import process_limits
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
@@ -23,7 +24,7 @@ from pipros_fleet import keys
 from pipros_fleet.agent import NameTaken, new_instance
 from pipros_fleet.directory import Directory, DirectoryEntry, to_json
 from pipros_fleet.messages import MessageAttachment, pack
-from pipros_fleet.sinks import Sink
+from pipros_fleet.sinks import Sink, SinkRoom
 from pipros_fleet.zenoh_session import LinkFailed
 from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.waiting import wait_until
@@ -320,13 +321,14 @@ def test_late_subscribers_get_the_last_message_of_many_latching_publishers(
     environment = Environment(master_uri=master.uri)
     with Node("agent", environment=environment) as agent, Node("late", environment=environment) as late:
         entry = DirectoryEntry("/status", text._type, text._md5sum)
-        room = Budget(120_000)
+        room = SinkRoom(process_limits())
+        room.latched = Budget(120_000)
         sink = Sink(agent, entry, "robot1", text._full_text, logging.root, lambda: None, room)
         sequence = count(1)
 
-        def send(publisher: int, data: str, sender: str = "robot1") -> None:
+        def send(publisher: int, data: str, sender: str = "robot1", *, is_compressed: bool = False) -> None:
             attachment = MessageAttachment(
-                publisher, "00" * 8, next(sequence), 0, text._md5sum, is_latched=True
+                publisher, "00" * 8, next(sequence), 0, text._md5sum, is_compressed, is_latched=True
             )
             body = BytesIO()
             text(data).serialize(body)
@@ -352,10 +354,18 @@ def test_late_subscribers_get_the_last_message_of_many_latching_publishers(
         monkeypatch.setattr("pipros_fleet.sinks.FLEET_MEMBERS", 3)
         for number in range(2, 9):
             send(7, "of a member that leaves", f"robot{number}")
-        assert (len(sink.received), 0 < room.used < 3000) == (3, True)
+        assert (len(sink.received), 0 < room.latched.used < 3000) == (3, True)
+        gate = threading.Event()
+        monkeypatch.setattr("pipros_fleet.sinks.decompressed", lambda body, _: gate.wait(LIMIT_S) and body)
+        send(1, "large", "robot7", is_compressed=True)
+        send(1, "small", "robot8")
+        wait_until(lambda: "small" in received, what="the message that is not compressed")
+        assert "large" not in received
+        gate.set()
+        wait_until(lambda: "large" in received, what="the compressed message")
         sink.close()
         send(7, "after the end", "robot2")
-        assert room.used == 0
+        assert room.latched.used == 0
 
 
 # Services and parameters between the members of a fleet, and what their files forbid.

@@ -6,6 +6,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Hashable
 from contextlib import suppress
+from math import inf
 from typing import Any
 
 from pipros.basics.budget import Budget
@@ -17,13 +18,18 @@ class SharedWorkers:
     """Runs jobs in a limited number of threads, so that no user can delay or displace the others.
 
     The users take turns. Each may use at most half of the threads, and half of the room for waiting and
-    running jobs, that the others leave. A job that blocks occupies only a thread of its user's share.
+    running jobs, that the others leave. A job that blocks occupies only a thread of its user's share. If
+    each user has one thread, a user's jobs run in order.
     """
 
-    def __init__(self, name: str, threads: int, room: float) -> None:
-        """Create the threads on demand. `room` limits the total cost of all waiting and running jobs."""
+    def __init__(self, name: str, threads: int, room: float, *, each: float = inf) -> None:
+        """Create the threads on demand, at most `each` for one user.
+
+        `room` limits the total cost of all waiting and running jobs.
+        """
         self._workers = Workers(name, threads)
         self._threads = threads
+        self._each = each
         self._room = Budget(room)
         self._users: dict[Hashable, Budget] = {}
         self._running: Counter[Hashable] = Counter()
@@ -52,7 +58,7 @@ class SharedWorkers:
 
     def _may_run(self, user: Hashable) -> bool:
         own = self._running[user]
-        return 2 * own < self._threads - (self._running.total() - own)
+        return own < self._each and 2 * own < self._threads - (self._running.total() - own)
 
     def _work(self) -> None:
         """Run jobs until none is left that may run now."""

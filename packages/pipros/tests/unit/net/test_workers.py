@@ -42,6 +42,19 @@ def test_users_share_threads_and_room() -> None:
     workers.close()
 
 
+def test_jobs_of_a_user_with_one_thread_run_in_order() -> None:
+    workers, gate, done = SharedWorkers("in order", 4, 40, each=1), threading.Event(), list[int]()
+    workers.run("user", gate.wait)
+    for number in range(9):
+        workers.run("user", done.append, number)
+    workers.run("other", done.append, -1)
+    wait_until(lambda: done == [-1])
+    gate.set()
+    wait_until(lambda: len(done) == 10)
+    assert done == [-1, *range(9)]
+    workers.close()
+
+
 class Argument:
     """A value that a job is given."""
 
