@@ -14,6 +14,7 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from contextlib import closing
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
@@ -103,6 +104,7 @@ class Agent:
         self._warn = WarningsOnce(self._log)
         self._events = Events(4 * FLEET_MEMBERS)
         self._workers = SharedWorkers("requests of a fleet agent", 8, 4 * FLEET_TOPICS)
+        self._answers = SharedWorkers("answers of a fleet agent", 8, 4 * FLEET_MEMBERS)
         self._room = SinkRoom(node.limits)
         self._presence = Presence(self.member, self.instance, FLEET_MEMBERS, self)
         self._calls = LocalCalls(node, file, self._log)
@@ -149,14 +151,13 @@ class Agent:
             raise NameTaken(_taken(me))
         self._poller.start()
         self._declared = [
-            link.serve(keys.directory(me), self._offers.answer_directory),
-            link.serve(keys.wanted(me, "*"), self._shown.answer_requests),
-            link.serve(keys.topic(me, keys.EVERY), self._offers.answer_latched),
+            self._serve(keys.directory(me), self._offers.answer_directory),
+            self._serve(keys.wanted(me, "*"), self._shown.answer_requests),
+            self._serve(keys.topic(me, keys.EVERY), self._offers.answer_latched),
             link.serve(keys.service(me, "*", keys.EVERY), self._calls.take),
-            link.serve(keys.parameters(me, "get", "*"), self._calls.take),
-            link.serve(keys.parameters(me, "set", "*"), self._calls.take),
-            link.serve(keys.definition(me, "*"), self._on_definition_request),
-            link.serve(keys.statistics(me), self._statistics.answer),
+            *(link.serve(keys.parameters(me, verb, "*"), self._calls.take) for verb in ("get", "set")),
+            self._serve(keys.definition(me, "*"), self._answer_definition),
+            self._serve(keys.statistics(me), self._statistics.answer),
             link.subscribe(keys.into("*", me, keys.EVERY), self._offers.take_input),
             link.subscribe(keys.wanted("*", me), self._on_document),
             *(
@@ -182,6 +183,7 @@ class Agent:
         self._calls.close()
         self.sender.close()
         self._workers.close()
+        self._answers.close()
         self._room.inflating.close()
         self._poller.close()
 
@@ -193,6 +195,23 @@ class Agent:
             return trigger._response_class(self._link.is_connected, f"member {self.member}")
 
         self._node.serve(f"{self._node.name}/link", trigger, answer)
+
+    def _serve(self, key: str, answer: Callable[[ZenohQuestion], object]) -> Ends:
+        """Answer requests in threads, because an answer may be large, and wait for a full link.
+
+        Requests of one kind have a share of the threads together, because most do not say who asks.
+        """
+
+        def reply(question: ZenohQuestion) -> None:
+            with closing(question):
+                answer(question)
+
+        def take(question: ZenohQuestion) -> None:
+            if not self._answers.run(key, reply, question):
+                question.refuse("too many requests are waiting")
+                question.close()
+
+        return self._link.serve(key, take)
 
     # -- link callbacks; they run in Zenoh's threads and must not block --------------------------------
 
@@ -226,9 +245,8 @@ class Agent:
                     f"requests {kind}", member, lambda: self._offers.take_requests(member, payload)
                 )
 
-    def _on_definition_request(self, question: ZenohQuestion) -> None:
-        if not self._workers.run("", self._poller.answer_definition, question, self._offers.local, cost=100):
-            question.close()  # of all members together, because a question does not say who asks
+    def _answer_definition(self, question: ZenohQuestion) -> None:
+        self._poller.answer_definition(question, self._offers.local)
 
     # -- the thread that polls the local master ---------------------------------------------------
 

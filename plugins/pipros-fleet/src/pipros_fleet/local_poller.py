@@ -69,19 +69,13 @@ class LocalPoller:
 
     def answer_definition(self, question: ZenohQuestion, local: LocalGraph) -> None:
         """Reply with the requested type's definition, if this member shares a topic of that type."""
-        try:
-            match keys.parts(question.key):
-                case (_, "definition", [part]):
-                    kind = keys.unmangled(part)[1:]
-                    entry = next((each for each in local.shared if each.type == kind), None)
-                    if entry is None:
-                        return
-                    nodes = local.state.publishers.get(entry.name, ())
-                    found = self._definitions.of_topic(entry.name, kind, list(nodes))
-                    if found is not None:
-                        question.answer(json.dumps([found.md5sum, found.text]).encode())
-        finally:
-            question.close()
+        kind = keys.unmangled(question.key.rpartition("/")[2])[1:]
+        entry = next((each for each in local.shared if each.type == kind), None)
+        if entry is not None:
+            nodes = local.state.publishers.get(entry.name, ())
+            found = self._definitions.of_topic(entry.name, kind, list(nodes))
+            if found is not None:
+                question.answer(json.dumps([found.md5sum, found.text]).encode())
 
     def _service_header(self, name: str, nodes: Sequence[str]) -> tuple[str, str] | None:
         """Return a service's type and MD5 sum, or None if its server has not answered yet."""

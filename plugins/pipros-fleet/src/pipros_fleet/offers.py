@@ -135,10 +135,10 @@ class Offers:
         self._sender.is_up = True
         self._put_directory()
 
-    # -- link callbacks; they run in Zenoh's threads and must not block ------------------------------
+    # -- callbacks of the link, in any thread -----------------------------------------------------------
 
     def take_input(self, key: str, payload: bytes, attachment: bytes) -> None:
-        """Publish another member's message, if the rules accept it."""
+        """Publish another member's message, if the rules accept it. Does not block."""
         match keys.parts(key):
             case (member, "in", [_, *rest]):
                 name = keys.unmangled("/".join(rest))
@@ -150,7 +150,6 @@ class Offers:
 
     def answer_directory(self, question: ZenohQuestion) -> None:
         question.answer(self._document)
-        question.close()
 
     def answer_latched(self, question: ZenohQuestion) -> None:
         match keys.parts(question.key):
@@ -158,7 +157,6 @@ class Offers:
                 source = self.shared.get(keys.unmangled("/".join(rest)))
                 for kept in source.kept() if source is not None else ():
                     question.answer(kept.body, kept.attachment)
-        question.close()
 
     # -- internals --------------------------------------------------------------------------------
 

@@ -169,9 +169,7 @@ class ShownMembers:
                 self._link.put(keys.wanted(self._me, member), requests_to_json(requests), waits=True)
 
     def answer_requests(self, question: ZenohQuestion) -> None:
-        """Reply with the topics that this member requests from another member. Called from a Zenoh thread."""
+        """Reply with the topics that this member requests from another member. Called from any thread."""
         other = question.key.rpartition("/")[2]
-        question.answer(
-            requests_to_json(self._requests_sent.get(other, TopicRequests(self._sender.instance)))
-        )
-        question.close()
+        sent = self._requests_sent.get(other, TopicRequests(self._sender.instance))
+        question.answer(requests_to_json(sent))

@@ -61,7 +61,6 @@ class Statistics:
 
     def answer(self, question: ZenohQuestion) -> None:
         question.answer(json.dumps(self.counters()).encode())
-        question.close()
 
     def advertise(self, node: Node) -> None:
         """Advertise `/diagnostics`. Blocks until the master answers."""

@@ -25,7 +25,8 @@ from pipros_fleet.agent import NameTaken, new_instance
 from pipros_fleet.directory import Directory, DirectoryEntry, to_json
 from pipros_fleet.messages import MessageAttachment, pack
 from pipros_fleet.sinks import Sink, SinkRoom
-from pipros_fleet.zenoh_session import LinkFailed
+from pipros_fleet.statistics import Statistics
+from pipros_fleet.zenoh_session import LinkFailed, SessionLink
 from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.waiting import wait_until
 
@@ -309,6 +310,16 @@ def test_the_callbacks_of_a_link_keep_the_state_of_their_thread(router: str) -> 
     finally:
         sender.close()
         receiver.close()
+
+
+def test_long_answers_delay_none(router: str, hostile: SessionLink, monkeypatch: pytest.MonkeyPatch) -> None:
+    gate = threading.Barrier(2)
+    monkeypatch.setattr(Statistics, "answer", lambda *_: (gate.wait(LIMIT_S), gate.wait(LIMIT_S)))
+    with Member("robot1", router):
+        threading.Thread(target=lambda: hostile.get(keys.statistics("robot1"), timeout_s=LIMIT_S)).start()
+        gate.wait(LIMIT_S)
+        assert hostile.get(keys.directory("robot1"), timeout_s=LIMIT_S)
+        gate.wait(LIMIT_S)
 
 
 # Topics that a fleet's agent publishes on the local master.
