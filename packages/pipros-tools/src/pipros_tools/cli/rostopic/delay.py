@@ -46,7 +46,7 @@ def measure_delay(argv: Sequence[str]) -> int:
         topic = wait_for_topic(graph.master, graph.resolve(options.topic)).topic
     with command_node("rostopic", argv) as node:
         listening = Listening(node)
-        delays = Delays(options.window_size)
+        delays = Delays(options.window_size if options.window_size > 0 else DEFAULT_WINDOW)
         clock = node.clock
         listening.subscribe(
             topic, lambda raw: delays.add(raw, clock.now_ns()), tcp_nodelay=options.tcp_nodelay

@@ -16,8 +16,12 @@ def add_window_option(parser: OptionParser) -> None:
 
 
 def window_of(parser: OptionParser, options: Values, default: int) -> int:
-    """Return the window size, in messages. Exit with an error if it is not an integer."""
+    """Return the window size, in messages; the default if it is not positive.
+
+    Exit with an error if it is not an integer.
+    """
     try:
-        return default if options.window is None else int(options.window)
+        window = 0 if options.window is None else int(options.window)
     except ValueError:
         parser.error("window size must be an integer")
+    return window if window > 0 else default
