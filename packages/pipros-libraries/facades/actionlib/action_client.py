@@ -290,20 +290,20 @@ class ActionClient:
         self.ActionGoal = self.manager.ActionGoal
         self.ActionResult = self.manager.ActionResult
         self.ActionFeedback = self.manager.ActionFeedback
-        name = rospy.remap_name(ns)
+        name: str = rospy.remap_name(ns) + "/"
         size = rospy.get_param("actionlib_client_pub_queue_size", 10)
         self.pub_queue_size = 10 if size < 0 else size
-        self.pub_goal = rospy.Publisher(f"{name}/goal", self.ActionGoal, queue_size=self.pub_queue_size)
-        self.pub_cancel = rospy.Publisher(f"{name}/cancel", GoalID, queue_size=self.pub_queue_size)
+        self.pub_goal = rospy.Publisher(f"{name}goal", self.ActionGoal, queue_size=self.pub_queue_size)
+        self.pub_cancel = rospy.Publisher(f"{name}cancel", GoalID, queue_size=self.pub_queue_size)
         self.manager.register_send_goal_fn(self.pub_goal.publish)
         self.manager.register_cancel_fn(self.pub_cancel.publish)
         size = rospy.get_param("actionlib_client_sub_queue_size", -1)
         self.sub_queue_size = None if size < 0 else size
         more: dict[str, Any] = {"queue_size": self.sub_queue_size}
-        self.status_sub = rospy.Subscriber(f"{name}/status", GoalStatusArray, self._status_cb, **more)
-        self.result_sub = rospy.Subscriber(f"{name}/result", self.ActionResult, self._result_cb, **more)
+        self.status_sub = rospy.Subscriber(f"{name}status", GoalStatusArray, self._status_cb, **more)
+        self.result_sub = rospy.Subscriber(f"{name}result", self.ActionResult, self._result_cb, **more)
         self.feedback_sub = rospy.Subscriber(
-            f"{name}/feedback", self.ActionFeedback, self._feedback_cb, **more
+            f"{name}feedback", self.ActionFeedback, self._feedback_cb, **more
         )
 
     def stop(self) -> None:

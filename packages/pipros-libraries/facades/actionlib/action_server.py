@@ -122,30 +122,28 @@ class ActionServer:
 
     def initialize(self) -> None:
         """Advertise and subscribe to the topics. Called by `start`."""
-        name = rospy.remap_name(self.ns)
+        name: str = rospy.remap_name(self.ns) + "/"
         size = rospy.get_param("actionlib_server_pub_queue_size", 50)
         self.pub_queue_size = 50 if size < 0 else size
         more: dict[str, Any] = {"queue_size": self.pub_queue_size}
-        self.status_pub = rospy.Publisher(f"{name}/status", GoalStatusArray, latch=True, **more)
-        self.result_pub = rospy.Publisher(f"{name}/result", self.ActionResult, **more)
-        self.feedback_pub = rospy.Publisher(f"{name}/feedback", self.ActionFeedback, **more)
+        self.status_pub = rospy.Publisher(f"{name}status", GoalStatusArray, latch=True, **more)
+        self.result_pub = rospy.Publisher(f"{name}result", self.ActionResult, **more)
+        self.feedback_pub = rospy.Publisher(f"{name}feedback", self.ActionFeedback, **more)
         size = rospy.get_param("actionlib_server_sub_queue_size", -1)
         self.sub_queue_size = None if size < 0 else size
         more = {"queue_size": self.sub_queue_size}
-        self.goal_sub = rospy.Subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback, **more)
-        self.cancel_sub = rospy.Subscriber(f"{name}/cancel", GoalID, self.internal_cancel_callback, **more)
+        self.goal_sub = rospy.Subscriber(f"{name}goal", self.ActionGoal, self.internal_goal_callback, **more)
+        self.cancel_sub = rospy.Subscriber(f"{name}cancel", GoalID, self.internal_cancel_callback, **more)
         self.status_frequency = self._status_frequency(name)
-        self.status_list_timeout = rospy.Duration(rospy.get_param(f"{name}/status_list_timeout", 5.0))
+        self.status_list_timeout = rospy.Duration(rospy.get_param(f"{name}status_list_timeout", 5.0))
         if self.status_frequency > 0.0:
             period = rospy.Duration(max(1.0 / self.status_frequency, _SHORTEST_PERIOD_S))
             self.status_timer = rospy.Timer(period, self.publish_status_async, reset=True)
 
     def _status_frequency(self, name: str) -> float:
-        if rospy.has_param(f"{name}/status_frequency"):
-            rospy.logwarn(
-                "Parameter %s/status_frequency is deprecated: set actionlib_status_frequency.", name
-            )
-            return float(rospy.get_param(f"{name}/status_frequency", 5.0))
+        if rospy.has_param(f"{name}status_frequency"):
+            rospy.logwarn("Parameter %sstatus_frequency is deprecated: set actionlib_status_frequency.", name)
+            return float(rospy.get_param(f"{name}status_frequency", 5.0))
         found = rospy.search_param("actionlib_status_frequency")
         return 5.0 if found is None else float(rospy.get_param(found, 5.0))
 

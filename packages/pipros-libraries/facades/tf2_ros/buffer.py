@@ -64,8 +64,9 @@ class Buffer(BufferCore, BufferInterface):
         Raises:
             LookupException, ConnectivityException, ExtrapolationException, InvalidArgumentException.
             ROSInterruptException: the node was shut down while waiting.
+            TypeError: `time` or `timeout` is a number.
         """
-        if timeout.secs or timeout.nsecs:
+        if in_ns(timeout):
             self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
 
@@ -83,7 +84,7 @@ class Buffer(BufferCore, BufferInterface):
         `fixed_frame` must not move between these times.
         """
         arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
-        if timeout.secs or timeout.nsecs:
+        if in_ns(timeout):
             self.can_transform_full(*arguments, timeout)
         return self.lookup_transform_full_core(*arguments)
 
@@ -122,10 +123,10 @@ class Buffer(BufferCore, BufferInterface):
 
         Return the last result.
         """
-        result = ask()
-        if result[0] or not (timeout.secs or timeout.nsecs):
+        result, limit = ask(), in_ns(timeout)
+        if result[0] or not limit:
             return result
-        return self._buffer.waiter.wait(ask, in_ns(timeout), rospy.rostime.clock, _check_for_shutdown)
+        return self._buffer.waiter.wait(ask, limit, rospy.rostime.clock, _check_for_shutdown)
 
 
 def _check_for_shutdown() -> None:

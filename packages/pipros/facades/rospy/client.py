@@ -13,7 +13,7 @@ from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted, InvalidName, NotFound, Refused, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.basics.names import is_legal_remapping, parse_arguments
+from pipros.basics.names import is_legal_remapping, is_private, parse_arguments, text_of
 from pipros.basics.shared_names import share_names
 from pipros.msg import time as msg_time
 from pipros.node.codec import AnyMessage
@@ -92,7 +92,8 @@ def init_node(
         name: the node's name without a namespace; `__name:=` on the command line overrides it.
         argv: the command-line arguments with remappings; defaults to `sys.argv`.
         anonymous: whether to make the name unique.
-        log_level: `rospy.DEBUG`, `INFO`, `WARN`, `ERROR` or `FATAL`; INFO by default.
+        log_level: `rospy.DEBUG`, `INFO`, `WARN`, `ERROR` or `FATAL`; INFO by default, and if `disable_rosout`
+            is true.
         disable_rostime: whether to use wall time even if `/use_sim_time` is set.
         disable_rosout: whether to disable publishing log messages.
         disable_signals: whether to leave SIGINT and SIGTERM to the caller.
@@ -102,6 +103,7 @@ def init_node(
 
     Raises:
         ValueError: the name is empty or has a namespace, or a port is not a number.
+        KeyError: there is no such `log_level`.
         ROSException: init_node was already called with different arguments.
         ROSInitException: a `_name:=value` is not YAML, or an argument contains two `:=`; or init_node was
             interrupted, or called outside the main thread with signals enabled.
@@ -111,7 +113,7 @@ def init_node(
         name,
         argv,
         anonymous=anonymous,
-        log_level=log_level,
+        log_level=None if disable_rosout else log_level,  # as in Noetic
         disable_rostime=disable_rostime,
         disable_rosout=disable_rosout,
         disable_signals=disable_signals,
@@ -261,9 +263,10 @@ def set_param(param_name: str, param_value: Any) -> None:
     Setting the root, `/`, to anything but a dictionary has no effect.
 
     Raises:
-        TypeError: XML-RPC cannot represent a value, such as None, a set, or a key that is not a string.
+        TypeError: the name is not a string, or XML-RPC cannot represent a value, such as None, a set, or a
+            key that is not a string.
         OverflowError: an integer has more than 32 bits.
-        ValueError: a name or a string contains a character that XML forbids, or the name is not a string.
+        ValueError: a name or a string contains a character that XML forbids.
         ROSException: the master rejected the request.
     """
     if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):
@@ -301,8 +304,11 @@ def search_param(param_name: str) -> str | None:
     """Search for a parameter upwards from the node's namespace. Return its full name, or None.
 
     Raises:
-        ValueError: the name is not a string.
+        TypeError: the name is not a string.
+        ROSException: the name is private.
     """
+    if is_private(text_of(param_name)):
+        raise ROSException(f"cannot search for parameter [{param_name}]: leave out the tilde")
     return session.params.search(param_name)
 
 

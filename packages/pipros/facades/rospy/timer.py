@@ -123,9 +123,6 @@ class Timer(rate.Timer):
             callback: called with a TimerEvent, one call at a time.
             oneshot: whether to end after one call.
             reset: has no effect since ROS 1.17: a timer always restarts if simulated time moves backwards.
-
-        Raises:
-            ROSInitException: init_node has not been called.
         """
 
         def on_tick(tick: rate.Tick) -> None:
@@ -140,15 +137,16 @@ class Timer(rate.Timer):
             )
 
         self._period = period
-        super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=True)
+        super().__init__(session.clock, 0, on_tick, oneshot=oneshot, reset=True)
 
     def run(self) -> None:
         """Run the timer.
 
-        Called by the thread itself. As in Noetic, a period that is not a Duration ends the thread.
+        Called by the thread itself. As in Noetic, an exception ends it if the period is not a Duration, or if
+        `init_node` has not been called.
         """
         self._period.to_sec()
-        self._period_ns = self._period.to_nsec()
+        self._clock, self._period_ns = clock(), self._period.to_nsec()
         super().run()
 
 

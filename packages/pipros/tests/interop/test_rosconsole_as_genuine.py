@@ -173,7 +173,7 @@ DELIBERATE = {
 
 
 SCRIPTS = {
-    ("examine_rospy.py", *ARGUMENTS): 150, ("examine_early_names.py", *REMAPPINGS): 200,
+    ("examine_rospy.py", *ARGUMENTS): 163, ("examine_early_names.py", *REMAPPINGS): 200,
     ("examine_early_names.py", *REMAPPINGS, "__ns:=/cmd"): 200, ("examine_topic_impl.py",): 40,
     ("examine_junitxml.py",): 12, ("examine_private_names.py",): 35, ("examine_durations.py",): 40,
     ("examine_the_rest.py",): 80, ("examine_tool_libraries.py",): 35, ("examine_second_node.py",): 15,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -68,7 +67,7 @@ def show_file_of_node(name: str, launch: Launch) -> None:
         advice = "Run \n\troslaunch --nodes <files>\nto see list of node names."
         print(f"ERROR: cannot find node named [{name}]. {advice}", file=sys.stderr)
     else:
-        print(os.path.abspath(node.place.file))
+        print(node.place.file)
 
 
 def params_text(params: Mapping[str, Any]) -> str:

@@ -34,13 +34,14 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (package / "talker").chmod(0o755)
     (package / "x.launch").write_text(CONTENT)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    monkeypatch.chdir(package)
     return package / "x.launch"
 
 
 @pytest.mark.parametrize(("given", "printed"), [
     (("--nodes", "talkers", "x.launch"), "/one\n/g/two\n/tt\n"), (("--files", "FILE"), "FILE\n"),
     (("--args", "one", "FILE"), 'A="1" FOLDER/talker a b __name:=one\n'),
-    (("--find-node", "g/two", "FILE"), "FILE\n"),
+    (("--find-node", "g/two", "x.launch"), "x.launch\n"),
     (("--ros-args", "FILE"), 'Optional Arguments:\n  x (default "1"): the x\n'),
     (("--dump-params", "FILE", "x:=hello"), "/a/b:\n- 1\n- 2\n/p: hello\n\n"),
 ])  # fmt: skip

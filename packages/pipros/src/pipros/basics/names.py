@@ -59,14 +59,18 @@ def is_private(name: str) -> bool:
     return name.startswith("~")
 
 
+class NotText(InvalidName, TypeError):
+    """A name is not a string."""
+
+
 def text_of(name: object) -> str:
     """Return a name unchanged.
 
     Raises:
-        InvalidName: it is not a string. Programs often pass None, the result of a search without success.
+        NotText: it is not a string. Programs often pass None, the result of a search without success.
     """
     if not isinstance(name, str):
-        raise InvalidName(f"a name must be a string, got {name!r}")
+        raise NotText(f"a name must be a string, got {name!r}")
     return name
 
 

@@ -45,7 +45,12 @@ def open_console_and_file(
     Returns:
         The handlers that were added to the logger and to the root logger; an empty list if such a
         configuration is used.
+
+    Raises:
+        KeyError: there is no such level, as in Noetic.
     """
+    if level is not None and level not in _LOGGING_LEVELS:
+        raise KeyError(f"log_level must be rospy.DEBUG, INFO, WARN, ERROR or FATAL, got {level!r}")
     handlers: list[logging.Handler] = []
     given = node.identity.arguments.special.get("__log")
     path = log_file(node.environment.log_dir, node.name, given)
@@ -62,7 +67,7 @@ def open_console_and_file(
         logger.addHandler(console)
         handlers = [console, _log_to_file(path)]
     if level is not None:
-        logger.setLevel(_LOGGING_LEVELS.get(level, logging.INFO))
+        logger.setLevel(_LOGGING_LEVELS[level])
     return handlers
 
 

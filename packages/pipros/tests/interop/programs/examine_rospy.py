@@ -11,7 +11,10 @@ from roscpp.srv import GetLoggers, SetLoggerLevel
 from std_msgs.msg import Header, Int32, String
 from std_srvs.srv import Empty, SetBool, Trigger
 
+import actionlib
 import rospy
+import tf2_ros
+from actionlib.msg import TestAction
 
 
 def before_init():
@@ -34,6 +37,31 @@ def before_init():
     examine("proxy", lambda: rospy.ServiceProxy("/nope", Empty)())
     for name in ("", None, "a/b", "/a"):
         examine(f"init {name!r}", lambda name=name: rospy.init_node(name))
+    examine("timer", lambda: rospy.Timer(rospy.Duration(0.001), print).join())
+
+
+def raises(kind, function, *arguments):
+    """Return whether the call raises such an exception. Its text is not compared."""
+    try:
+        function(*arguments)
+    except kind:
+        return True
+    return False
+
+
+def refusals():
+    buffer = tf2_ros.Buffer(debug=False)
+    for kind, function, *arguments in (
+        (KeyError, rospy.get_param, 5), (KeyError, rospy.delete_param, 5), (TypeError, rospy.set_param, 5, 1),
+        (TypeError, rospy.search_param, None), (rospy.ROSException, rospy.search_param, "~x"),
+        (ValueError, rospy.Publisher, 5, String), (ValueError, rospy.Subscriber, b"x", String),
+        (ValueError, rospy.Service, 5, Empty, print), (TypeError, actionlib.ActionClient, None, TestAction),
+        (TypeError, actionlib.ActionServer, None, TestAction, print),
+        (TypeError, buffer.can_transform, "a", "b", 1),
+        (TypeError, buffer.lookup_transform, "a", "b", rospy.Time(), 1.0),
+    ):  # fmt: skip
+        name = function.__name__
+        examine(f"{name} {arguments[0]!r}", lambda got=(kind, function, *arguments): raises(*got))
 
 
 def names():
@@ -257,7 +285,7 @@ def the_end():
 def main():
     before_init()
     rospy.init_node("probe", disable_signals=True)
-    for part in (names, topics, services, parameters, times, logs, the_end):
+    for part in (names, refusals, topics, services, parameters, times, logs, the_end):
         begin(part.__name__)
         part()
     sys.stdout.flush()
