@@ -10,6 +10,7 @@ from pathlib import Path
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros_tools.testing.bare import BareTest
 from pipros_tools.testing.rostest import TestProgramTimedOut
+from pipros_tools.testing.runner import case_name
 from pipros_tools.testing.summary import case_summary, unittest_summary
 from pipros_workspace.index import PackageIndex
 from rosunit import junitxml
@@ -134,7 +135,7 @@ class BareTestCase(unittest.TestCase):
 def print_unittest_summary(result: unittest.TestResult) -> None:
     """Print the number of tests, and the names of the tests with errors and failures."""
     names: list[list[str]] = [
-        [test.id().rpartition(".")[2] for test, _ in broken] for broken in (result.errors, result.failures)
+        [case_name(test) for test, _ in broken] for broken in (result.errors, result.failures)
     ]
     print(unittest_summary(result.testsRun, *names))
 
@@ -144,7 +145,7 @@ def print_runner_summary(
 ) -> None:
     """Print the result of each test case, and the programs that could not run."""
     lines = "".join(result.description for result in junit_results.test_case_results).splitlines()
-    not_run = [test.id().rpartition(".")[2] for test, _ in runner_results.failures]
+    not_run = [case_name(test) for test, _ in runner_results.failures]
     lines += [f"[{name}][failed]" for name in not_run]
     summary = case_summary(
         lines,

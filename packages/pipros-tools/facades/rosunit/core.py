@@ -62,15 +62,11 @@ def xml_results_file(
     Raises:
         OSError: the folder cannot be created.
     """
-    name = test_name.translate(dict.fromkeys(map(ord, _BAD_IN_NAMES), "_"))
     path = result_paths.results_file(
-        test_pkg, name, is_rostest=is_rostest, environment=Environment.from_os(env)
+        test_pkg, test_name, is_rostest=is_rostest, environment=Environment.from_os(env)
     )
     makedirs_with_parent_perms(str(path.parent))
     return str(path)
-
-
-_BAD_IN_NAMES = " \"'&$!`/\\"
 
 
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:

@@ -157,7 +157,7 @@ def test_rostest_reports_and_ends_as_genuine_does(ros, package: Path, file: str,
 @pytest.mark.parametrize(
     "options",
     [
-        ["--results-filename=abc.xml", "kinds", "fine.test"],
+        ["--results-filename=a.b.c", "kinds", "fine.test"],
         ["--results-base-dir={package}/elsewhere", "kinds", "fine.test"],
         ["--package=kinds", "--pkgdir={package}", "{package}/test/fine.test"], ["{package}/test/fine.test"],
         ["--reuse-master", "kinds", "fine.test"], ["--clear", "kinds", "fine.test"],
@@ -182,7 +182,7 @@ def test_options_of_rostest_have_the_effect_of_genuine_ones(ros, package: Path, 
     [
         (["test/kinds.py"], 2), (["test/fine.py", "a", "b"], 0),
         (["--name=other", "--package=pkg", "test/fine.py"], 0), (["test/nothing.py"], 1),
-        (["--time-limit=0.5", "test/stays.py"], 1),
+        (["--time-limit=0.5", "test/stays.py"], 1), (["test/fine.py", "--package=pkg", "--name=o 'b/c"], 0),
     ],
     ids=lambda words: " ".join(words) if isinstance(words, list) else "",
 )  # fmt: skip

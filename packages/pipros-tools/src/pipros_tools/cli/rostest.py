@@ -99,8 +99,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if options.text:
             code = _run_as_text(rostest)
         else:
-            name = options.results_filename or rostest_name(package.path, file)
-            code = _run(rostest, package.name, name.removesuffix(".xml"), base)
+            given = options.results_filename or ""
+            name = given.rpartition(".")[0] or given or rostest_name(package.path, file)
+            code = _run(rostest, package.name, name, base)
     except KeyboardInterrupt:
         # A second Ctrl-C must not prevent the nodes from being stopped; they are killed after a timeout.
         signal.signal(signal.SIGINT, signal.SIG_IGN)

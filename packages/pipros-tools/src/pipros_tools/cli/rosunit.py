@@ -45,8 +45,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_option("--name", metavar="TEST_NAME", dest="test_name", help="Test name")
     parser.add_option("--package", metavar="PACKAGE_NAME", dest="pkg", help="Package name (optional)")
-    # All words after the file, including options, are passed to the test program.
-    parser.disable_interspersed_args()
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not words:
         parser.error("You must supply a test file.")
@@ -70,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(test: BareTest, package: str, name: str) -> int:
     wrapper = results_file(package, name, is_rostest=True)
     result = make_xml_runner(package, name, wrapper, is_rostest=True).run(unittest.TestSuite([test.case()]))
-    suites = [(f"{package}.rosunit-{name}", suite) for suite in test.suites]
+    suites = [(f"{package}.{results_file(package, name).stem}", suite) for suite in test.suites]
     print(runner_summary(Suite("rosunit", tuple(result.cases)), suites, "ROSUNIT"))
     if not result.wasSuccessful():
         return COULD_NOT_RUN

@@ -14,6 +14,8 @@ class NoPlaceForResults(PiprosError):
     """A result file cannot be written."""
 
 
+_BAD_IN_NAMES = " \"'&$!`/\\"
+
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
 """Option that passes the path of the result file to a test program. C++ tests support it, because it is
 gtest's option.
@@ -28,14 +30,17 @@ def results_file(
     base: Path | None = None,
     environment: Environment | None = None,
 ) -> Path:
-    """Return a test's result file. `base` replaces the folder given by the environment.
+    """Return a test's result file; blanks, slashes and quotes in its name become underscores, as in Noetic.
+
+    `base` replaces the folder given by the environment.
 
     >>> results_file("composiv_tryouts", "composiv_talker", base=Path("/results")).as_posix()
     '/results/composiv_tryouts/rosunit-composiv_talker.xml'
     """
     folder = base or (environment or Environment.from_os()).test_results_dir
     runner = "rostest" if is_rostest else "rosunit"
-    return folder / package / f"{runner}-{test_name.replace('/', '_')}.xml"
+    name = test_name.translate(dict.fromkeys(map(ord, _BAD_IN_NAMES), "_"))
+    return folder / package / f"{runner}-{name}.xml"
 
 
 def prepare_path(file: Path) -> bool:

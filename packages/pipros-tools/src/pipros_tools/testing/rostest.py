@@ -172,7 +172,7 @@ class Rostest:
                     self.set_up()
                 else:
                     break
-            prefix = f"{self._plan.package}.rosunit-{test.test_name}"
+            prefix = f"{self._plan.package}.{results_file(self._plan.package, test.test_name).stem}"
             self.results += [(prefix, suite) for suite in suites]
             if not self._plan.text:
                 sums = Totals.of(suites)

@@ -95,15 +95,15 @@ class CaseResult(unittest.TestResult):
         owner = type(getattr(test, "test_case", test))  # a sub-test is attributed to its case
         class_name = f"{owner.__module__}.{owner.__qualname__}"
         self.cases.append(
-            Case(class_name, _name(test), time.monotonic() - self._started_at, outcome, kind, text)
+            Case(class_name, case_name(test), time.monotonic() - self._started_at, outcome, kind, text)
         )
 
     def _report(self, test: unittest.TestCase, text: str) -> None:
         # A single write, because programs started by a test write to the same console.
-        print(f"[Testcase: {_name(test)}] ... {text}", file=self._console, flush=True)
+        print(f"[Testcase: {case_name(test)}] ... {text}", file=self._console, flush=True)
 
 
-def _name(test: unittest.TestCase) -> str:
+def case_name(test: unittest.TestCase) -> str:
     """Return the method's name, with the parameters of a sub-test: `test_levels (level=25)`."""
     path, space, more = test.id().partition(" ")
     return path.rpartition(".")[2] + space + more

@@ -7,6 +7,7 @@ file.
 
 from __future__ import annotations
 
+import os
 import sys
 import unittest
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from types import ModuleType
 
 from pipros_tools.testing.result_paths import XML_OUTPUT_FLAG, results_file
 from pipros_tools.testing.results import Outcome
-from pipros_tools.testing.runner import XmlRunner
+from pipros_tools.testing.runner import XmlRunner, case_name
 from pipros_tools.testing.summary import unittest_summary
 
 Tests = type[unittest.TestCase] | unittest.TestSuite | ModuleType | str
@@ -37,7 +38,8 @@ def make_xml_runner(
     package: str, test_name: str, file: str | Path | None = None, *, is_rostest: bool = False
 ) -> XmlRunner:
     """Return a runner that writes to `file`, by default in the test results folder. Print the path."""
-    path = Path(file) if file else results_file(package, test_name, is_rostest=is_rostest)
+    name = os.path.basename(test_name)  # as in Noetic, unlike in the names of other result files
+    path = Path(file) if file else results_file(package, name, is_rostest=is_rostest)
     print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
     return XmlRunner(path)
 
@@ -63,7 +65,7 @@ def run_program(package: str, test_name: str, tests: Tests, argv: Sequence[str])
 
 
 def _names(broken: Sequence[tuple[unittest.TestCase, str]]) -> list[str]:
-    return [test.id().rpartition(".")[2] for test, _ in broken]
+    return [case_name(test) for test, _ in broken]
 
 
 def exit_unless(passed: bool) -> None:

@@ -108,7 +108,9 @@ def test_skipped_cases_and_expected_failures_pass(tmp_path: Path) -> None:
     assert result.wasSuccessful()
 
 
-def test_a_class_that_cannot_be_set_up_is_an_error(tmp_path: Path) -> None:
+def test_a_class_that_cannot_be_set_up_is_an_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     class Broken(unittest.TestCase):
         @classmethod
         def setUpClass(cls) -> None:
@@ -122,6 +124,8 @@ def test_a_class_that_cannot_be_set_up_is_an_error(tmp_path: Path) -> None:
 
     assert "ERROR: no such robot" in console
     assert read(tmp_path / "r.xml").errors == 1
+    assert not run_program("pkg", "t", Broken, ["--text"])
+    assert " * ERRORS: 1 [setUpClass (" in capsys.readouterr().out
 
 
 def test_an_interrupted_run_leaves_no_file_that_could_be_taken_for_a_passed_one(tmp_path: Path) -> None:
@@ -221,7 +225,8 @@ def test_tests_may_be_given_by_a_dotted_name(results: Path, capsys: pytest.Captu
 
 
 def test_unitrun_ends_the_process_with_1_only_when_tests_do_not_pass(results: Path) -> None:
-    rosunit.unitrun("pkg", "t", Fine, sysargs=[])
+    rosunit.unitrun("pkg", "part/of it", Fine, sysargs=[])
+    assert (results / "pkg" / "rosunit-of_it.xml").exists()
 
     with pytest.raises(SystemExit) as ended:
         rosunit.unitrun("pkg", "t", Broken, sysargs=[])
