@@ -2,46 +2,36 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import Any
 
 from message_filters.simple_filter import SimpleFilter, stamp_of
-from pipros_libraries.filters.history import MessageHistory
 
 
 class Cache(SimpleFilter):
     """Filter that passes messages on and keeps the most recent messages in order of arrival.
+
+    Methods may be called from any thread.
 
     Args:
         f: the input filter.
         cache_size: maximum number of messages.
         allow_headerless: whether to use the time of arrival as the timestamp of messages without a header,
             instead of dropping them.
+
+    Attributes:
+        cache_msgs, cache_times: the messages and their timestamps in order of arrival. Programs may replace
+            both lists, for example by empty ones.
     """
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
         super().__init__()
-        self._history = MessageHistory(cache_size)
+        self.cache_size = cache_size
+        self.cache_msgs: list[Any] = []
+        self.cache_times: list[Any] = []
         self.allow_headerless = allow_headerless
+        self._lock = Lock()
         self.connectInput(f)
-
-    @property
-    def cache_size(self) -> int:
-        """Maximum number of messages."""
-        return self._history.size
-
-    @cache_size.setter
-    def cache_size(self, value: int) -> None:
-        self._history.size = value
-
-    @property
-    def cache_msgs(self) -> list[Any]:
-        """The messages in order of arrival."""
-        return self._history.messages
-
-    @property
-    def cache_times(self) -> list[Any]:
-        """The timestamps of the messages in order of arrival."""
-        return self._history.stamps
 
     def connectInput(self, f: SimpleFilter) -> None:
         """Connect another filter as an input."""
@@ -50,9 +40,18 @@ class Cache(SimpleFilter):
     def add(self, msg: Any) -> None:
         """Add a message and pass it on."""
         stamp = stamp_of(msg, self.allow_headerless)
-        if stamp is not None:
-            self._history.add(stamp, msg)
-            self.signalMessage(msg)
+        if stamp is None:
+            return
+        with self._lock:
+            self.cache_times.append(stamp)
+            self.cache_msgs.append(msg)
+            if len(self.cache_msgs) > self.cache_size:
+                del self.cache_msgs[0], self.cache_times[0]
+        self.signalMessage(msg)
+
+    def _pairs(self) -> list[tuple[Any, Any]]:
+        with self._lock:
+            return list(zip(self.cache_times, self.cache_msgs, strict=False))
 
     def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:
         """Return the messages with timestamps from `from_stamp` to `to_stamp`, inclusive.
@@ -61,20 +60,20 @@ class Cache(SimpleFilter):
         """
         if from_stamp > to_stamp:
             raise AssertionError(f"from_stamp must not be after to_stamp, got {from_stamp} and {to_stamp}")
-        return self._history.between(from_stamp, to_stamp)
+        return [msg for stamp, msg in self._pairs() if from_stamp <= stamp <= to_stamp]
 
     def getElemAfterTime(self, stamp: Any) -> Any:
         """Return the first message in order of arrival whose timestamp is >= `stamp`, or None."""
-        return self._history.first_from(stamp)
+        return next((msg for known, msg in self._pairs() if known >= stamp), None)
 
     def getElemBeforeTime(self, stamp: Any) -> Any:
         """Return the last message in order of arrival whose timestamp is <= `stamp`, or None."""
-        return self._history.last_until(stamp)
+        return next((msg for known, msg in reversed(self._pairs()) if known <= stamp), None)
 
     def getLatestTime(self) -> Any:
         """Return the timestamp of the message that arrived last, or None if the cache is empty."""
-        stamps = self._history.stamps
-        return stamps[-1] if stamps else None
+        stamps = self.cache_times[-1:]
+        return stamps[0] if stamps else None
 
     def getLastestTime(self) -> Any:
         """Same as `getLatestTime`, under Noetic's deprecated misspelt name."""
@@ -82,7 +81,7 @@ class Cache(SimpleFilter):
 
     def getOldestTime(self) -> Any:
         """Return the timestamp of the cached message that arrived first, or None if the cache is empty."""
-        stamps = self._history.stamps
+        stamps = self.cache_times[:1]
         return stamps[0] if stamps else None
 
     def getLast(self) -> Any:

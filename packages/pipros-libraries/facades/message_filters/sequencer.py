@@ -7,7 +7,7 @@ from typing import Any
 
 import rospy
 from message_filters.simple_filter import SimpleFilter, stamp_of
-from pipros_libraries.filters.history import Sequencer
+from pipros_libraries.filters.sequencer import Sequencer
 
 
 class TimeSequencer(SimpleFilter):

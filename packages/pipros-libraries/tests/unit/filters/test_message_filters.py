@@ -11,7 +11,7 @@ from std_msgs.msg import Header, String
 
 import message_filters
 import rospy
-from pipros_libraries.filters.history import MessageHistory, Sequencer
+from pipros_libraries.filters.sequencer import Sequencer
 from pipros_libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
 
 
@@ -197,15 +197,21 @@ def test_the_first_combination_equals_that_of_an_exhaustive_search(
     assert _first_within(candidates, slop) == first_by_trying_all(candidates, slop)
 
 
-def test_a_history_is_in_the_order_of_arrival() -> None:
-    history = MessageHistory(3)
+def test_a_cache_is_in_the_order_of_arrival_and_can_be_emptied() -> None:
+    source = message_filters.SimpleFilter()
+    cache = message_filters.Cache(source, 3)
     for stamp in (9, 30, 10, 20):
-        history.add(stamp, f"m{stamp}")
-
-    assert (history.messages, history.between(10, 20)) == (["m30", "m10", "m20"], ["m10", "m20"])
-    assert (history.first_from(15), history.last_until(25)) == ("m30", "m20")
-    assert history.first_from(31) is None
-    assert history.last_until(9) is None
+        source.signalMessage(Stamped(stamp))
+    assert str([cache.cache_msgs, cache.getInterval(rospy.Time(10), rospy.Time(20))]) == (
+        "[[at 30, at 10, at 20], [at 10, at 20]]"
+    )
+    assert str([cache.getElemAfterTime(rospy.Time(15)), cache.getElemBeforeTime(rospy.Time(25))]) == (
+        "[at 30, at 20]"
+    )
+    assert cache.getElemAfterTime(rospy.Time(31)) is cache.getElemBeforeTime(rospy.Time(9)) is None
+    cache.cache_msgs, cache.cache_times = [], []
+    source.signalMessage(Stamped(5))
+    assert str([cache.getLast(), cache.getOldestTime().secs]) == "[at 5, 5]"
 
 
 def test_a_sequencer_forwards_messages_in_order_after_the_delay() -> None:

@@ -1,4 +1,4 @@
-"""A message history, and a sequencer that delays messages to order them by timestamp."""
+"""A sequencer that delays messages to order them by timestamp."""
 
 from __future__ import annotations
 
@@ -6,45 +6,6 @@ from bisect import insort
 from typing import Any
 
 from pipros.basics.intervals import ClockWatch
-
-
-class MessageHistory:
-    """The last `size` messages and their timestamps, in order of arrival."""
-
-    def __init__(self, size: int) -> None:
-        self.size = size
-        self.messages: list[Any] = []
-        self.stamps: list[Any] = []
-
-    def add(self, stamp: Any, message: Any) -> None:
-        """Add a message. If there are more than `size` messages, drop the message that arrived first."""
-        self.stamps.append(stamp)
-        self.messages.append(message)
-        if len(self.messages) > self.size:
-            del self.messages[0]
-            del self.stamps[0]
-
-    def between(self, first: Any, last: Any) -> list[Any]:
-        """Return the messages with timestamps from `first` to `last`, inclusive."""
-        return [
-            message
-            for message, stamp in zip(self.messages, self.stamps, strict=True)
-            if first <= stamp <= last
-        ]
-
-    def first_from(self, stamp: Any) -> Any:
-        """Return the first message in order of arrival whose timestamp is >= `stamp`, or None."""
-        for message, known in zip(self.messages, self.stamps, strict=True):
-            if known >= stamp:
-                return message
-        return None
-
-    def last_until(self, stamp: Any) -> Any:
-        """Return the last message in order of arrival whose timestamp is <= `stamp`, or None."""
-        for message, known in zip(reversed(self.messages), reversed(self.stamps), strict=True):
-            if known <= stamp:
-                return message
-        return None
 
 
 class Sequencer:
