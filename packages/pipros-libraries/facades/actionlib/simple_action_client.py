@@ -86,8 +86,8 @@ class SimpleActionClient:
         """Send a goal, wait until it has ended, and return its status.
 
         Args:
-            execute_timeout: time to wait before cancelling the goal; zero for no limit.
-            preempt_timeout: time to wait after the cancellation; zero for no limit.
+            execute_timeout: time to wait before cancelling the goal; no limit unless it is positive.
+            preempt_timeout: time to wait after the cancellation; no limit unless it is positive.
         """
         self.send_goal(goal)
         if not self.wait_for_result(execute_timeout):
@@ -96,7 +96,7 @@ class SimpleActionClient:
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until the goal has ended. If `timeout` is zero, wait indefinitely.
+        """Wait until the goal has ended. If `timeout` is zero or negative, wait indefinitely.
 
         Return whether the goal has ended. If there is no goal, log an error and return False immediately.
         """
@@ -104,7 +104,7 @@ class SimpleActionClient:
             rospy.logerr("wait_for_result was called without a goal")
             return False
         end = rospy.get_rostime() + timeout
-        is_endless = timeout.is_zero()
+        is_endless = timeout <= rospy.Duration()
         with self.done_condition:
             while self.simple_state != SimpleGoalState.DONE and not rospy.is_shutdown():
                 left = _SLICE_S

@@ -1,6 +1,7 @@
 """An action client shows one state, although statuses and results arrive on two topics."""
 
 from collections.abc import Callable
+from threading import Timer
 from typing import Any
 
 import pytest
@@ -27,6 +28,7 @@ class Server:
         self.manager.register_send_goal_fn(self._receive)
         self.ended: list[tuple[int, int]] = []
         monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time(1))
+        monkeypatch.setattr(rospy, "get_rostime", rospy.Time.now)
         monkeypatch.setattr(actionlib.simple_action_client, "ActionClient", lambda *_: self)
         self.client = actionlib.SimpleActionClient("act", Action)
         self.client.send_goal(Goal(1), done_cb=lambda status, got: self.ended.append((status, got.result)))
@@ -101,3 +103,9 @@ def test_a_lost_result_ends_the_goal_with_its_status(monkeypatch: pytest.MonkeyP
     now_s += 2
     server.report(None)
     assert (server.ended, server.seen()) == ([(Status.SUCCEEDED, None)], (Status.SUCCEEDED, None))
+
+
+@pytest.mark.parametrize("seconds", [0, -1])
+def test_a_wait_lasts_until_the_result_unless_its_timeout_is_positive(server: Server, seconds: int) -> None:
+    Timer(0.05, server.end, (Status.SUCCEEDED, 7)).start()
+    assert server.client.wait_for_result(rospy.Duration(seconds))
