@@ -23,6 +23,9 @@ from rospy import ServiceException
 
 _star_names(__name__, "roslib threading time")
 
+_SILENT_S = 1.0
+"""Time that a client without a timeout waits before it says so."""
+
 
 class Client:
     """Client of the reconfigure server `name`. Receives the server's configuration and every change to it.
@@ -52,7 +55,8 @@ class Client:
         self._config_callback = config_callback
         self._description_callback = description_callback
         service = rospy.resolve_name(f"{name}/set_parameters")
-        rospy.wait_for_service(service, timeout or None)
+        if timeout or not _comes_soon(service):
+            rospy.wait_for_service(service, timeout or None)
         self._set_service = rospy.ServiceProxy(service, ReconfigureSrv)
         topic = rospy.resolve_name(name)
         self._descriptions_sub = rospy.Subscriber(
@@ -65,6 +69,8 @@ class Client:
 
         If `timeout` is None or 0, wait until the configuration is received or the node is shut down.
         """
+        if not timeout and self._wait("config", _SILENT_S) is None:
+            print("Waiting for configuration...", file=sys.stderr, flush=True)
         return self._wait("config", timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
@@ -188,3 +194,12 @@ class Client:
             self._description_callback(described)
         if early is not None:
             self._updates_msg(early)
+
+
+def _comes_soon(service: str) -> bool:
+    try:
+        rospy.wait_for_service(service, _SILENT_S)
+    except rospy.ROSException:
+        print(f"Waiting for service {service}...", file=sys.stderr, flush=True)
+        return False
+    return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any, NoReturn
@@ -27,6 +28,10 @@ class CommandParser(argparse.ArgumentParser):
 
     The program exits with 1 if the command is missing or unknown, and with 2 on other usage errors.
     """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._negative_number_matcher = re.compile(r"-\.?[0-9]")  # values such as -1e-3 are no options
 
     def error(self, message: str) -> NoReturn:
         self.print_usage(sys.stderr)

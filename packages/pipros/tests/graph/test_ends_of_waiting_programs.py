@@ -48,9 +48,12 @@ def test_a_node_that_waits_for_transforms_ends(ros: RosSystem, command: str, way
     assert not (ros.home / "frames.gv").exists()
 
 
-def test_ctrl_c_ends_a_program_that_waits_for_a_service(ros: RosSystem) -> None:
+@pytest.mark.parametrize(
+    "words", ["topic_tools mux_select nowhere /topic", "dynamic_reconfigure dynparam get a"]
+)
+def test_ctrl_c_ends_a_program_that_waits_for_a_service(ros: RosSystem, words: str) -> None:
     ros.serve_master()
-    program = ros.pipros.start("rosrun", "topic_tools", "mux_select", "nowhere", "/topic")
+    program = ros.pipros.start("rosrun", *words.split())
     program.wait_for("Waiting for service")
     program.press_ctrl_c()
 

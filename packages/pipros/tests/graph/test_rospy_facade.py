@@ -478,7 +478,7 @@ def dynparam(*arguments):
     ended = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True)
     return ended.returncode, ended.stdout.strip(), ended.stderr.strip()
 
-print(dynparam("list"), dynparam("set", "node", "gain", "-2.5"))
+print(dynparam("list"), dynparam("set", "node", "gain", "-25e-1"))
 print(dynparam("set", "node", '{"on": true, gain: -5}'), dynparam("dump", "node", "saved.yaml"))
 print(open("saved.yaml").read().split())
 print(dynparam("set", "node", "nothing", "1"))
