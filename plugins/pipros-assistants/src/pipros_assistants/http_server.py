@@ -9,6 +9,9 @@ Sessions. A session holds its place until its client deletes it, or until it has
 a client that restarts without deleting its sessions would fill all places. When all are taken, the client
 (that is, the token) with the most sessions loses one that serves no request now: one that was only opened or,
 if there is none, the one that has been idle longest. Its client gets 404, and opens a new session.
+
+`mcp` gets whole requests, because it logs a traceback for a client that ends within one. Of requests
+of a session with the same id, it gets one at a time: it finds responses by id, and would answer only one.
 """
 
 from __future__ import annotations
@@ -21,12 +24,14 @@ import socket
 import sys
 import time
 from collections import Counter
-from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, MutableMapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import uvicorn
 from mcp.server.mcpserver import MCPServer
+from mcp.server.transport_security import RequestBodyLimitMiddleware
+from pydantic_core import from_json
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from pipros.basics.limits import process_limits
@@ -70,10 +75,8 @@ class GuardedApp:
         self._shares: dict[str, LoopShare] = {}  # by token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "lifespan":
-            await self._app(scope, receive, send)
-            return
         if scope["type"] != "http":
+            await self._app(scope, receive, send)
             return
         try:
             token = self._check(scope)
@@ -83,10 +86,7 @@ class GuardedApp:
         share = self._shares.get(token)
         if share is None:
             share = self._shares[token] = LoopShare(self._loop_shares)
-        await share.run(self._pass, scope, receive, send)
-
-    async def _pass(self, scope: Scope, receive: Receive, send: Send) -> None:
-        await self._app(scope, receive, send)
+        await share.run(self._app, scope, receive, send)
 
     def _check(self, scope: Scope) -> str:
         """Return the request's header with the token. Raise `Denied` if it is not valid."""
@@ -159,8 +159,9 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
         session_idle_timeout=600,
         host=HOST,
     )
+    shared = RequestBodyLimitMiddleware(SharedSessions(app, ASSISTANT_SESSIONS), ASSISTANT_REQUEST_BYTES)
     config = uvicorn.Config(
-        GuardedApp(SharedSessions(app, ASSISTANT_SESSIONS), Access(port=port, secret=secret), admit),
+        GuardedApp(shared, Access(port=port, secret=secret), admit),
         http=CountedProtocol,
         ws="none",
         loop="asyncio",
@@ -186,12 +187,13 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Coroutine[Any, Any, None]]
 
 _OPENING: Final = 2
 """Number of requests by which clients open a session."""
 PATH: Final = "/mcp"
 _ID: Final = b"mcp-session-id"
+_WAIT_S: Final = 0.05
 
 
 @dataclass(slots=True)
@@ -199,12 +201,15 @@ class _Session:
     client: bytes
     headers: list[tuple[bytes, bytes]]
     requests: int = 0
-    running: int = 0
+    running: list[str] = field(default_factory=list)  # ids of requests; "" for a message without one
     used_s: float = field(default_factory=time.monotonic)
 
 
 class SharedSessions:
-    """ASGI application that passes requests to another one, and ends sessions to make room for new ones."""
+    """ASGI application that passes requests to another one, and ends sessions to make room for new ones.
+
+    Bodies must arrive as a whole, as from `RequestBodyLimitMiddleware`.
+    """
 
     def __init__(self, app: App, limit: int) -> None:
         """Store the arguments. `limit` is the maximum number of sessions."""
@@ -216,6 +221,13 @@ class SharedSessions:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        first = [await receive()] if scope["method"] == "POST" else []
+        if any(each["type"] != "http.request" or each["more_body"] for each in first):
+            return  # the client has ended
+
+        async def again() -> MutableMapping[str, Any]:
+            return first.pop() if first else await receive()
+
         identity = _header(scope["headers"], _ID)
         if not identity:
             await self._make_room()
@@ -225,16 +237,16 @@ class SharedSessions:
                 self._note(scope, message["status"], identity or _header(message.get("headers", ()), _ID))
             await send(message)
 
-        session = self._sessions.get(identity) if scope["method"] == "POST" else None
-        if session is None:
-            await self._app(scope, receive, note)
-            return
+        found = self._sessions.get(identity) if first else None
+        session, used = found or _Session(b"", []), _id_in(first)
+        while used and used in session.running:
+            await asyncio.sleep(_WAIT_S)
         session.requests += 1
-        session.running += 1
+        session.running.append(used)
         try:
-            await self._app(scope, receive, note)
+            await self._app(scope, again, note)
         finally:
-            session.running -= 1
+            session.running.remove(used)
             session.used_s = time.monotonic()
 
     def _note(self, scope: Scope, status: int, identity: bytes) -> None:
@@ -275,3 +287,11 @@ class SharedSessions:
 
 def _header(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> bytes:
     return next((value for key, value in headers if key.lower() == name), b"")
+
+
+def _id_in(messages: list[MutableMapping[str, Any]]) -> str:
+    """Return the key by which `mcp` finds the response to a request, or an empty string if it gets none."""
+    with contextlib.suppress(ValueError, TypeError, LookupError):
+        found = from_json(messages[0]["body"])
+        return str(found["id"]) if "method" in found else ""
+    return ""

@@ -188,6 +188,25 @@ def test_slow_calls_of_a_client_do_not_keep_another_one_waiting(serve: Serve) ->
     assert done == [200] * len(calls)
 
 
+def test_odd_requests_of_a_client_are_answered_or_forgotten(serve: Serve) -> None:
+    done: list[int] = []
+    with socket.create_server(("127.0.0.1", 0)) as mute:  # a master that never answers
+        server, port = serve(ROS_MASTER_URI=f"http://127.0.0.1:{mute.getsockname()[1]}")
+        _, request = opened(port, TOKEN)
+        same = [threading.Thread(target=lambda: done.append(request("list_topics", 7))) for _ in range(3)]
+        for each in same:
+            each.start()
+        with mute.accept()[0]:
+            assert ([request("list_bags", 8) for _ in range(20)], done) == ([200] * 20, [])
+    wait_until(lambda: done == [200] * 3, 60)
+    with socket.create_connection(("127.0.0.1", port), 30) as ending:
+        head = f"POST /mcp HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nAuthorization: Bearer {TOKEN}\r\nAccept: "
+        head += "application/json, text/event-stream\r\nContent-Type: application/json\r\n"
+        ending.sendall(f"{head}Content-Length: 9\r\n\r\n{{".encode())
+    assert request("list_bags", 7) == 200
+    assert "Traceback" not in server.output
+
+
 def test_a_robot_stops_soon_after_a_client_over_http_has_gone(serve: Serve, robot: Node) -> None:
     driven = Inbox()
     robot.subscribe("/cmd_vel", Twist, driven)
