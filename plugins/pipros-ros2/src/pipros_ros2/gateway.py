@@ -17,7 +17,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.limits import limit_text
 from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros_libraries.diagnostics.link_status import LinkDiagnostics
@@ -172,20 +171,15 @@ class Gateway:
                 each.counts.fail(f"{name}: {error}")
 
     def _open_wanted(self, selection: GatewaySelection) -> None:
-        wanted = selection.wanted()
+        wanted = selection.within(self._limit, self._open)
         for key, (version, each) in list(self._open.items()):
             if key not in wanted or wanted[key][0] != version:
                 del self._open[key]
                 each.close()
         for key, (version, make) in wanted.items():
             with selection.skipping(key):
-                if key in self._open:
-                    continue
-                if len(self._open) >= self._limit:
-                    raise PiprosError(
-                        f"too many topics, services and actions; {limit_text('ros2_topics', self._limit)}"
-                    )
-                self._open[key] = version, make()
+                if key not in self._open:
+                    self._open[key] = version, make()
 
     def _publisher(self, key: bytes) -> Endpoint | None:
         """Return the ROS 2 publisher with this key, or None if its messages must not be passed."""

@@ -77,6 +77,7 @@ class Endpoint:
         type_hash: the announced hash; empty for Humble, which announces none.
         gateway: identity of the gateway that offers the endpoint for ROS 1; empty for other endpoints.
         problem: why a server cannot be called; otherwise empty.
+        process: identifies its process within the engine; empty if unknown.
     """
 
     key: bytes
@@ -88,6 +89,7 @@ class Endpoint:
     node: str = ""
     gateway: str = ""
     problem: str = ""
+    process: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text
+from pipros.basics.shares import fair_shares
 from pipros.node import Node
 from pipros_ros2.action_to_ros1 import ActionToRos1
 from pipros_ros2.action_to_ros2 import ActionToRos2
@@ -96,9 +99,35 @@ class GatewaySelection:
                     verdict = self.parts.rules.verdict(kind, direction, name, is_local=self.parts.is_local)
                     if not verdict.passes:
                         raise _ByRule(verdict.reason)
-                    each = make(name)
-                    if each is not None:
+                    if (each := make(name)) is not None:
                         wanted[kind, direction, name] = each
+        return wanted
+
+    def within(self, limit: int, is_open: Collection[Key]) -> dict[Key, Wanted]:
+        """Return at most `limit` of the topics, services and actions to pass, first those that are open.
+
+        ROS 1 and ROS 2 get fair shares, as do the processes in ROS 2, or the nodes of unknown processes. What
+        several processes offer counts for the one that offers least.
+        """
+        wanted, owned = self.wanted(), defaultdict[str, list[Key]](list)
+        offers: dict[tuple[RuleKind, Direction], Mapping[str, Sequence[Endpoint]]] = {
+            (RuleKind.TOPIC, Direction.TO_ROS1): self.ros2.publishers,
+            (RuleKind.SERVICE, Direction.TO_ROS2): self.ros2.services,
+            (RuleKind.ACTION, Direction.TO_ROS2): self.ros2.actions,
+        }
+        found = {key: offers.get(key[:2], {}).get(key[2], ()) for key in wanted}
+        owners = {key: {each.process or each.node or "?" for each in found[key]} for key in wanted}
+        counts = Counter(owner for each in owners.values() for owner in each)
+        for key in sorted(wanted, key=lambda key: key not in is_open):
+            owned[min(owners[key], key=counts.__getitem__, default="")].append(key)
+        sizes = {owner: len(keys) for owner, keys in owned.items() if owner}
+        sides = fair_shares({"": len(owned[""]), "ROS 2": sum(sizes.values())}, limit)
+        reason = f"too many topics, services and actions; {limit_text('ros2_topics', limit)}"
+        shares = sides | fair_shares(sizes, sides["ROS 2"])
+        for key in [key for owner, keys in owned.items() for key in keys[shares[owner] :]]:
+            with self.skipping(key):
+                del wanted[key]
+                raise PiprosError(reason)
         return wanted
 
     def _is_part_of_action(self, kind: RuleKind, direction: Direction, name: str) -> bool:

@@ -113,12 +113,13 @@ def endpoint_of(peer: ParticipantData, data: EndpointData, node: str) -> Endpoin
         return None
     gateway = entries(peer.user_data).get(PIPROS_MARK, "")
     gateway = gateway_of_node(node) if gateway in ("", NO_GATEWAY) else gateway
-    type_hash = entries(data.user_data).get("typehash", "")
+    type_hash, process = entries(data.user_data).get("typehash", ""), data.guid[:12].hex()
+    qos = qos_of_dds(data.qos)
     if topic is not None:
         what = EndpointKind.PUBLISHER if data.is_writer else EndpointKind.SUBSCRIBER
-        return Endpoint(data.guid, what, topic, kind, type_hash, qos_of_dds(data.qos), node, gateway)
+        return Endpoint(data.guid, what, topic, kind, type_hash, qos, node, gateway, "", process)
     if service is None or not data.topic.startswith("rq/") or not kind.endswith(_REQUEST):
         return None
     what = EndpointKind.CLIENT if data.is_writer else EndpointKind.SERVER
     kind, problem = kind[: -len(_REQUEST)], "" if style_of(peer, data) else _UNKNOWN_STYLE
-    return Endpoint(data.guid, what, service, kind, type_hash, qos_of_dds(data.qos), node, gateway, problem)
+    return Endpoint(data.guid, what, service, kind, type_hash, qos, node, gateway, problem, process)

@@ -148,7 +148,7 @@ def parse_token(token: str) -> tuple[str, Endpoint] | None:
         "" if type_hash == NO_HASH else type_hash,
         qos_of_zenoh(qos),
         full_node,
-        gateway_of_node(full_node),
+        *(gateway_of_node(full_node), "", session),
     )
     return session, endpoint
 

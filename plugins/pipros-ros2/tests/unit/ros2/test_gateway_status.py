@@ -1,6 +1,9 @@
 """The reports of a gateway: for `pipros ros2 status`, for diagnostics, and for the doctor."""
 
 import json
+from collections import Counter
+from dataclasses import replace
+from typing import Any, cast
 
 import pytest
 
@@ -8,7 +11,10 @@ from pipros_libraries.diagnostics.link_status import LinkLevel
 from pipros_ros2.counts import Counts
 from pipros_ros2.gateway_status import GatewayStatus, NotBridged, Row, problem_key
 from pipros_ros2.health import CHECK, GatewayReport, gateway_report
-from pipros_ros2.interface import EndpointKind, EngineProblem
+from pipros_ros2.interface import Endpoint, EndpointKind, EngineProblem
+from pipros_ros2.ros2_graph import Ros2Graph
+from pipros_ros2.rules import Direction, RuleKind
+from pipros_ros2.selection import GatewaySelection
 from pipros_tools.health.plugin_check import PluginReply, plugin_checks
 
 TYPES = ("std_msgs/String", "std_msgs/msg/String")
@@ -49,18 +55,25 @@ def test_diagnostics_warn_of_drops_and_of_names_that_are_left_out() -> None:
     assert GatewayStatus("ab_12", [CHATTER]).diagnosis("/g").level is LinkLevel.OK
 
 
-def test_problems_have_keys_like_names_that_are_left_out() -> None:
-    problems = [
-        EngineProblem(EndpointKind.SUBSCRIBER, "/chatter", "", "/listener"),
-        EngineProblem(EndpointKind.PUBLISHER, "/scan", "", "/laser"),
-        EngineProblem(None, "/ros1_gateway_a_1", ""),
-    ]
+def test_processes_in_ros2_leave_places_of_a_gateway_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = [f"/{each}{number}" for each in "rabc" for number in range(2 if each == "c" else 20)]
+    remote = [Endpoint(b"", EndpointKind.PUBLISHER, each, "", process=each[1]) for each in names[20:]]
+    graph = Ros2Graph([*remote, replace(remote[-1], process="a")])
+    keys = [(RuleKind.TOPIC, Direction.TO_ROS1, each) for each in names]
+    monkeypatch.setattr(GatewaySelection, "wanted", lambda _: dict.fromkeys(keys))
+    selection = GatewaySelection(cast(Any, None), cast(Any, None), graph)
+    passed = selection.within(20, keys[27:28])
+    assert Counter(name[1] for _, _, name in passed) == {"r": 10, "a": 4, "b": 4, "c": 2}
+    assert keys[27] in passed
+    assert "ros2_topics" in selection.skipped["topics: to_ros1: /a19"].reason
 
-    assert [problem_key(each) for each in problems] == [
-        "topics: to_ros2: /chatter (subscriber /listener)",
-        "topics: to_ros1: /scan (publisher /laser)",
-        "nodes: to_ros2: /ros1_gateway_a_1",
-    ]
+
+def test_problems_have_keys_like_names_that_are_left_out() -> None:
+    chatter = problem_key(EngineProblem(EndpointKind.SUBSCRIBER, "/chatter", "", "/listener"))
+    assert chatter == "topics: to_ros2: /chatter (subscriber /listener)"
+    scan = problem_key(EngineProblem(EndpointKind.PUBLISHER, "/scan", "", "/laser"))
+    assert scan == "topics: to_ros1: /scan (publisher /laser)"
+    assert problem_key(EngineProblem(None, "/ros1_gateway_a_1", "")) == "nodes: to_ros2: /ros1_gateway_a_1"
 
 
 # What `pipros doctor` says of gateways to ROS 2.
@@ -79,11 +92,7 @@ def report(passed: list[object], left_out: dict[str, str]) -> PluginReply:
     (PluginReply(CHECK, failure="no answer"), ["ros2-gateway"], "returned no valid status: no answer"),
     (PluginReply(CHECK, True, "{"), ["ros2-gateway"], "its status is malformed"),
     (report([DROPPED], {}), ["ros2-dropped"], "dropped messages of topics: to_ros2: /a: 7: too long"),
-    (
-        report([], {"topics: to_ros1: /a": "unknown"}),
-        ["ros2-left-out"],
-        "leaves out topics: to_ros1: /a: unknown",
-    ),
+    (report([], {"topics: to_ros1: /a": "no"}), ["ros2-left-out"], "leaves out topics: to_ros1: /a: no"),
 ])  # fmt: skip
 def test_each_problem_of_a_gateway_is_found(reply: PluginReply, rules: list[str], part: str) -> None:
     findings = list(CHECK.judge(NODE, reply))

@@ -59,21 +59,15 @@ def engine() -> Any:
 
 
 def test_the_agent_gets_only_folders_of_ros2_and_the_range_of_the_gateway() -> None:
-    variables = {
-        "AMENT_PREFIX_PATH": "/opt/ros/jazzy:/ws/install/own_msgs",
-        "PYTHONPATH": "/catkin/devel/lib/python3/dist-packages:/opt/ros/jazzy/lib/python3.12/site-packages",
-        "PIPROS_MESSAGES": "ros1",
-        "ROS_LOCALHOST_ONLY": "1",
-    }
+    kept = {"AMENT_PREFIX_PATH": "/opt/ros/jazzy:/ws/install/own_msgs"}
+    paths = "/catkin/devel/lib/python3/dist-packages:/opt/ros/jazzy/lib/python3.12/site-packages"
+    dropped = {"PYTHONPATH": paths, "PIPROS_MESSAGES": "ros1", "ROS_LOCALHOST_ONLY": "1"}
+    local, subnet = ({"ROS_AUTOMATIC_DISCOVERY_RANGE": each} for each in ("LOCALHOST", "SUBNET"))
 
-    assert agent_environment(Discovery(), variables) == {
-        "AMENT_PREFIX_PATH": "/opt/ros/jazzy:/ws/install/own_msgs",
-        "PYTHONPATH": "/opt/ros/jazzy/lib/python3.12/site-packages",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    }
-    assert agent_environment(Discovery(range=DiscoveryRange.SUBNET), {"PYTHONPATH": "/catkin"}) == {
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"
-    }
+    found = {"PYTHONPATH": "/opt/ros/jazzy/lib/python3.12/site-packages"}
+    assert agent_environment(Discovery(), {**kept, **dropped}) == {**kept, **found, **local}
+    away = Discovery(range=DiscoveryRange.SUBNET)
+    assert agent_environment(away, {"PYTHONPATH": "/catkin"}) == subnet
     assert agent_environment(Discovery(), {"ROS_DISTRO": "humble"})["ROS_LOCALHOST_ONLY"] == "1"
     served = agent_environment(Discovery(), {"ROS_DISCOVERY_SERVER": "10.0.0.1:11811"})
     assert served["ROS_SUPER_CLIENT"] == "TRUE"

@@ -131,7 +131,7 @@ def test_tokens_are_parsed() -> None:
     assert parsed == (
         SESSION,
         Endpoint(TALKER.encode(), EndpointKind.PUBLISHER, "/chatter", "std_msgs/msg/String", STRING,
-            TopicQos(depth=7), "/talker"),
+            TopicQos(depth=7), "/talker", process=SESSION),
     )  # fmt: skip
     assert parse_token(TALKER + "/buffers:cpu") is not None  # Lyrical appends parts
 
