@@ -109,9 +109,7 @@ def driven(make_node: MakeNode) -> Inbox:
     return inbox
 
 
-def test_a_policy_adds_the_tools_that_it_names(
-    assistant: LocalAssistant, master: Master, tmp_path: Path
-) -> None:
+def test_a_policy_adds_the_tools_that_it_names(assistant: LocalAssistant, master: Master, tmp_path) -> None:
     reading = {tool.name for tool in LocalAssistant(master.uri).tools()}
     found = {tool.name: tool for tool in assistant.tools()}
     assert not reading & TOOLS

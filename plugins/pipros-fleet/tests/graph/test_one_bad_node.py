@@ -107,9 +107,7 @@ def run(line: str) -> int:
     return code
 
 
-def test_a_ping_of_all_nodes_names_the_bad_one_and_goes_on(
-    bad_node: str, bad_api: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_ping_of_all_nodes_names_the_bad_one_and_goes_on(bad_node: str, bad_api: str, capsys) -> None:
     assert run("rosnode ping -a") == 0
     out, err = capsys.readouterr()
     assert [node for node in (*GOOD, bad_node) if f"pinging {node} with" in out] == [*GOOD, bad_node]
@@ -118,9 +116,7 @@ def test_a_ping_of_all_nodes_names_the_bad_one_and_goes_on(
     assert all(good not in err for good in GOOD)
 
 
-def test_a_cleanup_finds_the_bad_node(
-    bad_node: str, bad_api: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_cleanup_finds_the_bad_node(bad_node: str, bad_api: str, capsys, monkeypatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
     run("rosnode ping -a")
     err = capsys.readouterr().err

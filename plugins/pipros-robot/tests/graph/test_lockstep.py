@@ -112,9 +112,7 @@ def test_the_lockstep_begins_when_its_topics_are_connected(ros: RosSystem) -> No
         wait_until(lambda: any(x for x, _ in driver.trace), what="a robot that drives")
 
 
-def test_a_member_works_although_another_one_needs_its_work_to_start(
-    ros: RosSystem, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_member_works_although_another_one_needs_its_work_to_start(ros: RosSystem, monkeypatch) -> None:
     """move_base waits for the transforms of a filter that is a member, too."""
     monkeypatch.setattr(robots_node, "SLOW_S", 0.0)
     ros.serve_master()
@@ -154,9 +152,7 @@ def test_the_time_stands_still_while_a_member_holds_it_and_goes_on_without_a_dea
         wait_until(lambda: clocks and clocks[-1] > 6_100_000_000, what="time without members")
 
 
-def test_a_node_that_cannot_be_a_member_is_left_out(
-    ros: RosSystem, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_node_that_cannot_be_a_member_is_left_out(ros: RosSystem, monkeypatch, caplog) -> None:
     ros.serve_master()
     monkeypatch.setattr(lockstep, "FOREIGN_S", 0.0)
     environment = Environment(master_uri=ros.master_uri)

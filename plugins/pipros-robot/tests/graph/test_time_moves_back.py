@@ -249,9 +249,7 @@ def test_a_goal_of_the_exploration_is_not_given_up(make: Any, moment: Moment) ->
     assert node.sent["/move_base/cancel"]
 
 
-def test_a_filter_that_waits_names_the_parameter(
-    make: Any, moment: Moment, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_filter_that_waits_names_the_parameter(make: Any, moment: Moment, caplog) -> None:
     node, work = make(odom0="odom", odom0_config=[True] * 3 + [False] * 12), Work()
     node.clock = SimulatedClock()
     FilterNode(node, LOG, work, unscented=False)  # type: ignore[arg-type]
@@ -348,9 +346,7 @@ def test_the_topics_of_footprints_may_be_absolute(make_trap: Any, given: str, ex
     assert node.sent[f"{expected}_now"]
 
 
-def test_parameters_outside_of_their_planner_are_named(
-    make_trap: Any, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_parameters_outside_of_their_planner_are_named(make_trap: Any, caplog) -> None:
     node = make_trap(
         default_tolerance=0.5, max_vel_x=0.3, controller_frequency=5.0,
         base_local_planner="dwa_local_planner/DWAPlannerROS", DWAPlannerROS={"max_vel_x": 0.4},
@@ -393,9 +389,7 @@ def test_a_tolerance_that_a_period_passes_is_named(
     ("dwa_local_planner/DWAPlannerROS", "DWAPlannerROS"),
     ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS"),
 ])  # fmt: skip
-def test_names_that_sound_like_limits_are_named(
-    make_trap: Any, caplog: pytest.LogCaptureFixture, planner: str, namespace: str
-) -> None:
+def test_names_that_sound_like_limits_are_named(make_trap: Any, caplog, planner: str, namespace: str) -> None:
     given = {"max_vel_x": 0.3, "max_vel_theta": 1.0, "max_vel_turn": 0.2, "max_speed": 0.1}
     node = make_trap(local_costmap=COSTMAP, **{namespace: given})
     plugins.local_planner(node, TRAPS, costmap_of(node), planner, planner)
@@ -429,9 +423,7 @@ def test_a_sensor_from_which_nothing_has_arrived_is_known(make_trap: Any) -> Non
 
 
 @pytest.mark.parametrize("is_set", [True, False])
-def test_a_base_that_expects_angles_of_the_steering_is_named(
-    make_trap: Any, caplog: pytest.LogCaptureFixture, is_set: bool
-) -> None:
+def test_a_base_that_expects_angles_of_the_steering_is_named(make_trap: Any, caplog, is_set: bool) -> None:
     teb = {"cmd_angle_instead_rotvel": is_set, "min_turning_radius": 0.5, "max_vel_x": 0.3}
     node = make_trap(TebLocalPlannerROS=teb, local_costmap=COSTMAP)
     ours = "dwa_local_planner/DWAPlannerROS"
@@ -440,9 +432,7 @@ def test_a_base_that_expects_angles_of_the_steering_is_named(
 
 
 @pytest.mark.parametrize(("taken_s", "is_late"), [(0.3, True), (0.0, False)])
-def test_a_loop_that_misses_its_rate_says_so(
-    make_trap: Any, caplog: pytest.LogCaptureFixture, taken_s: float, is_late: bool
-) -> None:
+def test_a_loop_that_misses_its_rate_says_so(make_trap: Any, caplog, taken_s: float, is_late: bool) -> None:
     node, calls = make_trap(), []
     node.clock = clock = SimulatedClock()
     clock.set_ns(1)

@@ -200,9 +200,7 @@ def test_the_same_planes_and_clusters_are_found(plain_ros: RosSystem, genuine: S
                     assert list(mine.indices) == sorted(his.indices)
 
 
-def test_files_are_written_and_read_by_both_sides(
-    plain_ros: RosSystem, genuine: Side, tmp_path: Path
-) -> None:
+def test_files_are_written_and_read_by_both_sides(plain_ros: RosSystem, genuine: Side, tmp_path) -> None:
     numbers = np.random.default_rng(1)
     cases: dict[str, dict[str, Any]] = {
         "ascii": {}, "binary": {"binary": True}, "compressed": {"binary": True, "compressed": True},

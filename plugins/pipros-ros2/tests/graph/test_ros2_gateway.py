@@ -244,9 +244,7 @@ def test_bursts_of_reliable_topics_reach_ros1_completely(system: System) -> None
     ]
 
 
-def test_slow_services_answer_within_the_timeout_of_a_rule(
-    system: System, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_slow_services_answer_within_the_timeout_of_a_rule(system: System, caplog) -> None:
     release = threading.Event()
 
     def answer(request: Any) -> Any:

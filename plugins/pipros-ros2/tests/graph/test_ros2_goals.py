@@ -220,9 +220,7 @@ def test_goals_that_the_server_does_not_answer_are_cancelled(client: Client) -> 
     assert client.results == {"first": Status.ABORTED}
 
 
-def test_cancellations_that_wait_for_the_server_are_limited(
-    client: Client, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_cancellations_that_wait_for_the_server_are_limited(client: Client, caplog) -> None:
     dropped = "a cancellation for the action /fibonacci was dropped: too many are queued"
     for count, each in enumerate("abcd", 1):  # one after the other: all four would exceed the limit of two
         client.request_cancel(each)

@@ -57,9 +57,7 @@ def wait_for_endpoint(engine: Ros2Engine, kind: EndpointKind, name: str) -> None
     )
 
 
-def test_an_engine_is_closed_while_a_service_is_being_offered(
-    router: Router, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_engine_is_closed_while_a_service_is_being_offered(router: Router, monkeypatch) -> None:
     engine = ZenohEngine(0, "/robot/gateway", [router.address], timeout_s=60)
     is_starting, may_start = threading.Event(), threading.Event()
 
@@ -172,9 +170,7 @@ def test_services_are_offered_to_ros2(engine: Ros2Engine, peer: Peer) -> None:
     assert peer.call("/add", b"abc") == []
 
 
-def test_a_service_that_raises_or_refuses_gives_no_reply(
-    engine: Ros2Engine, peer: Peer, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_service_that_raises_or_refuses_gives_no_reply(engine: Ros2Engine, peer: Peer, caplog) -> None:
     engine.serve("/add", ADD_KIND, ADD, {b"none": None, b"x": b"x"}.__getitem__)
     wait_until(lambda: any("/SS/" in each for each in peer.tokens), what="the token")
 
@@ -221,9 +217,7 @@ def test_a_restarted_peer_is_found_again(engine: Ros2Engine, router: Router) -> 
         wait_until(lambda: publisher.subscriber_count == 0, what="the end of the subscriber")
 
 
-def test_remembered_endpoints_are_limited(
-    router: Router, peer: Peer, caplog: pytest.LogCaptureFixture, constants: Constants
-) -> None:
+def test_remembered_endpoints_are_limited(router: Router, peer: Peer, caplog, constants: Constants) -> None:
     for number in range(20):
         peer.declare("MP", f"/topic{number}", "std_msgs::msg::dds_::String_", STRING)
     constants(ROS2_GRAPH_BYTES=8000)

@@ -106,9 +106,7 @@ def test_an_editable_installation_shows_changes_at_once(installed: Installed, pa
     assert installed.files() == before
 
 
-def test_a_target_folder_is_found_on_the_python_path(
-    installed: Installed, package: Path, tmp_path: Path
-) -> None:
+def test_a_target_folder_is_found_on_the_python_path(installed: Installed, package: Path, tmp_path) -> None:
     installed.run("pipros", "wheel", package, "-o", tmp_path / "dist")
     (wheel,) = (tmp_path / "dist").glob("*.whl")
     installed.pip("install", "--quiet", "--no-deps", "--target", tmp_path / "target", wheel)
@@ -201,9 +199,7 @@ def test_a_higher_version_on_another_index_is_not_taken(
     assert found == {"safe": ["1.2.0"], "locked": ["1.2.0"], "unsafe": ["99.0.0"]}
 
 
-def test_pipros_install_resolves_builds_and_installs(
-    installed: Installed, package: Path, tmp_path: Path
-) -> None:
+def test_pipros_install_resolves_builds_and_installs(installed: Installed, package: Path, tmp_path) -> None:
     before = installed.files()
     user = tmp_path / "user"
     user.mkdir()

@@ -68,9 +68,7 @@ def handlers() -> Iterator[None]:
 
 @pytest.mark.needs("timer signals")
 @pytest.mark.usefixtures("handlers")
-def test_each_line_is_answered_in_order(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_each_line_is_answered_in_order(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     lines = "".join(json.dumps(question) + "\n" for question in QUESTIONS)
     monkeypatch.setattr("sys.stdin", io.StringIO(lines))
 

@@ -115,9 +115,7 @@ def test_other_files_of_that_name_are_not_configurations(tmp_path: Path, cmake: 
         importlib.import_module("tuned_pkg.cfg")
 
 
-def test_a_file_reads_the_variables_of_noetic_in_a_bare_shell(
-    cfg: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_reads_the_variables_of_noetic_in_a_bare_shell(cfg: Path, monkeypatch) -> None:
     monkeypatch.delenv("ROS_DISTRO", raising=False)
     cfg.write_text(f"import os\nassert os.environ['ROS_DISTRO'] == 'noetic'\n{HEAD}{BODY}")
 
@@ -331,9 +329,7 @@ def test_configurations_and_descriptions_survive_conversion_to_messages(cfg: Pat
         _ = config.nothing
 
 
-def test_a_cfg_file_that_is_run_directly_explains_that_it_need_not_be(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cfg_file_that_is_run_directly_explains_that_it_need_not_be(monkeypatch, capsys) -> None:
     monkeypatch.delenv("PIPROS_CFG_OUTPUT", raising=False)
 
     assert ParameterGenerator().generate("a", "b", "C") == 1

@@ -106,9 +106,7 @@ def test_a_message_survives_a_file(ending: str, tmp_path: Path) -> None:
     assert [file.name for file in (tmp_path / "cameras").iterdir()] == [f"left.{ending}"]
 
 
-def test_unreadable_and_unwritable_calibrations_are_reported(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unreadable_and_unwritable_calibrations_are_reported(tmp_path: Path, capsys) -> None:
     (tmp_path / "octets.yaml").write_bytes(b"\xff")
 
     assert readCalibration(str(tmp_path / "missing.yaml")) is None

@@ -76,9 +76,7 @@ def web_server() -> Iterator[str]:
     server.server_close()
 
 
-def test_web_servers_are_asked_only_where_the_environment_allows(
-    web_server: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_web_servers_are_asked_only_where_the_environment_allows(web_server: str, monkeypatch) -> None:
     with pytest.raises(Exception, match="require PIPROS_RESOURCES_BY_HTTP=1"):
         resource_retriever.get(web_server)
 

@@ -82,9 +82,7 @@ def test_without_a_folder_there_are_no_bags() -> None:
     assert "--bags FOLDER" in LocalAssistant(NOBODY).call("list_bags").fields["error"]
 
 
-def test_an_installation_without_queries_says_so(
-    assistant: LocalAssistant, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_installation_without_queries_says_so(assistant: LocalAssistant, monkeypatch) -> None:
     monkeypatch.setattr(bag_tools, "offered", lambda name: None)
     assert "lacks" in assistant.call("query_bag", bag="run.bag", sql="SELECT 1").fields["error"]
 

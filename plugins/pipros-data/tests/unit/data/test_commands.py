@@ -174,9 +174,7 @@ def test_help_and_completion_name_the_commands(capsys: pytest.CaptureFixture[str
 @pytest.mark.parametrize(
     "command", [["table", "run.bag", "/n", "-o", "o.csv"], ["query", "run.bag", "SELECT 1 FROM n"]]
 )
-def test_progress_is_shown_on_a_terminal_only(
-    command: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_progress_is_shown_on_a_terminal_only(command: list[str], capsys, monkeypatch) -> None:
     assert rosbag(command) == 0
     assert "100%" not in capsys.readouterr().out
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
@@ -257,9 +255,7 @@ def test_a_missing_library_is_named_in_one_line(missing: str) -> None:
         assert len(ended.stderr.splitlines()) == 1
 
 
-def test_a_name_that_is_not_a_file_is_a_topic_whatever_it_looks_like(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_name_that_is_not_a_file_is_a_topic_whatever_it_looks_like(capsys) -> None:
     topics = ["imu", "/run.bag", "/etc", "~odd/db3"]
     Path("odd.bag").write_bytes(bag_bytes([(topic, Int32(7), 1, 0) for topic in topics]))
 

@@ -63,9 +63,7 @@ def test_a_damaged_data_set_needs_another_folder(text: str, capsys: pytest.Captu
     ("observations:\n", "observations: [\n", "invalid YAML"),
     ("actions:\n", "checks: {frosen: 1}\nactions:\n", "8: checks.frosen: unknown key. Did you mean fro"),
 ])  # fmt: skip
-def test_errors_name_the_line_and_the_key(
-    old: str, new: str, reason: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_errors_name_the_line_and_the_key(old: str, new: str, reason: str, capsys) -> None:
     assert old in CONFIG
     config = CONFIG.replace(old, new)
     if reason.startswith("left out"):

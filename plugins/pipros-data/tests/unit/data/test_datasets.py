@@ -316,9 +316,7 @@ def test_suggested_names_are_quoted(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("bad", [0, 1, 2])
 @pytest.mark.parametrize("content", [b"no bag", b"version https://git-lfs.github.com/spec/v1\n"])
-def test_a_bag_that_cannot_be_read_does_not_end_a_data_set(
-    content: bytes, bad: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bag_that_cannot_be_read_does_not_end_a_data_set(content: bytes, bad: int, capsys) -> None:
     bags = ["a.bag", "b.bag", "c.bag"]
     for number, name in enumerate(bags):
         rows = [("/level", Float64(n), 100 * number + n, 0) for n in range(20)]
@@ -417,9 +415,7 @@ WHOLE = bytes(16 * 16 * 3)
     "damaged", [{"data": WHOLE[:-1]}, {"data": WHOLE, "encoding": "32FC1"}, {"data": b"", "width": 0}],
     ids=["short", "encoding", "empty"],
 )  # fmt: skip
-def test_an_unusable_raw_picture_is_a_gap_and_is_named(
-    bad: int, damaged: dict[str, Any], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unusable_raw_picture_is_a_gap_and_is_named(bad: int, damaged: dict[str, Any], capsys) -> None:
     rows: list[Row] = []
     for n in range(20):
         rows.append(raw(100 + n / 10, **(damaged if n == bad else {"data": WHOLE})))

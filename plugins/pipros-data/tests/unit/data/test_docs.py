@@ -80,9 +80,7 @@ def test_all_examples_and_commands_are_found() -> None:
 
 
 @pytest.mark.parametrize(("code", "printed"), WITHOUT_ROBOT)
-def test_the_example_prints_the_output_below_it(
-    code: str, printed: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_example_prints_the_output_below_it(code: str, printed: str, capsys) -> None:
     exec(code, {})  # noqa: S102 # our own document
     assert capsys.readouterr().out == printed
 

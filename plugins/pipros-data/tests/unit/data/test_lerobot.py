@@ -26,9 +26,7 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("change", [("rate: 10", "rate: 2.5"), ("rate: 10", "rate: 10\ngaps: keep")])
-def test_the_limits_of_lerobot_are_checked_first(
-    change: tuple[str, str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_limits_of_lerobot_are_checked_first(change: tuple[str, str], capsys) -> None:
     reason = "needs a whole number as the rate, and gaps: skip or hold"
     assert reason in failure(capsys, CONFIG.replace(*change), "--format", "lerobot")
 
@@ -145,9 +143,7 @@ def test_a_run_continues_after_an_interruption(moment: str, monkeypatch: pytest.
 
 
 @pytest.mark.usefixtures("library")
-def test_pictures_of_different_sizes_are_an_error(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_pictures_of_different_sizes_are_an_error(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     monkeypatch.setattr(
         demonstrations, "jpeg", lambda level: cv2.imencode(".jpg", np.full((16, 16, 3), level))[1].tobytes()
     )

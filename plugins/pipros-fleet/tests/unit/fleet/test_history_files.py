@@ -95,9 +95,7 @@ def test_requests_complete_a_file_only_at_intervals(tmp_path: Path) -> None:
     files.close()
 
 
-def test_files_are_described_while_another_thread_writes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_are_described_while_another_thread_writes(tmp_path: Path, monkeypatch) -> None:
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
     files.write("robot1", connection("/robot1/odom"), 1 * S, body("first"))
     files.close()

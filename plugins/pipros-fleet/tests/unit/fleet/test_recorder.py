@@ -259,9 +259,7 @@ def _answered(link: FakeLink) -> bool:
 
 
 @pytest.mark.usefixtures("recorder")
-def test_a_member_that_leaves_is_forgotten(
-    link: FakeLink, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_member_that_leaves_is_forgotten(link: FakeLink, files: Files, tmp_path: Path, caplog) -> None:
     for number in range(5):
         member = f"robot{number}"
         link.join(member, TALK)
@@ -302,9 +300,7 @@ def test_directories_of_members_without_a_token_are_ignored(link: FakeLink, reco
     assert link.wanted == {"robot1": ["/talk"]}
 
 
-def test_surplus_members_are_reported(
-    link: FakeLink, recorder: FleetRecorder, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_surplus_members_are_reported(link: FakeLink, recorder: FleetRecorder, caplog) -> None:
     for number in range(3):
         link.join(f"robot{number}", TALK)
     wait_until(lambda: len(link.wanted) == 2 and caplog.messages, DEADLINE_S, "the warning")

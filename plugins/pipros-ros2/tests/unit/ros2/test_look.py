@@ -122,9 +122,7 @@ def test_the_services_of_an_action_are_hidden() -> None:
     assert [each.is_hidden for each in services([goal])] == [True]
 
 
-def test_names_and_messages_of_peers_are_escaped_and_bad_ones_left_out(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_names_and_messages_of_peers_are_escaped_and_bad_ones_left_out(monkeypatch, capsys) -> None:
     hostile = "\x1b]0;OWNED\x07\nforged"
     kind, payload = "std_msgs/msg/String", b"\0\1\0\0\5\0\0\0\x1b[2J\0"
     ends = [Endpoint(b"1", EndpointKind.PUBLISHER, f"/a{hostile}", kind, hostile, node=f"/n{hostile}")]

@@ -242,9 +242,7 @@ def test_a_file_without_rospy_is_unchanged_and_python_2_is_refused() -> None:
         _draft("print 'x'\n")
 
 
-def test_the_command_lists_changes_and_writes_drafts(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_lists_changes_and_writes_drafts(tmp_path: Path, capsys) -> None:
     package = tmp_path / "demo"
     (package / "scripts").mkdir(parents=True)
     (package / "scripts" / "talker").write_text("#!/usr/bin/env python\n" + NODES["talker"])
@@ -326,9 +324,7 @@ def _stand_ins(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(sys.modules, module.__name__, module)
 
 
-def test_a_package_becomes_one_of_ament_python_with_launch_files(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_package_becomes_one_of_ament_python_with_launch_files(tmp_path: Path, capsys, monkeypatch) -> None:
     out = tmp_path / "out"
     assert main(["--write", str(out), str(_package(tmp_path))]) == 1
 
@@ -353,9 +349,7 @@ def test_a_package_becomes_one_of_ament_python_with_launch_files(
     assert "setup.py: TODO: does the package need the files of 'config'?" in printed.out
 
 
-def test_launch_files_keep_names_remappings_and_parameters(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_launch_files_keep_names_remappings_and_parameters(tmp_path: Path, capsys, monkeypatch) -> None:
     out = tmp_path / "out"
     main(["--write", str(out), str(_package(tmp_path))])
 
@@ -406,9 +400,7 @@ def test_each_setting_of_nodes_that_ros2_has_is_in_a_draft(setting: NodeSetting,
     assert f"{setting.ros2}=" in LaunchDrafts(tmp_path, "p").files["a.launch.py"]
 
 
-def test_a_folder_with_a_package_of_its_own_keeps_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_with_a_package_of_its_own_keeps_it(tmp_path: Path, capsys) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "package.xml").write_text("<package><name>mine</name></package>")
     package = _package(tmp_path)
@@ -430,9 +422,7 @@ def test_package_names_with_slashes_are_refused(tmp_path: Path, capsys: pytest.C
 
 
 @pytest.mark.parametrize("manifest", [b"<package", b"\xff\xfe", MANIFEST.replace("demo", "a b").encode()])
-def test_a_bad_manifest_leaves_out_only_itself(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], manifest: bytes
-) -> None:
+def test_a_bad_manifest_leaves_out_only_itself(tmp_path: Path, capsys, manifest: bytes) -> None:
     (tmp_path / "package.xml").write_bytes(manifest)
     (tmp_path / "talker.py").write_text("import rospy\nrospy.init_node('talker')\n")
 

@@ -124,9 +124,7 @@ def test_a_call_that_times_out_says_why(engine: Any, available: int, text: str) 
         AgentCaller(engine, 7, SWITCH).call(b"", 0.01)
 
 
-def test_a_service_that_fails_or_has_too_many_requests_sends_no_answer(
-    engine: Any, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_service_that_fails_or_has_too_many_requests_sends_no_answer(engine: Any, caplog) -> None:
     over = threading.Event()
 
     def answer(request: bytes) -> bytes | None:
@@ -242,9 +240,7 @@ def test_without_rclpy_the_error_says_what_to_install(monkeypatch: pytest.Monkey
         to_ros1(stand_in("std_msgs.msg._string", "String")())
 
 
-def test_folders_are_those_of_the_variable_and_of_wheels(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_folders_are_those_of_the_variable_and_of_wheels(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "share" / "ament_index" / "resource_index" / "packages").mkdir(parents=True)
     monkeypatch.syspath_prepend(tmp_path)
     found = folders_of_environment({"AMENT_PREFIX_PATH": "/opt/ros/jazzy"})

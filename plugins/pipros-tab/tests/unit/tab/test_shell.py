@@ -41,9 +41,7 @@ def test_folders_and_files_are_made_listed_and_shown(home: Path, capsys: pytest.
     assert capsys.readouterr().out == f"{home}/ws/src\nint64  num\nNum.msg\nsrc\n"
 
 
-def test_help_names_the_commands_and_nothing_needs_to_be_installed(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_help_names_the_commands_and_nothing_needs_to_be_installed(capsys) -> None:
     assert typed("help", "sudo apt install ros-noetic-desktop", "pip install rospy", "date") == [0, 1, 1, 0]
     assert typed("USER=ada whoami") == [0]
     shown = capsys.readouterr()
@@ -96,9 +94,7 @@ def test_errors_read_as_in_bash(capsys: pytest.CaptureFixture[str]) -> None:
     ]
 
 
-def test_wrong_arguments_and_binary_files_do_not_close_the_terminal(
-    home: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_arguments_and_binary_files_do_not_close_the_terminal(home: Path, capsys) -> None:
     (home / "a.bag").write_bytes(b"\xff\n")
     assert typed("cp", "cp a.bag", "mv -f a.bag", "echo a\\", "cat a.bag") == [1, 1, 1, 2, 0]
     shown = capsys.readouterr()
@@ -247,9 +243,7 @@ def print_topics(_: list[str], output: str | None = None, /, **more: Any) -> int
     ("touch a b; ls | grep -n b", 0, "2:b\n"), ("A=1 env | grep ^A= && printenv A", 1, "A=1\n"),
     ("rostopic list | grep -Z", 2, ""),
 ])  # fmt: skip
-def test_filters_read_what_commands_print(
-    line: str, code: int, printed: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_filters_read_what_commands_print(line: str, code: int, printed: str, capsys) -> None:
     assert (run_line(line, print_topics), capsys.readouterr().out) == (code, printed)
 
 
@@ -302,9 +296,7 @@ def test_the_lines_of_other_files_are_run(home: Path, capsys: pytest.CaptureFixt
     assert (typed("source ~/.bashrc", "echo $A"), capsys.readouterr().out) == ([0, 0], "b\n")
 
 
-def test_source_names_a_setup_file_that_is_missing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_source_names_a_setup_file_that_is_missing(tmp_path: Path, capsys) -> None:
     (tmp_path / MARKER).touch()
     assert typed(f"source {tmp_path}/setup.bsh") == [1]
     assert capsys.readouterr().err == f"bash: source: {tmp_path}/setup.bsh: No such file or directory\n"

@@ -114,9 +114,7 @@ def test_the_last_job_runs_where_no_job_waits_after_a_moment(turns: WorkerTurns)
     assert done == ["the last"]
 
 
-def test_jobs_that_end_by_themselves_are_not_ended(
-    turns: WorkerTurns, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_jobs_that_end_by_themselves_are_not_ended(turns: WorkerTurns, monkeypatch) -> None:
     monkeypatch.setattr("pipros_tab.turns.END_S", 3.0)
     done: list[str] = []
 

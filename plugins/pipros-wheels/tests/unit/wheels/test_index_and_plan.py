@@ -198,9 +198,7 @@ def test_the_limits_of_all_users_of_a_distribution_count(workspace: Workspace, t
     assert [step.target for step in plan if step.name == "six"] == ["six", "six[all]; a"]
 
 
-def test_the_index_is_asked_once_for_each_requirement_with_its_limits(
-    workspace: Workspace, tmp_path: Path
-) -> None:
+def test_the_index_is_asked_once_for_each_requirement_with_its_limits(workspace: Workspace, tmp_path) -> None:
     add_wheel(tmp_path / "wheels", "ros1_far_msgs", "1.0", requires=("ros1-strange>=1.2", "ros1-lost"))
     add_wheel(tmp_path / "wheels", "ros1_hip_msgs", "1.0", requires=("ros1-strange<2", "ros1-lost"))
     workspace.add("leg", depends="strange hip_msgs")
@@ -232,9 +230,7 @@ def test_an_installed_wheel_outside_of_the_limits_is_replaced_or_reported(
     ]
 
 
-def test_a_dry_run_prints_the_plan_and_runs_no_code(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_dry_run_prints_the_plan_and_runs_no_code(workspace: Workspace, capsys, tmp_path: Path) -> None:
     assert install_command.main(["--dry-run", str(workspace.base)]) == 0
     shown = capsys.readouterr().out
     assert "python3-semver  PyPI" in shown
@@ -283,9 +279,7 @@ def test_the_installer_is_pip_or_uv(monkeypatch: pytest.MonkeyPatch, tmp_path: P
         installer.find_installer()
 
 
-def test_built_wheels_replace_installed_ones_of_the_same_version(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_built_wheels_replace_installed_ones_of_the_same_version(monkeypatch, tmp_path: Path) -> None:
     run: list[list[str]] = []
 
     def record(words: list[str], **_options: object) -> subprocess.CompletedProcess[str]:
@@ -305,9 +299,7 @@ def test_built_wheels_replace_installed_ones_of_the_same_version(
     assert run[3][-3:] == ["--force-reinstall", "--no-deps", str(same)]
 
 
-def test_rosdep_answers_from_the_same_table(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rosdep_answers_from_the_same_table(workspace: Workspace, capsys, monkeypatch) -> None:
     monkeypatch.setenv("PATH", "/nowhere")
     paths = ["--from-paths", str(workspace.base), "--ignore-src", "-y"]
     assert rosdep.main(["update"]) == 0
@@ -333,9 +325,7 @@ def test_a_genuine_rosdep_is_run_instead(tmp_path: Path) -> None:
     assert ended.stdout == "genuine check --os=x\n"
 
 
-def test_commands_print_errors_on_one_line(
-    workspace: Workspace, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_commands_print_errors_on_one_line(workspace: Workspace, capsys, tmp_path: Path) -> None:
     assert wheel_command.main([str(workspace.base), "-o", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err.startswith("pipros wheel: ")
     assert list(tmp_path.glob("out/*")) == []

@@ -227,9 +227,7 @@ def test_nothing_is_written_to_the_source(package: Path, tmp_path: Path) -> None
     assert sorted(package.rglob("*")) == before
 
 
-def test_a_source_archive_makes_the_same_wheel(
-    package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_source_archive_makes_the_same_wheel(package: Path, tmp_path: Path, monkeypatch) -> None:
     write_build_system(package)
     archive = tmp_path / backend.build_sdist(str(tmp_path))
     first = archive.read_bytes()

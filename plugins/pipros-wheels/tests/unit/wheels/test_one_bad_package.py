@@ -96,9 +96,7 @@ def test_the_other_wheels_are_built_and_the_bad_package_is_named(
 
 
 @every_fault
-def test_the_other_packages_are_installed(
-    workspace: Workspace, fault: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_other_packages_are_installed(workspace: Workspace, fault: str, monkeypatch, capsys) -> None:
     bad = write_bad_package(workspace, fault, "middle")
     given: list[str] = []
     monkeypatch.setattr(
@@ -178,9 +176,7 @@ def test_packages_that_share_a_name_or_form_a_cycle_are_left_out(
 
 
 @every_position
-def test_an_index_lists_the_other_wheels(
-    tmp_path: Path, position: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_index_lists_the_other_wheels(tmp_path: Path, position: str, capsys) -> None:
     bad = POSITIONS[position]
     for name in GOOD:
         add_wheel(tmp_path, name, "1.0")
@@ -196,9 +192,7 @@ def test_an_index_lists_the_other_wheels(
     assert f"left out: ['{bad}.whl'] is not the file name of a wheel" in errors
 
 
-def test_rosdep_reads_the_other_packages(
-    workspace: Workspace, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_rosdep_reads_the_other_packages(workspace: Workspace, monkeypatch, capsys) -> None:
     bad = write_bad_package(workspace, "a_malformed_manifest", "first")
     monkeypatch.setenv("PATH", "/nowhere")
     assert rosdep.main(["keys", "--from-paths", str(workspace.base)]) == 1

@@ -141,9 +141,7 @@ def test_conditions_of_a_manifest_choose_requirements(workspace: Workspace) -> N
     assert required(wheels(workspace)["arm"]) == ["pipros", "pyserial"]
 
 
-def test_two_builds_have_the_same_bytes(
-    workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_two_builds_have_the_same_bytes(workspace: Workspace, tmp_path: Path, monkeypatch) -> None:
     folder = add_arm(workspace)
     first = wheels(workspace)["arm"].file.read_bytes()
     for file in folder.rglob("*"):
@@ -600,9 +598,7 @@ def test_extras_of_another_package_are_used_in_any_order(
 
 
 @pytest.mark.parametrize("kind", EXTRAS)
-def test_extras_of_an_installed_package_are_used(
-    workspace: Workspace, kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_extras_of_an_installed_package_are_used(workspace: Workspace, kind: str, monkeypatch) -> None:
     ending, _ = EXTRAS[kind]
     form = {
         "": "{0}",
@@ -636,9 +632,7 @@ def test_extras_of_an_installed_package_are_used(
 
 
 @pytest.mark.parametrize("has_other", [False, True])
-def test_each_rosbuild_package_is_named(
-    workspace: Workspace, caplog: pytest.LogCaptureFixture, has_other: bool
-) -> None:
+def test_each_rosbuild_package_is_named(workspace: Workspace, caplog, has_other: bool) -> None:
     folders = [workspace.base / "src" / name for name in ("old", "older")]
     for folder in folders:
         folder.mkdir(parents=True)
@@ -679,9 +673,7 @@ def test_modules_for_python_2_are_named_once(workspace: Workspace) -> None:
 # `pipros wheel --ros2`, which `pipros_ros2` translates for, where something is missing.
 
 
-def test_one_line_says_which_compiler_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_line_says_which_compiler_to_install(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.delenv("CXX", raising=False)
@@ -694,9 +686,7 @@ def test_one_line_says_which_compiler_to_install(
     )
 
 
-def test_an_unknown_package_is_named_before_anything_is_installed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_unknown_package_is_named_before_anything_is_installed(tmp_path, monkeypatch, capsys) -> None:
     for variable in ("CC", "CXX"):
         monkeypatch.setenv(variable, "/bin/true")
     monkeypatch.setenv("ROS_HOME", str(tmp_path))

@@ -36,9 +36,7 @@ def build_workspace(folder: Path) -> tuple[dict[str, set[str]], list[str]]:
 
 
 @pytest.mark.parametrize("name", WORKSPACES)
-def test_the_wheels_of_a_workspace_have_exactly_these_files(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_wheels_of_a_workspace_have_exactly_these_files(name: str, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     packs = WORKSPACES[name]
     hide_setuptools(tmp_path, monkeypatch)

@@ -463,9 +463,7 @@ def test_a_layer_that_cannot_be_imported_is_left_out(caplog: pytest.LogCaptureFi
     assert "a: bad::Layer cannot be imported: ModuleNotFoundError" in caplog.text
 
 
-def test_an_unknown_layer_with_sources_runs_as_a_voxel_or_obstacle_layer(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_unknown_layer_with_sources_runs_as_a_voxel_or_obstacle_layer(monkeypatch, caplog) -> None:
     made = []
     monkeypatch.setattr(
         layers,

@@ -139,9 +139,7 @@ def plain_score(
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_choice_and_all_scores_equal_those_of_a_plain_loop(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_choice_and_all_scores_equal_those_of_a_plain_loop(seed: int, monkeypatch) -> None:
     if seed % 2:  # as for long edges
         monkeypatch.setattr(grid_costs, "KNOWN_LINES", 0)
     grid, pose, velocity = grid_of(seed), (0.02, -0.04, seed - 2.5), (0.3, 0.0, 0.2)
