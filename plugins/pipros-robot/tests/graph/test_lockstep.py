@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-import pytest
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class

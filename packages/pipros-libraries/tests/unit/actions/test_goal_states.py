@@ -31,8 +31,7 @@ def test_a_result_before_any_status_passes_through_all_states() -> None:
         ClientGoalState.ACTIVE, ClientGoalState.PREEMPTING, ClientGoalState.WAITING_FOR_RESULT,
         ClientGoalState.DONE,
     ]  # fmt: skip
-    assert goal.on_status(Status.ACTIVE) == []
-    assert goal.on_result(Status.ABORTED) == []
+    assert (goal.on_status(Status.ACTIVE), goal.on_result(Status.ABORTED)) == ([], [])
     assert goal.status is Status.PREEMPTED
 
 
@@ -49,8 +48,7 @@ def test_a_finished_goal_cannot_be_cancelled() -> None:
     goal = ClientGoal()
     goal.on_result(Status.SUCCEEDED)
 
-    assert goal.on_cancel() == []
-    assert goal.on_status(None) == []
+    assert (goal.on_cancel(), goal.on_status(None)) == ([], [])
     assert goal.state is ClientGoalState.DONE
 
 

@@ -94,8 +94,7 @@ def test_a_chain_feeds_its_filters_in_order() -> None:
     got: list[Any] = []
     chain.registerCallback(got.append)
     second: Any = message_filters.PassThrough()
-    assert chain.addFilter(message_filters.PassThrough()) == 0
-    assert chain.addFilter(second) == 1
+    assert (chain.addFilter(message_filters.PassThrough()), chain.addFilter(second)) == (0, 1)
     source.signalMessage("message")
 
     assert got == ["message"]
@@ -134,9 +133,7 @@ class Inputs:
 def test_messages_of_one_stamp_make_a_set() -> None:
     inputs = Inputs(ExactSynchronizer(3, queue_size=5))
 
-    assert inputs.add(2, 10) == []
-    assert inputs.add(0, 10) == []
-    assert inputs.add(0, 20) == []
+    assert (inputs.add(2, 10), inputs.add(0, 10), inputs.add(0, 20)) == ([], [], [])
     assert inputs.add(1, 10) == [["0:10", "1:10", "2:10"]]
     assert [list(queue) for queue in inputs.synchronizer.queues] == [[20], [], []]
 
@@ -146,8 +143,7 @@ def test_the_oldest_timestamp_is_dropped_when_a_queue_is_full() -> None:
     for stamp in (30, 10, 20):
         inputs.add(0, stamp)
 
-    assert inputs.add(1, 10) == []
-    assert inputs.add(1, 20) == [["0:20", "1:20"]]
+    assert (inputs.add(1, 10), inputs.add(1, 20)) == ([], [["0:20", "1:20"]])
 
 
 def test_a_simulated_clock_that_goes_back_empties_queues_with_reset() -> None:
@@ -156,8 +152,7 @@ def test_a_simulated_clock_that_goes_back_empties_queues_with_reset() -> None:
     inputs.add(1, 20, now=100)
 
     assert inputs.add(0, 20, now=50) == []  # the other input still has earlier messages
-    assert inputs.add(1, 10, now=50) == []
-    assert inputs.add(1, 20, now=50) == [["0:20", "1:20"]]
+    assert (inputs.add(1, 10, now=50), inputs.add(1, 20, now=50)) == ([], [["0:20", "1:20"]])
 
 
 def test_the_nearest_messages_within_the_slop_make_a_set() -> None:
@@ -229,7 +224,6 @@ def test_a_sequencer_starts_again_if_the_time_moves_back() -> None:
     sequencer = Sequencer(delay=5, queue_size=3)
     for stamp in (90, 99):
         sequencer.add(stamp, stamp)
-    assert sequencer.due(95) == [90]
-    assert sequencer.due(1) == []
+    assert (sequencer.due(95), sequencer.due(1)) == ([90], [])
     sequencer.add(2, 2)
     assert sequencer.due(10) == [2]

@@ -7,10 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from pipros_libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
-from pipros_libraries.transforms.errors import (
-    ExtrapolationException,
-    TransformException,
-)
+from pipros_libraries.transforms.errors import ExtrapolationException, TransformException
 from pipros_libraries.transforms.history import MovingFrame, StaticFrame
 from pipros_libraries.transforms.pose import IDENTITY, Pose
 from pipros_libraries.transforms.tree import Frames, find_path
