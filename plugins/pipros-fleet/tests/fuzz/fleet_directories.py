@@ -24,12 +24,8 @@ WORDS = [
         write_input(bytes([member, 2]) + to_json(Directory(f"m{member}", "0" * 16, 1, _ENTRIES[:count])))
         for member, count in ((0, 1), (1, 12), (2, 3))
     ),
-    b"0000000000000001",
-    b'["/a","a/B","',
-    b"[[[[",
-    b"1e999",
-    b'"revision"',
-]
+    b"0000000000000001", b'["/a","a/B","', b"[[[[", b"1e999", b'"revision"',
+]  # fmt: skip
 
 
 def target(data: bytes) -> None:

@@ -47,12 +47,8 @@ WORDS = [
         for kind in range(6)
         for size in (0, 250)
     ),
-    b"\x00\x03\x00\x00",
-    b"\x01\x00\x00\x00",
-    b"\x32\x00\x18\x00",
-    b"\x31\x00\x18\x00",
-    b"\x2c\x00\xff\xff",
-]
+    b"\x00\x03\x00\x00", b"\x01\x00\x00\x00", b"\x32\x00\x18\x00", b"\x31\x00\x18\x00", b"\x2c\x00\xff\xff",
+]  # fmt: skip
 
 
 def datagram(data: bytes, number: int) -> bytes:

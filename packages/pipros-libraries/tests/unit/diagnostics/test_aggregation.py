@@ -20,15 +20,12 @@ ROBOT = {
         },
     },
     "power": {
-        "type": "diagnostic_aggregator/GenericAnalyzer",
-        "path": "Power",
-        "expected": ["Battery 0", "Battery 1"],
-        "startswith": "Breaker",
-        "timeout": 10.0,
+        "type": "diagnostic_aggregator/GenericAnalyzer", "path": "Power",
+        "expected": ["Battery 0", "Battery 1"], "startswith": "Breaker", "timeout": 10.0,
     },
     "noise": {"type": "diagnostic_aggregator/DiscardAnalyzer", "path": "Noise", "regex": "noise [0-9]+"},
     "later": {"type": "diagnostic_aggregator/IgnoreAnalyzer", "path": "Later", "anything": [1, 2]},
-}
+}  # fmt: skip
 
 
 def reported(aggregation: Aggregation, now_s: float) -> dict[str, tuple[int, str]]:
@@ -120,8 +117,7 @@ def test_the_level_of_everything() -> None:
     ("parameters", "message", "reason"),
     [
         (
-            {"type": "my_pkg/MyAnalyzer", "path": "X"},
-            "Pluginlib exception loading analyzer",
+            {"type": "my_pkg/MyAnalyzer", "path": "X"}, "Pluginlib exception loading analyzer",
             "unknown analyzer type my_pkg",
         ),
         ({"path": "X"}, "No Analyzer type given", "missing required parameter 'type'"),
@@ -130,34 +126,29 @@ def test_the_level_of_everything() -> None:
         ({"type": "GenericAnalyzer", "path": "X"}, "Analyzer init failed", "matches no status"),
         ({"type": "GenericAnalyzer", "path": "X", "regex": "("}, "Analyzer init failed", "'regex'"),
         (
-            {"type": "GenericAnalyzer", "path": "X", "name": 5},
-            "Analyzer init failed",
+            {"type": "GenericAnalyzer", "path": "X", "name": 5}, "Analyzer init failed",
             "must be a string or a list of strings",
         ),
         ({"type": "GenericAnalyzer", "path": "X", "name": [5]}, "Analyzer init failed", "must be a string"),
         (
-            {"type": "GenericAnalyzer", "path": "X", "name": "a", "timeout": "x"},
-            "Analyzer init failed",
+            {"type": "GenericAnalyzer", "path": "X", "name": "a", "timeout": "x"}, "Analyzer init failed",
             "a number",
         ),
         (
-            {"type": "AnalyzerGroup", "path": "X", "analyzers": [1]},
-            "Analyzer init failed",
+            {"type": "AnalyzerGroup", "path": "X", "analyzers": [1]}, "Analyzer init failed",
             "must be a dictionary",
         ),
         (["GenericAnalyzer"], "Analyzer init failed", "an analyzer must be a dictionary"),
         (
             {"type": "GenericAnalyzer", "path": "X", "name": "a", "num_items": float("inf")},
-            "Analyzer init failed",
-            "'num_items' must be finite, got inf",
+            "Analyzer init failed", "'num_items' must be finite, got inf",
         ),
         (
-            {"type": "GenericAnalyzer", "path": "X", "regex": "a" * 1001},
-            "Analyzer init failed",
+            {"type": "GenericAnalyzer", "path": "X", "regex": "a" * 1001}, "Analyzer init failed",
             "at most 1000 characters",
         ),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_analyzer_is_reported_and_the_others_work(parameters: Any, message: str, reason: str) -> None:
     good = {"type": "GenericAnalyzer", "path": "Good", "contains": "x"}
     aggregation = Aggregation("base", {"bad": parameters, "good": good})

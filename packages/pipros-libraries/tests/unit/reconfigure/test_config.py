@@ -19,23 +19,18 @@ ENUM = (
     "{'enum': [{'name': 'Small', 'type': 'int', 'value': 1}, {'name': 'Large', 'type': 'int', 'value': 2}]}"
 )
 DESCRIPTION = {
-    "name": "Default",
-    "id": 0,
-    "parent": 0,
+    "name": "Default", "id": 0, "parent": 0,
     "parameters": [
         PARAMETER | {"name": "gain", "type": "double", "edit_method": ""},
         PARAMETER | {"name": "size", "type": "int", "edit_method": ENUM},
     ],
     "groups": {
         "Inner": {
-            "name": "Inner",
-            "id": 1,
-            "parent": 0,
-            "parameters": [PARAMETER | {"name": "on", "type": "bool", "edit_method": ""}],
-            "groups": {},
+            "name": "Inner", "id": 1, "parent": 0,
+            "parameters": [PARAMETER | {"name": "on", "type": "bool", "edit_method": ""}], "groups": {},
         }
     },
-}
+}  # fmt: skip
 
 
 def group(number: int, parent: int) -> Any:

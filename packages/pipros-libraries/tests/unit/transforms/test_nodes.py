@@ -204,9 +204,7 @@ def test_pairs_have_their_own_distances_or_those_of_the_node() -> None:
 @pytest.mark.parametrize(
     ("value", "words"),
     [
-        ("a b", "must be a list"),
-        (["a"], "must be a mapping"),
-        ([{"source_frame": "a"}], "target_frame"),
+        ("a b", "must be a list"), (["a"], "must be a mapping"), ([{"source_frame": "a"}], "target_frame"),
         ([{"source_frame": "", "target_frame": "b"}], "source_frame"),
         ([{"source_frame": 3, "target_frame": "b"}], "source_frame"),
         (
@@ -216,7 +214,7 @@ def test_pairs_have_their_own_distances_or_those_of_the_node() -> None:
         ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": -1}], ">= 0"),
         ([{"source_frame": "a", "target_frame": "b", "angular_update_distance": float("nan")}], ">= 0"),
     ],
-)
+)  # fmt: skip
 def test_invalid_pairs_are_named(value: Any, words: str) -> None:
     with pytest.raises(BadFramePair, match=words):
         frame_pairs(value, 0.1, 0.1)

@@ -235,15 +235,10 @@ CLEAR = np.dstack([COLORED, GRAY])
     ("decoded", "desired", "expected"),
     [
         (GRAY, "rgb8", np.dstack([GRAY] * 3)),
-        (GRAY, "bgra8", np.dstack([GRAY, GRAY, GRAY, np.full_like(GRAY, 255)])),
-        (GRAY, "mono8", GRAY),
-        (GRAY, "mono16", GRAY * np.uint16(257)),
-        (GRAY, "8UC1", GRAY),
-        (GRAY, "32FC3", np.dstack([GRAY] * 3).astype(np.float32)),
-        (GRAY[:, :, np.newaxis], "mono8", GRAY),
-        (CLEAR, "bgr8", COLORED),
-        (CLEAR, "rgba8", CLEAR[:, :, [2, 1, 0, 3]]),
-        (CLEAR, "8UC3", COLORED),
+        (GRAY, "bgra8", np.dstack([GRAY, GRAY, GRAY, np.full_like(GRAY, 255)])), (GRAY, "mono8", GRAY),
+        (GRAY, "mono16", GRAY * np.uint16(257)), (GRAY, "8UC1", GRAY),
+        (GRAY, "32FC3", np.dstack([GRAY] * 3).astype(np.float32)), (GRAY[:, :, np.newaxis], "mono8", GRAY),
+        (CLEAR, "bgr8", COLORED), (CLEAR, "rgba8", CLEAR[:, :, [2, 1, 0, 3]]), (CLEAR, "8UC3", COLORED),
         (CLEAR, "mono8", np.array(GRAY_OF_BGR, np.uint8)),
         (GRAY * np.uint16(257), "rgb8", np.dstack([GRAY * np.uint16(257)] * 3)),
         (COLORED * np.uint16(257), "bgr16", COLORED * np.uint16(257)),
@@ -251,12 +246,11 @@ CLEAR = np.dstack([COLORED, GRAY])
         (GRAY * np.uint16(257), "32FC1", GRAY * np.float32(257)),
         (GRAY * np.uint16(257), "", GRAY * np.uint16(257)),
         (
-            GRAY.astype(np.float32) / 255,
-            "bgra8",
+            GRAY.astype(np.float32) / 255, "bgra8",
             np.dstack([GRAY / np.float32(255)] * 3 + [np.ones((2, 2), "f4")]),
         ),
     ],
-)
+)  # fmt: skip
 def test_a_decoded_image_is_converted_from_its_own_channels(
     decoded: Any, desired: str, expected: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -585,13 +585,8 @@ def test_names_that_sound_like_limits_are_noticed() -> None:
     )
     assert misunderstood([*left, "weight_max_vel_x"]) == ["a/max_v_inc", "max_speed_arm", "vel_limit_of_crab"]
     words = [
-        "maxTurnRate",
-        "max_angular_z",
-        "max_linear",
-        "max_rate_of_turn",
-        "max_translation",
-        "max_yaw_rate",
-    ]
+        "maxTurnRate", "max_angular_z", "max_linear", "max_rate_of_turn", "max_translation", "max_yaw_rate",
+    ]  # fmt: skip
     assert misunderstood([*words, "max_jerk_yaw", "max_yaw_tolerance", "max_decel_x"]) == words
 
 
