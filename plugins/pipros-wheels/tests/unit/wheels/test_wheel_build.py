@@ -66,6 +66,12 @@ def content(wheel: BuiltWheel, end: str) -> str:
         return archive.read(path).decode()
 
 
+def extend(folder: Path, elements: str) -> None:
+    """Add elements to the manifest of a package."""
+    file = folder / "package.xml"
+    file.write_text(file.read_text().replace("</package>", f"{elements}</package>"))
+
+
 def required(wheel: BuiltWheel) -> list[str]:
     return HeaderParser().parsestr(content(wheel, "METADATA")).get_all("Requires-Dist") or []
 
@@ -133,11 +139,10 @@ def test_a_wheel_for_which_there_is_no_room_leaves_the_old_one(workspace: Worksp
 
 def test_conditions_of_a_manifest_choose_requirements(workspace: Workspace) -> None:
     file = workspace.add("arm") / "package.xml"
-    keys = {2: "python3-numpy", 3: "python3-serial"}
-    start = '<exec_depend condition="$ROS_PYTHON_VERSION == '
-    chosen = (f'{start}{version}">{key}</exec_depend>' for version, key in keys.items())
-    text = file.read_text().replace('format="2"', 'format="3"')
-    file.write_text(text.replace("</package>", f"{''.join(chosen)}</package>"))
+    file.write_text(file.read_text().replace('format="2"', 'format="3"'))
+    for version, key in ((2, "python3-numpy"), (3, "python3-serial")):
+        condition = f'condition="$ROS_PYTHON_VERSION == {version}"'
+        extend(file.parent, f"<exec_depend {condition}>{key}</exec_depend>")
     assert required(wheels(workspace)["arm"]) == ["pipros", "pyserial"]
 
 
@@ -173,12 +178,9 @@ def test_dependencies_become_requirements_or_are_listed(workspace: Workspace) ->
     folder = workspace.add(
         "arm", "catkin_package()", "arm_msgs rospy python3-serial python3-yaml mavros strange"
     )
-    text = (folder / "package.xml").read_text()
-    (folder / "package.xml").write_text(
-        text.replace("<depend>arm_msgs", '<depend version_gte="0.1">arm_msgs').replace(
-            "</package>", "<test_depend>rostest</test_depend><build_depend>unknown</build_depend></package>"
-        )
-    )
+    file = folder / "package.xml"
+    file.write_text(file.read_text().replace("<depend>arm_msgs", '<depend version_gte="0.1">arm_msgs'))
+    extend(folder, "<test_depend>rostest</test_depend><build_depend>unknown</build_depend>")
     built = wheels(workspace)
     assert list(built) == ["arm_msgs", "arm"]
     assert required(built["arm"]) == ["pipros", "ros1-arm-msgs>=0.1", "pyserial"]
@@ -230,16 +232,15 @@ def test_a_macro_that_cannot_be_followed_adds_the_folder(workspace: Workspace) -
 
 
 def test_a_package_for_ros_2_gets_advice(workspace: Workspace) -> None:
-    manifest = workspace.add("arm", "") / "package.xml"
-    text = manifest.read_text()
-    assert not [note for note in wheels(workspace)["arm"].notes if "ROS 2" in note]
-    both = '<build_type condition="$ROS_VERSION == 2">ament_python</build_type>'
-    for build_type, is_advised in ((both, False), ("<build_type>ament_python</build_type>", True)):
-        manifest.write_text(text.replace("</package>", f"<export>{build_type}</export></package>"))
-        found = [
-            note for note in wheels(workspace)["arm"].notes if "for ROS 2 (build type ament_python)" in note
-        ]
-        assert bool(found) == is_advised
+    folder, advised = workspace.add("arm", ""), ["is a package for ROS 2 (build type ament_python)"]
+    text = (folder / "package.xml").read_text()
+    both = '<export><build_type condition="$ROS_VERSION == 2">ament_python</build_type></export>'
+    only = "<export><build_type>ament_python</build_type></export>"
+    for export, advice in (("", []), (both, []), (only, advised)):
+        (folder / "package.xml").write_text(text)
+        extend(folder, export)
+        found = [note for note in wheels(workspace)["arm"].notes if "ROS 2" in note]
+        assert [note.partition(",")[0] for note in found] == advice
 
 
 def test_a_package_for_ros2_has_one_note(workspace: Workspace) -> None:
@@ -269,28 +270,24 @@ def test_scripts_of_setup_py_run_with_the_interpreter_of_the_environment(
     cmake = "find_package(catkin REQUIRED)\ncatkin_python_setup()\ncatkin_package()"
     folder = workspace.add("arm", cmake, setup_dot_py=setup, bin__tool="")
     (folder / "bin/tool").write_bytes(f"{first}\n#!/usr/bin/env python\n".encode())
-    with zipfile.ZipFile(wheels(workspace)["arm"].file) as archive:
-        [name] = [each for each in archive.namelist() if each.endswith(".data/scripts/tool")]
-        assert archive.read(name) == f"{expected}\n#!/usr/bin/env python\n".encode()
+    made = content(wheels(workspace)["arm"], ".data/scripts/tool")
+    assert made == f"{expected}\n#!/usr/bin/env python\n"
 
 
 def test_requirements_that_the_manifest_exports_for_pip_are_required(workspace: Workspace) -> None:
     """catkin_virtualenv installs them."""
     folder = workspace.add("arm", "find_package(catkin REQUIRED)\ncatkin_package()")
-    manifest, export = folder / "package.xml", "<export><pip_requirements>requirements.txt</pip_requirements>"
-    manifest.write_text(manifest.read_text().replace("</package>", f"{export}</export></package>"))
+    extend(folder, "<export><pip_requirements>requirements.txt</pip_requirements></export>")
     with pytest.raises(WheelRefused, match=r"cannot read .*requirements\.txt: No such file"):
         dependencies_of(source_packages([workspace.base]).packages[0], None, lambda _name: False, {})
     (folder / "requirements.txt").write_text(
         "# pinned\nmatplotlib==3.8 \\\n    --hash=sha256:0\nrequests[s] >=2 ; python_version < '4' # x\n"
         "-e .\nmine @ https://example.org/mine.zip\n"
     )
-    with zipfile.ZipFile(wheels(workspace)["arm"].file) as archive:
-        [name] = [each for each in archive.namelist() if each.endswith("METADATA")]
-        metadata = archive.read(name).decode()
-    required = [line.partition(": ")[2] for line in metadata.splitlines() if line.startswith("Requires-Dist")]
-    assert required == ["pipros", "matplotlib==3.8", "requests[s] >=2 ; python_version < '4'"]
-    assert "does not install: -e . (requirements.txt), mine @ https://example.org/mine.zip" in metadata
+    wheel = wheels(workspace)["arm"]
+    assert required(wheel) == ["pipros", "matplotlib==3.8", "requests[s] >=2 ; python_version < '4'"]
+    left_out = "does not install: -e . (requirements.txt), mine @ https://example.org/mine.zip"
+    assert left_out in content(wheel, "METADATA")
 
 
 def test_a_package_that_installs_nothing_is_added_as_a_whole(workspace: Workspace) -> None:
@@ -302,8 +299,7 @@ def test_a_package_that_installs_nothing_is_added_as_a_whole(workspace: Workspac
     wheel = wheels(workspace)["arm"]
     assert "installs no files, so the folder is added as a whole" in wheel.notes[0]
     assert "share/arm/launch/a.launch" in names(wheel)
-    with zipfile.ZipFile(wheel.file) as archive:
-        assert archive.read("arm/__init__.py") == b"WHO = 'arm'"
+    assert content(wheel, "arm/__init__.py") == "WHO = 'arm'"
 
 
 def test_modules_of_a_package_that_is_added_as_a_whole_are_in_the_wheel_once(workspace: Workspace) -> None:
@@ -384,6 +380,7 @@ def add(cmake: str = "catkin_package()", name: str = "arm", **files: str) -> tup
     return name, cmake, files
 
 
+TWICE = MESSAGES.replace("State.msg", "State.msg a/State.msg")
 REFUSED = {
     "a_malformed_manifest": ([add(package_dot_xml="<package")], "package.xml:1"),
     "a_cycle": ([add(name="a"), add(name="b")], "depend on each other"),
@@ -391,16 +388,10 @@ REFUSED = {
     "an_illegal_name": ([add(name="arm_")], r"package name \[arm_\] must consist of letters"),
     "one_distribution_twice": (
         [add(name="my_arm"), add(name="my-arm")],
-        "would both be distributed as ros1-my-arm",
+        "both be distributed as ros1-my-arm",
     ),
     "one_message_twice": (
-        [
-            add(
-                MESSAGES.replace("State.msg", "State.msg a/State.msg"),
-                msg__State_dot_msg="",
-                msg__a__State_dot_msg="",
-            )
-        ],
+        [add(TWICE, msg__State_dot_msg="", msg__a__State_dot_msg="")],
         "arm/State is defined twice",
     ),
     "an_invalid_message": ([add(MESSAGES, msg__State_dot_msg="int8 8")], "State.msg:1"),

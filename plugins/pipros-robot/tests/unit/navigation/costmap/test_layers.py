@@ -203,9 +203,8 @@ def test_rays_are_cut_at_the_edge_of_the_map_and_at_their_range() -> None:
     costmap.update(ROBOT)
 
     freed = np.argwhere(layer.grid.costs == 0)
-    assert {(30, x) for x in range(30, 60)} | {(y, 30) for y in range(30, 60)} <= {
-        tuple(cell) for cell in freed
-    }
+    straight = {(30, x) for x in range(30, 60)} | {(y, 30) for y in range(30, 60)}
+    assert straight <= {tuple(cell) for cell in freed}
     assert min(30 - y for y, _ in freed if y < 30) >= 1
     assert len(freed) == 30 + 29 + 21  # 3 m are 21 cells on the diagonal
 
@@ -369,9 +368,8 @@ def test_voxels_are_cleared_at_the_height_of_the_ray_only() -> None:
         {"origin_z": 0.0, "z_resolution": 0.5, "z_voxels": 4, "mark_threshold": 0, "unknown_threshold": 2}
     )
     layer.clears_footprint = False
-    layer.sources.append(
-        ObservationSource(replace(SCANNER, data_type="PointCloud2", min_obstacle_height=-1.0))
-    )
+    clouds = replace(SCANNER, data_type="PointCloud2", min_obstacle_height=-1.0)
+    layer.sources.append(ObservationSource(clouds))
     costmap.layers.append(layer)
 
     def cost(height: float, x: float = 2.05) -> int:
@@ -424,9 +422,7 @@ def costmap_with(entries: list[dict[str, str]]) -> Any:
 
 @pytest.fixture
 def point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (REPOSITORY / "plugins" / "pipros-robot" / "docs" / "guides" / "navigation.md").read_text(
-        encoding="utf-8"
-    )
+    text = (REPOSITORY / "plugins/pipros-robot/docs/guides/navigation.md").read_text(encoding="utf-8")
     section = text.partition("## Your own costmap layer")[2]
     code = re.search(r"```python\n(.*?)```", section, re.DOTALL)
     declared = re.search(r'```toml\n.*entry-points."(.+)"]\n"(.+)" = "[\w.]+:(\w+)"\n```', section)
@@ -436,13 +432,9 @@ def point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "keep_out_example.py").write_text(code[1], encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "keep_out_example", raising=False)
-    points = {
-        kind: EntryPoint(kind, f"keep_out_example:{name}", group),
-        "bad::Layer": EntryPoint("bad::Layer", "no_such_module:Layer", layers.ENTRY_POINTS),
-    }
-    monkeypatch.setattr(
-        layers, "entry_points", lambda **wanted: EntryPoints(points.values()).select(**wanted)
-    )
+    bad = EntryPoint("bad::Layer", "no_such_module:Layer", layers.ENTRY_POINTS)
+    points = EntryPoints([EntryPoint(kind, f"keep_out_example:{name}", group), bad])
+    monkeypatch.setattr(layers, "entry_points", points.select)
 
 
 @pytest.mark.usefixtures("point")
@@ -465,22 +457,18 @@ def test_a_layer_that_cannot_be_imported_is_left_out(caplog: pytest.LogCaptureFi
 
 def test_an_unknown_layer_with_sources_runs_as_a_voxel_or_obstacle_layer(monkeypatch, caplog) -> None:
     made = []
-    monkeypatch.setattr(
-        layers,
-        "LAYERS",
-        {
-            kind: lambda costmap, name, kind: (
-                made.append((name, kind)) or costmap.layered.layers.append(name) or [name]
-            )
-            for kind in layers.LAYERS
-        },
-    )
+
+    def make(costmap: Any, name: str, kind: str) -> list[str]:
+        made.append((name, kind))
+        costmap.layered.layers.append(name)
+        return [name]
+
+    monkeypatch.setattr(layers, "LAYERS", dict.fromkeys(layers.LAYERS, make))
     values = {
         "~costmap/cliff": {"observation_sources": "scan"},
         "~costmap/depth": {"observation_sources": "scan", "z_voxels": 4},
     }
-    entries = [{"name": name, "type": f"fetch::{name}"} for name in ("cliff", "depth")]
-    costmap = costmap_with(entries)
+    costmap = costmap_with([{"name": name, "type": f"fetch::{name}"} for name in ("cliff", "depth")])
     costmap.node.params = SimpleNamespace(get=lambda name: values.get(name, {}))
 
     layers.add_layers(costmap)

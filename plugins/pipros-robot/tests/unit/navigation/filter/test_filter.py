@@ -1,6 +1,7 @@
 """The filters against derivatives by differences, and estimates in closed form."""
 
 import re
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -46,10 +47,8 @@ def test_the_jacobian_is_the_derivative_of_the_motion(seed: int) -> None:
     numbers = np.random.default_rng(seed)
     state = numbers.uniform(-1, 1, SIZE)
     step = 1e-6
-    columns = [
-        (moved(state + step * unit, 0.3) - moved(state - step * unit, 0.3)) / (2 * step)
-        for unit in np.eye(SIZE)
-    ]
+    steps = step * np.eye(SIZE)
+    columns = [(moved(state + each, 0.3) - moved(state - each, 0.3)) / (2 * step) for each in steps]
 
     found = jacobian(state, transition(state[3:6], 0.3), 0.3)
 
@@ -72,9 +71,7 @@ def test_repeated_measurements_give_their_weighted_mean(make: type[ExtendedKalma
     kalman.predict(0.0, 0.0)
     for value, variance in ((1.0, 1.0), (3.0, 0.5)):
         assert kalman.correct(measured(6, value, variance))
-        if (
-            make is not ExtendedKalmanFilter
-        ):  # its covariance is that of the genuine one, see docs/guides/navigation.md
+        if make is not ExtendedKalmanFilter:  # its covariance is genuine's, see docs/guides/navigation.md
             assert kalman.state[6] == pytest.approx(4.0 / 5.0)
             return
 
@@ -157,9 +154,8 @@ def test_commands_accelerate_within_limits(
     velocity: float, command: float, age_s: float, expected: float
 ) -> None:
     axes = np.ones(6)
-    control = Control(
-        np.array([True] + [False] * 5), 2 * axes, 0.5 * axes, 1 * axes, 0.5 * axes, timeout_s=1.0
-    )
+    only_x = np.array([True] + [False] * 5)
+    control = Control(only_x, 2 * axes, 0.5 * axes, 1 * axes, 0.5 * axes, timeout_s=1.0)
     control.command = VelocityCommand(command * axes, time_s=0.0)
 
     _, found = control.accelerations(velocity * axes, age_s)
@@ -170,18 +166,15 @@ def test_commands_accelerate_within_limits(
 def test_angles_are_wrapped() -> None:
     angles = np.array([0.5, np.pi, -np.pi, 4.0, -4.0, 20.0])
 
-    np.testing.assert_allclose(
-        wrapped(angles), [0.5, np.pi, -np.pi, 4 - 2 * np.pi, 2 * np.pi - 4, 20 - 6 * np.pi]
-    )
+    expected = [0.5, np.pi, -np.pi, 4 - 2 * np.pi, 2 * np.pi - 4, 20 - 6 * np.pi]
+    np.testing.assert_allclose(wrapped(angles), expected)
 
 
 # The order in which measurements reach the filter.
 
 
 def at(time_s: float, value: float, index: int = 6) -> Measurement:
-    values, flags = np.zeros(SIZE), np.zeros(SIZE, bool)
-    values[index], flags[index] = value, True
-    return Measurement("test", time_s, values, np.eye(SIZE) * 0.1, flags)
+    return replace(measured(index, value, 0.1), time_s=time_s)
 
 
 def timeline(**options: float) -> Timeline:
@@ -310,9 +303,7 @@ SIX = np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
 
 def readings(**options: bool) -> Readings:
     given = {"in_plane": False, **options}
-    return Readings(
-        "odom", "base_link", lambda target, source, _: FRAMES.get((target, source)), gravity=9.8, **given
-    )
+    return Readings("odom", "base_link", lambda *frames: FRAMES.get(frames[:2]), gravity=9.8, **given)
 
 
 def flags(*indices: int) -> Flags:
@@ -322,9 +313,8 @@ def flags(*indices: int) -> Flags:
 
 
 def test_a_pose_is_converted_with_its_flags_and_covariance() -> None:
-    found = readings().pose(
-        InputSettings("a", flags(0, 5)), "start", 10**9, (1.0, 0.0, 0.0, *IDENTITY[3:]), SIX
-    )
+    forward = (1.0, 0.0, 0.0, *IDENTITY[3:])
+    found = readings().pose(InputSettings("a", flags(0, 5)), "start", 10**9, forward, SIX)
 
     assert found is not None
     assert found.values[:6] == pytest.approx([1.0, 3.0, 0.0, 0.0, 0.0, np.pi / 2])
@@ -386,9 +376,8 @@ def test_gravity_is_removed_with_the_attitude() -> None:
     made, own = readings(), InputSettings("a", flags(12, 14), removes_gravity=True)
     tilted: Pose = (0.0, 0.0, 0.0, *from_roll_pitch_yaw(0.3, 0.2, 1.0))
     upside: Pose = (0.0, 0.0, 0.0, *from_roll_pitch_yaw(np.pi, 0.0, 0.0))
-    measured = np.array(
-        [-9.8 * np.sin(0.2), 9.8 * np.cos(0.2) * np.sin(0.3), 9.8 * np.cos(0.2) * np.cos(0.3)]
-    )
+    down = [-np.sin(0.2), np.cos(0.2) * np.sin(0.3), np.cos(0.2) * np.cos(0.3)]
+    measured = 9.8 * np.array(down)
 
     level = made.acceleration(own, "base_link", 0, measured, np.eye(3), tilted)
     under = made.acceleration(own, "under", 0, np.array([0.0, 0.0, -9.8]), np.eye(3), upside)

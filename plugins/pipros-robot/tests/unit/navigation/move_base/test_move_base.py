@@ -28,6 +28,7 @@ from pipros_robot.navigation.plane import Poses, Triple
 
 PLAN: Any = np.zeros((3, 3))
 DRIVE: Triple = (0.5, 0.0, 0.0)
+AFTER_ALL = " Even after executing recovery behaviors."
 
 
 class Robot:
@@ -119,9 +120,7 @@ def test_without_a_plan_the_recoveries_run_in_turn_and_then_the_goal_is_aborted(
     robot = Robot()
     end = run(machine(robot), range(40))
     assert robot.recoveries == [(0, Trigger.PLANNING), (1, Trigger.PLANNING)]
-    assert end == End(
-        GoalEvent.ABORT, "Failed to find a valid plan. Even after executing recovery behaviors."
-    )
+    assert end == End(GoalEvent.ABORT, f"Failed to find a valid plan.{AFTER_ALL}")
     assert DRIVE not in robot.driven
 
 
@@ -152,9 +151,7 @@ def test_without_a_command_the_robot_stops_plans_again_and_recovers_after_the_pa
     assert (robot.driven[-3:], robot.recoveries) == ([STILL] * 3, [])
     end = run(made, range(4, 20), PLAN)
     assert [index for index, _ in robot.recoveries] == [0, 1]
-    assert end == End(
-        GoalEvent.ABORT, "Failed to find a valid control. Even after executing recovery behaviors."
-    )
+    assert end == End(GoalEvent.ABORT, f"Failed to find a valid control.{AFTER_ALL}")
 
 
 def test_a_command_after_a_recovery_starts_again_with_the_first_behaviour() -> None:
@@ -175,7 +172,7 @@ def test_a_robot_that_does_not_get_on_oscillates() -> None:
     assert run(made, range(4, 8), PLAN) is None, "it moved"
     end = run(made, range(8, 40), PLAN)
     assert robot.recoveries == [(0, Trigger.OSCILLATION), (1, Trigger.OSCILLATION)]
-    assert end == End(GoalEvent.ABORT, "Robot is oscillating. Even after executing recovery behaviors.")
+    assert end == End(GoalEvent.ABORT, f"Robot is oscillating.{AFTER_ALL}")
 
 
 def test_blind_robots_stop_and_refused_plans_abort() -> None:
@@ -344,15 +341,6 @@ def test_the_robot_turns_once_around_to_the_left_and_slows_down_at_the_end() -> 
     assert min(driven)[2] < 1.0
 
 
-def test_a_rotation_never_exceeds_the_limit_of_the_local_planner() -> None:
-    driven: list[Triple] = []
-    given, _, _ = tools(driven)
-    rotate = Rotate(replace(given, fastest_turn=lambda: 0.3), "rotate_recovery")
-    rotate.begin()
-    rotate.recover()
-    assert driven == [(0.0, 0.0, 0.3)]
-
-
 def test_a_robot_beside_an_obstacle_does_not_turn() -> None:
     driven: list[Triple] = []
     given, _, local_map = tools(driven)
@@ -415,32 +403,15 @@ def test_other_planners_are_named_or_refused(caplog: pytest.LogCaptureFixture) -
         f"base_local_planner: [{teb}] is a C++ plugin, which pipros cannot load; "
         "[dwa_local_planner/DWAPlannerROS] runs instead, with the parameters ~DWAPlannerROS/…",
     ]
-    with pytest.raises(
-        InvalidParameter, match=r"and strict is set\. Set it to \[dwa_local_planner/DWAPlannerROS\]"
-    ):
+    advice = r"and strict is set\. Set it to \[dwa_local_planner/DWAPlannerROS\]"
+    with pytest.raises(InvalidParameter, match=advice):
         plugins.check_planner(teb, plugins.LOCAL_PLANNERS, "base_local_planner", LOG, is_strict=True)
-
-
-def test_a_car_is_never_rotated_in_place(caplog: pytest.LogCaptureFixture) -> None:
-    driven: list[Triple] = []
-    given, *_ = tools(driven)
-    rotate = Rotate(replace(given, fastest_turn=lambda: 0.0), "rotate")
-    rotate.begin()
-    assert rotate.recover()
-    assert driven == []
-    assert "cannot turn in place" in caplog.text
 
 
 @pytest.mark.parametrize(("given", "text"), [
     ({"max_vel_theta": math.nan}, "max_vel_theta must be a finite number, got nan"),
-    (
-        {"max_rotational_vel": -1},
-        r"max_rotational_vel must be >= \S+/min_in_place_vel_theta \(0\), got -1",
-    ),
-    (
-        {"min_in_place_rotational_vel": 2},
-        r"max_vel_theta must be >= \S+/min_in_place_rotational_vel \(2\)",
-    ),
+    ({"max_rotational_vel": -1}, r"max_rotational_vel must be >= \S+/min_in_place_vel_theta \(0\), got -1"),
+    ({"min_in_place_rotational_vel": 2}, r"max_vel_theta must be >= \S+/min_in_place_rotational_vel \(2\)"),
     ({"acc_lim_th": 0}, "acc_lim_th must be > 0, got 0: the robot could not brake"),
 ])  # fmt: skip
 def test_limits_of_a_rotation_that_cannot_hold_are_refused(given: dict[str, float], text: str) -> None:
@@ -448,13 +419,19 @@ def test_limits_of_a_rotation_that_cannot_hold_are_refused(given: dict[str, floa
         Rotate(tools(TrajectoryPlannerROS=given)[0], "rotate")
 
 
-@pytest.mark.parametrize("fastest", [0.2, 0])
-def test_a_rotation_turns_within_its_limit_and_not_at_all_at_0(fastest: float) -> None:
+@pytest.mark.parametrize("fastest", [0.2, 0.0])
+@pytest.mark.parametrize("is_of_planner", [False, True])
+def test_a_rotation_turns_within_its_limits_and_a_car_not_at_all(
+    fastest: float, is_of_planner: bool, caplog: pytest.LogCaptureFixture
+) -> None:
     driven: list[Triple] = []
-    rotate = Rotate(tools(driven, TrajectoryPlannerROS={"max_rotational_vel": fastest})[0], "rotate")
+    own = {} if is_of_planner else {"max_rotational_vel": fastest}
+    given, *_ = tools(driven, TrajectoryPlannerROS=own)
+    rotate = Rotate(replace(given, fastest_turn=lambda: fastest) if is_of_planner else given, "rotate")
     rotate.begin()
     assert rotate.recover() == (not fastest)
     assert driven == ([(0.0, 0.0, fastest)] if fastest else [])
+    assert ("cannot turn in place" in caplog.text) == (not fastest)
 
 
 # Limits of planners in C++ become limits of DWA.
@@ -578,11 +555,8 @@ def test_old_names_of_limits_count_for_every_maker(given: dict[str, Any], name: 
 
 
 def test_names_that_sound_like_limits_are_noticed() -> None:
-    _, left = dwa_after(
-        "NeoLocalPlanner",
-        {"vel_limit_of_crab": 1.0, "max_speed_arm": 2.0, "dt_ref": 0.3, "a": {"max_v_inc": 0.1}},
-        {},
-    )
+    given = {"vel_limit_of_crab": 1.0, "max_speed_arm": 2.0, "dt_ref": 0.3, "a": {"max_v_inc": 0.1}}
+    _, left = dwa_after("NeoLocalPlanner", given, {})
     assert misunderstood([*left, "weight_max_vel_x"]) == ["a/max_v_inc", "max_speed_arm", "vel_limit_of_crab"]
     words = [
         "maxTurnRate", "max_angular_z", "max_linear", "max_rate_of_turn", "max_translation", "max_yaw_rate",
