@@ -20,7 +20,7 @@ from pipros_ros2.rtps.submessages import (
     GAP,
     HAS_DATA,
     HAS_KEY,
-    HEADER_BYTES,
+    RTPS_HEADER_BYTES,
     HEARTBEAT,
     HEARTBEAT_FRAG,
     INFO_DST,
@@ -76,12 +76,12 @@ def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
     INFO_SRC, which only relays send, attributes the submessages after it to another participant. These
     submessages are left out.
     """
-    if len(datagram) < HEADER_BYTES or datagram[:4] != MAGIC or datagram[4] != PROTOCOL_VERSION[0]:
+    if len(datagram) < RTPS_HEADER_BYTES or datagram[:4] != MAGIC or datagram[4] != PROTOCOL_VERSION[0]:
         return None
     prefix = datagram[8:20]
     found = Datagram(prefix, datagram[6:8], [], False)
     view = memoryview(datagram)
-    position, end = HEADER_BYTES, len(datagram)
+    position, end = RTPS_HEADER_BYTES, len(datagram)
     is_ours = True
     while position + 4 <= end:
         kind, flags = datagram[position], datagram[position + 1]

@@ -12,7 +12,7 @@ from pipros_ros2.rtps.parameters import Parameters
 
 Buffer: TypeAlias = "bytes | memoryview"
 
-HEADER_BYTES: Final = 20
+RTPS_HEADER_BYTES: Final = 20
 MAX_SET: Final = 256
 """Maximum number of members of a set, counted from its base."""
 
