@@ -93,7 +93,7 @@ def package(ros: RosSystem, tmp_path: Path) -> Path:
         file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(content)
-        file.chmod(0o755)
+        file.chmod(0o755 if name.endswith(".py") else 0o644)
     for side in (ros.pipros, ros.genuine):
         path = side.environment["ROS_PACKAGE_PATH"]
         side.environment["ROS_PACKAGE_PATH"] = f"{folder.parent}:{path}"
@@ -115,6 +115,7 @@ def comparable(text: str) -> str:
     text = re.sub(r'time="[\d.]+"', "time", text)
     text = re.sub(r"rostest-[\w.-]+-\d+\.log", "rostest.log", text)
     text = re.sub(r'(?m)^  File "[^"]*/(unittest|rostest|rosunit|roslaunch|rospkg)/.*\n(    .*\n)*', "", text)
+    text = re.sub(r"(?m)^cannot launch node of type .*\n", "", text)  # a reason that only pipros adds
     # genuine ROS prints these before reasons that are complete without them
     return text.replace("False is not true : ", "").replace("[Errno 111] ", "")
 

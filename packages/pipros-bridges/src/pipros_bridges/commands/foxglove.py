@@ -108,7 +108,7 @@ class _PrivateParameters:
     def __init__(self, node: Node) -> None:
         from pipros.node.start_params import set_private_params
 
-        set_private_params(node)
+        set_private_params(node, keep_texts=True)
         self._node = node
 
     def get(self, name: str, default: Any) -> Any:

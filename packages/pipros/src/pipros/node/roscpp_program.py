@@ -54,7 +54,7 @@ def roscpp_program(
 
     with ended_by_signals(node):
         node.wait_for_master(report)
-        set_private_params(node)
+        set_private_params(node, keep_texts=True)
         open_rosout(node, everything)
         if is_on(node, "/use_sim_time"):
             node.use_simulated_time()

@@ -19,8 +19,10 @@ _WINDOW_PARAMETERS = {
 }
 
 
-def set_private_params(node: Node) -> None:
+def set_private_params(node: Node, *, keep_texts: bool = False) -> None:
     """Set the private parameters from arguments of the form `_name:=yaml`; none if one is not valid YAML.
+
+    With `keep_texts`, a value that is not valid YAML, or that XML-RPC cannot represent, is a text, as in roscpp.
 
     Raises:
         YamlError: a value is not valid YAML.
@@ -33,8 +35,16 @@ def set_private_params(node: Node) -> None:
         return
     from pipros.safe import yaml
 
-    for key, value in [(key, yaml.load(text)) for key, text in given.items()]:
-        node.params.set("~" + key, value)
+    texts = (TypeError, OverflowError, ValueError) if keep_texts else ()
+    values = dict(given)
+    for key, text in given.items():
+        with contextlib.suppress(*texts):
+            values[key] = yaml.load(text)
+    for key, value in values.items():
+        try:
+            node.params.set("~" + key, value)
+        except texts:
+            node.params.set("~" + key, given[key])
 
 
 def check_remappings(node: Node) -> None:

@@ -315,6 +315,8 @@ def test_a_private_parameter_that_is_not_yaml_is_refused() -> None:
     with pytest.raises(YamlError):
         set_private_params(started)
     assert started.params == {}
+    set_private_params(started, keep_texts=True)
+    assert started.params == {"~name": "a", "~rate": "[1"}
 
 
 def test_windows_have_defaults_for_missing_and_invalid_parameters() -> None:
