@@ -22,7 +22,7 @@ _WINDOW_PARAMETERS = {
 def set_private_params(node: Node, *, keep_texts: bool = False) -> None:
     """Set the private parameters from arguments of the form `_name:=yaml`; none if one is not valid YAML.
 
-    With `keep_texts`, a value that is not valid YAML, or that XML-RPC cannot represent, is a text, as in roscpp.
+    With `keep_texts`, a value that is no YAML, or that XML-RPC cannot represent, is a text, as in roscpp.
 
     Raises:
         YamlError: a value is not valid YAML.
