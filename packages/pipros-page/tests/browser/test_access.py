@@ -54,6 +54,14 @@ def page(ros: RosSystem) -> Page:
     return Page(ros)
 
 
+@pytest.fixture
+def tab(chromium: Browser) -> Iterator[Tab]:
+    """A tab of a new window, which knows no token."""
+    context = chromium.new_context()
+    yield context.new_page()
+    context.close()
+
+
 def expect_open(tab: Tab) -> None:
     expect(tab.locator("#system")).to_contain_text("read-only")
     expect(tab.locator("#locked")).to_be_hidden()
@@ -71,9 +79,7 @@ def test_the_token_leaves_the_address_and_a_reload_works(page: Page, open_tab: O
     )
 
 
-def test_a_reload_before_the_server_has_answered_keeps_the_token(page: Page, chromium: Browser) -> None:
-    context = chromium.new_context()
-    tab = context.new_page()
+def test_a_reload_before_the_server_has_answered_keeps_the_token(page: Page, tab: Tab) -> None:
     opened = []
     tab.route_web_socket("**/live", lambda socket: opened.append(socket))  # a server that does not answer
     tab.goto(page.url_of("topics"))
@@ -83,7 +89,6 @@ def test_a_reload_before_the_server_has_answered_keeps_the_token(page: Page, chr
     tab.reload()
     expect_open(tab)
     assert tab.evaluate("Object.keys(sessionStorage)") == ["pipros.token"]
-    context.close()
 
 
 def test_a_second_tab_opens_with_the_printed_address(page: Page, open_tab: OpenTab) -> None:
@@ -96,9 +101,7 @@ def test_a_second_tab_opens_with_the_printed_address(page: Page, open_tab: OpenT
 
 
 @pytest.mark.parametrize("fragment", ["", "#graph", "#token=wrong/graph", "#code=wrong/graph"])
-def test_without_the_right_token_the_page_says_how_to_get_one(page: Page, chromium, fragment: str) -> None:
-    context = chromium.new_context()
-    tab = context.new_page()
+def test_without_the_right_token_the_page_says_how_to_get_one(page: Page, tab: Tab, fragment: str) -> None:
     tab.goto(f"http://{page.host}/{fragment}")
     expect(tab.locator("#locked")).to_contain_text(LOCKED)
     expect(tab.locator("#system")).to_have_text("no access")
@@ -106,7 +109,6 @@ def test_without_the_right_token_the_page_says_how_to_get_one(page: Page, chromi
     tab.goto(page.url_of("topics"))  # only the fragment differs: the page is not loaded again
     expect_open(tab)
     expect(tab.locator("#tab-topics")).to_have_attribute("aria-selected", "true")
-    context.close()
 
 
 def test_a_shared_address_opens_with_the_token(page: Page, open_tab: OpenTab) -> None:
@@ -121,9 +123,7 @@ def test_a_shared_address_opens_with_the_token(page: Page, open_tab: OpenTab) ->
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Console")
 
 
-def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, chromium: Browser) -> None:
-    context = chromium.new_context()
-    tab = context.new_page()
+def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, tab: Tab) -> None:
     tab.goto(page.url)
     expect_open(tab)
     page.process.press_ctrl_c()
@@ -133,18 +133,15 @@ def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, chromi
     expect(tab.locator("#locked")).to_contain_text("The server was restarted")
     tab.goto(again.url)
     expect_open(tab)
-    context.close()
 
 
-def test_an_address_with_a_token_from_a_file_outlives_the_server(ros: RosSystem, chromium, tmp_path) -> None:
+def test_an_address_with_a_token_from_a_file_outlives_the_server(ros: RosSystem, tab: Tab, tmp_path) -> None:
     ros.serve_master()
     file = tmp_path / "tokens"
     file.touch(mode=0o600)
     file.write_text("a.token~of-this_robot\n")
     page = Page(ros, "--token-file", file)
     assert page.token == file.read_text().strip()
-    context = chromium.new_context()
-    tab = context.new_page()
     tab.goto(page.url)
     expect_open(tab)
     page.process.press_ctrl_c()
@@ -154,7 +151,6 @@ def test_an_address_with_a_token_from_a_file_outlives_the_server(ros: RosSystem,
     tab.goto(page.url_of("console"))  # as a bookmark
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Console")
     expect_open(tab)
-    context.close()
 
 
 def test_another_server_on_the_host_gets_no_secret(page: Page, neighbour: Neighbour, open_tab) -> None:

@@ -115,7 +115,6 @@ def test_only_warnings_and_errors_are_marked() -> None:
     assert mark_of(Log(level=Log.INFO), Axis.RECEIVED, 1.0, 2.0) is None
     entry = Log(level=Log.ERROR, name="/arm", msg="x" * 1000)
     mark = mark_of(entry, Axis.ROS, 1.0, 2.0)
-    assert mark is not None
     assert (mark[:2], mark[2][:10], len(mark[2])) == ([2.0, 8], "/arm: xxxx", 200)
 
 
@@ -147,7 +146,6 @@ def test_messages_that_cannot_be_shown_are_named(tmp_path: Path) -> None:
         bag.finish()
     with BagReader(tmp_path / "a.bag") as reader:
         piece = BagSamples(reader, reader.connections, lambda *_: None).next_piece()
-    assert piece is not None
     assert piece[0] == []
     assert piece[1]
 
@@ -169,8 +167,7 @@ def test_plots_of_a_browser_share_the_time_for_computing(monkeypatch: pytest.Mon
 
     def curve() -> Any:
         watch: Any = SimpleNamespace(decode=decode, topic="/a")
-        field: Any = find_field("/a/data", {"/a": ""})
-        return plot._Curve(watch, field, Axis.RECEIVED, plot._RosTime())
+        return plot._Curve(watch, find_field("/a/data", {"/a": ""}), Axis.RECEIVED, plot._RosTime())
 
     greedy, other = copy_context(), copy_context()
     greedy.run(set_current_browser)

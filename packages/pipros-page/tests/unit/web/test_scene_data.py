@@ -131,8 +131,7 @@ def test_a_cloud_is_packed_once_for_all_viewers_of_the_same_points() -> None:
         decoded.append(message)
         return found
 
-    watch: Any = SimpleNamespace(decode_as=decode_as)
-    clouds = CloudTopic(watch, DaemonPool("computation", 2))
+    clouds = CloudTopic(SimpleNamespace(decode_as=decode_as), DaemonPool("computation", 2))
     raw = message(b"", "/camera", is_latched=False)
 
     async def pack() -> list[bytes]:

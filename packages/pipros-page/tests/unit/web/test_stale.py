@@ -171,7 +171,6 @@ def test_the_measurement_of_the_page_is_shown_everywhere() -> None:
     assert traffic[TOPIC].rate == pytest.approx(20.0)
     [row] = topic_rows(observation, own="/page", traffic=traffic)
     drawn = graph_figures(observation, traffic)
-    assert drawn is not None
     assert (row["rate"], row["bandwidth"]) == (drawn[0], pytest.approx(drawn[1], abs=0.1))
 
 

@@ -36,7 +36,6 @@ TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "
 ])  # fmt: skip
 def test_a_field_belongs_to_the_longest_topic(text: str, topic: str, path: list[str]) -> None:
     field = find_field(text, TOPICS)
-    assert field is not None
     assert (field.topic, [step.text for step in field.path]) == (topic, path)
 
 

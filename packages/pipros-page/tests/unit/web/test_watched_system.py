@@ -136,14 +136,12 @@ def test_a_process_has_memory_threads_and_processor_time(processes: Processes) -
     process = processes.start(sys.executable, "-I", "-S", "-c", PROGRAM, stdin=subprocess.PIPE)
     process.wait_for("one thread")
     before = usage_of(process.pid)
-    assert before is not None
     assert before.memory_bytes > 1_000_000
     assert before.threads == 1
     assert before.files is not None
     process.write_line("")
     process.wait_for("two threads")
     more = usage_of(process.pid)
-    assert more is not None
     assert (more.threads, more.start) == (2, before.start)
     process.write_line("")
     wait_until(lambda: _processor_s(process.pid) > before.processor_s, what="processor time")

@@ -62,7 +62,6 @@ def test_the_file_is_what_the_mcap_library_expects(bag: Path) -> None:
         found = [(schema, channel, message) for schema, channel, message in reader.iter_messages()]
     schema, channel, message = found[1]
     assert len(found) == len(ROWS)
-    assert schema is not None
     assert (schema.name, schema.encoding, schema.data.decode()) == (
         "std_msgs/String", "ros1msg", String._full_text
     )  # fmt: skip
@@ -255,7 +254,6 @@ def test_a_file_with_too_many_connections_is_completed_without_the_surplus(tmp_p
         writer.finish()
     with path.open("rb") as file:
         summary = make_reader(file).get_summary()
-    assert summary is not None
     assert len(summary.channels) == MAX_CONNECTIONS
 
 

@@ -183,8 +183,7 @@ def test_of_roswtf(place: int) -> None:
     class Subject:
         words: dict[str, str] = {}  # noqa: RUF012
 
-    subject: Any = Subject()
-    problems = problems_of(subject, rules, [])
+    problems = problems_of(Subject(), rules, [])
     texts = [each.text for each in problems]
     assert texts[place] == "the rule fail failed: KeyError: 'nothing'"
     assert [text for text in texts if text.startswith("found")] == ["found one", "found two"]

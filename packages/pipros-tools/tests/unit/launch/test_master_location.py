@@ -81,8 +81,7 @@ class FakeClient:
 def test_a_master_with_a_run_one_without_and_no_master_are_distinguished(
     answer: object, run_id: str | None
 ) -> None:
-    client: Any = FakeClient(answer)
-    assert run_id_of(client) == run_id
+    assert run_id_of(FakeClient(answer)) == run_id
 
 
 @pytest.mark.parametrize("answer", [ProtocolError("it speaks SSH"), Fault(1, "no such method")])

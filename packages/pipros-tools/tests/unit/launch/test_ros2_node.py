@@ -175,10 +175,8 @@ def test_the_variable_overrides_the_choice() -> None:
 
 def test_arguments_name_the_manager_in_the_namespace_of_the_loader() -> None:
     in_group = arguments_of(nodelet("n", "load a/B m --no-bond", namespace="/r/"))
-    assert in_group is not None
     assert in_group.manager == "/r/m"
     absolute = arguments_of(nodelet("n", "load a/B /m", namespace="/r/"))
-    assert absolute is not None
     assert absolute.manager == "/m"
     assert arguments_of(nodelet("n", "'open")) is None
     assert arguments_of(LaunchNode("a", "nodelet", "n", arguments="manager")) is None

@@ -115,9 +115,8 @@ class Subscriber:
         self.sock, self.loop = Socket(), Loop()
         self.ended: list[OutgoingLink] = []
         sock: Any = self.sock
-        loop: Any = self.loop
         self.link = OutgoingLink(
-            sock, loop, queue_size=queue_size, limits=limits or Limits(), on_closed=self.ended.append
+            sock, self.loop, queue_size=queue_size, limits=limits or Limits(), on_closed=self.ended.append
         )
         self.loop.run()
 

@@ -126,8 +126,7 @@ class Peer:
 
     def __init__(self) -> None:
         self.loop, self.server, self.transport = Loop(), Server(), Transport()
-        loop: Any = self.loop
-        self.connection = RpcConnection(self.server, loop)
+        self.connection = RpcConnection(self.server, self.loop)
 
     def connect(self) -> None:
         self.connection.connection_made(self.transport)

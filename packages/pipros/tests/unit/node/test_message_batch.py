@@ -63,8 +63,7 @@ class Topic:
         self.publication = Publication("t", UInt32, context)
         self.publication.queue_size = queue_size
         self.link = Link()
-        peer: Any = SimpleNamespace(link=self.link)
-        self.publication.links = (peer,)
+        self.publication.links = (SimpleNamespace(link=self.link),)
         self.count = 0
 
     def publish(self, count: int = 1, gap_s: float = CLOSE) -> None:

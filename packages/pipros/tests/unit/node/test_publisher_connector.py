@@ -65,9 +65,8 @@ def following_topics(
     """Return the connectors of one node, and the lines of its log."""
     log, lines = listening_log()
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
-    connections: Any = None
     context = NodeContext(
-        "/node", loop, log, lambda: 1, Limits(**limits), connections, Attempts(100), PublishCount(),
+        "/node", loop, log, lambda: 1, Limits(**limits), None, Attempts(100), PublishCount(),
         PublishCount(), Budget(0), HeldBytes(limit_bytes=0, refusals=Refusals()), set(),
     )  # fmt: skip
     return [PublisherConnector(topic, context, publishers.connect) for topic in topics], lines

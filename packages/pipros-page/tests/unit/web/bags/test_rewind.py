@@ -158,7 +158,6 @@ def test_the_playback_begins_at_the_end_and_jumps_back(rewound: Rewound, playbac
         playback.jump(round((rewound.now - jump) * NS_PER_S) if jump else playback.end_ns)
         with playback.system.topics.watch("/number") as watch:
             wait_until(lambda: watch.newest is not None)
-            assert watch.newest is not None
             assert watch.decode(watch.newest.message).data == shown  # type: ignore[attr-defined]
 
 
@@ -181,7 +180,6 @@ def test_the_clock_is_the_recorded_one_or_else_the_moment(rewound, recorded: lis
     playback.jump(round((rewound.now - 10) * NS_PER_S))
     with playback.system.topics.watch("/clock") as watch:
         wait_until(lambda: watch.newest is not None)
-        assert watch.newest is not None
         time_s = watch.decode_as(watch.newest.message, Clock).clock.to_sec()
         assert time_s == pytest.approx(shown if shown > 0 else rewound.now + shown, abs=0.01)
     playback.close()
