@@ -102,8 +102,10 @@ def test_a_bag_shows_types_as_their_publishers_defined_them(capsys: pytest.Captu
     (b"#ROSBAG V2.0\n", "Run rosbag reindex"),
     (b"#ROSBAG V2.0\n\xff\xff\xff\xff", "Run rosbag reindex"),
     (BAG.read_bytes()[:200], "ends before its index"),
+    (BAG.read_bytes().replace(b"string data", b"String data"), "a message cannot contain itself"),
+    (BAG.read_bytes().replace(b"string data", b"Absent data"), "unknown type [std_msgs/Absent]"),
 ])  # fmt: skip
-def test_a_bag_without_its_index_is_refused(content: bytes, words: str, tmp_path: Path, capsys) -> None:
+def test_a_bag_that_is_not_whole_is_refused(content: bytes, words: str, tmp_path: Path, capsys) -> None:
     bag = tmp_path / "x.bag"
     bag.write_bytes(content)
     assert rosmsg.main(["show", "-b", str(bag), "std_msgs/String"]) == 1

@@ -16,7 +16,10 @@ def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     Raises:
         OSError: the file cannot be read, or is not a regular file; `strerror` says which.
     """
-    return open(path, "rb", opener=_descriptor)  # so that the file's name is the path
+    try:
+        return open(path, "rb", opener=_descriptor)  # so that the file's name is the path
+    except ValueError:
+        raise OSError(errno.EINVAL, "no file can have this name", os.fspath(path)) from None
 
 
 def _descriptor(path: str, _flags: int) -> int:

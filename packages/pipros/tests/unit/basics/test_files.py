@@ -90,13 +90,13 @@ def test_an_open_file_has_its_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("read", [open_file, read_file, lambda path: read_end(path, 9)])
-def test_folders_and_pipes_are_refused_at_once_and_no_descriptor_stays_open(
+def test_folders_pipes_and_odd_names_are_refused_and_no_descriptor_stays_open(
     tmp_path: Path, read: Callable[[Path], object]
 ) -> None:
-    refused = {tmp_path: "Is a directory"}
+    refused = {tmp_path: "Is a directory", tmp_path / "a\0b": "no file can have this name"}
     if READ & getattr(os, "O_NONBLOCK", 0):  # Windows has no pipes with names
         os.mkfifo(pipe := tmp_path / "pipe")
-        refused[pipe] = "it is not a regular file"
+        refused |= {pipe: "it is not a regular file", Path("\ud800"): "no file can have this name"}
     os.close(before := os.open(os.devnull, os.O_RDONLY))
     for path, error in refused.items():
         with pytest.raises(OSError, match=error):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pipros.basics.errors import NotFound
 from pipros.basics.similar_names import similar_names
-from pipros.msg.language.full_text import specs_from_text
+from pipros.msg.dynamic import checked_specs
 from pipros.msg.language.spec import DefinitionError
 from pipros.packages.well_known import advice_on
 from pipros_tools.bag.errors import BagError
@@ -101,7 +101,7 @@ def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int
         elif is_raw:
             print(texts[type_name])
         else:
-            specs = specs_from_text(type_name, texts[type_name])
+            specs = checked_specs(type_name, texts[type_name])
             print(expanded(specs[type_name], specs.__getitem__))
     return status
 
