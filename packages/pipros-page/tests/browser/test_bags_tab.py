@@ -117,7 +117,6 @@ def test_the_address_holds_the_moment_and_the_timeline_zooms(with_bag: RosSystem
     expect(images.first).to_be_visible()
     keep_screenshots(tab, "bags-zoomed")
     box = timeline.bounding_box()
-    assert box is not None
     tab.mouse.move(box["x"] + 10, box["y"] + 10)
     tab.mouse.wheel(600, 0)
     expect(ticks.first).not_to_have_text("0:07.0")

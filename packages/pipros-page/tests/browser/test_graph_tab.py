@@ -36,7 +36,6 @@ def test_the_case_study_is_drawn_in_the_right_order(ros: RosSystem, nodes, open_
         vertex = tab.locator(f'[data-key="{key}"]')
         expect(vertex).to_be_visible()
         box = vertex.bounding_box()
-        assert box is not None
         lefts.append(box["x"])
     assert lefts == sorted(lefts)
     assert tab.locator("path.arrow").count() == 2

@@ -95,7 +95,6 @@ def test_names_that_are_wider_than_a_phone_are_broken(ros: RosSystem, open_tab: 
     ros.wait_for_publisher(name)
     tab = open_tab(Page(ros), "plot", size=(390, 800))
     box = tab.get_by_text(name, exact=True).bounding_box()
-    assert box is not None
     assert box["x"] >= 0
     assert box["x"] + box["width"] <= 390
 
@@ -221,7 +220,6 @@ def test_samples_are_snapped_to_measured_filtered_and_saved(curves: RosSystem, o
     wait_until(lambda: number_of(number.inner_text()) > 60, 60, "samples of more than 3 s")
     tab.get_by_role("button", name="Pause").click()
     chart = tab.locator(".u-over").bounding_box()
-    assert chart is not None
     tab.mouse.move(chart["x"] + chart["width"] * 0.99, chart["y"] + 30)
     expect(legend.locator(".at")).to_have_text(re.compile(r"^sample at \d\d:\d\d:\d\d\.\d\d$"))
     keep_screenshots(tab, "plot-statistics")
@@ -256,7 +254,6 @@ def test_a_part_next_to_a_single_sample_is_zoomed(ros: RosSystem, open_tab: Open
     expect(tab.locator(".legend")).to_contain_text(": 2")
     show_all_controls(tab)
     chart = tab.locator(".u-over").bounding_box()
-    assert chart is not None
     right, middle = chart["x"] + chart["width"], chart["y"] + chart["height"] / 2
     tab.mouse.move(right - 25, middle)  # the sample is nearer than 40 pixels to both ends
     tab.mouse.down()

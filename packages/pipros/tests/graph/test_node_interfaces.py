@@ -118,8 +118,7 @@ SETTINGS = (
 
 
 def parameter(kind: str, name: str, value: Any) -> Any:
-    parameter_class: Any = load_message_class(f"dynamic_reconfigure/{kind}Parameter")
-    return parameter_class(name, value)
+    return load_message_class(f"dynamic_reconfigure/{kind}Parameter")(name, value)
 
 
 def test_settings_are_read_clamped_described_and_changed(make_node: MakeNode) -> None:
