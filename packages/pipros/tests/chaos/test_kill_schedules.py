@@ -1,7 +1,9 @@
 """Master, talker, listener, relay, launcher and recorder are killed in random order, and recover."""
 
+import random
+import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,6 @@ from pipros.node import Node
 from pipros_tools.bag import open_bag
 from pipros_tools.testing.faults.history import History
 from tests.support.environments import VENV_BIN
-from tests.support.kill_schedule import Kill, kill_schedule
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
@@ -125,14 +126,14 @@ class Scene:
         active = self.bags[-1].with_name(f"{self.bags[-1].stem}.bag.active")
         return active.exists() and active.stat().st_size > 50_000
 
-    def kill(self, kill: Kill) -> None:
+    def kill(self, after: int, name: str, number: signal.Signals) -> None:
         """Kill a victim after some messages, restart it, and wait until all messages are recorded."""
-        self.hear_more(kill.after)
+        self.hear_more(after)
         self.kills += 1
-        victim = self._running[kill.victim]
-        victim.send_signal(kill.signal)
+        victim = self._running[name]
+        victim.send_signal(number)
         victim.wait(LIMIT_S)
-        self._start(kill.victim)
+        self._start(name)
         self.hear_more(1)
         wait_until(lambda: self.heard[-1].exists() and self.heard[-1].stat().st_size, LIMIT_S)
         wait_until(self.has_recorded, LIMIT_S)
@@ -179,11 +180,26 @@ def scene(processes: Processes, claimed_port: ClaimedPort, tmp_path: Path) -> It
     found.close()
 
 
+def kill_schedule(
+    seed: int, victims: Sequence[str], count: int, most: int
+) -> Iterator[tuple[int, str, signal.Signals]]:
+    """Yield kills: how many messages must arrive before, at most `most`, the victim, and the signal.
+
+    Each victim is killed once before any is killed again.
+    """
+    chance = random.Random(seed)  # noqa: S311
+    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+    turn: list[str] = []
+    for _ in range(count):
+        turn = turn or chance.sample(sorted(victims), len(victims))
+        yield chance.randint(1, most), turn.pop(), chance.choice(signals)
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_every_process_recovers_and_messages_arrive_whole_once_and_in_order(scene: Scene, seed: int) -> None:
     victims = ("master", "talker", "listener", "relay", "launcher", "recorder")
-    for kill in kill_schedule(seed, victims, 12, after=(1, 50)):
-        scene.kill(kill)
+    for kill in kill_schedule(seed, victims, 12, most=50):
+        scene.kill(*kill)
 
     # a killed relay explains one gap, because no other node is between a talker and its listener
     assert (scene.histories["chat"].problems(), scene.histories["launched"].problems()) == ([], [])
@@ -193,8 +209,8 @@ def test_every_process_recovers_and_messages_arrive_whole_once_and_in_order(scen
 
 
 def test_the_bags_of_killed_recorders_hold_whole_messages(scene: Scene) -> None:
-    for kill in kill_schedule(1, ["recorder"], 3):
-        scene.kill(kill)
+    for kill in kill_schedule(1, ["recorder"], 3, most=20):
+        scene.kill(*kill)
 
     for recorded in scene.recorded("/chat", "/relayed"):  # one of them may have been connected late
         assert recorded.problems() == []

@@ -51,14 +51,14 @@ class Quarantined:
     since: date
 
 
-def read_quarantine(file: Path = QUARANTINE, today: date | None = None) -> dict[str, Quarantined]:
+def read_quarantine() -> dict[str, Quarantined]:
     """Return the entries of tests/quarantine.toml by test.
 
     Raises:
         ValueError: the file has too many entries, or an entry lacks a cause, evidence or a date, or is
             too old.
     """
-    today = today or datetime.now(tz=timezone.utc).date()
+    file, today = QUARANTINE, datetime.now(tz=timezone.utc).date()
     entries = [Quarantined(**entry) for entry in load_toml(file).get("test", ())]
     if len(entries) > QUARANTINE_LIMIT:
         raise ValueError(f"{file}: at most {QUARANTINE_LIMIT} tests may be listed, got {len(entries)}")

@@ -14,16 +14,15 @@ from pipros_tools.bag.mcap_records import MAGIC, McapSummary, read_summary
 from pipros_tools.bag.source import Source
 
 
-def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes = b"") -> bytes:
+def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20) -> bytes:
     """Return an uncompressed file with one channel that has messages at these times in ns."""
     file = io.BytesIO()
     writer: Any = Writer(file, chunk_size=chunk_bytes, compression=CompressionType.NONE)
     writer.start(profile="ros1", library="x")
     schema = writer.register_schema("std_msgs/String", "ros1msg", String._full_text.encode())
     channel = writer.register_channel("/a", "ros1", schema, {"md5sum": String._md5sum})
-    data = len(text).to_bytes(4, "little") + text
     for time in times:
-        writer.add_message(channel, time, data, time)
+        writer.add_message(channel, time, bytes(4), time)
     writer.finish()
     return file.getvalue()
 
@@ -43,13 +42,11 @@ def with_summary(data: bytes, change: Callable[[McapSummary], object], more: byt
     return b"".join((data[:start], more, builder.end(), MAGIC))
 
 
-def messages_record(times: Iterable[int], channel: int = 1) -> bytes:
+def messages_record(times: Iterable[int]) -> bytes:
     """Return the records of messages with empty texts, at these times in ns."""
     builder: Any = RecordBuilder()
     for time in times:
-        Message(channel_id=channel, log_time=time, data=bytes(4), publish_time=time, sequence=0).write(
-            builder
-        )
+        Message(channel_id=1, log_time=time, data=bytes(4), publish_time=time, sequence=0).write(builder)
     return bytes(builder.end())
 
 

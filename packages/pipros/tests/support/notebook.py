@@ -18,7 +18,7 @@ nbformat: Any = _nbformat
 NOTEBOOK = REPOSITORY / "plugins" / "pipros-data" / "docs" / "guides" / "notebook.ipynb"
 
 
-def run_notebook(folder: Path, notebook: Any | None = None, timeout_s: int = 120) -> Any:
+def run_notebook(folder: Path, notebook: Any | None = None) -> Any:
     """Run a notebook, by default that of the documentation, in an empty folder. Return it with its outputs.
 
     Raises `CellExecutionError` if a cell fails.
@@ -32,7 +32,7 @@ def run_notebook(folder: Path, notebook: Any | None = None, timeout_s: int = 120
     os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{path}"
     try:
         resources = {"metadata": {"path": str(folder)}}
-        return nbclient.NotebookClient(notebook, timeout=timeout_s, resources=resources).execute()
+        return nbclient.NotebookClient(notebook, timeout=120, resources=resources).execute()
     finally:
         os.environ["PATH"] = path
 

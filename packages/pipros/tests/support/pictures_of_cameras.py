@@ -30,10 +30,10 @@ def camera_info(number: int, *, size: tuple[int, int] = SIZE, frame: str = "came
     return info
 
 
-def right_info(number: int, baseline: float = 0.12) -> Any:
+def right_info(number: int) -> Any:
     """Return the calibration of the right one of two cameras."""
     info = camera_info(number)
-    info.P[3] = -baseline * info.P[0]
+    info.P[3] = -0.12 * info.P[0]
     return info
 
 

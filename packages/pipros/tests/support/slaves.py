@@ -46,7 +46,6 @@ class FakeSlave(Served):
     Attributes:
         told: the method and parameters of each notification, in order.
         pid: the process id that `getPid` returns.
-        asked: number of calls of `getPid`.
         named: number of calls of `getName`.
     """
 
@@ -55,19 +54,15 @@ class FakeSlave(Served):
     ) -> None:
         self.told: list[tuple[Any, ...]] = []
         self.pid = pid or os.getpid()
-        self.asked = self.named = 0
+        self.named = 0
         self._name = name
         self._on_notice = on_notice
         super().__init__({
             "publisherUpdate": lambda *params: self._note("publisherUpdate", *params),
             "paramUpdate": lambda *params: self._note("paramUpdate", *params),
-            "shutdown": lambda *params: self._note("shutdown", *params), "getPid": lambda _: self._tell_pid(),
-            "getName": lambda _: self._tell_name(),
+            "shutdown": lambda *params: self._note("shutdown", *params),
+            "getPid": lambda _: [1, "", self.pid], "getName": lambda _: self._tell_name(),
         })  # fmt: skip
-
-    def _tell_pid(self) -> list[Any]:
-        self.asked += 1
-        return [1, "", self.pid]
 
     def _tell_name(self) -> list[Any]:
         self.named += 1

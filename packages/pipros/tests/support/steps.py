@@ -24,10 +24,10 @@ def steps_of(function: Callable[[], object]) -> int:
     return count
 
 
-def grows_linearly(make: Callable[[int], Callable[[], object]], size: int = 100) -> bool:
-    """Return whether the function for four times the size executes at most about six times as many lines.
+def grows_linearly(make: Callable[[int], Callable[[], object]]) -> bool:
+    """Return whether the function for size 400 executes at most about six times the lines of size 100.
 
     Args:
         make: prepares the function for a size. This preparation is not counted.
     """
-    return steps_of(make(4 * size)) < 6.5 * steps_of(make(size))
+    return steps_of(make(400)) < 6.5 * steps_of(make(100))

@@ -24,10 +24,10 @@ def raw_subscriber(node: Node, topic: str, name: str = "/raw") -> Iterator[socke
 
 
 @contextlib.contextmanager
-def dripping_subscriber(node: Node, topic: str, name: str = "/drip") -> Iterator[socket.socket]:
+def dripping_subscriber(node: Node, topic: str) -> Iterator[socket.socket]:
     """Yield the socket of a subscriber that reads about 40 KB per second within the block."""
     done = threading.Event()
-    with raw_subscriber(node, topic, name) as sock:
+    with raw_subscriber(node, topic, "/drip") as sock:
 
         def drip() -> None:
             while not done.wait(0.05):

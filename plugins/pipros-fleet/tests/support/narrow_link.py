@@ -36,11 +36,11 @@ class NarrowLink:
         lost: number of lost packets.
     """
 
-    def __init__(self, kbit: float, delay_s: float, loss: float, seed: int = 1) -> None:
+    def __init__(self, kbit: float, delay_s: float, loss: float) -> None:
         """Store the bandwidth, the delay each way, and the share of packets that are lost."""
         self._bytes_per_s = kbit * 1000 / 8
         self._delay_s, self._loss = delay_s, loss
-        self._random = random.Random(seed)  # noqa: S311
+        self._random = random.Random(1)  # noqa: S311
         self._name = f"narrow{os.getpid()}"
         self._stack = contextlib.ExitStack()
         self._is_over = threading.Event()
