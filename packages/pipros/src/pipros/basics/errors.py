@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import sys
 
-from pipros.basics.printable import printable
+from pipros.basics.printable import bounded, printable
 
 _TEXT_LIMIT = 2_000
 """Maximum number of characters of a peer's text that are quoted in an error."""
 
 
 class PiprosError(Exception):
-    """Base class of all pipros errors."""
+    """Base class of all pipros errors. Its text is that of `bounded`, whatever values it quotes."""
+
+    def __str__(self) -> str:
+        return bounded(super().__str__())
 
 
 class NeedsPosix(PiprosError):

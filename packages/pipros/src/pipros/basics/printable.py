@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     Say = Callable[[str], object]
     """Writes text for the user."""
 
+_LONGEST_WORD = 1_000
+_LONGEST_TEXT = 20_000
 QUOTE_LIMIT = 200
 """Maximum length of quoted strings from peers; longer strings are truncated."""
 
@@ -34,6 +36,25 @@ def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
         character if character.isprintable() else character.encode("unicode_escape").decode()
         for character in text
     )
+
+
+def bounded(text: str) -> str:
+    """Cut words of more than 1,000 characters, then a text of more than 20,000, and say how long they were.
+
+    >>> bounded("no node " + "a" * 3_000_000)[-30:]
+    'aaa... (of 3000000 characters)'
+    """
+    if len(text) <= _LONGEST_WORD:
+        return text
+    import re  # which programs that only import this module do not need
+
+    word = rf"(?<!\S)\S{{{_LONGEST_WORD + 1},}}"  # begins where a word does, for a proportionate time
+    text = re.sub(word, lambda found: _cut(found[0], _LONGEST_WORD // 2), text)
+    return text if len(text) <= _LONGEST_TEXT else _cut(text, _LONGEST_TEXT)
+
+
+def _cut(text: str, length: int) -> str:
+    return f"{text[:length]}... (of {len(text)} characters)"
 
 
 def listed(value: object) -> str:

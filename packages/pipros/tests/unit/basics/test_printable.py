@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import pipros.node  # noqa: F401 # it imports most errors
+from pipros.basics.errors import PiprosError
 from pipros.basics.hidden_text import LONGEST_TEXT, safe, safe_text
 from pipros.basics.printable import printable
+from pipros.msg import load_message_class
 
 
 @pytest.mark.parametrize(("value", "shown"), [
@@ -23,6 +26,21 @@ def test_no_control_character_is_left(value: object, shown: str) -> None:
 
 def test_a_long_text_is_cut() -> None:
     assert (printable("x" * 1000), printable("x" * 200)) == ("x" * 197 + "...", "x" * 200)
+
+
+def test_errors_of_all_kinds_quote_long_values_in_part() -> None:
+    kinds: list[type[BaseException]] = [PiprosError]
+    for kind in kinds:
+        kinds += kind.__subclasses__()
+    assert len(kinds) > 20
+    for error in (kind.__new__(kind) for kind in kinds if kind.__str__ is PiprosError.__str__):
+        error.args = (f"no {'x' * 3_000} in {'/y' * 2_000} of line 3",)
+        assert "(of 4000 characters) of line 3" in str(error)
+        assert len(str(error)) < 1_200
+        error.args = ("word " * 10_000,)
+        assert len(str(error)) < 20_100
+    with pytest.raises(PiprosError, match=r"\(of 3\d{6} characters\)"):
+        load_message_class(f"std_msgs/{'x' * 3_000_000}")
 
 
 # Text without anything hidden: controls, reordering, tags, blank letters.
