@@ -10,24 +10,24 @@ from tests.support.environments import REPOSITORY
 from tests.support.trees import parsed
 
 BUDGETS = {
-    "packages/pipros": (26_450, 49_970),
+    "packages/pipros": (26_480, 49_970),
     "packages/pipros-bridges": (6_480, 6_010),
-    "packages/pipros-libraries": (14_900, 4_580),
-    "packages/pipros-page": (6_790, 11_430),
+    "packages/pipros-libraries": (14_900, 4_530),
+    "packages/pipros-page": (6_790, 11_320),
     "packages/pipros-rosbag2": (3_740, 1_570),
     "packages/pipros-server": (3_340, 1_660),
     "packages/pipros-simulation": (3_750, 1_960),
-    "packages/pipros-tools": (30_180, 9_330),
+    "packages/pipros-tools": (30_180, 9_100),
     "packages/pipros-workspace": (6_510, 3_230),
-    "plugins/pipros-assistants": (1_730, 1_930),
+    "plugins/pipros-assistants": (1_740, 1_930),
     "plugins/pipros-data": (3_020, 2_610),
     "plugins/pipros-fleet": (4_190, 3_160),
-    "plugins/pipros-robot": (13_770, 11_820),
+    "plugins/pipros-robot": (13_770, 11_760),
     "plugins/pipros-ros2": (9_700, 6_790),
     "plugins/pipros-tab": (1_840, 2_370),
-    "plugins/pipros-wheels": (2_370, 2_520),
+    "plugins/pipros-wheels": (2_370, 2_480),
 }
-"""Lines of `src` and `facades`, and of `tests`: as they were on 2026-11-30, and 1 % more."""
+"""Lines of `src` and `facades`, and of `tests`: as they were on 2026-12-01, and 1 % more."""
 
 MAX_LINES = 400
 LONGER = {
