@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     Say = Callable[[str], object]
     """Writes text for the user."""
 
-_LONGEST_WORD = 1_000
+_LONGEST_WORD = 5_000
 _LONGEST_TEXT = 20_000
 QUOTE_LIMIT = 200
 """Maximum length of quoted strings from peers; longer strings are truncated."""
@@ -39,7 +39,7 @@ def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
 
 
 def bounded(text: str) -> str:
-    """Cut words of more than 1,000 characters, then a text of more than 20,000, and say how long they were.
+    """Cut words of more than 5,000 characters, then a text of more than 20,000, and say how long they were.
 
     >>> bounded("no node " + "a" * 3_000_000)[-30:]
     'aaa... (of 3000000 characters)'

@@ -34,9 +34,9 @@ def test_errors_of_all_kinds_quote_long_values_in_part() -> None:
         kinds += kind.__subclasses__()
     assert len(kinds) > 20
     for error in (kind.__new__(kind) for kind in kinds if kind.__str__ is PiprosError.__str__):
-        error.args = (f"no {'x' * 3_000} in {'/y' * 2_000} of line 3",)
-        assert "(of 4000 characters) of line 3" in str(error)
-        assert len(str(error)) < 1_200
+        error.args = (f"no {'x' * 9_000} in {'/y' * 3_000} of line 3",)
+        assert "(of 6000 characters) of line 3" in str(error)
+        assert len(str(error)) < 5_200
         error.args = ("word " * 10_000,)
         assert len(str(error)) < 20_100
     with pytest.raises(PiprosError, match=r"\(of 3\d{6} characters\)"):
