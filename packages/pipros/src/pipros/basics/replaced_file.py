@@ -11,7 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pipros.basics.windows import ON_WINDOWS, replace_file
+from pipros.basics.posix import HAS_OWNERS, user_id
+from pipros.basics.windows import replace_file
 
 
 @contextmanager
@@ -102,10 +103,10 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
 
 def _check_link(path: Path) -> None:
     """Refuse a link by which another user may choose what this one writes."""
-    if ON_WINDOWS or not path.is_symlink():
+    if not HAS_OWNERS or not path.is_symlink():
         return
     owner, folder = path.lstat().st_uid, path.parent.stat()
-    if owner != os.geteuid() and folder.st_mode & stat.S_IWOTH:
+    if owner != user_id() and folder.st_mode & stat.S_IWOTH:
         reason = f"a link of another user ({owner}) in a folder that all may write: remove it, or name a file"
         raise PermissionError(errno.EACCES, reason, str(path))
 
