@@ -254,7 +254,7 @@ class MoveBase:
                 return
             self._planned_s = now_s
         begun_s = time.monotonic()
-        plan = self._make_plan(target)
+        plan = self._tried("the global planner", lambda: self._make_plan(target))
         if (taken_s := time.monotonic() - begun_s) * frequency > 1:
             text = "~planner_frequency is %g Hz, but a plan took %.2f s: lower it, or shrink the costmap"
             self._slow.warning(text, frequency, taken_s)
@@ -266,7 +266,7 @@ class MoveBase:
         if start is None or target is None:
             return None
         goal = Pose2D(*target)
-        return self._tried("the global planner", lambda: self._planner.make_plan(start, goal))
+        return self._planner.make_plan(start, goal)
 
     # -- failures ----------------------------------------------------------------
 
