@@ -144,15 +144,15 @@ def test_a_passed_test_that_leaves_out_an_input_fails(tmp_path: Path) -> None:
 
 
 def test_every_recording_belongs_to_a_test_and_every_such_test_has_one() -> None:
-    collected = subprocess.run(
-        [sys.executable, "-m", "pytest", "--collect-only", "-q", "tests/golden/navigation"],
-        cwd=REPOSITORY / "plugins" / "pipros-robot", capture_output=True, text=True, timeout=120, check=True,
-    )  # fmt: skip
-    tests = [
-        line
-        for line in collected.stdout.splitlines()
-        if line.startswith("plugins/pipros-robot/tests/golden/navigation/")
-    ]
+    tests: list[str] = []
+    words = [sys.executable, "-m", "pytest", "--collect-only", "-q", "tests/golden/navigation"]
+    for more in ([], ["--long"]):
+        folder = REPOSITORY / "plugins" / "pipros-robot"
+        collected = subprocess.run(
+            words + more, cwd=folder, capture_output=True, text=True, timeout=120, check=True
+        )
+        lines = collected.stdout.splitlines()
+        tests += (line for line in lines if line.startswith("plugins/pipros-robot/tests/golden/navigation/"))
 
     assert {file_of(test) for test in tests} == set(files_below(FOLDER, "*.json.gz"))
 

@@ -69,7 +69,10 @@ export class Connection {
 const headOf = (port, path, more) =>
   encoder.encode([`GET ${path} HTTP/1.1`, `Host: localhost:${port}`, ...more, "", ""].join("\r\n"));
 
-/** Splits bytes after the head of a response. Returns null if the head, or a body of known length, is not whole. @param {Uint8Array<ArrayBuffer>} bytes */
+/**
+ * Splits bytes after the head of a response. Returns null if the head, or a body of known length, is not whole.
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ */
 function split(bytes) {
   const text = decoder.decode(bytes);
   const end = text.indexOf("\r\n\r\n"); // heads are ASCII, so positions in text and bytes agree

@@ -5,7 +5,7 @@ n=y("select",{"aria-label":"Points of all clouds",title:"Points that this browse
 a.hasNewClouds=!0,a.invalidate()}},Wo.map(h=>y("option",{value:h,selected:h===a.mostPoints},`at most ${xi(h)}`))),r=y("span",{hidden:!0},i," ",n),o={at:performance.
 now(),pictures:0,bytes:0};function c(){let{pictures:h,bytes:u}=a.figures,d=performance.now(),p=(d-o.at)/1e3;U(e,`${((h-o.pictures)/p).toFixed(0)} pictures/s, ${((u-
 o.bytes)/p/1e6).toFixed(1)} MB/s`),o={at:d,pictures:h,bytes:u},U(s,a.slow.text()?`, ${a.slow.text()}`:"");let m=a.all().filter(g=>g.isOn&&g.takeShare),f=g=>m.reduce(
-(w,b)=>w+(b.points?.[g]??0),0);U(i,`, ${xi(f("shown"))} of ${xi(f("total"))} points,`),r.hidden=!m.length,e.hidden=r.hidden&&s.textContent===""}let l=setInterval(
+(b,w)=>b+(w.points?.[g]??0),0);U(i,`, ${xi(f("shown"))} of ${xi(f("total"))} points,`),r.hidden=!m.length,e.hidden=r.hidden&&s.textContent===""}let l=setInterval(
 ()=>a.isHidden||c(),qo);return t.addEventListener("abort",()=>clearInterval(l)),y("div",{class:"scene-figures"},e,s,r)}var Xo=1e3,Yo=[{Class:"rviz/Grid",Name:"Grid",Enabled:"true"},{Class:"rviz/TF",Name:"TF",Enabled:"true"}];function Hn(a,t,e,s){let i=null,n="";function r(u,d){a.
 load(u,d,i.simulated),n=Te(a.file),s.load(u)}async function o(){s.problem("");let u=structuredClone(Object.keys(i.config).length?i.config:{"Visualization Manage\
 r":{Displays:Yo}});if(t)try{r(await wi(u,t),"");return}catch(d){s.problem(d.message)}r(u,i.fixed_frame),Object.keys(i.config).length||await c()}async function c(){
@@ -14,7 +14,7 @@ n&&(n=u,t=await bi(u)??"",e.remember(t,{isReplacing:!0}))}let h=setInterval(l,Xo
 config",{},u=>{JSON.stringify(u)!==JSON.stringify(i)&&(i&&(t="",e.remember("",{isReplacing:!0})),i=u,s.file(u),o())},s.problem,{always:!0}),{async save(){let u=structuredClone(
 a.file),d=await e.act("scene_save",{config:u});return i.config=u,d},async address(){await l();let u=await bi(Te(a.file));if(u===null)throw new Error("the scene \
 is too large for a link");return`${location.href.split("#")[0]}${En("scene",u)}`},go(u){t=u,i&&o()}}}import*as Mt from"three";var Ei=Object.freeze([0,0,0,0,0,0,1]);function ft(a,t){let[e,s,i,n,r,o,c]=a,[l,h,u,d,p,m,f]=t;if(c===1&&n===0&&r===0&&o===0)return[e+l,s+h,i+u,d,p,m,f];let g=c*
-l+r*u-o*h,w=c*h+o*l-n*u,b=c*u+n*h-r*l,x=n*l+r*h+o*u;return[g*c+x*n-w*o+b*r+e,w*c+x*r-b*n+g*o+s,b*c+x*o-g*r+w*n+i,c*d+n*f+r*m-o*p,c*p+r*f+o*d-n*m,c*m+o*f+n*p-r*d,
+l+r*u-o*h,b=c*h+o*l-n*u,w=c*u+n*h-r*l,x=n*l+r*h+o*u;return[g*c+x*n-b*o+w*r+e,b*c+x*r-w*n+g*o+s,w*c+x*o-g*r+b*n+i,c*d+n*f+r*m-o*p,c*p+r*f+o*d-n*m,c*m+o*f+n*p-r*d,
 c*f-n*d-r*p-o*m]}function Yt([a,t,e,s,i,n,r]){let o=ft([0,0,0,-s,-i,-n,r],[-a,-t,-e,-s,-i,-n,r]);return[o[0],o[1],o[2],-s,-i,-n,r]}var vi=(a,[t,e,s])=>ft(a,[t,e,
 s,0,0,0,1]).slice(0,3);function je(a,t,e){let s=1-e,i=[0,1,2].map(m=>s*a[m]+e*t[m]),[n,r]=[a.slice(3),t.slice(3)];if(n.every((m,f)=>m===r[f]))return[...i,...n];
 let o=(m,f)=>m[0]*f[0]+m[1]*f[1]+m[2]*f[2]+m[3]*f[3],c=o(n,r),l=Math.abs(c)/Math.sqrt(o(n,n)*o(r,r)),h=l<1?Math.acos(l):0;if(h===0)return[...i,...n];let u=Math.
@@ -57,28 +57,28 @@ n between '${a}' and '${t}' because they are not part of the same tree.Tf has tw
 9,"0")}`;import*as We from"three";var qe=class{constructor(t){this.lamp=new We.DirectionalLight(16777215,Math.PI),t.add(this.lamp,this.lamp.target)}get brightness(){return this.
 lamp.intensity/Math.PI}aim(t,e){this.lamp.intensity=e?Math.PI:0,this.lamp.position.copy(t.position),this.lamp.target.position.copy(t.position).add(t.getWorldDirection(
 new We.Vector3)),this.lamp.target.updateMatrixWorld()}};import*as lt from"three";import{FileLoader as Sa,Loader as Ma,LoaderUtils as ka,Scene as Ra,TextureLoader as Na}from"three";import{DataTextureLoader as Jo,LinearMipmapLinearFilter as ta}from"three";var Se=class extends Jo{constructor(t){super(t)}parse(t){function e(T){switch(T.image_type){case d:case f:
-if(T.colormap_length>256||T.colormap_size!==24||T.colormap_type!==1)throw new Error("THREE.TGALoader: Invalid type colormap data for indexed type.");break;case p:case m:case g:case w:
+if(T.colormap_length>256||T.colormap_size!==24||T.colormap_type!==1)throw new Error("THREE.TGALoader: Invalid type colormap data for indexed type.");break;case p:case m:case g:case b:
 if(T.colormap_type)throw new Error("THREE.TGALoader: Invalid type colormap data for colormap type.");break;case u:throw new Error("THREE.TGALoader: No data.");default:
 throw new Error("THREE.TGALoader: Invalid type "+T.image_type)}if(T.width<=0||T.height<=0)throw new Error("THREE.TGALoader: Invalid image size.");if(T.pixel_size!==
 8&&T.pixel_size!==16&&T.pixel_size!==24&&T.pixel_size!==32)throw new Error("THREE.TGALoader: Invalid pixel size "+T.pixel_size)}function s(T,q,I,D,Z){let V,G,L=I.
-pixel_size>>3,C=I.width*I.height*L;if(q&&(G=Z.subarray(D,D+=I.colormap_length*(I.colormap_size>>3))),T){V=new Uint8Array(C);let k,A,R,et=0,Ht=new Uint8Array(L);
-for(;et<C;)if(k=Z[D++],A=(k&127)+1,k&128){for(R=0;R<L;++R)Ht[R]=Z[D++];for(R=0;R<A;++R)V.set(Ht,et+R*L);et+=L*A}else{for(A*=L,R=0;R<A;++R)V[et+R]=Z[D++];et+=A}}else
-V=Z.subarray(D,D+=q?I.width*I.height:C);return{pixel_data:V,palettes:G}}function i(T,q,I,D,Z,V,G,L,C){let k=C,A=O.colormap_index,R,et=0,Ht,ie,De=O.width;for(ie=
-q;ie!==D;ie+=I)for(Ht=Z;Ht!==G;Ht+=V,et++)R=L[et]-A,T[(Ht+De*ie)*4+3]=255,T[(Ht+De*ie)*4+2]=k[R*3+0],T[(Ht+De*ie)*4+1]=k[R*3+1],T[(Ht+De*ie)*4+0]=k[R*3+2];return T}
-function n(T,q,I,D,Z,V,G,L){let C,k=0,A,R,et=O.width;for(R=q;R!==D;R+=I)for(A=Z;A!==G;A+=V,k+=2)C=L[k+0]+(L[k+1]<<8),T[(A+et*R)*4+0]=(C&31744)>>7,T[(A+et*R)*4+1]=
-(C&992)>>2,T[(A+et*R)*4+2]=(C&31)<<3,T[(A+et*R)*4+3]=C&32768?0:255;return T}function r(T,q,I,D,Z,V,G,L){let C=0,k,A,R=O.width;for(A=q;A!==D;A+=I)for(k=Z;k!==G;k+=
-V,C+=3)T[(k+R*A)*4+3]=255,T[(k+R*A)*4+2]=L[C+0],T[(k+R*A)*4+1]=L[C+1],T[(k+R*A)*4+0]=L[C+2];return T}function o(T,q,I,D,Z,V,G,L){let C=0,k,A,R=O.width;for(A=q;A!==
-D;A+=I)for(k=Z;k!==G;k+=V,C+=4)T[(k+R*A)*4+2]=L[C+0],T[(k+R*A)*4+1]=L[C+1],T[(k+R*A)*4+0]=L[C+2],T[(k+R*A)*4+3]=L[C+3];return T}function c(T,q,I,D,Z,V,G,L){let C,
-k=0,A,R,et=O.width;for(R=q;R!==D;R+=I)for(A=Z;A!==G;A+=V,k++)C=L[k],T[(A+et*R)*4+0]=C,T[(A+et*R)*4+1]=C,T[(A+et*R)*4+2]=C,T[(A+et*R)*4+3]=255;return T}function l(T,q,I,D,Z,V,G,L){
-let C=0,k,A,R=O.width;for(A=q;A!==D;A+=I)for(k=Z;k!==G;k+=V,C+=2)T[(k+R*A)*4+0]=L[C+0],T[(k+R*A)*4+1]=L[C+0],T[(k+R*A)*4+2]=L[C+0],T[(k+R*A)*4+3]=L[C+1];return T}
-function h(T,q,I,D,Z){let V,G,L,C,k,A;switch((O.flags&b)>>x){default:case v:V=0,L=1,k=q,G=0,C=1,A=I;break;case E:V=0,L=1,k=q,G=I-1,C=-1,A=-1;break;case P:V=q-1,
-L=-1,k=-1,G=0,C=1,A=I;break;case N:V=q-1,L=-1,k=-1,G=I-1,C=-1,A=-1;break}if(dt)switch(O.pixel_size){case 8:c(T,G,C,A,V,L,k,D);break;case 16:l(T,G,C,A,V,L,k,D);break;default:
-throw new Error("THREE.TGALoader: Format not supported.")}else switch(O.pixel_size){case 8:i(T,G,C,A,V,L,k,D,Z);break;case 16:n(T,G,C,A,V,L,k,D);break;case 24:r(
-T,G,C,A,V,L,k,D);break;case 32:o(T,G,C,A,V,L,k,D);break;default:throw new Error("THREE.TGALoader: Format not supported.")}return T}let u=0,d=1,p=2,m=3,f=9,g=10,
-w=11,b=48,x=4,E=0,N=1,v=2,P=3;if(t.length<19)throw new Error("THREE.TGALoader: Not enough data to contain header.");let _=0,M=new Uint8Array(t),O={id_length:M[_++],
+pixel_size>>3,C=I.width*I.height*L;if(q&&(G=Z.subarray(D,D+=I.colormap_length*(I.colormap_size>>3))),T){V=new Uint8Array(C);let R,A,N,et=0,Ht=new Uint8Array(L);
+for(;et<C;)if(R=Z[D++],A=(R&127)+1,R&128){for(N=0;N<L;++N)Ht[N]=Z[D++];for(N=0;N<A;++N)V.set(Ht,et+N*L);et+=L*A}else{for(A*=L,N=0;N<A;++N)V[et+N]=Z[D++];et+=A}}else
+V=Z.subarray(D,D+=q?I.width*I.height:C);return{pixel_data:V,palettes:G}}function i(T,q,I,D,Z,V,G,L,C){let R=C,A=O.colormap_index,N,et=0,Ht,ie,De=O.width;for(ie=
+q;ie!==D;ie+=I)for(Ht=Z;Ht!==G;Ht+=V,et++)N=L[et]-A,T[(Ht+De*ie)*4+3]=255,T[(Ht+De*ie)*4+2]=R[N*3+0],T[(Ht+De*ie)*4+1]=R[N*3+1],T[(Ht+De*ie)*4+0]=R[N*3+2];return T}
+function n(T,q,I,D,Z,V,G,L){let C,R=0,A,N,et=O.width;for(N=q;N!==D;N+=I)for(A=Z;A!==G;A+=V,R+=2)C=L[R+0]+(L[R+1]<<8),T[(A+et*N)*4+0]=(C&31744)>>7,T[(A+et*N)*4+1]=
+(C&992)>>2,T[(A+et*N)*4+2]=(C&31)<<3,T[(A+et*N)*4+3]=C&32768?0:255;return T}function r(T,q,I,D,Z,V,G,L){let C=0,R,A,N=O.width;for(A=q;A!==D;A+=I)for(R=Z;R!==G;R+=
+V,C+=3)T[(R+N*A)*4+3]=255,T[(R+N*A)*4+2]=L[C+0],T[(R+N*A)*4+1]=L[C+1],T[(R+N*A)*4+0]=L[C+2];return T}function o(T,q,I,D,Z,V,G,L){let C=0,R,A,N=O.width;for(A=q;A!==
+D;A+=I)for(R=Z;R!==G;R+=V,C+=4)T[(R+N*A)*4+2]=L[C+0],T[(R+N*A)*4+1]=L[C+1],T[(R+N*A)*4+0]=L[C+2],T[(R+N*A)*4+3]=L[C+3];return T}function c(T,q,I,D,Z,V,G,L){let C,
+R=0,A,N,et=O.width;for(N=q;N!==D;N+=I)for(A=Z;A!==G;A+=V,R++)C=L[R],T[(A+et*N)*4+0]=C,T[(A+et*N)*4+1]=C,T[(A+et*N)*4+2]=C,T[(A+et*N)*4+3]=255;return T}function l(T,q,I,D,Z,V,G,L){
+let C=0,R,A,N=O.width;for(A=q;A!==D;A+=I)for(R=Z;R!==G;R+=V,C+=2)T[(R+N*A)*4+0]=L[C+0],T[(R+N*A)*4+1]=L[C+0],T[(R+N*A)*4+2]=L[C+0],T[(R+N*A)*4+3]=L[C+1];return T}
+function h(T,q,I,D,Z){let V,G,L,C,R,A;switch((O.flags&w)>>x){default:case E:V=0,L=1,R=q,G=0,C=1,A=I;break;case v:V=0,L=1,R=q,G=I-1,C=-1,A=-1;break;case P:V=q-1,
+L=-1,R=-1,G=0,C=1,A=I;break;case k:V=q-1,L=-1,R=-1,G=I-1,C=-1,A=-1;break}if(dt)switch(O.pixel_size){case 8:c(T,G,C,A,V,L,R,D);break;case 16:l(T,G,C,A,V,L,R,D);break;default:
+throw new Error("THREE.TGALoader: Format not supported.")}else switch(O.pixel_size){case 8:i(T,G,C,A,V,L,R,D,Z);break;case 16:n(T,G,C,A,V,L,R,D);break;case 24:r(
+T,G,C,A,V,L,R,D);break;case 32:o(T,G,C,A,V,L,R,D);break;default:throw new Error("THREE.TGALoader: Format not supported.")}return T}let u=0,d=1,p=2,m=3,f=9,g=10,
+b=11,w=48,x=4,v=0,k=1,E=2,P=3;if(t.length<19)throw new Error("THREE.TGALoader: Not enough data to contain header.");let _=0,M=new Uint8Array(t),O={id_length:M[_++],
 colormap_type:M[_++],image_type:M[_++],colormap_index:M[_++]|M[_++]<<8,colormap_length:M[_++]|M[_++]<<8,colormap_size:M[_++],origin:[M[_++]|M[_++]<<8,M[_++]|M[_++]<<
 8],width:M[_++]|M[_++]<<8,height:M[_++]|M[_++]<<8,pixel_size:M[_++],flags:M[_++]};if(e(O),O.id_length+_>t.length)throw new Error("THREE.TGALoader: No data.");_+=
-O.id_length;let H=!1,tt=!1,dt=!1;switch(O.image_type){case f:H=!0,tt=!0;break;case d:tt=!0;break;case g:H=!0;break;case p:break;case w:H=!0,dt=!0;break;case m:dt=
+O.id_length;let H=!1,tt=!1,dt=!1;switch(O.image_type){case f:H=!0,tt=!0;break;case d:tt=!0;break;case g:H=!0;break;case p:break;case b:H=!0,dt=!0;break;case m:dt=
 !0;break}let bt=new Uint8Array(O.width*O.height*4),kt=s(H,tt,O,_,M);return h(bt,O.width,O.height,kt.pixel_data,kt.palettes),{data:bt,width:O.width,height:O.height,
 flipY:!0,generateMipmaps:!0,minFilter:ta}}};import{Color as ea,ColorManagement as sa,MathUtils as ki,Matrix4 as Ri,Vector3 as Xe,SRGBColorSpace as ia}from"three";function wt(a,t){let e=[],s=a.childNodes;for(let i=0,
 n=s.length;i<n;i++){let r=s[i];r.nodeName===t&&e.push(r)}return e}function na(a){return a.length===0?[]:a.trim().split(/\s+/)}function ct(a){return a.length===0?
@@ -228,18 +228,18 @@ let s=this.deferredPivotAnimations[t];for(let i in e){s[i]||(s[i]={});for(let n 
 Inverse","rotatePivotTranslation","scalePivot","scalePivotInverse","scalePivotTranslation"];for(let s of e)if(t.transforms[s]!==void 0)return!0;return!1}getAnimation(t){
 return this.getBuild(this.library.animations[t],this.buildAnimation.bind(this))}aggregateAnimationChannels(t,e,s){let i={};for(let n in t){if(!t.hasOwnProperty(
 n))continue;let r=t[n],o=e[r.sampler],c=o.inputs.INPUT,l=o.inputs.OUTPUT,h=s[c],u=s[l],d=o.inputs.INTERPOLATION,p=o.inputs.IN_TANGENT,m=o.inputs.OUT_TANGENT,f=d?
-s[d]:null,g=p?s[p]:null,w=m?s[m]:null,b=r.id,x=r.sid,E=r.member||"default";i[b]||(i[b]={}),i[b][x]||(i[b][x]={}),i[b][x][E]={times:h.array,values:u.array,stride:u.
-stride,arraySyntax:r.arraySyntax,indices:r.indices,interpolation:f?f.array:null,inTangent:g?g.array:null,outTangent:w?w.array:null,inTangentStride:g?g.stride:0,
-outTangentStride:w?w.stride:0}}return i}buildMatrixTracks(t,e,s,i){let n=s.matrix.clone().transpose(),r={};for(let l in e){let h=e[l],u=h.times,d=h.values,p=h.stride;
-for(let m=0,f=u.length;m<f;m++){let g=u[m],w=m*p;if(r[g]===void 0&&(r[g]={}),h.arraySyntax===!0){let b=d[w],x=h.indices[0]+4*h.indices[1];r[g][x]=b}else for(let b=0;b<
-p;b++)r[g][b]=d[w+b]}}let o=this.prepareAnimationData(r,n),c={name:t.uuid,keyframes:o};this.createKeyframeTracks(c,i)}buildTranslateTrack(t,e,s,i){if(e.default&&
+s[d]:null,g=p?s[p]:null,b=m?s[m]:null,w=r.id,x=r.sid,v=r.member||"default";i[w]||(i[w]={}),i[w][x]||(i[w][x]={}),i[w][x][v]={times:h.array,values:u.array,stride:u.
+stride,arraySyntax:r.arraySyntax,indices:r.indices,interpolation:f?f.array:null,inTangent:g?g.array:null,outTangent:b?b.array:null,inTangentStride:g?g.stride:0,
+outTangentStride:b?b.stride:0}}return i}buildMatrixTracks(t,e,s,i){let n=s.matrix.clone().transpose(),r={};for(let l in e){let h=e[l],u=h.times,d=h.values,p=h.stride;
+for(let m=0,f=u.length;m<f;m++){let g=u[m],b=m*p;if(r[g]===void 0&&(r[g]={}),h.arraySyntax===!0){let w=d[b],x=h.indices[0]+4*h.indices[1];r[g][x]=w}else for(let w=0;w<
+p;w++)r[g][w]=d[b+w]}}let o=this.prepareAnimationData(r,n),c={name:t.uuid,keyframes:o};this.createKeyframeTracks(c,i)}buildTranslateTrack(t,e,s,i){if(e.default&&
 e.default.stride===3){let l=e.default,h=Array.from(l.times),u=Array.from(l.values),d=new zt(t.uuid+".position",h,u),p=this.getInterpolationInfo(e);this.applyInterpolation(
 d,p,e),i.push(d);return}let n=this.getTimesForAllAxes(e);if(n.length===0)return;let r=[],o=this.getInterpolationInfo(e);for(let l=0;l<n.length;l++){let h=n[l],u=this.
 getValueAtTime(e.X,h,s.x),d=this.getValueAtTime(e.Y,h,s.y),p=this.getValueAtTime(e.Z,h,s.z);r.push(u,d,p)}let c=new zt(t.uuid+".position",n,r);this.applyInterpolation(
 c,o),i.push(c)}buildRotateTrack(t,e,s,i,n,r){let o=s.ANGLE||s.default;if(!o)return;let c=Array.from(o.times);if(c.length===0)return;let l=[];for(let g of n.transformOrder)
-if(n.transforms[g]==="rotate"){let b=n.transformData[g];l.push({sid:g,axis:new Ut(b.axis[0],b.axis[1],b.axis[2]),defaultAngle:b.angle})}let h=new de,u=new de,d=new de,
-p=[],m=this.getInterpolationInfo(s);for(let g=0;g<c.length;g++){let w=c[g];h.identity();for(let b of l){let x;b.sid===e?x=this.getValueAtTime(o,w,b.defaultAngle):
-x=b.defaultAngle;let E=ue.degToRad(x);d.setFromAxisAngle(b.axis,E),h.multiply(d)}g>0&&u.dot(h)<0&&(h.x=-h.x,h.y=-h.y,h.z=-h.z,h.w=-h.w),u.copy(h),p.push(h.x,h.y,
+if(n.transforms[g]==="rotate"){let w=n.transformData[g];l.push({sid:g,axis:new Ut(w.axis[0],w.axis[1],w.axis[2]),defaultAngle:w.angle})}let h=new de,u=new de,d=new de,
+p=[],m=this.getInterpolationInfo(s);for(let g=0;g<c.length;g++){let b=c[g];h.identity();for(let w of l){let x;w.sid===e?x=this.getValueAtTime(o,b,w.defaultAngle):
+x=w.defaultAngle;let v=ue.degToRad(x);d.setFromAxisAngle(w.axis,v),h.multiply(d)}g>0&&u.dot(h)<0&&(h.x=-h.x,h.y=-h.y,h.z=-h.z,h.w=-h.w),u.copy(h),p.push(h.x,h.y,
 h.z,h.w)}let f=new Oi(t.uuid+".quaternion",c,p);this.applyInterpolation(f,m),r.push(f)}buildScaleTrack(t,e,s,i){if(e.default&&e.default.stride===3){let l=e.default,
 h=Array.from(l.times),u=Array.from(l.values),d=new zt(t.uuid+".scale",h,u),p=this.getInterpolationInfo(e);this.applyInterpolation(d,p,e),i.push(d);return}let n=this.
 getTimesForAllAxes(e);if(n.length===0)return;let r=[],o=this.getInterpolationInfo(e);for(let l=0;l<n.length;l++){let h=n[l],u=this.getValueAtTime(e.X,h,s.x),d=this.
@@ -249,15 +249,15 @@ Array.from(t.ANGLE.times))),t.default&&(e=e.concat(Array.from(t.default.times)))
 times,n=t.values,r=t.interpolation;for(let o=0;o<i.length;o++){if(i[o]===e)return n[o];if(i[o]>e){if(o===0)return n[0];let c=o-1,l=o,h=i[c],u=i[l],d=n[c],p=n[l],
 m=r?r[c]:"LINEAR";if(m==="STEP")return d;if(m==="BEZIER"&&t.inTangent&&t.outTangent)return this.evaluateBezierComponent(t,c,l,h,u,e);{let f=(e-h)/(u-h);return d+
 f*(p-d)}}}return n[n.length-1]}evaluateBezierComponent(t,e,s,i,n,r){let o=t.values,c=t.inTangent,l=t.outTangent,h=t.inTangentStride||1,u=o[e],d=o[s],p,m,f,g;h===
-2?(p=l[e*2],m=l[e*2+1],f=c[s*2],g=c[s*2+1]):(p=i+(n-i)/3,m=l[e],f=n-(n-i)/3,g=c[s]);let w=(r-i)/(n-i);for(let P=0;P<8;P++){let _=w*w,M=_*w,O=1-w,H=O*O,dt=H*O*i+
-3*H*w*p+3*O*_*f+M*n,bt=3*H*(p-i)+6*O*w*(f-p)+3*_*(n-f);if(Math.abs(bt)<1e-10)break;let kt=dt-r;if(Math.abs(kt)<1e-10)break;w=w-kt/bt,w=Math.max(0,Math.min(1,w))}
-let b=w*w,x=b*w,E=1-w,N=E*E;return N*E*u+3*N*w*m+3*E*b*g+x*d}getInterpolationInfo(t){let e=["X","Y","Z","ANGLE","default"],s=null,i=!0;for(let n of e){let r=t[n];
+2?(p=l[e*2],m=l[e*2+1],f=c[s*2],g=c[s*2+1]):(p=i+(n-i)/3,m=l[e],f=n-(n-i)/3,g=c[s]);let b=(r-i)/(n-i);for(let P=0;P<8;P++){let _=b*b,M=_*b,O=1-b,H=O*O,dt=H*O*i+
+3*H*b*p+3*O*_*f+M*n,bt=3*H*(p-i)+6*O*b*(f-p)+3*_*(n-f);if(Math.abs(bt)<1e-10)break;let kt=dt-r;if(Math.abs(kt)<1e-10)break;b=b-kt/bt,b=Math.max(0,Math.min(1,b))}
+let w=b*b,x=w*b,v=1-b,k=v*v;return k*v*u+3*k*b*m+3*v*w*g+x*d}getInterpolationInfo(t){let e=["X","Y","Z","ANGLE","default"],s=null,i=!0;for(let n of e){let r=t[n];
 if(!r||!r.interpolation)continue;let o=r.interpolation;for(let c=0;c<o.length;c++){let l=o[c];s===null?s=l:l!==s&&(i=!1)}}return{type:s||"LINEAR",uniform:i}}applyInterpolation(t,e,s=null){
 if(e.type==="STEP"&&e.uniform)t.setInterpolation(fa);else if(e.type==="BEZIER"&&e.uniform&&s){let i=s.default;i&&i.inTangent&&i.outTangent&&(t.setInterpolation(
 da),t.settings={inTangents:new Float32Array(i.inTangent),outTangents:new Float32Array(i.outTangent)})}}prepareAnimationData(t,e){let s=[];for(let i in t)s.push(
 {time:parseFloat(i),value:t[i]});s.sort((i,n)=>i.time-n.time);for(let i=0;i<16;i++)this.transformAnimationData(s,i,e.elements[i]);return s}createKeyframeTracks(t,e){
 let s=t.keyframes,i=t.name,n=[],r=[],o=[],c=[],l=this.position,h=this.quaternion,u=this.scale,d=this.matrix;for(let p=0,m=s.length;p<m;p++){let f=s[p],g=f.time,
-w=f.value;d.fromArray(w).transpose(),d.decompose(l,h,u),n.push(g),r.push(l.x,l.y,l.z),o.push(h.x,h.y,h.z,h.w),c.push(u.x,u.y,u.z)}return r.length>0&&e.push(new zt(
+b=f.value;d.fromArray(b).transpose(),d.decompose(l,h,u),n.push(g),r.push(l.x,l.y,l.z),o.push(h.x,h.y,h.z,h.w),c.push(u.x,u.y,u.z)}return r.length>0&&e.push(new zt(
 i+".position",n,r)),o.length>0&&e.push(new Oi(i+".quaternion",n,o)),c.length>0&&e.push(new zt(i+".scale",n,c)),e}transformAnimationData(t,e,s){let i,n=!0,r,o;for(r=
 0,o=t.length;r<o;r++)i=t[r],i.value[e]===void 0?i.value[e]=null:n=!1;if(n===!0)for(r=0,o=t.length;r<o;r++)i=t[r],i.value[e]=s;else this.createMissingKeyframes(t,
 e)}createMissingKeyframes(t,e){let s,i;for(let n=0,r=t.length;n<r;n++){let o=t[n];if(o.value[e]===null){if(s=this.getPrev(t,n,e),i=this.getNext(t,n,e),s===null){
@@ -268,19 +268,19 @@ value[i]=e.value[i];return}t.value[i]=(t.time-e.time)*(s.value[i]-e.value[i])/(s
 return this.getBuild(this.library.clips[t],this.buildAnimationClip.bind(this))}buildController(t){let e={id:t.id},s=this.library.geometries[e.id];return t.skin!==
 void 0&&(e.skin=this.buildSkin(t.skin),s.sources.skinIndices=e.skin.indices,s.sources.skinWeights=e.skin.weights),e}buildSkin(t){let s={joints:[],indices:{array:[],
 stride:4},weights:{array:[],stride:4}},i=t.sources,n=t.vertexWeights,r=n.vcount,o=n.v,c=n.inputs.JOINT.offset,l=n.inputs.WEIGHT.offset,h=t.sources[t.joints.inputs.
-JOINT],u=t.sources[t.joints.inputs.INV_BIND_MATRIX],d=i[n.inputs.WEIGHT.id].array,p=0,m,f,g;for(m=0,g=r.length;m<g;m++){let b=r[m],x=[];for(f=0;f<b;f++){let E=o[p+
-c],N=o[p+l],v=d[N];x.push({index:E,weight:v}),p+=2}for(x.sort(w),f=0;f<4;f++){let E=x[f];E!==void 0?(s.indices.array.push(E.index),s.weights.array.push(E.weight)):
+JOINT],u=t.sources[t.joints.inputs.INV_BIND_MATRIX],d=i[n.inputs.WEIGHT.id].array,p=0,m,f,g;for(m=0,g=r.length;m<g;m++){let w=r[m],x=[];for(f=0;f<w;f++){let v=o[p+
+c],k=o[p+l],E=d[k];x.push({index:v,weight:E}),p+=2}for(x.sort(b),f=0;f<4;f++){let v=x[f];v!==void 0?(s.indices.array.push(v.index),s.weights.array.push(v.weight)):
 (s.indices.array.push(0),s.weights.array.push(0))}}for(t.bindShapeMatrix?s.bindMatrix=new Qt().fromArray(t.bindShapeMatrix).transpose():s.bindMatrix=new Qt().identity(),
-m=0,g=h.array.length;m<g;m++){let b=h.array[m],x=new Qt().fromArray(u.array,m*u.stride).transpose();s.joints.push({name:b,boneInverse:x})}return s;function w(b,x){
-return x.weight-b.weight}}getController(t){return this.getBuild(this.library.controllers[t],this.buildController.bind(this))}buildImage(t){return t.build!==void 0?
+m=0,g=h.array.length;m<g;m++){let w=h.array[m],x=new Qt().fromArray(u.array,m*u.stride).transpose();s.joints.push({name:w,boneInverse:x})}return s;function b(w,x){
+return x.weight-w.weight}}getController(t){return this.getBuild(this.library.controllers[t],this.buildController.bind(this))}buildImage(t){return t.build!==void 0?
 t.build:t.init_from}getImage(t){let e=this.library.images[t];return e!==void 0?this.getBuild(e,this.buildImage.bind(this)):(console.warn("THREE.ColladaLoader: C\
 ouldn't find image with ID:",t),null)}buildEffect(t){return t}getEffect(t){return this.getBuild(this.library.effects[t],this.buildEffect.bind(this))}getTextureLoader(t){
 let e,s=t.slice((t.lastIndexOf(".")-1>>>0)+2);return s=s.toLowerCase(),s==="tga"?e=this.tgaLoader:e=this.textureLoader,e}buildMaterial(t){let e=this.getEffect(t.
 url),s=e.profile.technique,i;switch(s.type){case"phong":case"blinn":i=new Wn;break;case"lambert":i=new wa;break;default:i=new qn;break}i.name=t.name||"";let n=this;
 function r(h,u=null){let d=e.profile.samplers[h.id],p=null;if(d!==void 0){let m=e.profile.surfaces[d.source];p=n.getImage(m.init_from)}else console.warn("THREE.\
 ColladaLoader: Undefined sampler. Access image directly (see #12530)."),p=n.getImage(h.id);if(p!==null){let m=n.getTextureLoader(p);if(m!==void 0){let f=m.load(
-p),g=h.extra;if(g!==void 0&&g.technique!==void 0&&n.isEmpty(g.technique)===!1){let w=g.technique;f.wrapS=w.wrapU?Ze:Un,f.wrapT=w.wrapV?Ze:Un,f.offset.set(w.offsetU||
-0,w.offsetV||0),f.repeat.set(w.repeatU||1,w.repeatV||1)}else f.wrapS=Ze,f.wrapT=Ze;return u!==null&&(f.colorSpace=u),f}else return console.warn("THREE.ColladaLo\
+p),g=h.extra;if(g!==void 0&&g.technique!==void 0&&n.isEmpty(g.technique)===!1){let b=g.technique;f.wrapS=b.wrapU?Ze:Un,f.wrapT=b.wrapV?Ze:Un,f.offset.set(b.offsetU||
+0,b.offsetV||0),f.repeat.set(b.repeatU||1,b.repeatV||1)}else f.wrapS=Ze,f.wrapT=Ze;return u!==null&&(f.colorSpace=u),f}else return console.warn("THREE.ColladaLo\
 ader: Loader for texture %s not found.",p),null}else return console.warn("THREE.ColladaLoader: Couldn't create texture with ID:",h.id),null}let o=s.parameters;for(let h in o){
 let u=o[h];switch(h){case"diffuse":u.color&&i.color.fromArray(u.color),u.texture&&(i.map=r(u.texture,re));break;case"specular":u.color&&i.specular&&i.specular.fromArray(
 u.color),u.texture&&(i.specularMap=r(u.texture));break;case"bump":u.texture&&(i.normalMap=r(u.texture));break;case"ambient":u.texture&&(i.lightMap=r(u.texture,re));
@@ -302,42 +302,42 @@ warn("THREE.ColladaLoader: Couldn't find light with ID:",t),null)}groupPrimitive
 []),e[i.type].push(i)}return e}checkUVCoordinates(t){let e=0;for(let s=0,i=t.length;s<i;s++)t[s].hasUV===!0&&e++;e>0&&e<t.length&&(t.uvsNeedsFix=!0)}buildGeometry(t){
 let e={},s=t.sources,i=t.vertices,n=t.primitives;if(n.length===0)return{};let r=this.groupPrimitives(n);for(let o in r){let c=r[o];this.checkUVCoordinates(c),e[o]=
 this.buildGeometryType(c,s,i)}return e}buildGeometryType(t,e,s){let i={},n={array:[],stride:0},r={array:[],stride:0},o={array:[],stride:0},c={array:[],stride:0},
-l={array:[],stride:0},h={array:[],stride:4},u={array:[],stride:4},d=new aa,p=[],m=0;for(let f=0;f<t.length;f++){let g=t[f],w=g.inputs,b=0;switch(g.type){case"li\
-nes":case"linestrips":b=g.count*2;break;case"triangles":b=g.count*3;break;case"polygons":case"polylist":for(let x=0;x<g.count;x++){let E=g.vcount[x];switch(E){case 3:
-b+=3;break;case 4:b+=6;break;default:b+=(E-2)*3;break}}break;default:console.warn("THREE.ColladaLoader: Unknown primitive type:",g.type)}d.addGroup(m,b,f),m+=b,
-g.material&&p.push(g.material),g.positionSource=e[s.POSITION],g.positionOffset=w.VERTEX.offset;for(let x in w){let E=w[x];switch(x){case"VERTEX":for(let N in s){
-let v=s[N];switch(N){case"POSITION":let P=n.array.length;if(this.buildGeometryData(g,e[v],E.offset,n.array),n.stride=e[v].stride,e.skinWeights&&e.skinIndices&&(this.
-buildGeometryData(g,e.skinIndices,E.offset,h.array),this.buildGeometryData(g,e.skinWeights,E.offset,u.array)),g.hasUV===!1&&t.uvsNeedsFix===!0){let _=(n.array.length-
-P)/n.stride;for(let M=0;M<_;M++)o.array.push(0,0)}break;case"NORMAL":this.buildGeometryData(g,e[v],E.offset,r.array),r.stride=e[v].stride;break;case"COLOR":this.
-buildGeometryData(g,e[v],E.offset,l.array,!0),l.stride=e[v].stride;break;case"TEXCOORD":this.buildGeometryData(g,e[v],E.offset,o.array),o.stride=e[v].stride;break;case"\
-TEXCOORD1":this.buildGeometryData(g,e[v],E.offset,c.array),o.stride=e[v].stride;break;default:console.warn('THREE.ColladaLoader: Semantic "%s" not handled in ge\
-ometry build process.',N)}}break;case"NORMAL":this.buildGeometryData(g,e[E.id],E.offset,r.array),r.stride=e[E.id].stride;break;case"COLOR":this.buildGeometryData(
-g,e[E.id],E.offset,l.array,!0),l.stride=e[E.id].stride;break;case"TEXCOORD":this.buildGeometryData(g,e[E.id],E.offset,o.array),o.stride=e[E.id].stride;break;case"\
-TEXCOORD1":this.buildGeometryData(g,e[E.id],E.offset,c.array),c.stride=e[E.id].stride;break}}}return n.array.length>0&&d.setAttribute("position",new ne(n.array,
+l={array:[],stride:0},h={array:[],stride:4},u={array:[],stride:4},d=new aa,p=[],m=0;for(let f=0;f<t.length;f++){let g=t[f],b=g.inputs,w=0;switch(g.type){case"li\
+nes":case"linestrips":w=g.count*2;break;case"triangles":w=g.count*3;break;case"polygons":case"polylist":for(let x=0;x<g.count;x++){let v=g.vcount[x];switch(v){case 3:
+w+=3;break;case 4:w+=6;break;default:w+=(v-2)*3;break}}break;default:console.warn("THREE.ColladaLoader: Unknown primitive type:",g.type)}d.addGroup(m,w,f),m+=w,
+g.material&&p.push(g.material),g.positionSource=e[s.POSITION],g.positionOffset=b.VERTEX.offset;for(let x in b){let v=b[x];switch(x){case"VERTEX":for(let k in s){
+let E=s[k];switch(k){case"POSITION":let P=n.array.length;if(this.buildGeometryData(g,e[E],v.offset,n.array),n.stride=e[E].stride,e.skinWeights&&e.skinIndices&&(this.
+buildGeometryData(g,e.skinIndices,v.offset,h.array),this.buildGeometryData(g,e.skinWeights,v.offset,u.array)),g.hasUV===!1&&t.uvsNeedsFix===!0){let _=(n.array.length-
+P)/n.stride;for(let M=0;M<_;M++)o.array.push(0,0)}break;case"NORMAL":this.buildGeometryData(g,e[E],v.offset,r.array),r.stride=e[E].stride;break;case"COLOR":this.
+buildGeometryData(g,e[E],v.offset,l.array,!0),l.stride=e[E].stride;break;case"TEXCOORD":this.buildGeometryData(g,e[E],v.offset,o.array),o.stride=e[E].stride;break;case"\
+TEXCOORD1":this.buildGeometryData(g,e[E],v.offset,c.array),o.stride=e[E].stride;break;default:console.warn('THREE.ColladaLoader: Semantic "%s" not handled in ge\
+ometry build process.',k)}}break;case"NORMAL":this.buildGeometryData(g,e[v.id],v.offset,r.array),r.stride=e[v.id].stride;break;case"COLOR":this.buildGeometryData(
+g,e[v.id],v.offset,l.array,!0),l.stride=e[v.id].stride;break;case"TEXCOORD":this.buildGeometryData(g,e[v.id],v.offset,o.array),o.stride=e[v.id].stride;break;case"\
+TEXCOORD1":this.buildGeometryData(g,e[v.id],v.offset,c.array),c.stride=e[v.id].stride;break}}}return n.array.length>0&&d.setAttribute("position",new ne(n.array,
 n.stride)),r.array.length>0&&d.setAttribute("normal",new ne(r.array,r.stride)),l.array.length>0&&d.setAttribute("color",new ne(l.array,l.stride)),o.array.length>
 0&&d.setAttribute("uv",new ne(o.array,o.stride)),c.array.length>0&&d.setAttribute("uv1",new ne(c.array,c.stride)),h.array.length>0&&d.setAttribute("skinIndex",new ne(
 h.array,h.stride)),u.array.length>0&&d.setAttribute("skinWeight",new ne(u.array,u.stride)),i.data=d,i.type=t[0].type,i.materialKeys=p,i}buildGeometryData(t,e,s,i,n=!1){
-let r=t.p,o=t.stride,c=t.vcount,l=t.positionSource,h=t.positionOffset,u=this.tempColor;function d(f){let g=r[f+s]*m,w=g+m;for(;g<w;g++)i.push(p[g]);if(n){let b=i.
-length-m;u.setRGB(i[b+0],i[b+1],i[b+2],re),i[b+0]=u.r,i[b+1]=u.g,i[b+2]=u.b}}let p=e.array,m=e.stride;if(t.vcount!==void 0){let f=0;for(let g=0,w=c.length;g<w;g++){
-let b=c[g];if(b===4){let x=f+o*0,E=f+o*1,N=f+o*2,v=f+o*3;d(x),d(E),d(v),d(E),d(N),d(v)}else if(b===3){let x=f+o*0,E=f+o*1,N=f+o*2;d(x),d(E),d(N)}else if(b>4){let x=[];
-for(let M=0;M<b;M++){let O=f+o*M+h,H=r[O]*l.stride,tt=l.array[H],dt=l.array[H+1],bt=l.array[H+2];x.push(new Ut(tt,dt,bt))}let E=new Ut,N=new Aa;N.a=x[0],N.b=x[1],
-N.c=x[2],N.getNormal(E);let v=[];if(Math.abs(E.x)>Math.abs(E.y)&&Math.abs(E.x)>Math.abs(E.z))for(let M=0;M<b;M++)v.push(new Je(x[M].y,x[M].z));else if(Math.abs(
-E.y)>Math.abs(E.z))for(let M=0;M<b;M++)v.push(new Je(x[M].x,x[M].z));else for(let M=0;M<b;M++)v.push(new Je(x[M].x,x[M].y));let P=Yn.isClockWise(v);P===!0&&v.reverse();
-let _=Yn.triangulateShape(v,[]);for(let M=0;M<_.length;M++){let O=_[M],H,tt,dt;P===!1?(H=O[0],tt=O[1],dt=O[2]):(H=b-1-O[0],tt=b-1-O[2],dt=b-1-O[1]);let bt=f+o*H,
-kt=f+o*tt,T=f+o*dt;d(bt),d(kt),d(T)}}f+=o*b}}else for(let f=0,g=r.length;f<g;f+=o)d(f)}getGeometry(t){return this.getBuild(this.library.geometries[t],this.buildGeometry.
+let r=t.p,o=t.stride,c=t.vcount,l=t.positionSource,h=t.positionOffset,u=this.tempColor;function d(f){let g=r[f+s]*m,b=g+m;for(;g<b;g++)i.push(p[g]);if(n){let w=i.
+length-m;u.setRGB(i[w+0],i[w+1],i[w+2],re),i[w+0]=u.r,i[w+1]=u.g,i[w+2]=u.b}}let p=e.array,m=e.stride;if(t.vcount!==void 0){let f=0;for(let g=0,b=c.length;g<b;g++){
+let w=c[g];if(w===4){let x=f+o*0,v=f+o*1,k=f+o*2,E=f+o*3;d(x),d(v),d(E),d(v),d(k),d(E)}else if(w===3){let x=f+o*0,v=f+o*1,k=f+o*2;d(x),d(v),d(k)}else if(w>4){let x=[];
+for(let M=0;M<w;M++){let O=f+o*M+h,H=r[O]*l.stride,tt=l.array[H],dt=l.array[H+1],bt=l.array[H+2];x.push(new Ut(tt,dt,bt))}let v=new Ut,k=new Aa;k.a=x[0],k.b=x[1],
+k.c=x[2],k.getNormal(v);let E=[];if(Math.abs(v.x)>Math.abs(v.y)&&Math.abs(v.x)>Math.abs(v.z))for(let M=0;M<w;M++)E.push(new Je(x[M].y,x[M].z));else if(Math.abs(
+v.y)>Math.abs(v.z))for(let M=0;M<w;M++)E.push(new Je(x[M].x,x[M].z));else for(let M=0;M<w;M++)E.push(new Je(x[M].x,x[M].y));let P=Yn.isClockWise(E);P===!0&&E.reverse();
+let _=Yn.triangulateShape(E,[]);for(let M=0;M<_.length;M++){let O=_[M],H,tt,dt;P===!1?(H=O[0],tt=O[1],dt=O[2]):(H=w-1-O[0],tt=w-1-O[2],dt=w-1-O[1]);let bt=f+o*H,
+kt=f+o*tt,T=f+o*dt;d(bt),d(kt),d(T)}}f+=o*w}}else for(let f=0,g=r.length;f<g;f+=o)d(f)}getGeometry(t){return this.getBuild(this.library.geometries[t],this.buildGeometry.
 bind(this))}buildKinematicsModel(t){return t.build!==void 0?t.build:t}getKinematicsModel(t){return this.getBuild(this.library.kinematicsModels[t],this.buildKinematicsModel.
 bind(this))}buildKinematicsScene(t){return t.build!==void 0?t.build:t}getKinematicsScene(t){return this.getBuild(this.library.kinematicsScenes[t],this.buildKinematicsScene.
 bind(this))}setupKinematics(){let t=Object.keys(this.library.kinematicsModels)[0],e=Object.keys(this.library.kinematicsScenes)[0],s=Object.keys(this.library.visualScenes)[0];
 if(t===void 0||e===void 0)return;let i=this.getKinematicsModel(t),n=this.getKinematicsScene(e),r=this.getVisualScene(s),o=n.bindJointAxis,c={},l=this.collada,h=this;
-for(let m=0,f=o.length;m<f;m++){let g=o[m],w=l.querySelector('[sid="'+g.target+'"]');if(w){let b=w.parentElement;u(g.jointIndex,b)}}function u(m,f){let g=f.getAttribute(
-"name"),w=i.joints[m],b=h.buildTransformList(f);r.traverse(function(x){x.name===g&&(c[m]={object:x,transforms:b,joint:w,position:w.zeroPosition})})}let d=new Qt,
+for(let m=0,f=o.length;m<f;m++){let g=o[m],b=l.querySelector('[sid="'+g.target+'"]');if(b){let w=b.parentElement;u(g.jointIndex,w)}}function u(m,f){let g=f.getAttribute(
+"name"),b=i.joints[m],w=h.buildTransformList(f);r.traverse(function(x){x.name===g&&(c[m]={object:x,transforms:w,joint:b,position:b.zeroPosition})})}let d=new Qt,
 p=this.matrix;this.kinematics={joints:i&&i.joints,getJointValue:function(m){let f=c[m];if(f)return f.position;console.warn("THREE.ColladaLoader: Joint "+m+" doe\
-sn't exist.")},setJointValue:function(m,f){let g=c[m];if(g){let w=g.joint;if(f>w.limits.max||f<w.limits.min)console.warn("THREE.ColladaLoader: Joint "+m+" value\
- "+f+" outside of limits (min: "+w.limits.min+", max: "+w.limits.max+").");else if(w.static)console.warn("THREE.ColladaLoader: Joint "+m+" is static.");else{let b=g.
-object,x=w.axis,E=g.transforms;p.identity();for(let N=0;N<E.length;N++){let v=E[N];if(v.sid&&v.sid.indexOf(m)!==-1)switch(w.type){case"revolute":p.multiply(d.makeRotationAxis(
+sn't exist.")},setJointValue:function(m,f){let g=c[m];if(g){let b=g.joint;if(f>b.limits.max||f<b.limits.min)console.warn("THREE.ColladaLoader: Joint "+m+" value\
+ "+f+" outside of limits (min: "+b.limits.min+", max: "+b.limits.max+").");else if(b.static)console.warn("THREE.ColladaLoader: Joint "+m+" is static.");else{let w=g.
+object,x=b.axis,v=g.transforms;p.identity();for(let k=0;k<v.length;k++){let E=v[k];if(E.sid&&E.sid.indexOf(m)!==-1)switch(b.type){case"revolute":p.multiply(d.makeRotationAxis(
 x,ue.degToRad(f)));break;case"prismatic":p.multiply(d.makeTranslation(x.x*f,x.y*f,x.z*f));break;default:console.warn("THREE.ColladaLoader: Unknown joint type: "+
-w.type);break}else switch(v.type){case"matrix":p.multiply(v.obj);break;case"translate":p.multiply(d.makeTranslation(v.obj.x,v.obj.y,v.obj.z));break;case"scale":
-p.scale(v.obj);break;case"rotate":p.multiply(d.makeRotationAxis(v.obj,v.angle));break}}b.matrix.copy(p),b.matrix.decompose(b.position,b.quaternion,b.scale),c[m].
+b.type);break}else switch(E.type){case"matrix":p.multiply(E.obj);break;case"translate":p.multiply(d.makeTranslation(E.obj.x,E.obj.y,E.obj.z));break;case"scale":
+p.scale(E.obj);break;case"rotate":p.multiply(d.makeRotationAxis(E.obj,E.angle));break}}w.matrix.copy(p),w.matrix.decompose(w.position,w.quaternion,w.scale),c[m].
 position=f}}else console.warn("THREE.ColladaLoader: Joint "+m+" does not exist.")}}}buildTransformList(t){let e=[],s=this.collada.querySelector('[id="'+t.id+'"]');
 for(let i=0;i<s.childNodes.length;i++){let n=s.childNodes[i];if(n.nodeType!==1)continue;let r,o;switch(n.nodeName){case"matrix":r=ct(n.textContent);let c=new Qt().
 fromArray(r).transpose();e.push({sid:n.getAttribute("sid"),type:n.nodeName,obj:c});break;case"translate":case"scale":r=ct(n.textContent),o=new Ut().fromArray(r),
@@ -350,10 +350,10 @@ o.processed=!0);let c=[],l=[];for(n=0;n<i.length;n++)o=i[n],c.push(o.bone),l.pus
 if(i.isBone===!0){let n;for(let r=0;r<e.length;r++){let o=e[r];if(o.name===i.name){n=o.boneInverse;break}}n===void 0&&(n=new Qt),s.push({bone:i,boneInverse:n,processed:!1})}})}buildNode(t){
 let e=[],s=t.matrix,i=t.nodes,n=t.type,r=t.instanceCameras,o=t.instanceControllers,c=t.instanceLights,l=t.instanceGeometries,h=t.instanceNodes;for(let d=0,p=i.length;d<
 p;d++)e.push(this.getNode(i[d]));for(let d=0,p=r.length;d<p;d++){let m=this.getCamera(r[d]);m!==null&&e.push(m.clone())}for(let d=0,p=o.length;d<p;d++){let m=o[d],
-f=this.getController(m.id),g=this.getGeometry(f.id),w=this.buildObjects(g,m.materials),b=m.skeletons,x=f.skin.joints,E=this.buildSkeleton(b,x);for(let N=0,v=w.length;N<
-v;N++){let P=w[N];P.isSkinnedMesh&&(P.bind(E,f.skin.bindMatrix),P.normalizeSkinWeights()),e.push(P)}}for(let d=0,p=c.length;d<p;d++){let m=this.getLight(c[d]);m!==
-null&&e.push(m.clone())}for(let d=0,p=l.length;d<p;d++){let m=l[d],f=this.getGeometry(m.id),g=this.buildObjects(f,m.materials);for(let w=0,b=g.length;w<b;w++)e.
-push(g[w])}for(let d=0,p=h.length;d<p;d++)e.push(this.getNode(h[d]).clone());let u;if(i.length===0&&e.length===1)u=e[0];else{u=n==="JOINT"?new oa:new Qe;for(let d=0;d<
+f=this.getController(m.id),g=this.getGeometry(f.id),b=this.buildObjects(g,m.materials),w=m.skeletons,x=f.skin.joints,v=this.buildSkeleton(w,x);for(let k=0,E=b.length;k<
+E;k++){let P=b[k];P.isSkinnedMesh&&(P.bind(v,f.skin.bindMatrix),P.normalizeSkinWeights()),e.push(P)}}for(let d=0,p=c.length;d<p;d++){let m=this.getLight(c[d]);m!==
+null&&e.push(m.clone())}for(let d=0,p=l.length;d<p;d++){let m=l[d],f=this.getGeometry(m.id),g=this.buildObjects(f,m.materials);for(let b=0,w=g.length;b<w;b++)e.
+push(g[b])}for(let d=0,p=h.length;d<p;d++)e.push(this.getNode(h[d]).clone());let u;if(i.length===0&&e.length===1)u=e[0];else{u=n==="JOINT"?new oa:new Qe;for(let d=0;d<
 e.length;d++)u.add(e[d])}return u.name=n==="JOINT"?t.sid:t.name,n!=="JOINT"&&this.hasPivotTransforms(t)?this.wrapWithTransformHierarchy(u,t):(u.matrix.copy(s),u.
 matrix.decompose(u.position,u.quaternion,u.scale),u)}wrapWithTransformHierarchy(t,e){let s=e.id;this.transformNodes[s]={};let i=e.transformOrder,n=e.transformData,
 r=new Qe;r.name=e.name;let o=r;for(let c=0;c<i.length;c++){let l=i[c],h=n[l],u=new Qe;switch(u.name=e.name+"_"+l,h.type){case"translate":u.position.set(h.x,h.y,
@@ -461,8 +461,8 @@ let e=new Xa;t.indexOf(`\r
 `),i=[];for(let o=0,c=s.length;o<c;o++){let l=s[o].trimStart();if(l.length===0)continue;let h=l.charAt(0);if(h!=="#")if(h==="v"){let u=l.split(rs);switch(u[0]){case"\
 v":e.vertices.push(parseFloat(u[1]),parseFloat(u[2]),parseFloat(u[3])),u.length>=7?(os.setRGB(parseFloat(u[4]),parseFloat(u[5]),parseFloat(u[6]),$a),e.colors.push(
 os.r,os.g,os.b)):e.colors.push(void 0,void 0,void 0);break;case"vn":e.normals.push(parseFloat(u[1]),parseFloat(u[2]),parseFloat(u[3]));break;case"vt":e.uvs.push(
-parseFloat(u[1]),parseFloat(u[2]));break}}else if(h==="f"){let d=l.slice(1).trim().split(rs),p=[];for(let f=0,g=d.length;f<g;f++){let w=d[f];if(w.length>0){let b=w.
-split("/");p.push(b)}}let m=p[0];for(let f=1,g=p.length-1;f<g;f++){let w=p[f],b=p[f+1];e.addFace(m[0],w[0],b[0],m[1],w[1],b[1],m[2],w[2],b[2])}}else if(h==="l"){
+parseFloat(u[1]),parseFloat(u[2]));break}}else if(h==="f"){let d=l.slice(1).trim().split(rs),p=[];for(let f=0,g=d.length;f<g;f++){let b=d[f];if(b.length>0){let w=b.
+split("/");p.push(w)}}let m=p[0];for(let f=1,g=p.length-1;f<g;f++){let b=p[f],w=p[f+1];e.addFace(m[0],b[0],w[0],m[1],b[1],w[1],m[2],b[2],w[2])}}else if(h==="l"){
 let u=l.substring(1).trim().split(rs),d=[],p=[];if(l.indexOf("/")===-1)d=u;else for(let m=0,f=u.length;m<f;m++){let g=u[m].split("/");g[0]!==""&&d.push(g[0]),g[1]!==
 ""&&p.push(g[1])}e.addLineGeometry(d,p)}else if(h==="p"){let d=l.slice(1).trim().split(rs);e.addPointGeometry(d)}else if((i=Ua.exec(l))!==null){let u=(" "+i[0].
 slice(1).trim()).slice(1);e.startObject(u)}else if(qa.test(l))e.object.startMaterial(l.substring(7).trim(),e.materialLibraries);else if(ja.test(l))e.materialLibraries.
@@ -472,29 +472,29 @@ u&&(u.smooth=e.object.smooth)}else{if(l==="\0")continue;console.warn('THREE.OBJL
 [].concat(e.materialLibraries),!(e.objects.length===1&&e.objects[0].geometry.vertices.length===0)===!0)for(let o=0,c=e.objects.length;o<c;o++){let l=e.objects[o],
 h=l.geometry,u=l.materials,d=h.type==="Line",p=h.type==="Points",m=!1;if(h.vertices.length===0)continue;let f=new Qn;f.setAttribute("position",new fe(h.vertices,
 3)),h.normals.length>0&&f.setAttribute("normal",new fe(h.normals,3)),h.colors.length>0&&(m=!0,f.setAttribute("color",new fe(h.colors,3))),h.hasUVIndices===!0&&f.
-setAttribute("uv",new fe(h.uvs,2));let g=[];for(let b=0,x=u.length;b<x;b++){let E=u[b],N=E.name+"_"+E.smooth+"_"+m,v=e.materials[N];if(this.materials!==null){if(v=
-this.materials.create(E.name),d&&v&&!(v instanceof Ii)){let P=new Ii;Jn.prototype.copy.call(P,v),P.color.copy(v.color),v=P}else if(p&&v&&!(v instanceof ns)){let P=new ns(
-{size:10,sizeAttenuation:!1});Jn.prototype.copy.call(P,v),P.color.copy(v.color),P.map=v.map,v=P}}v===void 0&&(d?v=new Ii:p?v=new ns({size:1,sizeAttenuation:!1}):
-v=new Da,v.name=E.name,v.flatShading=!E.smooth,v.vertexColors=m,e.materials[N]=v),g.push(v)}let w;if(g.length>1){for(let b=0,x=u.length;b<x;b++){let E=u[b];f.addGroup(
-E.groupStart,E.groupCount,b)}d?w=new Zn(f,g):p?w=new Pi(f,g):w=new tr(f,g)}else d?w=new Zn(f,g[0]):p?w=new Pi(f,g[0]):w=new tr(f,g[0]);w.name=l.name,n.add(w)}else if(e.
+setAttribute("uv",new fe(h.uvs,2));let g=[];for(let w=0,x=u.length;w<x;w++){let v=u[w],k=v.name+"_"+v.smooth+"_"+m,E=e.materials[k];if(this.materials!==null){if(E=
+this.materials.create(v.name),d&&E&&!(E instanceof Ii)){let P=new Ii;Jn.prototype.copy.call(P,E),P.color.copy(E.color),E=P}else if(p&&E&&!(E instanceof ns)){let P=new ns(
+{size:10,sizeAttenuation:!1});Jn.prototype.copy.call(P,E),P.color.copy(E.color),P.map=E.map,E=P}}E===void 0&&(d?E=new Ii:p?E=new ns({size:1,sizeAttenuation:!1}):
+E=new Da,E.name=v.name,E.flatShading=!v.smooth,E.vertexColors=m,e.materials[k]=E),g.push(E)}let b;if(g.length>1){for(let w=0,x=u.length;w<x;w++){let v=u[w];f.addGroup(
+v.groupStart,v.groupCount,w)}d?b=new Zn(f,g):p?b=new Pi(f,g):b=new tr(f,g)}else d?b=new Zn(f,g[0]):p?b=new Pi(f,g[0]):b=new tr(f,g[0]);b.name=l.name,n.add(b)}else if(e.
 vertices.length>0){let o=new ns({size:1,sizeAttenuation:!1}),c=new Qn;c.setAttribute("position",new fe(e.vertices,3)),e.colors.length>0&&e.colors[0]!==void 0&&(c.
 setAttribute("color",new fe(e.colors,3)),o.vertexColors=!0);let l=new Pi(c,o);n.add(l)}return n}};import{BufferAttribute as zi,BufferGeometry as nr,Color as Ya,FileLoader as Ka,Float32BufferAttribute as rr,Loader as Qa,Vector3 as Za,SRGBColorSpace as Ja}from"three";
 var cs=class extends Qa{constructor(t){super(t)}load(t,e,s,i){let n=this,r=new Ka(this.manager);r.setPriority(this.priority),r.setCache(this.cache),r.setPath(this.
 path),r.setResponseType("arraybuffer"),r.setRequestHeader(this.requestHeader),r.setWithCredentials(this.withCredentials),r.load(t,function(o){try{e(n.parse(o))}catch(c){
 i?i(c):console.error(c),n.manager.itemError(t)}},s,i)}parse(t){function e(l){let h=new DataView(l),u=32/8*3+32/8*3*3+16/8,d=h.getUint32(80,!0);if(80+32/8+d*u===
 h.byteLength)return!0;let m=[115,111,108,105,100];for(let f=0;f<5;f++)if(s(m,h,f))return!1;return!0}function s(l,h,u){for(let d=0,p=l.length;d<p;d++)if(l[d]!==h.
-getUint8(u+d))return!1;return!0}function i(l){let h=new DataView(l),u=h.getUint32(80,!0),d,p,m,f=!1,g,w,b,x,E;for(let H=0;H<=70;H++)h.getUint32(H,!1)==1129270351&&
-h.getUint8(H+4)==82&&h.getUint8(H+5)==61&&(f=!0,g=new Float32Array(u*3*3),w=h.getUint8(H+6)/255,b=h.getUint8(H+7)/255,x=h.getUint8(H+8)/255,E=h.getUint8(H+9)/255);
-let N=84,v=50,P=new nr,_=new Float32Array(u*3*3),M=new Float32Array(u*3*3),O=new Ya;for(let H=0;H<u;H++){let tt=N+H*v,dt=h.getFloat32(tt,!0),bt=h.getFloat32(tt+
-4,!0),kt=h.getFloat32(tt+8,!0);if(f){let T=h.getUint16(tt+48,!0);(T&32768)===0?(d=(T&31)/31,p=(T>>5&31)/31,m=(T>>10&31)/31):(d=w,p=b,m=x)}for(let T=1;T<=3;T++){
+getUint8(u+d))return!1;return!0}function i(l){let h=new DataView(l),u=h.getUint32(80,!0),d,p,m,f=!1,g,b,w,x,v;for(let H=0;H<=70;H++)h.getUint32(H,!1)==1129270351&&
+h.getUint8(H+4)==82&&h.getUint8(H+5)==61&&(f=!0,g=new Float32Array(u*3*3),b=h.getUint8(H+6)/255,w=h.getUint8(H+7)/255,x=h.getUint8(H+8)/255,v=h.getUint8(H+9)/255);
+let k=84,E=50,P=new nr,_=new Float32Array(u*3*3),M=new Float32Array(u*3*3),O=new Ya;for(let H=0;H<u;H++){let tt=k+H*E,dt=h.getFloat32(tt,!0),bt=h.getFloat32(tt+
+4,!0),kt=h.getFloat32(tt+8,!0);if(f){let T=h.getUint16(tt+48,!0);(T&32768)===0?(d=(T&31)/31,p=(T>>5&31)/31,m=(T>>10&31)/31):(d=b,p=w,m=x)}for(let T=1;T<=3;T++){
 let q=tt+T*12,I=H*3*3+(T-1)*3;_[I]=h.getFloat32(q,!0),_[I+1]=h.getFloat32(q+4,!0),_[I+2]=h.getFloat32(q+8,!0),M[I]=dt,M[I+1]=bt,M[I+2]=kt,f&&(O.setRGB(d,p,m,Ja),
 g[I]=O.r,g[I+1]=O.g,g[I+2]=O.b)}}return P.setAttribute("position",new zi(_,3)),P.setAttribute("normal",new zi(M,3)),f&&(P.setAttribute("color",new zi(g,3)),P.hasColors=
-!0,P.alpha=E),P}function n(l){let h=new nr,u=/solid([\s\S]*?)endsolid/g,d=/facet([\s\S]*?)endfacet/g,p=/solid\s(.+)/,m=0,f=/[\s]+([+-]?(?:\d*)(?:\.\d*)?(?:[eE][+-]?\d+)?)/.
-source,g=new RegExp("vertex"+f+f+f,"g"),w=new RegExp("normal"+f+f+f,"g"),b=[],x=[],E=[],N=new Za,v,P=0,_=0,M=0;for(;(v=u.exec(l))!==null;){_=M;let O=v[0],H=(v=p.
-exec(O))!==null?v[1]:"";for(E.push(H);(v=d.exec(O))!==null;){let bt=0,kt=0,T=v[0];for(;(v=w.exec(T))!==null;)N.x=parseFloat(v[1]),N.y=parseFloat(v[2]),N.z=parseFloat(
-v[3]),kt++;for(;(v=g.exec(T))!==null;)b.push(parseFloat(v[1]),parseFloat(v[2]),parseFloat(v[3])),x.push(N.x,N.y,N.z),bt++,M++;kt!==1&&console.error("THREE.STLLo\
+!0,P.alpha=v),P}function n(l){let h=new nr,u=/solid([\s\S]*?)endsolid/g,d=/facet([\s\S]*?)endfacet/g,p=/solid\s(.+)/,m=0,f=/[\s]+([+-]?(?:\d*)(?:\.\d*)?(?:[eE][+-]?\d+)?)/.
+source,g=new RegExp("vertex"+f+f+f,"g"),b=new RegExp("normal"+f+f+f,"g"),w=[],x=[],v=[],k=new Za,E,P=0,_=0,M=0;for(;(E=u.exec(l))!==null;){_=M;let O=E[0],H=(E=p.
+exec(O))!==null?E[1]:"";for(v.push(H);(E=d.exec(O))!==null;){let bt=0,kt=0,T=E[0];for(;(E=b.exec(T))!==null;)k.x=parseFloat(E[1]),k.y=parseFloat(E[2]),k.z=parseFloat(
+E[3]),kt++;for(;(E=g.exec(T))!==null;)w.push(parseFloat(E[1]),parseFloat(E[2]),parseFloat(E[3])),x.push(k.x,k.y,k.z),bt++,M++;kt!==1&&console.error("THREE.STLLo\
 ader: Something isn't right with the normal of face number "+m),bt!==3&&console.error("THREE.STLLoader: Something isn't right with the vertices of face number "+
-m),m++}let tt=_,dt=M-_;h.userData.groupNames=E,h.addGroup(tt,dt,P),P++}return h.setAttribute("position",new rr(b,3)),h.setAttribute("normal",new rr(x,3)),h}function r(l){
+m),m++}let tt=_,dt=M-_;h.userData.groupNames=v,h.addGroup(tt,dt,P),P++}return h.setAttribute("position",new rr(w,3)),h.setAttribute("normal",new rr(x,3)),h}function r(l){
 return typeof l!="string"?new TextDecoder().decode(l):l}function o(l){if(typeof l=="string"){let h=new Uint8Array(l.length);for(let u=0;u<l.length;u++)h[u]=l.charCodeAt(
 u)&255;return h.buffer||h}else return l}let c=o(t);return e(c)?i(c):n(r(t))}};var or=4e8,ar=1e5,ke=new TextDecoder,hs=class{constructor(t){this.fetchBytes=t,this.known=new Map,this.textures=new Map,this.missing=new Map,this.bytes=0}async mesh(t,e){
 if(!this.known.has(t)){let i=this.load(t);this.known.set(t,i),this.missing.set(t,"still loading"),i.then(()=>this.missing.delete(t),n=>{this.missing.set(t,n.message),
@@ -613,10 +613,10 @@ vec3 placeOf(int number, out vec4 colour) {
   colour = vec4((uvec4(words.w) >> uvec4(0u, 8u, 16u, 24u)) & 255u) / 255.0;
   return uintBitsToFloat(words.xyz);
 }`,fc=2048;function Di(a,t,e,s){let i=Math.floor(a.length/3),n=Math.max(1,Math.min(i,fc)),r=Math.max(1,Math.ceil(i/n)),o=new Uint32Array(n*r*4),[c,l]=[a,t].map(
-b=>new Uint32Array(b.slice().buffer));for(let b=0;b<i;b+=1)o.set(c.subarray(b*3,b*3+3),b*4),o[b*4+3]=l[b];let h=new S.DataTexture(o,n,r,S.RGBAIntegerFormat,S.UnsignedIntType);
+w=>new Uint32Array(w.slice().buffer));for(let w=0;w<i;w+=1)o.set(c.subarray(w*3,w*3+3),w*4),o[w*4+3]=l[w];let h=new S.DataTexture(o,n,r,S.RGBAIntegerFormat,S.UnsignedIntType);
 h.internalFormat="RGBA32UI",h.needsUpdate=!0;let u=new S.BufferGeometry;u.setDrawRange(0,i*e),u.userData.places=a;let{vertexShader:d,uniforms:p,half:m=new S.Vector3,
 ...f}=s;u.computeBoundingBox=()=>{u.boundingBox=new S.Box3().setFromArray(a).expandByVector(m)};let g=new S.ShaderMaterial({vertexShader:dc+d,uniforms:{places:{
-value:h},number:{value:0},...p},side:S.DoubleSide,...f}),w=new S.Mesh(u,g);return w.frustumCulled=!1,w}var pc=`
+value:h},number:{value:0},...p},side:S.DoubleSide,...f}),b=new S.Mesh(u,g);return b.frustumCulled=!1,b}var pc=`
 uniform float width;
 #ifndef ONE_COLOUR
 varying vec4 tint;
@@ -651,12 +651,12 @@ void main() { gl_FragColor = number != 0.0 ? tintOf(abs(number)) : tint; }`;func
 from({length:i*4},(c,l)=>255*e[n?l:l%4]),o=Float32Array.from(a.slice(0,i*3));return Di(o,r,3,{vertexShader:pc,fragmentShader:mc,uniforms:{width:{value:t},tint:{
 value:new S.Vector4(...e.slice(0,4))}},defines:n?{}:{ONE_COLOUR:""},transparent:s,depthWrite:!s})}function ae(a){let t=[];for(let e=0;e+5<a.length;e+=3)t.push(...a.
 slice(e,e+6));return t}var mr=4096;function ms(a,t,e=[255,255,255],s=1,i=[.5,.5]){let n=a.split(`
-`).slice(0,100).map(E=>E.slice(0,300)),r=48,o=document.createElement("canvas"),c=o.getContext("2d"),l={font:`${r}px "Liberation Sans", Arimo, Arial, sans-serif`,
-fillStyle:"white",textAlign:"center",textBaseline:"middle"};Object.assign(c,l);let h=n.map(E=>c.measureText(E)),u=E=>Math.ceil(Math.max(...h.map(E))),d=2+u(E=>Math.
-max(E.width/2,E.actualBoundingBoxLeft,E.actualBoundingBoxRight)),p=Math.max(0,1+u((E,N)=>E.actualBoundingBoxAscent-(N+.5)*r)),m=Math.max(0,1+u((E,N)=>E.actualBoundingBoxDescent-
-(n.length-N-.5)*r)),[f,g]=[2*d,p+n.length*r+m];o.width=Math.min(mr,f),o.height=Math.min(mr,g),Object.assign(c,l),c.scale(o.width/f,o.height/g),n.forEach((E,N)=>c.
-fillText(E,d,p+(N+.5)*r));let b={map:new S.CanvasTexture(o),color:me(e),opacity:s,transparent:!0,depthWrite:!1},x=new S.Sprite(new S.SpriteMaterial(b));return x.
-center.set(i[0],(m+i[1]*n.length*r)/g),x.scale.set(t*f/r,t*g/r,1),x}function j(a){for(let t of[...a.children])a.remove(t),It(t)}function It(a){a.traverse(t=>{t.
+`).slice(0,100).map(k=>k.slice(0,300)),r=48,o=document.createElement("canvas"),c=o.getContext("2d"),h={font:`${r}px "Liberation Sans", Arimo, Arial, sans-serif`,
+fillStyle:"white",textAlign:"center",textBaseline:"middle"};Object.assign(c,h);let u=n.map(k=>c.measureText(k)),d=k=>Math.ceil(Math.max(...u.map(k))),p=2+d(k=>Math.
+max(k.width/2,k.actualBoundingBoxLeft,k.actualBoundingBoxRight)),m=Math.max(0,1+d((k,E)=>k.actualBoundingBoxAscent-(E+.5)*r)),f=Math.max(0,1+d((k,E)=>k.actualBoundingBoxDescent-
+(n.length-E-.5)*r)),[g,b]=[2*p,m+n.length*r+f];o.width=Math.min(mr,g),o.height=Math.min(mr,b),Object.assign(c,h),c.scale(o.width/g,o.height/b),n.forEach((k,E)=>c.
+fillText(k,p,m+(E+.5)*r));let x={map:new S.CanvasTexture(o),color:me(e),opacity:s,transparent:!0,depthWrite:!1},v=new S.Sprite(new S.SpriteMaterial(x));return v.
+center.set(i[0],(f+i[1]*n.length*r)/b),v.scale.set(t*g/r,t*b/r,1),v}function j(a){for(let t of[...a.children])a.remove(t),It(t)}function It(a){a.traverse(t=>{t.
 geometry&&!cc.has(t.geometry)&&!t.geometry.userData.isShared&&!t.isSprite&&t.geometry.dispose();for(let e of[t.material??[]].flat())e.map&&!e.map.userData.isShared&&
 e.map.dispose(),e.uniforms?.places?.value.dispose(),e.dispose()})}function B(a,t){a.position.set(t[0],t[1],t[2]),a.quaternion.set(t[3],t[4],t[5],t[6]).normalize()}var gs=class{constructor(t){this.scene=t,this.found=null,this.isLooking=!1,this.slow=0,this.lookedAt=-1/0,this.last={time:0,isDrawn:!1}}note(t,e){let{last:s}=this;
 this.last={time:t,isDrawn:e},s.isDrawn&&(this.slow=t-s.time>100?this.slow+1:0,!(t-this.lookedAt<3e4)&&(this.found&&!this.slow&&(this.found=null),!(this.slow<4)&&
@@ -914,8 +914,8 @@ pic")))}`);return}if(e.problem){this.setStatus("Camera Info","error",e.problem);
 0,a.lastIndexOf("/"))}/camera_info`;function Qc(a,t,e){let{width:s,height:i,step:n,encoding:r}=a,o=r==="16UC1"||r==="mono16";if(!o&&r!=="32FC1")throw new Error(
 `The depth map has the encoding [${r}], not 16UC1 or 32FC1`);let c=o?2:4;if(n<s*c||a.data.length<n*i)throw new Error("The depth map has fewer bytes than its siz\
 e requires");let l=Jc(e,s,i),h=Zc(a,o),u=1;for(;Math.ceil(s/u)*Math.ceil(i/u)>Yc;)u+=1;let d=Math.ceil(s/u)*Math.ceil(i/u),p=[0,1,2].map(()=>new Float32Array(d)),
-m=l?new Uint32Array(d):null,f=0;for(let w=0;w<i;w+=u)for(let b=0;b<s;b+=u){let x=h(w*n+b*c);!(x>0)||!Number.isFinite(x)||(p[0][f]=(b-t.cx)*x/t.fx,p[1][f]=(w-t.cy)*
-x/t.fy,p[2][f]=x,m&&(m[f]=l(w,b)),f+=1)}let g=new Map(["x","y","z"].map((w,b)=>[w,p[b].slice(0,f)]));return m&&g.set("rgb",m.slice(0,f)),g}function Zc(a,t){let e=new DataView(
+m=l?new Uint32Array(d):null,f=0;for(let b=0;b<i;b+=u)for(let w=0;w<s;w+=u){let x=h(b*n+w*c);!(x>0)||!Number.isFinite(x)||(p[0][f]=(w-t.cx)*x/t.fx,p[1][f]=(b-t.cy)*
+x/t.fy,p[2][f]=x,m&&(m[f]=l(b,w)),f+=1)}let g=new Map(["x","y","z"].map((b,w)=>[b,p[w].slice(0,f)]));return m&&g.set("rgb",m.slice(0,f)),g}function Zc(a,t){let e=new DataView(
 a.data.buffer,a.data.byteOffset,a.data.byteLength),s=!a.is_bigendian;return t?i=>e.getUint16(i,s)/1e3:i=>e.getFloat32(i,s)}var Dr={rgb8:[0,1,2,3],bgr8:[2,1,0,3],
 rgba8:[0,1,2,4],bgra8:[2,1,0,4],mono8:[0,0,0,1]};function Jc(a,t,e){if(!a)return null;let s=Dr[a.encoding];if(!s)throw new Error(`The color image has the encodi\
 ng [${a.encoding}], not one of ${Object.keys(Dr).join(", ")}`);if(a.width!==t||a.height!==e)throw new Error("The depth map and the color image differ in size");
@@ -1139,7 +1139,7 @@ return this.free.length===this.count}box(t){let e=this.words.subarray(t*ce),s=ne
 1);return new F.Box3(new F.Vector3(-.5,-.5,-.5),new F.Vector3(.5,.5,.5)).applyMatrix4(s)}arrange(t,e,s,i){this.uniforms.lamp.value=s;let{words:n}=this,r=t.projectionMatrix.
 elements[5]*e/2,[o,c,l]=t.matrixWorld.elements.slice(12),h=this.levels.map(()=>[]);for(let u=0,d=0;u<this.count;u+=1,d+=ce){let p=Math.sqrt(Math.max(n[d]**2+n[d+
 4]**2+n[d+8]**2,n[d+1]**2+n[d+5]**2+n[d+9]**2,n[d+2]**2+n[d+6]**2+n[d+10]**2));if(p===0)continue;let m=t.isOrthographicCamera?1:Math.hypot(n[d+3]-o,n[d+7]-c,n[d+
-11]-l),f=p*r/Math.max(m,1e-6),g=i?0:this.levels.findIndex(({least:w})=>f>=w);h[g<0?h.length-1:g].push(u)}this.levels.forEach((u,d)=>u.show(h[d]))}dispose(){this.
+11]-l),f=p*r/Math.max(m,1e-6),g=i?0:this.levels.findIndex(({least:b})=>f>=b);h[g<0?h.length-1:g].push(u)}this.levels.forEach((u,d)=>u.show(h[d]))}dispose(){this.
 texture.dispose();for(let t of this.levels)t.dispose()}},Ji=class{constructor({shape:t,pixels:e},s,i){this.least=e,this.room=0,this.order={value:null};let n={...s,
 order:this.order},r=typeof t=="string";this.shape=r?null:t,this.each=r?1:t.getIndex().count,this.mesh=r?uo(t,mo,n,i):new F.Mesh(new F.BufferGeometry,new F.ShaderMaterial(
 {vertexShader:Ml,fragmentShader:kl,uniforms:n,defines:{EACH:t.getAttribute("position").count},...ut(i?0:1)})),this.mesh.frustumCulled=!1,this.mesh.visible=!1}show(t){
@@ -1180,8 +1180,8 @@ r=t.points.length,o=u=>Math.min(255,Math.max(0,Math.round(u*255))),c=Uint8Array.
 e,1,n);if(!n)return l;let h=l.clone();return h.onBeforeRender=l.onBeforeRender,new W.Group().add(l,h)}function $l(a){return Eo("Boxes",a,[a.scale.x,a.scale.y,a.
 scale.z])}function Ul({text:a,scale:t,color:e},s){let i=new W.Group;return a.trim()&&i.add(ms(a,t.z,s,e.a)),i}function jl(a,t){let{points:e,colors:s,color:i,scale:n}=a,
 r=Math.floor(e.length/3)*3,o=new W.BufferGeometry;o.setAttribute("position",new W.BufferAttribute(Float32Array.from(Gs(e.slice(0,r))),3)),o.computeVertexNormals();
-let c=s.length>0&&s.length===r/3,l=i.a<ht,h=c||s.length>0&&s.length>=r;if(h){let p=Float32Array.from({length:r*4},(m,f)=>{let{r:g,g:w,b,a:x}=s[c?Math.floor(f/12):
-f>>2];return[g,w,b,c?x*i.a:x][f%4]||0});o.setAttribute("color",new W.BufferAttribute(p,4)),l||=!c&&p.some((m,f)=>f%4===3&&m<ht)}let u=new W.Group,d=p=>{let m=new W.Mesh(
+let c=s.length>0&&s.length===r/3,l=i.a<ht,h=c||s.length>0&&s.length>=r;if(h){let p=Float32Array.from({length:r*4},(m,f)=>{let{r:g,g:b,b:w,a:x}=s[c?Math.floor(f/
+12):f>>2];return[g,b,w,c?x*i.a:x][f%4]||0});o.setAttribute("color",new W.BufferAttribute(p,4)),l||=!c&&p.some((m,f)=>f%4===3&&m<ht)}let u=new W.Group,d=p=>{let m=new W.Mesh(
 o,p);m.scale.set(n.x||Be,n.y||Be,n.z||Be),u.add(m)};return h?d(Ce([255,255,255],1,{side:W.DoubleSide,vertexColors:!0,...ut(l?0:1),opacity:1})):(d(z(t,i.a)),d(Ce(
 [0,0,0],i.a,{side:W.BackSide}))),u}var[ql,Wl,Xl]=[0,2,3],vo=2e4,Yl=10,To=100,Ee=class extends Y{begin(){this.shown=new Map,this.batches=new Ds(this.root),this.namespaces=new Map}reset(){this.batches?.
 clear(),super.reset(),this.shown=new Map;for(let t of[...this.statuses.keys()])t.includes("/")&&this.statuses.delete(t)}take(t){let e=`${t.ns}/${t.id}`;if(t.action===
@@ -1287,10 +1287,10 @@ vectors:u}=Oo(l),d=h.map((f,g)=>i&&g===2?.001:2*Math.sqrt(Math.max(0,f))*r||.001
 turning:s};let n=t("Orientation","Frame")==="Fixed"?e:s;if(!i)th(n,a,t);else if(a[35]>0){let r=t("Orientation","Offset"),o=r*Math.tan(Math.min(No,Math.sqrt(a[35])*
 t("Orientation","Scale"))),c=new Q.BufferGeometry;c.setAttribute("position",new Q.BufferAttribute(new Float32Array([0,0,0,r,-o,0,r,o,0]),3)),c.computeVertexNormals(),
 n.add(new Q.Mesh(c,z(t("Orientation","Color"),t("Orientation","Alpha"),{side:Q.DoubleSide})))}return{fixed:e,turning:s}}var cn=[0,1,2],Ro=.001;function th(a,t,e){
-let s=r=>e("Orientation",r),i=s("Offset"),n=r=>2*i*Math.tan(Math.min(No,r*s("Scale")))||Ro;for(let r of cn){let[o,c]=cn.filter(x=>x!==r),l=(x,E)=>t[(x+3)*6+E+3],
+let s=r=>e("Orientation",r),i=s("Offset"),n=r=>2*i*Math.tan(Math.min(No,r*s("Scale")))||Ro;for(let r of cn){let[o,c]=cn.filter(x=>x!==r),l=(x,v)=>t[(x+3)*6+v+3],
 [h,u,d]=r===2?[o,c,l(o,c)]:[c,o,-l(o,c)],{values:p,vectors:m}=Oo([[l(h,h),d,0],[d,l(u,u),0],[0,0,0]]),f=x=>new Q.Vector3().setComponent(o,m[0][x]).setComponent(
-c,m[1][x]),g=new Q.Matrix4().makeBasis(f(0),f(1),f(0).cross(f(1))),w=s("Color Style")==="RGB"?cn.map(x=>x===r?255:0):s("Color"),b=new Q.Mesh(Bt,z(w,s("Alpha")));
-b.quaternion.setFromRotationMatrix(g),b.scale.set(n(Math.sqrt(Math.max(0,p[0]))),n(Math.sqrt(Math.max(0,p[1]))),Ro),b.position.setComponent(r,i),a.add(b)}}var eh="Message contained invalid floating point values (nans or infs)",ln=2e4,vt=class extends Y{begin(){this.subscribe("Topic",t=>this.whenPlaced(t,(e,s)=>this.
+c,m[1][x]),g=new Q.Matrix4().makeBasis(f(0),f(1),f(0).cross(f(1))),b=s("Color Style")==="RGB"?cn.map(x=>x===r?255:0):s("Color"),w=new Q.Mesh(Bt,z(b,s("Alpha")));
+w.quaternion.setFromRotationMatrix(g),w.scale.set(n(Math.sqrt(Math.max(0,p[0]))),n(Math.sqrt(Math.max(0,p[1]))),Ro),w.position.setComponent(r,i),a.add(w)}}var eh="Message contained invalid floating point values (nans or infs)",ln=2e4,vt=class extends Y{begin(){this.subscribe("Topic",t=>this.whenPlaced(t,(e,s)=>this.
 take(e,s)))}get most(){return 1}take(t,e){let s=this.draw(t,e);if(!s)return;let i=new gt.Group;B(i,e),i.add(s),i.userData.texts=[["Frame",t.header.frame_id],...Kt(
 ft(e,[...s.position.toArray(),...s.quaternion.toArray()]))],this.root.add(i);let n=this.most||ln;for(;this.root.children.length>n;){let[r]=this.root.children;this.
 root.remove(r),It(r)}this.scene.invalidate()}selectables(){return this.root.children.map(t=>({label:this.name,object:t,describe:()=>t.userData.texts}))}draw(t,e){
@@ -1446,12 +1446,12 @@ selected=new Map,this.boxes=new ot.Group,t.world.add(this.boxes),this.list=y("di
 region","aria-label":"Selection",hidden:!0},y("div",{class:"scene-head"},this.title,y("button",{onclick:()=>this.clear()},"Clear")),this.list);let s=setInterval(
 ()=>this.selected.size&&!t.isHidden&&this.refresh(),yh);e.addEventListener("abort",()=>clearInterval(s))}clear(){this.selected.clear(),this.refresh()}pick([t,e,
 s,i],n=""){n||this.selected.clear();for(let r of this.visible(t,e,s,i))n==="remove"?this.selected.delete(bn(r)):this.selected.set(bn(r),r);this.refresh()}visible(t,e,s,i){
-let{view:n,canvas:r,tools:o}=this.scene,c=[],l=[],h=1,u=g=>{let w=g.visible;g.visible=!1,l.push(()=>{g.visible=w})};[o,this.boxes,this.scene.focus].filter(Boolean).
-forEach(u);for(let g of this.scene.all()){if(!g.isOn||g.displays)continue;let w=g.selectables();w.length||u(g.root);for(let b of w)c.push({display:g,unit:b,first:h}),
-Th(b,h,l,u),h+=b.count??1}let[d,p]=[s+2*Gt,i+2*Gt],m=new ot.WebGLRenderTarget(d,p),f=new Set;n.camera.setViewOffset(r.clientWidth,r.clientHeight,t-Gt,e-Gt,d,p);
-try{let g=Ms(this.scene,n.camera,m,[Gt,Gt,s,i]);for(let w=0;w<g.length;w+=4)f.add(g[w]<<16|g[w+1]<<8|g[w+2])}finally{n.camera.clearViewOffset();for(let g of l.reverse())
-g();m.dispose()}return f.delete(0),[...f].sort((g,w)=>g-w).flatMap(g=>{let w=c.findLast(({first:x})=>x<=g),b=g-(w?.first??0);return w&&b<(w.unit.count??1)?[{...w,
-index:b}]:[]})}refresh(){let t=[...this.selected.values()].map(n=>this.renewed(n)).filter(n=>n!==null);this.selected=new Map(t.map(n=>[bn(n),n]));let e=[...this.
+let{view:n,canvas:r,tools:o}=this.scene,c=[],l=[],h=1,u=g=>{let b=g.visible;g.visible=!1,l.push(()=>{g.visible=b})};[o,this.boxes,this.scene.focus].filter(Boolean).
+forEach(u);for(let g of this.scene.all()){if(!g.isOn||g.displays)continue;let b=g.selectables();b.length||u(g.root);for(let w of b)c.push({display:g,unit:w,first:h}),
+Th(w,h,l,u),h+=w.count??1}let[d,p]=[s+2*Gt,i+2*Gt],m=new ot.WebGLRenderTarget(d,p),f=new Set;n.camera.setViewOffset(r.clientWidth,r.clientHeight,t-Gt,e-Gt,d,p);
+try{let g=Ms(this.scene,n.camera,m,[Gt,Gt,s,i]);for(let b=0;b<g.length;b+=4)f.add(g[b]<<16|g[b+1]<<8|g[b+2])}finally{n.camera.clearViewOffset();for(let g of l.reverse())
+g();m.dispose()}return f.delete(0),[...f].sort((g,b)=>g-b).flatMap(g=>{let b=c.findLast(({first:x})=>x<=g),w=g-(b?.first??0);return b&&w<(b.unit.count??1)?[{...b,
+index:w}]:[]})}refresh(){let t=[...this.selected.values()].map(n=>this.renewed(n)).filter(n=>n!==null);this.selected=new Map(t.map(n=>[bn(n),n]));let e=[...this.
 selected.values()].slice(0,wh),s=this.selected.size-e.length;this.element.hidden=!e.length,U(this.title,`${this.selected.size} selected`);let i=e.map(({display:n,
 unit:r,index:o})=>y("div",{class:"scene-selected"},y("div",{},`${n.name}: ${r.label}${r.keyOf?` ${r.keyOf(o)}`:r.count?` ${o}`:""}`),r.describe(o).map(([c,l])=>y(
 "div",{class:"scene-field"},y("span",{},c),y("span",{},l)))));U(this.list,i,s?y("div",{class:"pale"},`and ${s} more`):null),j(this.boxes);for(let n of e)this.boxes.
@@ -1567,15 +1567,15 @@ r},h||"automatic")));if(t==="colour")return y("input",{type:"color",value:On(r),
 toString(36).slice(2)}`},c.map(h=>y("option",{value:h})));return y("span",{},y("input",{type:"text",value:r,list:l.id,onchange:h=>o(h.target.value)}),l)}},jo=(a,t)=>!!a.
 displays?.some(e=>e===t||jo(e,t)),wn=a=>a.split("/").at(-1);var Ch=500;function _h(a,t,e){let s=y("canvas",{class:"scene-canvas",tabindex:0,role:"img","aria-label":"Scene"}),i=yn(),n=y("div",{class:"scene-status",role:"s\
 tatus"}),r=y("div",{class:"scene-images"}),o=y("div",{class:"scene-lost",hidden:!0},"The graphics card was reset; the picture returns when it is ready."),c;try{
-c=new li(e,s,()=>w())}catch(x){return i.show(`The scene needs WebGL 2, which this browser does not provide: ${x.message}`),a.append(y("div",{class:"column"},i.element)),
+c=new li(e,s,()=>b())}catch(x){return i.show(`The scene needs WebGL 2, which this browser does not provide: ${x.message}`),a.append(y("div",{class:"column"},i.element)),
 {}}c.images=r;let l=new mi(c,s,n,e),h=new gi(c,e),u=Lh(c),d=y("button",{onclick:()=>f(),disabled:!e.control},"Save"),p=y("button",{"aria-pressed":"true",onclick:()=>{
 h.element.hidden=!h.element.hidden,p.setAttribute("aria-pressed",String(!h.element.hidden))}},"Displays"),m=y("div",{class:"column scene-loading"},An({title:"Sc\
 ene",class:"scene-bar"},p,l.element,y("span",{class:"spring"}),u,y("button",{onclick:()=>c.view.home()},"Zero"),y("button",{onclick:()=>c.reset()},"Reset"),y("b\
-utton",{onclick:()=>Ph(c,s)},"Save PNG"),Mn("Link",()=>b.address(),i.show),d),i.element,y("div",{class:"scene"},h.element,y("div",{class:"scene-stage"},s,l.rectangle.
-element,r,l.selection.element,o,n,Pn(c,e.signal))));a.append(m),innerWidth<700&&p.click();let f=()=>i.attempt(async()=>l.say(`saved as ${await b.save()}`)),g=0;
-function w(){o.hidden=!c.isLost,g||=setTimeout(()=>{g=0,h.showStatus()},Ch)}let b=Hn(c,t,e,{problem:i.show,file:({path:x})=>{d.title=e.control?`Save as ${x}`:"S\
+utton",{onclick:()=>Ph(c,s)},"Save PNG"),Mn("Link",()=>w.address(),i.show),d),i.element,y("div",{class:"scene"},h.element,y("div",{class:"scene-stage"},s,l.rectangle.
+element,r,l.selection.element,o,n,Pn(c,e.signal))));a.append(m),innerWidth<700&&p.click();let f=()=>i.attempt(async()=>l.say(`saved as ${await w.save()}`)),g=0;
+function b(){o.hidden=!c.isLost,g||=setTimeout(()=>{g=0,h.showStatus()},Ch)}let w=Hn(c,t,e,{problem:i.show,file:({path:x})=>{d.title=e.control?`Save as ${x}`:"S\
 aving needs --control"},load:x=>{m.classList.remove("scene-loading"),u.value=Ih(c),l.load(),h.load(),x["Window Geometry"]?.["Hide Left Dock"]==="true"&&!h.element.
-hidden&&p.click()}});return Hh(c,s,e.signal),a.scene=c,{go:x=>b.go(x)}}function Lh(a){let t=y("select",{"aria-label":"View",onchange:()=>{let e=a.config.Views.Current;
+hidden&&p.click()}});return Hh(c,s,e.signal),a.scene=c,{go:x=>w.go(x)}}function Lh(a){let t=y("select",{"aria-label":"View",onchange:()=>{let e=a.config.Views.Current;
 a.setView({...e,Class:t.value,Name:"Current View",Value:`${t.value.slice(5)} (rviz)`})}},Object.keys(Wt).map(e=>y("option",{value:e},e.slice(5))));return t}var Ih=a=>Object.
 keys(Wt).find(t=>t.slice(5)===(a.config.Views.Current.Class??"").split("/").at(-1))??"rviz/Orbit";function Ph(a,t){a.draw(),t.toBlob(e=>xn("scene.png",e))}function Hh(a,t,e){
 e.addEventListener("abort",()=>{a.hide(),a.close()}),new IntersectionObserver(([i])=>i.isIntersecting?a.show():a.hide()).observe(t),new ResizeObserver(()=>a.invalidate()).

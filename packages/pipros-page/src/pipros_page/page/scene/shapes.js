@@ -251,7 +251,8 @@ export function textSprite(text, height, rgb = [255, 255, 255], alpha = 1, centr
   const size = 48;
   const canvas = document.createElement("canvas");
   const drawing = canvas.getContext("2d");
-  const style = { font: `${size}px "Liberation Sans", Arimo, Arial, sans-serif`, fillStyle: "white", textAlign: "center", textBaseline: "middle" };
+  const font = `${size}px "Liberation Sans", Arimo, Arial, sans-serif`;
+  const style = { font, fillStyle: "white", textAlign: "center", textBaseline: "middle" };
   Object.assign(drawing, style);
   const drawn = lines.map((line) => drawing.measureText(line));
   const most = (extent) => Math.ceil(Math.max(...drawn.map(extent)));
