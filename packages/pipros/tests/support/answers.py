@@ -11,6 +11,7 @@ import shutil
 import signal
 import subprocess
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -112,8 +113,10 @@ class Interpreter:
         return Answer(argv, *answer)
 
     def close(self) -> None:
-        """End the interpreter."""
-        self._process.communicate()
+        """End the interpreter; closing its input is not enough, which forks of this process may hold open."""
+        with suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait(10)
 
 
 @cache
