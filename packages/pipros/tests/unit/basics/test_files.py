@@ -151,6 +151,7 @@ def test_links_and_permissions_are_kept(tmp_path: Path) -> None:
     assert (path.read_text(), path.stat().st_mode & 0o777) == ("new", 0o600)
 
 
+@pytest.mark.needs("file owners")
 @UNIX
 def test_links_of_other_users_in_shared_folders_are_refused(tmp_path: Path, monkeypatch) -> None:
     path, link = tmp_path / "secret", tmp_path / "link.yaml"
