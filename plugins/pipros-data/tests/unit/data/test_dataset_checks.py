@@ -44,6 +44,8 @@ def found(
     assert dataset(command) == 0
     result = json.loads((out / "checks" / "episode_000000.json").read_text())
     lines = [f"{each['check']} {each['source']}: {each['text']}" for each in result["findings"]]
+    ends = [second for each in result["findings"] for span in each["spans"] for second in span]
+    assert all(0 <= second <= max(STEADY) for second in ends)
     report = (out / "report.md").read_text()
     for each in result["findings"]:
         assert f"- {each['source']}: {each['check']}: {each['text']}" in report

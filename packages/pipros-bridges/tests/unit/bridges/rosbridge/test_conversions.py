@@ -182,8 +182,10 @@ def test_integers_beyond_two_to_the_53_are_exact() -> None:
 
 def test_bson_refuses_integers_of_64_bits_with_the_name_of_the_field() -> None:
     values = PlainValues(Format.BSON)
-    with pytest.raises(NotRepresentable, match="field data: BSON integers must be <="):
-        values.of(load_message_class("std_msgs/UInt64")(2**64 - 1))
+    for name, value in (("UInt64", 2**64 - 1), ("UInt64MultiArray", [0, 2**64 - 1])):
+        message = load_message_class(f"std_msgs/{name}")(data=value)
+        with pytest.raises(NotRepresentable, match="field data: BSON integers must be <="):
+            values.of(message)
 
 
 def test_a_message_is_encoded_once_for_all_clients_of_an_encoding() -> None:
