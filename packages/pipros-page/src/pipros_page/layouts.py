@@ -7,7 +7,6 @@ same text for `panels`, which only the page interprets.
 from __future__ import annotations
 
 import json
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -78,7 +77,7 @@ class StoredLayouts:
     """
 
     def __init__(self) -> None:
-        self._folder = CacheFolder(os.path.abspath(cache_folder("layouts")))
+        self._folder = CacheFolder(cache_folder("layouts"))
 
     def names(self) -> list[str]:
         """Return the names of all layouts."""

@@ -17,7 +17,7 @@ from pipros.basics.env import Environment
 from pipros.basics.log_file import open_to_write
 from pipros.master.store import Store, StoreUntrusted
 from pipros.msg.importing.library import Library
-from pipros.node.log import open_file_handler
+from pipros.node.log import find_log_config, open_file_handler
 from pipros_tools.launch.logs import LogFolder, LogFolderUnusable
 from pipros_workspace.index import PackageIndex
 from tests.support.environments import VENV_BIN
@@ -189,6 +189,17 @@ def test_a_cache_that_is_not_used_is_reported_once(cache: CacheFolder, shared_ho
 def test_a_missing_cache_is_not_reported(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert CacheFolder(str(tmp_path / "pipros" / "things")).read("thing") is None
     assert capfd.readouterr().err == ""
+
+
+def test_a_cache_may_be_named_relative_to_the_working_directory(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    cache = CacheFolder(os.path.join("home", "things"))
+    cache.write("thing", b"mine")
+    assert cache.read("thing") == (tmp_path / "home" / "things" / "thing").read_bytes() == b"mine"
+
+
+def test_a_home_that_cannot_be_examined_has_no_log_configuration(tmp_path: Path) -> None:
+    assert find_log_config(Environment(ros_home=tmp_path / ("x" * 300))) is None
 
 
 @needs_shared

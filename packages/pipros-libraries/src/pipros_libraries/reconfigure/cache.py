@@ -73,7 +73,7 @@ def keep(path: Path, declared: dict[str, Any]) -> None:
 
 
 def _folder() -> CacheFolder:
-    return CacheFolder(os.path.abspath(cache_folder("cfg")))
+    return CacheFolder(cache_folder("cfg"))
 
 
 def _entry(path: Path) -> str:

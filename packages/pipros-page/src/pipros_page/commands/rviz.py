@@ -38,7 +38,7 @@ def _main(argv: Sequence[str]) -> int:
         path = config_path(name)
         file = SceneFile(path, options.fixed_frame or "", is_smooth=not options.disable_anti_aliasing)
     except OSError as error:
-        raise CommandError(f"cannot read {name}: {error.strerror}") from None
+        raise CommandError(f"cannot read {error.filename or name}: {error.strerror}") from None
     if path.is_relative_to(SHARE):  # start from the default; saving creates the user's own file
         file.path = Path.home() / ".rviz" / f"{name or 'default'}.rviz"
     remappings = [word for word in argv if word not in without_remappings([word])]

@@ -161,9 +161,9 @@ def _kinds(environment: Environment, variables: Mapping[str, str]) -> dict[str, 
 
 
 def _kind(path: Path, *, is_written: bool) -> PathKind:
-    if path.is_file():
+    if os.path.isfile(path):
         return PathKind.FILE
-    if not path.is_dir():
+    if not os.path.isdir(path):
         return PathKind.MISSING
     if is_written and not os.access(path, os.W_OK | os.X_OK):
         return PathKind.READ_ONLY

@@ -123,7 +123,7 @@ def tagged_processes(tag: str) -> list[int]:
         if not name.isdigit() or int(name) == os.getpid():
             continue
         with contextlib.suppress(OSError), open(f"/proc/{name}/environ", "rb") as file:
-            if tag.encode() in file.read().split(b"\0"):
+            if os.fsencode(tag) in file.read().split(b"\0"):
                 found.append(int(name))
     return found
 

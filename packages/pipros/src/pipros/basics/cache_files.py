@@ -38,7 +38,7 @@ class CacheFolder:
     __slots__ = ("_path",)
 
     def __init__(self, path: str) -> None:
-        self._path = path
+        self._path = os.path.abspath(path)
 
     def read(self, name: str) -> bytes | None:
         """Return the content of a file, or None if the file is missing, unreadable or not trusted."""

@@ -16,7 +16,7 @@ def log_folders(environment: Environment | None = None) -> list[tuple[Path, str]
     """Return the existing log folders, each with Noetic's description of it."""
     environment = environment or Environment.from_os()
     known = [(environment.log_dir, "ROS node logs"), (environment.ros_home / "rosmake", "rosmake logs")]
-    return [(folder, label) for folder, label in known if folder.is_dir()]
+    return [(folder, label) for folder, label in known if os.path.isdir(folder)]
 
 
 def size_of(folder: Path) -> int:

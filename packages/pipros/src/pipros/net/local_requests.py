@@ -160,4 +160,4 @@ def _received(connection: socket.socket, limit: int, advice: str) -> bytes:
 
 
 def _folder(kind: str) -> CacheFolder:
-    return CacheFolder(os.path.abspath(cache_folder(kind)))
+    return CacheFolder(cache_folder(kind))

@@ -258,7 +258,7 @@ def find_log_config(environment: Environment) -> Path | None:
         return environment.python_log_config
     folder = environment.ros_home / "config"
     for config in (folder / "python_logging.conf", folder / "python_logging.yaml"):
-        if not config.is_file():
+        if not os.path.isfile(config):
             continue
         try:
             if HAS_OWNERS:

@@ -39,7 +39,7 @@ class PackageFolders:
         Packages of kinds other than `kinds` are ignored. Roots may also be Debian's folder and the share
         folders into which pip installs packages.
         """
-        cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
+        cache = None if cache_folder is None else CacheFolder(cache_folder)
         self._kinds = kinds
         self._roots = [_root(root, cache, kinds) for root in roots]
 
