@@ -9,6 +9,7 @@ from contextlib import ExitStack as _ExitStack
 from pathlib import Path
 
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.replaced_file import cleared as _cleared
 from pipros.basics.replaced_file import naming as _naming
 from pipros.basics.windows import replace_file as _replace_file
 from pipros_libraries.diagnostics.csv_rows import CsvColumns, file_names
@@ -54,7 +55,7 @@ class LogExporter:
             columns[status.name].add(status)
         self._files = file_names(columns)
         for name, found in columns.items():
-            unfinished.callback(self._unfinished(name).unlink, missing_ok=True)
+            unfinished.callback(_cleared(self._unfinished(name)).unlink, missing_ok=True)
             self._append(name, [found.header()])
         so_far: dict[str, CsvColumns] = defaultdict(CsvColumns)
         rows: dict[str, list[str]] = defaultdict(list)

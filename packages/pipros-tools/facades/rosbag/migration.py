@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.basics.replaced_file import replaced_file
+from pipros.basics.replaced_file import overwritten_file
 from pipros_tools.bag.migration import Migrator, TypeChange
 from pipros_tools.bag.migration_plugins import installed_rules, rules_of_files
 from pipros_tools.bag.opening import open_bag, writer_for
@@ -86,7 +86,7 @@ def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = Fa
             missing = [change for change in migrator._migrator.changes(bag) if change.missing]
             if missing and not force:
                 return missing
-            with replaced_file(Path(outbag)) as file:
+            with overwritten_file(Path(outbag)) as file:
                 return migrator._migrator.fix(bag, writer_for(outbag, file), force=force)
     except (PiprosError, OSError) as error:
         raise BagMigrationException(str(error)) from error

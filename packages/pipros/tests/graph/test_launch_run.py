@@ -351,6 +351,14 @@ def test_the_pid_file_exists_while_roscore_runs(ros: RosSystem, package: Path) -
     assert not file.exists()
 
 
+def test_a_link_to_a_device_may_be_the_pid_file_and_stays(ros: RosSystem) -> None:
+    (ros.home / "pid").symlink_to(os.devnull)
+    (ros.home / "x.launch").write_text("<launch><param name='a' value='1'/></launch>")
+    ros.serve_master()
+    ros.pipros.run("roslaunch", f"--pid={ros.home / 'pid'}", ros.home / "x.launch").check(0, "done")
+    assert os.readlink(ros.home / "pid") == os.devnull
+
+
 def test_roscore_keeps_a_pid_file_and_a_log_of_its_master(ros: RosSystem) -> None:
     core = ros.pipros.start("roscore", "-p", str(ros.port), "--master-logger-level=debug")
     core.wait_for(r"started core service \[/rosout\]")

@@ -1,6 +1,8 @@
 """Whatever a file that a user opens contains: an error that names the file, soon, with little memory."""
 
 import json
+import shlex
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,7 +11,7 @@ from std_msgs.msg import String
 
 import rosbag
 from pipros.master.master import Master
-from tests.support.environments import source
+from tests.support.environments import VENV_BIN, source
 from tests.support.unusable_files import CONTENTS, KINDS, faults, make_unusable, outcomes
 
 MAP = "image: FILE\nresolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.6\nfree_thresh: 0.2\nnegate: 0\n"
@@ -107,3 +109,37 @@ def test_a_file_that_is_of_no_use_is_named_in_one_line(command: str, tmp_path: P
         if fault and (command, kind) not in ACCEPTED:
             wrong[kind] = fault
     assert wrong == {}
+
+
+OUTPUTS = {
+    "rosbag filter BAG OUT True": "bag", "rosbag fix BAG OUT": "bag", "rosbag convert -f BAG OUT": "mcap",
+    "rosbag merge -f BAG BAG -o OUT": "bag", "rosbag table BAG /t -o OUT": "csv",
+    "rosbag query BAG 'SELECT * FROM t' -o OUT": "csv", "rosparam dump OUT": "yaml",
+}  # fmt: skip
+"""Commands, and the ending of the file that they write."""
+
+
+@pytest.mark.parametrize("command", OUTPUTS)
+def test_an_output_that_is_a_link_or_a_folder_stays_one(command: str, tmp_path: Path, master: Master) -> None:
+    make_bag(tmp_path / "good.bag")
+    real, link, folder = (tmp_path / f"{name}.{OUTPUTS[command]}" for name in ("real", "link", "folder"))
+    real.write_text("old")
+    real.chmod(0o600)
+    link.symlink_to(real)
+    folder.mkdir()
+
+    def run(out: Path) -> subprocess.CompletedProcess[str]:
+        words = shlex.split(command.replace("BAG", str(tmp_path / "good.bag")).replace("OUT", str(out)))
+        variables = {"ROS_MASTER_URI": master.uri, "ROS_HOME": str(tmp_path / "home")}
+        program = [VENV_BIN / words[0], *words[1:]]
+        return subprocess.run(program, env=variables, capture_output=True, text=True, check=False)
+
+    assert run(link).returncode == 0
+    assert (link.is_symlink(), real.stat().st_mode & 0o777) == (True, 0o600)
+    assert real.read_bytes() != b"old"
+    refused = run(folder)
+    assert (refused.returncode, list(folder.iterdir())) == (1, [])
+    assert (
+        refused.stderr.splitlines()[-1].endswith("Is a directory")
+        or f"directory: '{folder}'" in refused.stderr
+    )

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.printable import printable_lines
-from pipros.basics.replaced_file import replaced_file
+from pipros.basics.replaced_file import overwritten_file
 from pipros_data.extras import library
 
 FORMATS = ("parquet", "arrow", "csv")
@@ -30,7 +30,7 @@ def write_arrow(tables: Iterable[object], path: str | os.PathLike[str], kind: st
         MissingExtra: pyarrow is not installed.
     """
     library("pyarrow", f"a file in the format {kind}")
-    with replaced_file(Path(path)) as file:
+    with overwritten_file(Path(path)) as file:
         return _write(tables, file, kind)
 
 

@@ -16,6 +16,7 @@ from typing import Any, ParamSpec
 
 from pipros.basics import interrupts
 from pipros.basics.errors import MissingExtra
+from pipros.basics.printable import listed
 from pipros.basics.windows import ON_WINDOWS
 
 OUTPUT_FAILED = 120
@@ -59,7 +60,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     - A closed stream (`>&-`) is replaced by `/dev/null`, which child processes inherit, as in Noetic.
       Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If an optional library is missing, the command ends with one line on standard error and code 1.
-    - If the disk of a file is full, and the command has no answer, it ends with one line and code 1.
+    - If a file cannot be used, and the command has no answer, it ends with one line and code 1.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character that the stream's encoding lacks is written as an escape such as `\\xe9`.
@@ -103,10 +104,11 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
             discard_output()
             return 0
         except OSError as error:
-            if error.errno not in DISK_FULL:
+            name = error.filename2 or error.filename
+            if name is None and error.errno not in DISK_FULL:
                 raise
-            name = error.filename2 or error.filename or "a file"
-            print(f"ERROR: cannot write {name}: {error.strerror}", file=sys.stderr)
+            action = "write" if error.errno in DISK_FULL else "use"
+            print(f"ERROR: cannot {action} {listed(name or 'a file')}: {error.strerror}", file=sys.stderr)
             return 1
         finally:
             if sys.stdout is not before:

@@ -95,8 +95,7 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
         finally:
             stop_handling()
             if pid_file is not None:
-                with suppress(OSError):
-                    pid_file.unlink()
+                _remove(pid_file)
     return code
 
 
@@ -114,7 +113,13 @@ def _write_pid(file: Path, console: Console) -> None:
             opened.write(str(os.getpid()))
     except OSError as error:
         console.error(f"WARNING: cannot write the process id to [{file}]: {error.strerror}")
-        with suppress(OSError):
+        _remove(file)
+
+
+def _remove(file: Path) -> None:
+    """Remove a file, but no device such as `/dev/null`."""
+    with suppress(OSError):
+        if file.is_file():
             file.unlink()
 
 

@@ -124,15 +124,17 @@ def test_output_to_a_closed_pipe_of_windows_ends_silently() -> None:
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-def test_a_full_disk_without_an_answer_of_the_command_is_named_in_one_line(capsys) -> None:
+@pytest.mark.parametrize(("code", "action"), [(errno.ENOSPC, "write"), (errno.EACCES, "use")])
+def test_a_file_error_without_an_answer_of_the_command_is_one_line(code: int, action: str, capsys) -> None:
     @command
-    def main(code: int) -> int:
-        raise OSError(code, os.strerror(code), "x.txt")
+    def main(*names: str) -> int:
+        raise OSError(code, os.strerror(code), *names)
 
-    assert main(errno.ENOSPC) == 1
-    assert capsys.readouterr().err == f"ERROR: cannot write x.txt: {os.strerror(errno.ENOSPC)}\n"
-    with pytest.raises(OSError, match=r"x\.txt"):
-        main(errno.EIO)
+    assert main("x\n.txt") == 1
+    assert capsys.readouterr().err == f"ERROR: cannot {action} x\\n.txt: {os.strerror(code)}\n"
+    if action == "use":
+        with pytest.raises(OSError, match=os.strerror(code)):
+            main()
 
 
 HEAVY = {

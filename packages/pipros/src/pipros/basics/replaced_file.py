@@ -78,9 +78,9 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     `/dev/stdout` and a file in a folder in which none can be created. The file name of an OSError is `path`.
 
     Raises:
-        PermissionError: `path` is a link of another user in a folder in which all users may create links.
+        PermissionError: `path` is a link or pipe of another user in a folder in which all may create them.
     """
-    _check_link(path)
+    _check_planted(path)
     # Wine cannot resolve paths of 260 characters and more.
     target = Path(os.path.realpath(path)) if path.is_symlink() else path
     try:
@@ -98,16 +98,20 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     except OSError as error:
         if error.filename in (None, str(target), f"{target}.active"):
             error.filename = str(path)
+            del error.filename2
         raise
 
 
-def _check_link(path: Path) -> None:
-    """Refuse a link by which another user may choose what this one writes."""
-    if not HAS_OWNERS or not path.is_symlink():
+def _check_planted(path: Path) -> None:
+    """Refuse a link or pipe by which another user may choose what this one writes, or make it wait."""
+    if not HAS_OWNERS or not os.path.lexists(path):
         return
-    owner, folder = path.lstat().st_uid, path.parent.stat()
-    if owner != user_id() and folder.st_mode & stat.S_IWOTH:
-        reason = f"a link of another user ({owner}) in a folder that all may write: remove it, or name a file"
+    status, folder = path.lstat(), path.parent.stat()
+    is_plain = stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)
+    if not is_plain and status.st_uid != user_id() and folder.st_mode & stat.S_IWOTH:
+        kind = "link" if path.is_symlink() else "pipe or device"
+        reason = f"a {kind} of another user ({status.st_uid}) in a folder that all may write"
+        reason += ": remove it, or name a file"
         raise PermissionError(errno.EACCES, reason, str(path))
 
 

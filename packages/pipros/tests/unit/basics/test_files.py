@@ -153,16 +153,19 @@ def test_links_and_permissions_are_kept(tmp_path: Path) -> None:
 
 @pytest.mark.needs("file owners")
 @UNIX
-def test_links_of_other_users_in_shared_folders_are_refused(tmp_path: Path, monkeypatch) -> None:
-    path, link = tmp_path / "secret", tmp_path / "link.yaml"
+def test_links_and_pipes_of_other_users_in_shared_folders_are_refused(tmp_path: Path, monkeypatch) -> None:
+    path, link, pipe = tmp_path / "secret", tmp_path / "link.yaml", tmp_path / "pipe.yaml"
     path.write_text("old")
     link.symlink_to(path)
+    os.mkfifo(pipe)
     monkeypatch.setattr(os, "geteuid", lambda: link.lstat().st_uid + 1)
     tmp_path.chmod(0o1777)
     with (
         pytest.raises(PermissionError, match=r"a link of another user .*link\.yaml'$"),
         overwritten_file(link),
     ):
+        pass
+    with pytest.raises(PermissionError, match=r"a pipe .*pipe\.yaml'$"), overwritten_file(pipe):
         pass
     assert path.read_text() == "old"
     tmp_path.chmod(0o755)

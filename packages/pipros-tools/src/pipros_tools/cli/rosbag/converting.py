@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.basics.replaced_file import replaced_file
+from pipros.basics.replaced_file import overwritten_file
 from pipros_tools.bag.compression import BZ2
 from pipros_tools.bag.errors import BagError
 from pipros_tools.bag.left_out import LeftOut
@@ -101,7 +101,7 @@ def _convert(
         with opened(source, options, left_out) as bag, rerun_file(target, bag) as sink:
             _copy(bag, sink, progress)
         return
-    with opened(source, options, left_out) as bag, replaced_file(target) as file:
+    with opened(source, options, left_out) as bag, overwritten_file(target) as file:
         writer = writer_for(target, file, compression=compression or "none")
         _copy(bag, writer, progress)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.printable import listed, printable_lines
-from pipros.basics.replaced_file import replaced_file
+from pipros.basics.replaced_file import overwritten_file
 from pipros.msg.errors import MessageException
 from pipros.msg.time import Time
 from pipros.safe.expr_walk import ExpressionError
@@ -110,7 +110,7 @@ def _write(
     choice: Callable[[Connection, Callable[[], Any], Time], bool],
     stored: Iterator[StoredMessage] | None,
 ) -> None:
-    with replaced_file(target) as file:
+    with overwritten_file(target) as file:
         progress = Progress(str(target), sum(bag.chunk_header(n).size for n in range(len(bag.chunks))))
         writer = writer_for(target, file)
         with keep_beside(bag, writer):

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from optparse import OptionParser, Values
 from pathlib import Path
 
-from pipros.basics.replaced_file import replaced_file
+from pipros.basics.replaced_file import overwritten_file
 from pipros.msg.time import NS_PER_S
 from pipros_tools.bag.opening import writer_for
 from pipros_tools.bag.parts import merge as merge_bags
@@ -136,7 +136,7 @@ def _written(target: Path, options: Values) -> Iterator[MessageWriter]:
     compression = options.compression
     if target.suffix == ".mcap":
         compression = compression_of(compression, target)
-    with replaced_file(target) as file:
+    with overwritten_file(target) as file:
         yield writer_for(target, file, compression=compression or "none")
 
 

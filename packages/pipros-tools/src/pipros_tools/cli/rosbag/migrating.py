@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pipros.basics.input_file import read_file
 from pipros.basics.printable import listed
-from pipros.basics.replaced_file import overwritten_file, replaced_file
+from pipros.basics.replaced_file import overwritten_file
 from pipros.msg.class_finder import installed_class
 from pipros_tools.bag.left_out import LeftOut
 from pipros_tools.bag.migration import Kind, Migrator, TypeChange, rule_text
@@ -88,7 +88,7 @@ def fix(argv: Sequence[str]) -> int:
             else [change for change in _changes(migrator, bag, left_out) if change.missing]
         )
         if not missing:
-            with replaced_file(target) as file:
+            with overwritten_file(target) as file:
                 writer = writer_for(target, file)
                 with keep_beside(bag, writer):
                     migrator.fix(bag, writer, force=bool(options.force))
