@@ -267,7 +267,7 @@ def test_filter_prints_and_leaves_nothing_after_an_error(bag: Path, capsys) -> N
 
 
 @pytest.mark.parametrize(("command", "error"), [
-    ("filter run.bag run.bag/b True", "cannot filter: Not a directory: 'run.bag/b.active'"),
+    ("filter run.bag run.bag/b True", "cannot filter: Not a directory: 'run.bag/b'"),
     ("export run.bag run.bag/folder", "cannot export: Not a directory: 'run.bag/folder'"),
 ])  # fmt: skip
 def test_a_file_that_cannot_be_written_is_named(command: str, error: str, bag: Path, capsys) -> None:
