@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import binascii
 import bisect
+import functools
+import itertools
 from collections.abc import Iterable, Mapping
 from typing import Any
 from xmlrpc.client import Binary
@@ -34,29 +36,23 @@ def outermost(wanted: Iterable[str]) -> tuple[str, ...]:
 
 
 def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
-    """Return the parameters with the given names. A name that is a namespace selects all parameters in it.
+    """Return the parameters with the given names. The value of a namespace is a dictionary, as in ROS 1.
 
-    Namespaces may overlap: each selected parameter is processed once.
+    A namespace in another requested one is in the value of that: each parameter is processed at most twice.
     """
-    ordered: list[str] | None = None
-    ranges: list[tuple[int, int]] = []
-    result: dict[str, Any] = {}
-    for name in dict.fromkeys(wanted):
-        if name in found:
-            result[name] = found[name]
-            continue
-        if ordered is None:
-            ordered = sorted(found)
+    ordered = sorted(found)
+    distinct = dict.fromkeys(wanted)
+    result = {name: found[name] for name in distinct if name in found}
+    for name in outermost(distinct.keys() - result.keys()):
+        tree: dict[str, Any] = {}
         prefix = names.as_namespace(name)
-        begin = bisect.bisect_left(ordered, prefix)
-        # All names in the namespace sort before the prefix whose final "/" is replaced by the next character.
-        end = bisect.bisect_left(ordered, prefix[:-1] + chr(ord(prefix[-1]) + 1))
-        ranges.append((begin, end))
-    done = 0
-    for begin, end in sorted(ranges):
-        for key in (ordered or [])[max(begin, done) : end]:
-            result.setdefault(key, found[key])
-        done = max(done, end)
+        for key in itertools.islice(ordered, bisect.bisect_left(ordered, prefix), None):
+            if not key.startswith(prefix):
+                break
+            *path, last = key.removeprefix(prefix).split("/")
+            functools.reduce(lambda part, step: part.setdefault(step, {}), path, tree)[last] = found[key]
+        if tree:
+            result[name] = tree
     return result
 
 

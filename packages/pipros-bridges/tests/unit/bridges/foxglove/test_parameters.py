@@ -27,16 +27,17 @@ def test_each_value_has_its_full_name() -> None:
     assert flattened(3) == {}
 
 
-def test_a_name_selects_a_parameter_or_those_below_it() -> None:
+def test_a_name_selects_a_parameter_or_a_namespace_as_a_dictionary() -> None:
     found = flattened(TREE)
+    robot = TREE["robot"]
     assert selected(found, ["/a"]) == {"/a": 1}
-    assert set(selected(found, ["/robot"])) == {"/robot/speed", "/robot/names", "/robot/deep/y"}
-    assert (selected(found, ["/rob"]), selected(found, ["/"])) == ({}, found)
-    assert selected(found, ["/robot", "/robot/deep", "/robot/deep/y", "/robot"]) == selected(
-        found, ["/robot"]
-    )
-    assert set(selected(found, ["/robot/deep", "/a", "/robot/speed"])) == {
-        "/a", "/robot/deep/y", "/robot/speed"
+    assert selected(found, ["/robot"]) == {"/robot": robot}
+    assert (selected(found, ["/rob"]), selected(found, ["/"])) == ({}, {"/": TREE})
+    assert selected(found, ["/robot", "/robot/deep", "/robot/deep/y", "/robot"]) == {
+        "/robot": robot, "/robot/deep/y": True
+    }  # fmt: skip
+    assert selected(found, ["/robot/deep", "/a", "/robot/speed"]) == {
+        "/a": 1, "/robot/deep": {"y": True}, "/robot/speed": 1.0
     }  # fmt: skip
 
 
@@ -61,7 +62,8 @@ class CountedNames(dict[str, Any]):
 def test_each_parameter_is_read_once_however_many_names_select_it() -> None:
     found = CountedNames((f"/a/b/c{number}", number) for number in range(5000))
     names = ["/", "/a", "/a/b", "/none", *(f"/none{number}" for number in range(2000))] * 3
-    assert (selected(found, names), found.lookups) == (found, 5000)
+    assert selected(found, names)["/"]["a"]["b"]["c4999"] == 4999
+    assert found.lookups == 5000
 
 
 @pytest.mark.parametrize(("value", "row"), [
