@@ -28,7 +28,9 @@ import rospy
 from std_msgs.msg import UInt8MultiArray
 rospy.init_node("large")
 out = rospy.Publisher("/large", UInt8MultiArray, queue_size=1, latch=True)
-out.publish(UInt8MultiArray(data=bytes(20_000_000)))
+message = UInt8MultiArray(data=bytes(20_000_000))
+message.layout.data_offset = 12345678
+out.publish(message)
 rospy.spin()
 """
 LOG = """
@@ -72,6 +74,7 @@ def test_a_large_latched_message_has_its_size(ros: RosSystem, open_tab: OpenTab)
     expect(tab.locator("aside dl")).to_contain_text(re.compile(r"Size20\.0 MB"))
     expect(tab.locator("aside .message")).to_contain_text("data: ")
     expect(tab.locator("aside dl")).to_contain_text("Messages1")
+    expect(tab.locator("aside .curve")).to_contain_text("newest 12345678")
 
 
 def test_equal_entries_fold_with_a_count_and_errors_are_found(ros: RosSystem, open_tab: OpenTab) -> None:

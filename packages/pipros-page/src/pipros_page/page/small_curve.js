@@ -2,11 +2,11 @@
 
 import { h, replace, s } from "./dom.js";
 import { numbersIn } from "./message_values.js";
+import { number } from "./plot/selection.js";
 import { Gaps } from "./stale.js";
 
 const POINTS = 300;
 const MAX_FIELDS = 200;
-const DIGITS = 6; // digits of the numbers at the ends of the range; the message below shows exact values
 const [WIDTH, HEIGHT, EDGE] = [300, 60, 3];
 
 // Returns {element, take(message)}.
@@ -67,7 +67,7 @@ export function smallCurve() {
     const y = (value) => (high > low ? HEIGHT - EDGE - ((value - low) / (high - low)) * (HEIGHT - 2 * EDGE) : HEIGHT / 2);
     line.setAttribute("d", values.map((value, index) => (!Number.isFinite(value) ? ""
       : `${Number.isFinite(values[index - 1]) ? "L" : "M"}${index * step},${y(value)}`)).join(""));
-    const [lowest, highest, newest] = [low, high, values.at(-1)].map((value) => String(Number(value.toPrecision(DIGITS))));
+    const [lowest, highest, newest] = [low, high, values.at(-1)].map(number);
     replace(range, finite.length ? `${lowest} to ${highest}, newest ${newest}` : `newest ${newest}`);
   }
 
