@@ -18,15 +18,17 @@ _OTHERS: Final[Mapping[str, str]] = {
     "max_vel_x_backwards": "min_vel_x",
     "vtheta_samples": "vth_samples",
     "trans_stopped_velocity": "trans_stopped_vel",
-    "max_turn_rate": "max_vel_theta",
+    **dict.fromkeys(("max_turn_rate", "max_yaw_rate", "max_yawrate"), "max_vel_theta"),
     **dict.fromkeys(("rot_stopped_velocity", "rot_stopped_vel"), "theta_stopped_vel"),
 }  # fmt: skip
 _BOUNDS: Final = {
-    **dict.fromkeys(("max", "maximum", "lim", "limit", "desired"), "max"),
+    **dict.fromkeys(
+        ("max", "maximum", "lim", "limit", "desired", "target", "cruise", "nominal", "top"), "max"
+    ),
     **dict.fromkeys(("min", "minimum"), "min"),
 }
 _AXES: Final = {
-    **dict.fromkeys(("x", "lin", "linear", "v"), "x"),
+    **dict.fromkeys(("x", "lin", "linear", "v", "forward", "drive"), "x"),
     "y": "y",
     **dict.fromkeys(("xy", "trans", "translation", "translational"), "trans"),
     **dict.fromkeys(("theta", "th", "rot", "rotation", "rotational", "ang", "angular", "w", "yaw"), "theta"),
@@ -40,6 +42,9 @@ _ABBREVIATIONS: Final = {
     "angvel": "vel ang",
 }  # fmt: skip
 _MOTIONS: Final = {*_SPEEDS, "turn", "turning", "rate", "mps", "rads"} | {each for each in _AXES if each[2:]}
+_OTHER_SUBJECTS: Final = re.compile(
+    r"weight|acc|decel|jerk|tolerance|(\b|_)(min|use|stop|sampl|scal|gain|topic)"
+)
 _KNOWN: Final = {*_BOUNDS, *_AXES, *_SPEEDS, *_ACCELERATIONS, "cmd"}
 
 
@@ -60,19 +65,19 @@ def meaning(name: str) -> str | None:
     bound, axis = bounds.pop(), axes.pop() if axes else "trans"
     if words & _ACCELERATIONS:
         return None if bound == "min" else f"acc_lim_{'x' if axis == 'trans' else axis}"
-    if not words & _SPEEDS:
+    if not words & {*_SPEEDS, "linear", "angular"}:
         return None
     return "min_vel_trans" if (bound, axis) == ("min", "x") else f"{bound}_vel_{axis}"
 
 
 def misunderstood(names: Iterable[str]) -> list[str]:
     """Return the names that sound like limits of velocities, in alphabetical order."""
-    bounds = [each for each in names if re.search("max|lim", each.lower())]
     return sorted(
         each
-        for each in bounds
-        if (_words(each) & _MOTIONS or re.search("vel|speed", each.lower()))
-        and not re.search("weight|acc|decel|jerk|tolerance", each.lower())
+        for each in names
+        if (_words(each) & _MOTIONS and re.search("max|lim", each.lower()))
+        or re.search("vel|speed", each.lower())
+        if not _OTHER_SUBJECTS.search(each.lower().replace("_", " "))
     )
 
 

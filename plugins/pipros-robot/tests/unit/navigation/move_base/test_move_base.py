@@ -545,6 +545,9 @@ def test_an_adapter_loads_dwb_unless_it_names_another() -> None:
     ({"max_omega": 0.5}, "max_vel_theta", 0.5), ({"vmax": 0.2}, "max_vel_x", 0.2),
     ({"max_vtheta": 0.5}, "max_vel_theta", 0.5), ({"max_turn_rate": 0.5}, "max_vel_theta", 0.5),
     ({"max_rotvel": 0.5}, "max_vel_theta", 0.5), ({"max_transvel": 0.2}, "max_vel_trans", 0.2),
+    ({"max_yaw_rate": 0.5}, "max_vel_theta", 0.5), ({"max_yawrate": 0.5}, "max_vel_theta", 0.5),
+    ({"max_linear": 0.2}, "max_vel_x", 0.2), ({"angular_max": 0.5}, "max_vel_theta", 0.5),
+    ({"max_forward_vel": 0.2}, "max_vel_x", 0.2), ({"cruise_speed": 0.2}, "max_vel_trans", 0.2),
     ({"v_limit": 0.2}, "max_vel_x", 0.2), ({"max_linear_accel": 0.3}, "acc_lim_x", 0.3),
     ({"limits": {"max_vel_x": 0.2}}, "max_vel_trans", 0.2),
     ({"robot": {"type": "a", "a": {"max_vel_x": 0.3}, "b": {"max_vel_x": 0.1}}}, "max_vel_x", 0.3),
@@ -558,10 +561,9 @@ def test_names_that_sound_like_limits_are_noticed() -> None:
     given = {"vel_limit_of_crab": 1.0, "max_speed_arm": 2.0, "dt_ref": 0.3, "a": {"max_v_inc": 0.1}}
     _, left = dwa_after("NeoLocalPlanner", given, {})
     assert misunderstood([*left, "weight_max_vel_x"]) == ["a/max_v_inc", "max_speed_arm", "vel_limit_of_crab"]
-    words = [
-        "maxTurnRate", "max_angular_z", "max_linear", "max_rate_of_turn", "max_translation", "max_yaw_rate",
-    ]  # fmt: skip
-    assert misunderstood([*words, "max_jerk_yaw", "max_yaw_tolerance", "max_decel_x"]) == words
+    words = ["lin_vel", "maxTurnRate", "max_angular_z", "max_rate_of_turn", "max_translation", "speed_fast"]
+    others = ["max_jerk_yaw", "max_yaw_tolerance", "max_decel_x", "use_vel_scaling", "a/min_speed"]
+    assert misunderstood([*words, *others]) == words
 
 
 @pytest.mark.parametrize("name", ["max_vel_2", "max_min_vel", "max_vel_x_y", "min_acc_x", "max_x", "vel_x"])
