@@ -175,7 +175,7 @@ def _message_for(data_class: type[MessageClass], one: Any) -> MessageClass:
         return one
     if one._type == data_class._type and one._md5sum == data_class._md5sum:
         return one  # type: ignore[no-any-return]  # its class was loaded twice
-    if [one._type] == data_class._slot_types:
+    if [one._type] == data_class._slot_types[:1]:
         return data_class(one)
     expected = data_class._slot_types[0] if data_class._slot_types else data_class._type
     raise TypeError(f"expected [{expected}] but got [{one._type}]")

@@ -6,7 +6,7 @@ Run by test_rosconsole_as_genuine.py under genuine rospy and under pipros; knows
 import sys
 
 from examination import begin, examine, wait_for
-from geometry_msgs.msg import Point, PointStamped
+from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
 from roscpp.srv import GetLoggers, SetLoggerLevel
 from std_msgs.msg import Header, Int32, String
 from std_srvs.srv import Empty, SetBool, Trigger
@@ -90,6 +90,7 @@ def topics():
     examine("Publisher None", lambda: rospy.Publisher("t", None, queue_size=1))
     got = []
     points = rospy.Publisher("points", Point, queue_size=10)
+    twists = rospy.Publisher("twists", Twist, queue_size=10)
     rospy.Subscriber("points", Point, got.append)
     words = rospy.Publisher("words", String, queue_size=10)
     word_subscriber = rospy.Subscriber("words", String, got.append)
@@ -107,6 +108,7 @@ def topics():
         ("message for text", lambda: words.publish(Point())), ("bare value", lambda: words.publish("q")),
         ("message", lambda: words.publish(String("m"))), ("None of one", lambda: words.publish(None)),
         ("number for text", lambda: words.publish(3)), ("two of one", lambda: words.publish("a", "b")),
+        ("first of two", lambda: twists.publish(Vector3())),
     ):  # fmt: skip
         examine(f"publish {label}", publish)
     wait_for(lambda: len(got) == 6)
