@@ -114,7 +114,7 @@ class FleetRecorder:
         """Start recording."""
         link, directory = self._link, to_json(Directory(ROUTER, self._instance, 1))
         self._thread.start()
-        self._workers.run(None, self._files.recover)
+        self._workers.run(None, self._files.recover, cost=0)  # leaves the shares of members as they are
         self._declared = [
             link.serve(keys.directory(ROUTER), lambda question: _answer(question, directory)),
             link.serve(keys.wanted(ROUTER, "*"), self._answer_requests),

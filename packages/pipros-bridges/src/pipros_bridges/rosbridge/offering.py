@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotInTime
 from typing import Any, Final, Protocol
+from weakref import WeakValueDictionary
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
@@ -36,6 +37,7 @@ class OfferedServices:
     """The services of all clients.
 
     A new offer replaces an earlier offer with the same name, for example after a page has been reloaded.
+    Offering and withdrawing take time, and wait only for the same on the same service.
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
@@ -44,7 +46,8 @@ class OfferedServices:
         self._filler = filler
         self._answer_s = answer_s
         self._offers: dict[str, _Offer] = {}
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # for `_locks`; never held while anything waits
+        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()
 
     def offer(self, client: Offerer, service: str, kind: str, name: str) -> None:
         """Offer a service on behalf of a client. `name` is the service's name as the client wrote it.
@@ -53,7 +56,7 @@ class OfferedServices:
             PiprosError: the type is unknown, or the node itself has a service with this name.
         """
         service_class: Any = load_service_class(kind)
-        with self._lock:
+        with self._lock_of(service):
             self._withdraw(self._offers.pop(service, None))
             offer = _Offer(client, name, self._answer_s, service_class)
             offer.server = self._node.serve(service, service_class, offer.call)
@@ -61,7 +64,7 @@ class OfferedServices:
 
     def withdraw(self, client: Offerer, service: str) -> None:
         """Withdraw a service of this client; its callers get an error. Ignore services of other clients."""
-        with self._lock:
+        with self._lock_of(service):
             found = self._offers.get(service)
             if found is not None and found.client is client:
                 self._withdraw(self._offers.pop(service))
@@ -82,10 +85,13 @@ class OfferedServices:
 
     def close(self) -> None:
         """Make all open and future calls fail. The node's shutdown unadvertises the services."""
+        for offer in list(self._offers.values()):
+            offer.fail("the bridge is shutting down")
+        self._offers.clear()
+
+    def _lock_of(self, service: str) -> threading.Lock:
         with self._lock:
-            for offer in self._offers.values():
-                offer.fail("the bridge is shutting down")
-            self._offers.clear()
+            return self._locks.setdefault(service, threading.Lock())
 
     def _withdraw(self, offer: _Offer | None) -> None:
         if offer is None:
