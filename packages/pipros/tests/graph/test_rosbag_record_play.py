@@ -319,6 +319,7 @@ def test_a_loop_continues_until_ctrl_c(commands: Commands, make_node: MakeNode) 
         (("record", "-a", "--split"), 2, "Split specified without giving a maximum duration or size"),
         (("record", "-o", "a", "-O", "b", "/x"), 2, "Can't set both prefix and name."),
         (("record", "-a", "--duration", "x"), 2, "Duration specification invalid: x"),
+        (("record", "a b"), 1, "invalid topic name: [a b]"),
         (("record", "-e", "("), 1, "[(] is not a regular expression"),
     ],
 )

@@ -317,6 +317,9 @@ def test_expressions_make_messages(graph: Graph, side: str) -> None:
         return len(got) == len(programs)
 
     wait_until(all_are_there, 60, lambda: str(got))
+    wrong = graph.start(side, "transform", "/in/nope", "/never", "std_msgs/Float64", "m")
+    assert wrong.wait(60) == 1
+    assert "Wrong input topic (or topic field): /in/nope" in str(wrong.lines)
     assert (got["half"].data, got["norm"].data, got["text"].data) == (1.5, 13.0, "3.0")
     assert (got["point"].header.frame_id, got["point"].point.y, got["point"].point.z) == ("map", 4.0, 12.0)
     if side == "genuine":

@@ -13,6 +13,7 @@ from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.msg import load_message_class
 from pipros.msg.from_yaml import fill_message_args
 from pipros_libraries.topic_tools.expressions import Template, Transformation
+from pipros_tools.graph.message_path import has_field, parse_path
 from topic_tools.nodes.output import check_names
 
 
@@ -43,6 +44,13 @@ def _output_class(options: argparse.Namespace) -> type[Any]:
         raise SystemExit(f"ERROR: {error}") from None
 
 
+def _has(message_class: type[Any], part: str) -> bool:
+    try:
+        return has_field(message_class, parse_path(part))
+    except PiprosError:
+        return False
+
+
 def _run(
     options: argparse.Namespace,
     topic: str,
@@ -55,7 +63,7 @@ def _run(
         input_class, input_topic, part = rostopic.get_topic_class(topic, blocking=options.wait_for_start)
     except rostopic.ROSTopicException as error:
         raise SystemExit(f"ERROR: {error}") from None
-    if input_class is None or input_topic is None:
+    if input_class is None or input_topic is None or not _has(input_class, topic[len(input_topic) :]):
         raise SystemExit(f"ERROR: Wrong input topic (or topic field): {topic}")
     publisher = rospy.Publisher(options.output_topic, output_class, queue_size=1, latch=latch)
 

@@ -59,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             )
             return COULD_NOT_RUN
         name = options.test_name or file.stem
-        test = BareTest(file, words[1:], package, name, options.time_limit or None, text=options.text_mode)
+        test = BareTest(file, words[1:], package, name, options.time_limit or 60.0, text=options.text_mode)
         return _run_as_text(test) if options.text_mode else _run(test, package, name)
 
     return run(body)

@@ -29,7 +29,7 @@ class BareTest:
         arguments: Sequence[str],
         package: str,
         name: str,
-        time_limit_s: float | None,
+        time_limit_s: float,
         *,
         text: bool,
     ) -> None:

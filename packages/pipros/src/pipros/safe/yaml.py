@@ -201,9 +201,10 @@ def documents(text: str | bytes, file: str, loader: Any) -> list[Any]:
         raise YamlError(file, line, column, "invalid YAML: " + ", ".join(reasons)) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise YamlError(file, 0, 0, f"invalid YAML: {str(error) or 'nested too deeply'}") from None
-    except (LookupError, ArithmeticError, AttributeError) as error:  # for example, for `!!bool maybe`
-        reason = f"a value does not fit its tag ({error})"
-        raise YamlError(file, 0, 0, f"invalid YAML: {reason}") from None
+    except (LookupError, ArithmeticError) as error:  # for example, for `!!bool maybe`
+        raise YamlError(file, 0, 0, f"invalid YAML: a value does not fit its tag ({error})") from None
+    except AttributeError:  # for `!!timestamp soon`, whose text says nothing about the value
+        raise YamlError(file, 0, 0, "invalid YAML: a value does not fit its tag") from None
 
 
 _DIRECTIVES_LIMIT = 100

@@ -11,7 +11,8 @@ from optparse import OptionParser, Values
 
 from pipros.basics.extras import install_command
 from pipros.basics.file_names import is_device
-from pipros.basics.names import parse_arguments
+from pipros.basics.names import canonicalize, is_legal, parse_arguments
+from pipros.basics.printable import printable
 from pipros.basics.windows import ON_WINDOWS
 from pipros_tools.bag.compression import BZ2, LZ4, NONE, has_lz4
 from pipros_tools.bag.options import FileOptions, RecordOptions
@@ -119,6 +120,9 @@ def _parser() -> OptionParser:
 def _check(parser: OptionParser, options: Values, topics: Sequence[str]) -> None:
     if not topics and not options.all and not options.node:
         parser.error("You must specify a topic name or else use the '-a' option.")
+    for topic in () if options.regex else topics:
+        if (canonical := canonicalize(topic)) in ("", "/") or not is_legal(canonical):
+            raise CommandError(f"invalid topic name: [{printable(topic)}]")
     if options.prefix and options.name:
         parser.error("Can't set both prefix and name.")
     if ON_WINDOWS and is_device(os.path.basename(options.name or options.prefix or "")):
