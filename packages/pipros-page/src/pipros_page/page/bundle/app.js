@@ -1184,9 +1184,9 @@ s=Us("Tree of frames",p=>h(Fp(p)===n?"":Fp(p))),l=at(ty,{label:"Frames",keyOf:p=
 nsform received yet on /tf or /tf_static."),c=i("span",{class:"pale",title:ny}),u=Ip(o,p=>h(p));e.append(i("div",{class:"column graph"},u.bar,r.element,a,u.element,
 i("div",{class:"stage"},s.element,i("div",{class:"corner"},c,s.zoomButtons())),i("div",{class:"scroll half"},l.element)));function h(p){o.remember(p),m(p)}function m(p){
 n=p,u.go(p),s.emphasise(p?`frame:${p}`:null),l.mark(p)}return o.watch("frames",{},p=>{a.hidden=p.frames.length>0,r.show(p.error),p.scene&&s.draw(p.scene);let w=p.
-frames.filter(g=>g.stale);s.markStale(w.map(g=>`frame:${g.frame}`)),P(c,`${p.frames.length} frame${p.frames.length===1?"":"s"} since this view was opened`,w.length?
-`, ${w.length} stale`:""),l.show(p.frames),u.offer(p.frames),s.emphasise(n?`frame:${n}`:null),l.mark(n)},r.show),e.addEventListener("keydown",p=>{if(!p.target.matches(
-"input")){if(p.key==="Escape"&&n)h("");else if(!s.onKey(p))return;p.preventDefault()}}),n&&m(n),{go:m}}var Fp=e=>e.slice(6);var jr={};Xe(jr,{open:()=>fy});function Bp(e,t){let o=[...e].sort((n,s)=>n.name<s.name?-1:1);return zp(o,"/",0,t)}function zp(e,t,o,n){let s=new Map;for(let l of e){let r=l.name.indexOf("/",t.
+frames.filter(k=>k.stale);s.markStale(w.map(k=>`frame:${k.frame}`));let g=`${p.frames.length} frame${p.frames.length===1?"":"s"}`;P(c,`${g} since this view was \
+opened`,w.length?`, ${w.length} stale`:""),l.show(p.frames),u.offer(p.frames),s.emphasise(n?`frame:${n}`:null),l.mark(n)},r.show),e.addEventListener("keydown",p=>{
+if(!p.target.matches("input")){if(p.key==="Escape"&&n)h("");else if(!s.onKey(p))return;p.preventDefault()}}),n&&m(n),{go:m}}var Fp=e=>e.slice(6);var jr={};Xe(jr,{open:()=>fy});function Bp(e,t){let o=[...e].sort((n,s)=>n.name<s.name?-1:1);return zp(o,"/",0,t)}function zp(e,t,o,n){let s=new Map;for(let l of e){let r=l.name.indexOf("/",t.
 length),a=r<0?l.name:l.name.slice(0,r+1);s.set(a,[...s.get(a)??[],l])}return[...s].flatMap(([l,r])=>{if(r.length===1)return{...r[0],depth:o};let a={name:l,depth:o,
 count:r.length,isOpen:!n(l)};return[a,...a.isOpen?zp(r,l,o+1,n):[]]})}var sy=500,yl=50,ly="Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.",iy=5,jp=e=>(e??[]).
 map(In).join(", "),ry=[{title:"Topic",kind:"name",text:ay,order:e=>e.name},{title:"Type",kind:"name mono",text:e=>e.type??"",order:e=>e.type},{title:"Publishers",

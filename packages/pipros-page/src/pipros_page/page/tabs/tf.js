@@ -54,7 +54,8 @@ export function open(view, argument, context) {
     if (data.scene) canvas.draw(data.scene);
     const old = data.frames.filter((frame) => frame.stale);
     canvas.markStale(old.map((frame) => `frame:${frame.frame}`));
-    replace(counts, `${data.frames.length} frame${data.frames.length === 1 ? "" : "s"} since this view was opened`, old.length ? `, ${old.length} stale` : "");
+    const frames = `${data.frames.length} frame${data.frames.length === 1 ? "" : "s"}`;
+    replace(counts, `${frames} since this view was opened`, old.length ? `, ${old.length} stale` : "");
     table.show(data.frames);
     pair.offer(data.frames);
     canvas.emphasise(selected ? `frame:${selected}` : null);
