@@ -116,7 +116,7 @@ class Interpreter:
         """End the interpreter; closing its input is not enough, which forks of this process may hold open."""
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait(10)
+        self._process.communicate(timeout=10)
 
 
 @cache
