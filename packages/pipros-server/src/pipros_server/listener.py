@@ -34,9 +34,9 @@ _BACKLOG: Final = 128
 
 
 class AcceptedSocket(socket.socket):
-    """An accepted connection."""
+    """An accepted connection. Its server may note to which client it belongs, in `owner`."""
 
-    peer = ""
+    peer = owner = ""
     last_used = 0.0
     _listener: Listener | None = None
     _transport: asyncio.BaseTransport | None = None

@@ -2,8 +2,9 @@
 
 Theory of operation. Like the other servers, this one limits the number of connections, and closes connections
 that are not admitted within `login_s`. `GuardedApp` checks the host, origin and token of each request before
-`mcp` receives it; the first valid token admits the connection. Clients share the event loop by token. OAuth
-is not supported: a request without a token is refused, without a challenge that would start a login.
+`mcp` receives it; the first valid token admits the connection, which then is not closed to make room, unless
+its client, that is, the token, already has half of what the others leave. Clients also share the event loop.
+OAuth is not supported: a request without a token is refused, without a challenge that would start a login.
 
 Sessions. A session holds its place until its client deletes it, or until it has been idle for a long time, so
 a client that restarts without deleting its sessions would fill all places. When all are taken, the client
@@ -66,8 +67,8 @@ class _Server(uvicorn.Server):
 class GuardedApp:
     """ASGI application that passes requests with a valid host, origin and token to another application."""
 
-    def __init__(self, app: App, access: Access, admit: Callable[[tuple[str, int]], object]) -> None:
-        """Store the arguments. `admit` is called with the address of each client that sends a valid token."""
+    def __init__(self, app: App, access: Access, admit: Callable[[tuple[str, int], str], object]) -> None:
+        """Store the arguments. `admit` is called with the address and the token of each valid request."""
         self._app = app
         self._access = access
         self._admit = admit
@@ -89,7 +90,7 @@ class GuardedApp:
         await share.run(self._app, scope, receive, send)
 
     def _check(self, scope: Scope) -> str:
-        """Return the request's header with the token. Raise `Denied` if it is not valid."""
+        """Return the request's token. Raise `Denied` if it is not valid."""
         headers: dict[str, list[str]] = {}
         for name, value in scope["headers"]:
             headers.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
@@ -100,11 +101,12 @@ class GuardedApp:
         self._access.check_host(host)
         if "origin" in headers:
             self._access.check_origin(headers["origin"][0], host)
-        token = headers.get("authorization", [None])[0]
-        self._access.secret.check_authorization(token)
+        authorization = headers.get("authorization", [None])[0]
+        self._access.secret.check_authorization(authorization)
+        token = (authorization or "").rpartition(" ")[2]
         if scope.get("client"):
-            self._admit(tuple(scope["client"]))
-        return token or ""
+            self._admit(tuple(scope["client"]), token)
+        return token
 
 
 async def _refuse(send: Send, status: int, reason: str) -> None:
@@ -145,11 +147,14 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
             listener.accepted_socket(transport).set_transport(transport)
             super().connection_made(transport)
 
-    def admit(client: tuple[str, int]) -> None:
+    def admit(address: tuple[str, int], token: str) -> None:
         for accepted in listener.accepted.values():
-            if accepted.getpeername()[:2] == client:
+            if accepted.getpeername()[:2] == address:
                 accepted.note_request()
-                accepted.admit()
+                accepted.owner = token
+                used = Counter(each.owner for each in listener.accepted.values() if each.owner)
+                if 2 * used[token] <= listener.limit - (used.total() - used[token]):
+                    accepted.admit()
                 return
 
     app = server.streamable_http_app(

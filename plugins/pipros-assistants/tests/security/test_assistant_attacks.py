@@ -19,6 +19,7 @@ from pipros.basics.errors import PiprosError
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros_assistants.http_server import ASSISTANT_SESSIONS
 from pipros_server.approvals import answer_act, waiting_acts
 from pipros_server.guardian_process import REPETITIONS
 from tests.graph.test_assistant_command import TOKEN, over_http
@@ -158,6 +159,17 @@ def test_a_client_that_opens_many_sessions_does_not_shut_out_others(serve: Serve
     assert (status, lists()) == (200, 200)
     assert [opened(port, other)[0] for _ in range(40)] == [200] * 40
     assert (lists(), opened(port, TOKEN)[0]) == (200, 200)
+
+
+def test_a_client_that_keeps_connections_open_does_not_shut_out_others(serve: Serve) -> None:
+    _, port = serve()
+    with contextlib.ExitStack() as kept:
+        for _ in range(4 * ASSISTANT_SESSIONS):
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+            kept.enter_context(contextlib.closing(connection))
+            connection.request("GET", "/none", headers={"Authorization": f"Bearer {TOKEN}"})
+            assert connection.getresponse().read()
+        assert opened(port, "another-token-of-this-test")[0] == 200
 
 
 def test_a_client_that_never_ends_its_sessions_keeps_the_one_that_it_uses(serve: Serve) -> None:
