@@ -84,10 +84,9 @@ class GuardedApp:
         except Denied as error:
             await _refuse(send, 403, str(error))
             return
-        share = self._shares.get(token)
-        if share is None:
-            share = self._shares[token] = LoopShare(self._loop_shares)
-        await share.run(self._app, scope, receive, send)
+        if token not in self._shares:
+            self._shares[token] = LoopShare(self._loop_shares)
+        await self._shares[token].run(self._app, scope, receive, send)
 
     def _check(self, scope: Scope) -> str:
         """Return the request's token. Raise `Denied` if it is not valid."""
@@ -148,14 +147,12 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
             super().connection_made(transport)
 
     def admit(address: tuple[str, int], token: str) -> None:
-        for accepted in listener.accepted.values():
-            if accepted.getpeername()[:2] == address:
-                accepted.note_request()
-                accepted.owner = token
-                used = Counter(each.owner for each in listener.accepted.values() if each.owner)
-                if 2 * used[token] <= listener.limit - (used.total() - used[token]):
-                    accepted.admit()
-                return
+        for accepted in [each for each in listener.accepted.values() if each.getpeername()[:2] == address]:
+            accepted.note_request()
+            accepted.owner = token
+            used = Counter(each.owner for each in listener.accepted.values() if each.owner)
+            if 2 * used[token] <= listener.limit - (used.total() - used[token]):
+                accepted.admit()
 
     app = server.streamable_http_app(
         streamable_http_path=PATH,
