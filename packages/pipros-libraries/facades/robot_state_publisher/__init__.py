@@ -126,12 +126,12 @@ def main(name: str = "robot_state_publisher") -> int:
         rospy.logfatal(
             "robot_state_publisher requires the parameter %s, which is not set", rospy.resolve_name(where)
         )
-        return 255
+        return 1
     try:
         robot = read_robot(str(description))
     except UrdfError as error:
         rospy.logfatal("robot_state_publisher cannot use the parameter %s: %s", where, error)
-        return 255
+        return 1
     prefix = rospy.search_param("tf_prefix")
     publisher = RobotStatePublisher(
         robot,

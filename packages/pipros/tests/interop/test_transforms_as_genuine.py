@@ -170,10 +170,11 @@ def test_both_sides_monitor_remap_and_echo_alike(sides: dict[str, Side]) -> None
             side.run(*program(name, "tf", "tf_monitor"), "a").returncode,
             side.run(*program(name, "tf2_tools", "echo.py"), "a").returncode,
             side.run(*program(name, "tf2_tools", "echo.py"), "a", "b", "-l", "2", "-r", "20").returncode,
+            side.run(*program(name, *["robot_state_publisher"] * 2)).returncode,  # without a description
         ]
         for name, side in sides.items()
     }
-    assert ended["pipros"] == ended["genuine"] == [255, 2, 0]
+    assert ended["pipros"] == ended["genuine"] == [255, 2, 0, 1]
 
 
 def test_the_tree_is_drawn(sides: dict[str, Side], plain_ros: RosSystem) -> None:
