@@ -96,7 +96,7 @@ FRAMES = """async () => {
 def test_the_console_holds_100_000_entries_and_stays_fluid(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.serve_master()
     tab = open_tab(Page(ros), "console")
-    tab.wait_for_selector(".log")
+    tab.wait_for_selector(".log", state="attached")  # hidden while there are no entries
     ros.pipros.start(sys.executable, PROGRAMS / "log_program.py")
     count = tab.locator(".bar .count")
     expect(count).to_have_text(re.compile(r"^1\d{5} of 1\d{5}"), timeout=200_000)
