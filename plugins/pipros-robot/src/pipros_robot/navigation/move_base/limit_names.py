@@ -76,8 +76,8 @@ def misunderstood(names: Iterable[str]) -> list[str]:
         each
         for each in names
         if (_words(each) & _MOTIONS and re.search("max|lim", each.lower()))
-        or re.search("vel|speed", each.lower())
-        if not _OTHER_SUBJECTS.search(each.lower().replace("_", " "))
+        or re.search("(?<!le)(?<!tra)vel|speed", each.lower())  # but not level and travel
+        if not _OTHER_SUBJECTS.search(each.lower())
     )
 
 

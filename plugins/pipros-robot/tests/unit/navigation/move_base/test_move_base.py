@@ -562,7 +562,7 @@ def test_names_that_sound_like_limits_are_noticed() -> None:
     _, left = dwa_after("NeoLocalPlanner", given, {})
     assert misunderstood([*left, "weight_max_vel_x"]) == ["a/max_v_inc", "max_speed_arm", "vel_limit_of_crab"]
     words = ["lin_vel", "maxTurnRate", "max_angular_z", "max_rate_of_turn", "max_translation", "speed_fast"]
-    others = ["max_jerk_yaw", "max_yaw_tolerance", "max_decel_x", "use_vel_scaling", "a/min_speed"]
+    others = ["max_jerk_yaw", "max_yaw_tolerance", "max_decel_x", "use_vel_scaling", "min_speed", "log_level"]
     assert misunderstood([*words, *others]) == words
 
 
