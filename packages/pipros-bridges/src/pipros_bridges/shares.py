@@ -7,7 +7,8 @@ client still holds.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Final
 
 from pipros.basics.budget import Budget
@@ -235,6 +236,16 @@ class ClientShares:
             limit = f"the limit is {self._kept_limit} bytes"
             text = f"this client makes the server keep too much; {limit}"
             raise ExceedsShare(text) if self.kept.refusals > PATIENCE else LimitExceeded(text)
+
+    @contextmanager
+    def keeping(self, size_bytes: int) -> Iterator[None]:
+        """Count memory like `keep`, unless what the request asks for fails."""
+        self.keep(size_bytes)
+        try:
+            yield
+        except BaseException:
+            self.release(size_bytes)
+            raise
 
     def release(self, size_bytes: int) -> None:
         """Stop counting memory that the server no longer keeps."""

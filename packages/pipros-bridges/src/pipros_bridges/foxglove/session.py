@@ -219,7 +219,6 @@ class FoxgloveSession:
                 f"channel {channel_id} already has {CHANNEL_SUBSCRIPTIONS} subscriptions of this client, "
                 "which is the limit; use one of them"
             )
-        self._client.shares.keep(SUBSCRIPTION_BYTES)
         outbox, md5sum = self._client.outbox, channel.definition.md5sum
 
         def deliver(message: TopicMessage) -> None:
@@ -230,16 +229,16 @@ class FoxgloveSession:
 
         outbox.open(number)
         try:
-            taken = self._bridge.topics.take(
-                channel.topic,
-                channel.definition.type,
-                deliver,
-                lambda error: self._report(str(error)),
-                self,
-            )
+            with self._client.shares.keeping(SUBSCRIPTION_BYTES):
+                taken = self._bridge.topics.take(
+                    channel.topic,
+                    channel.definition.type,
+                    deliver,
+                    lambda error: self._report(str(error)),
+                    self,
+                )
         except PiprosError:
             outbox.forget(number)
-            self._client.shares.release(SUBSCRIPTION_BYTES)
             raise
         self._taken[number] = channel, taken
         self._per_channel[channel_id] += 1
@@ -263,15 +262,10 @@ class FoxgloveSession:
         if channel.id in self._publications:
             raise PiprosError(f"channel {channel.id} is already advertised")
         check_limit(len(self._publications))
-        size_bytes = _size_of(channel)
-        self._client.shares.keep(size_bytes)
-        try:
+        with self._client.shares.keeping(_size_of(channel)):
             self._publications[channel.id] = await self._run(
                 functools.partial(ClientPublication, self._bridge.node, self._bridge.gate, channel)
             )
-        except BaseException:
-            self._client.shares.release(size_bytes)
-            raise
 
     async def _unadvertise(self, number: int) -> None:
         publication = self._publications.pop(number, None)

@@ -1,6 +1,7 @@
 """State machine of rosbridge v2 for one client: bytes and text in, effects out.
 
-Performs no I/O. Not thread-safe.
+Performs no I/O. Not thread-safe. An effect that fails is thrown into the generator that yielded it; then its
+operation has changed nothing, and the client gets an error.
 
 Clients rely on the following rules. An id of any JSON type is returned unchanged. A failed `call_service` is
 answered with a `service_response`; all other errors are reported as `status` operations of level `error`,
@@ -15,7 +16,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
@@ -58,6 +60,7 @@ from pipros_bridges.shares import BRIDGE_SUBSCRIPTIONS, ClientShares, ExceedsSha
 QUEUE_SIZE = 100
 """Queue size of a publisher, unless the client specifies it."""
 
+Effects = Generator[Effect, None, None]
 _OF_ROS_2 = frozenset(
     (
         *("advertise_action", "unadvertise_action", "send_action_goal", "cancel_action_goal"),
@@ -123,8 +126,9 @@ class ClientProtocol:
 
         `check_type` raises `PiprosError` if a topic is published with another type; it may block.
         """
-        limits = limits or process_limits()
-        self._shares = shares or ServerShares(limits).client(is_reader=not settings.has_control)
+        self._shares = shares or ServerShares(limits or process_limits()).client(
+            is_reader=not settings.has_control
+        )
         self._settings = settings
         self._resolve = resolve
         self._check_type = check_type
@@ -151,15 +155,15 @@ class ClientProtocol:
             "auth": self._auth,
         }
 
-    def receive(self, data: str | bytes) -> Iterator[Effect]:
-        """Return an iterator that processes a frame and yields its effects; see `OperationReader.read`."""
+    def receive(self, data: str | bytes) -> Effects:
+        """Return a generator that processes a frame and yields its effects; see `OperationReader.read`."""
         return self._handle_all(self._reader.read(data))
 
-    def receive_stream(self, text: str) -> Iterator[Effect]:
+    def receive_stream(self, text: str) -> Effects:
         """Like `receive`, but for the next part of a stream of JSON objects."""
         return self._handle_all(self._reader.read_stream(text))
 
-    def _handle_all(self, operations: Iterator[dict[str, Any] | BadInput]) -> Iterator[Effect]:
+    def _handle_all(self, operations: Iterator[dict[str, Any] | BadInput]) -> Effects:
         for operation in operations:
             if isinstance(operation, BadInput):
                 yield from self.status(Level.ERROR, str(operation))
@@ -196,13 +200,13 @@ class ClientProtocol:
         if not self.is_authenticated and name != "auth":
             yield Disconnect("the first operation must be auth")
             return
+        handle = self.operations.get(name) if isinstance(name, str) else None
         try:
             if name == "fragment" and not is_joined:
                 whole = self._reader.join(operation)
                 if whole is not None:
                     yield from self._handle(whole, is_joined=True)
                 return
-            handle = self.operations.get(name) if isinstance(name, str) else None
             if handle is None:
                 hint = ": actions are for ROS 2" if isinstance(name, str) and name in _OF_ROS_2 else ""
                 raise BadOperation(f"unknown operation {quoted(name)}{hint}")
@@ -215,7 +219,7 @@ class ClientProtocol:
             if name == "call_service":
                 yield self.no_response(operation, str(error))
             else:
-                yield from self.status(Level.ERROR, f"{quoted(name)}: {error}", operation)
+                yield from self.status(Level.ERROR, f"{name if handle else quoted(name)}: {error}", operation)
 
     # -- topics ---------------------------------------------------------------------------
 
@@ -240,12 +244,11 @@ class ClientProtocol:
             self._check_type(topic, kind)  # the first subscription goes on, with any type
         if known.requests.get(key) == request:
             return
-        if key not in known.requests:
-            self._check_limit(known.requests, f"subscriptions to {topic}")
-            self._shares.keep(cost_of_id(key) + (0 if topic in self._topics else cost_of_name(topic)))
-        known.requests[key] = request
-        self._topics[topic] = known
-        yield TakeTopic(topic, known.kind, known.delivery(), operation)
+        after = _TopicState(known.kind, {**known.requests, key: request})
+        cost = cost_of_id(key) + (0 if topic in self._topics else cost_of_name(topic))
+        with self._keeping(known.requests, key, f"subscriptions to {topic}", cost):
+            yield TakeTopic(topic, after.kind, after.delivery(), operation)
+        self._topics[topic] = after
 
     def _unsubscribe(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic")
@@ -270,13 +273,13 @@ class ClientProtocol:
         latch = flag_in(operation, "latch") or False
         queue_size = int(number_in(operation, "queue_size", QUEUE_SIZE))
         key = key_of(operation)
-        self._check_advertised(topic)
+        if topic not in self._advertised:
+            self._check_limit(self._advertised, "advertised topics")
         ids = self._advertised.get(topic, set())
-        if key not in ids:
-            self._check_limit(ids, f"advertisements of {topic}")
-            self._shares.keep(cost_of_id(key) + (0 if ids else cost_of_name(topic)))
-            self._advertised.setdefault(topic, set()).add(key)
-        yield Advertise(topic, kind, latch, queue_size, operation)
+        cost = cost_of_id(key) + (0 if ids else cost_of_name(topic))
+        with self._keeping(ids, key, f"advertisements of {topic}", cost):
+            yield Advertise(topic, kind, latch, queue_size, operation)
+        self._advertised[topic] = ids | {key}
 
     def _unadvertise(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic")
@@ -297,11 +300,10 @@ class ClientProtocol:
             # For many topics an empty message is a command, such as a velocity of zero.
             raise BadOperation(f"msg must be an object, got {quoted(values)}")
         latch, queue_size = flag_in(operation, "latch"), int(number_in(operation, "queue_size", QUEUE_SIZE))
-        if topic not in self._advertised:
-            self._check_advertised(topic)
-            self._shares.keep(cost_of_name(topic) + cost_of_id("null"))
-            self._advertised[topic] = {"null"}
-        yield Publish(topic, values, latch, queue_size, operation)
+        cost = cost_of_name(topic) + cost_of_id("null")
+        with self._keeping(self._advertised, topic, "advertised topics", cost):
+            yield Publish(topic, values, latch, queue_size, operation)
+        self._advertised.setdefault(topic, {"null"})
 
     # -- services -------------------------------------------------------------------------
 
@@ -313,11 +315,9 @@ class ClientProtocol:
 
     def _advertise_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
         service, kind = self._name(operation, "service", self._settings.services), type_in(operation)
-        if service not in self._offered:
-            self._check_limit(self._offered, "offered services")
-            self._shares.keep(cost_of_name(service))
+        with self._keeping(self._offered, service, "offered services", cost_of_name(service)):
+            yield OfferService(service, kind, operation)
         self._offered.add(service)
-        yield OfferService(service, kind, operation)
 
     def _unadvertise_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
         service = self._name(operation, "service")
@@ -331,10 +331,8 @@ class ClientProtocol:
         service = self._name(operation, "service")
         if service not in self._offered:
             raise BadOperation(f"this client does not offer {service}")
-        is_success = flag_in(operation, "result")
-        yield AnswerCall(
-            service, operation.get("id"), operation.get("values"), is_success is not False, operation
-        )
+        is_success = flag_in(operation, "result") is not False
+        yield AnswerCall(service, operation.get("id"), operation.get("values"), is_success, operation)
 
     # -- the connection ---------------------------------------------------------------------
 
@@ -375,14 +373,16 @@ class ClientProtocol:
             raise BadOperation(f"clients may not use {resolved}; they may use {', '.join(globs.patterns)}")
         return name
 
-    def _check_advertised(self, topic: str) -> None:
-        if topic not in self._advertised:
-            self._check_limit(self._advertised, "advertised topics")
+    def _keeping(self, known: Any, key: str, what: str, size_bytes: int) -> AbstractContextManager[None]:
+        """Return the context of an effect that adds a key, which is not counted if the effect fails."""
+        if key in known:
+            return nullcontext()
+        self._check_limit(known, what)
+        return self._shares.keeping(size_bytes)
 
     def _check_limit(self, known: Any, what: str) -> None:
         if len(known) >= self._max_names:
-            limit = f"the limit is {self._max_names}"
-            raise BadOperation(f"too many {what}; {limit}")
+            raise BadOperation(f"too many {what}; the limit is {self._max_names}")
 
 
 def _check_changes_nothing(operation: Mapping[str, Any]) -> None:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -37,13 +38,13 @@ from pipros_bridges.rosbridge.effects import (
 from pipros_bridges.rosbridge.encoding import Encoder, fragment_frames, operation_frame
 from pipros_bridges.rosbridge.filling import Filler
 from pipros_bridges.rosbridge.offering import OfferedServices
-from pipros_bridges.rosbridge.protocol import QUESTION_NAMES, ClientProtocol, Level, response_to
+from pipros_bridges.rosbridge.protocol import QUESTION_NAMES, ClientProtocol, Effects, Level, response_to
 from pipros_bridges.rosbridge.publishing import SharedPublishers
 from pipros_bridges.rosbridge.settings import RosbridgeSettings
 from pipros_bridges.rosbridge.shared_publisher import CallLater
 from pipros_bridges.rosbridge.streams import TopicStream
 from pipros_bridges.shared_topics import SharedTopics, check_published_type
-from pipros_bridges.shares import ClientShares, ExceedsShare, ServerShares
+from pipros_bridges.shares import ClientShares, ServerShares
 from pipros_server.act_gate import ActGate
 
 CALLS_AT_ONCE: Final = 64
@@ -216,7 +217,7 @@ class RosbridgeSession:
         """Send the client a call to a service that it offers, with the request's values."""
         self._send({**operation, "args": self._bridge.encoder.values_of(request)})
 
-    def _handle(self, effects: Iterator[Effect]) -> None:
+    def _handle(self, effects: Effects) -> None:
         began_s = time.thread_time()
         try:
             self._carry_out_all(effects)
@@ -227,28 +228,25 @@ class RosbridgeSession:
         with self._lock:
             self.worked_s += time.thread_time() - began_s
 
-    def _carry_out_all(self, effects: Iterator[Effect]) -> None:
-        for effect in effects:
-            if self.ended or self._is_closed:
-                return
-            try:
-                self._carry_out[type(effect)](effect)
-            except Exception as error:
-                if isinstance(error, ExceedsShare):
-                    self.ended = str(error)
-                    return
-                if not isinstance(error, PiprosError):
-                    self._node.log.exception("unexpected error in a client's operation")
-                self._refuse(getattr(effect, "operation", {}), str(error) or type(error).__name__)
+    def _carry_out_all(self, effects: Effects) -> None:
+        failure: PiprosError | None = None
+        with suppress(StopIteration):
+            while not (self.ended or self._is_closed):
+                failure = self._failure_of(next(effects) if failure is None else effects.throw(failure))
         self._protocol.end_message()
         if self._is_closed:  # `close` may have run before this thread finished
             self.close()
 
-    def _refuse(self, operation: Mapping[str, Any], reason: str) -> None:
-        if operation.get("op") == "call_service":
-            self._send(response_to(operation, reason, is_success=False))
-        else:
-            self.report(f"{operation.get('op')}: {reason}", operation)
+    def _failure_of(self, effect: Effect) -> PiprosError | None:
+        """Carry out an effect, and return why it failed."""
+        try:
+            self._carry_out[type(effect)](effect)
+        except PiprosError as error:
+            return error
+        except Exception as error:
+            self._node.log.exception("unexpected error in a client's operation")
+            return PiprosError(str(error) or type(error).__name__)
+        return None
 
     def report(self, text: str, operation: Mapping[str, Any] | None = None) -> None:
         """Send an error as a status message. Thread-safe."""
@@ -265,13 +263,18 @@ class RosbridgeSession:
         if self.outbox.is_closed:  # the last operations of a client that has left are still carried out
             return
         bridge, topic = self._bridge, effect.topic
-        stream = self._streams.get(topic)
-        if stream is None:
-            stream = self._streams[topic] = TopicStream(
-                topic, bridge.topics, bridge.encoder, self.outbox, self.report, bridge.call_later, self
-            )
+        found = self._streams.get(topic)
+        stream = found or TopicStream(
+            topic, bridge.topics, bridge.encoder, self.outbox, self.report, bridge.call_later, self
+        )
+        self._streams[topic] = stream
         bridge.topics.wait_for_turn(self)
-        stream.take(effect.kind, effect.delivery)
+        try:
+            stream.take(effect.kind, effect.delivery)
+        except PiprosError:
+            if found is None:
+                self._leave(LeaveTopic(topic))
+            raise
 
     def _leave(self, effect: LeaveTopic) -> None:
         stream = self._streams.pop(effect.topic, None)
@@ -292,16 +295,21 @@ class RosbridgeSession:
 
     def _publish(self, effect: Publish) -> None:
         topic = self._node.resolve(effect.topic)
+        try:
+            self._bridge.publishers.publish(
+                self,
+                topic,
+                effect.values,
+                latch=effect.latch,
+                queue_size=effect.queue_size,
+                shares=self._shares,
+                end_parsing=self._protocol.end_message,
+            )
+        except PiprosError:
+            if topic not in self._published:
+                self._bridge.publishers.release(self, topic)
+            raise
         self._published.add(topic)
-        self._bridge.publishers.publish(
-            self,
-            topic,
-            effect.values,
-            latch=effect.latch,
-            queue_size=effect.queue_size,
-            shares=self._shares,
-            end_parsing=self._protocol.end_message,
-        )
 
     # -- services ---------------------------------------------------------------------------
 

@@ -75,23 +75,43 @@ def error(text: str, **more: Any) -> str:
     return json.dumps({"op": "status", "level": "error", "msg": text, **more})
 
 
+EFFECTS = {
+    '{"op": "subscribe", "topic": "/a"}': TakeTopic,
+    '{"op": "subscribe", "topic": "/a", "id": 2}': TakeTopic,
+    '{"op": "unsubscribe", "topic": "/a"}': LeaveTopic,
+    '{"op": "advertise", "topic": "/b", "type": "std_msgs/String"}': Advertise,
+    '{"op": "advertise", "topic": "/b", "type": "std_msgs/Int32", "id": 2}': Advertise,
+    '{"op": "publish", "topic": "/b", "msg": {"data": "x"}}': Publish,
+    '{"op": "unadvertise", "topic": "/b"}': Unadvertise,
+    '{"op": "call_service", "service": "/s"}': CallService,
+    '{"op": "advertise_service", "service": "/s", "type": "std_srvs/Empty"}': OfferService,
+    '{"op": "service_response", "service": "/s", "id": "1", "values": {}, "result": true}': AnswerCall,
+    '{"op": "unadvertise_service", "service": "/s"}': WithdrawService,
+}
+
+
 def test_each_operation_has_its_effect() -> None:
     peer = Peer()
-    cases = {
-        '{"op": "subscribe", "topic": "/a"}': TakeTopic,
-        '{"op": "unsubscribe", "topic": "/a"}': LeaveTopic,
-        '{"op": "advertise", "topic": "/b", "type": "std_msgs/String"}': Advertise,
-        '{"op": "publish", "topic": "/b", "msg": {"data": "x"}}': Publish,
-        '{"op": "unadvertise", "topic": "/b"}': Unadvertise,
-        '{"op": "call_service", "service": "/s"}': CallService,
-        '{"op": "advertise_service", "service": "/s", "type": "std_srvs/Empty"}': OfferService,
-        '{"op": "service_response", "service": "/s", "id": "1", "values": {}, "result": true}': AnswerCall,
-        '{"op": "unadvertise_service", "service": "/s"}': WithdrawService,
-    }
-    for text, kind in cases.items():
+    for text, kind in EFFECTS.items():
         assert [type(effect) for effect in peer.sends(text)] == [kind], text
     without_effects = {"set_level", "auth"}
-    assert {json.loads(text)["op"] for text in cases} | without_effects == peer.protocol.operations.keys()
+    assert {json.loads(text)["op"] for text in EFFECTS} | without_effects == peer.protocol.operations.keys()
+
+
+@pytest.mark.parametrize("number", [0, 1, 3, 4, 5, 7, 8, 9])
+def test_an_operation_whose_effect_fails_changes_nothing(number: int) -> None:
+    shares = ServerShares(Limits()).client()
+    peer, other = Peer(shares=shares), Peer()
+    texts = [*EFFECTS]
+    for text in texts[:number]:
+        assert peer.sends(text) == other.sends(text)
+    kept = shares.kept.used
+    effects = peer.protocol.receive(texts[number])
+    next(effects)
+    assert "no room" in repr(effects.throw(InvalidName("no room")))
+    assert shares.kept.used == kept
+    for text in texts[number + 1 :]:
+        assert peer.sends(text) == other.sends(text)
 
 
 @pytest.mark.parametrize(("text", "message"), [
@@ -99,38 +119,24 @@ def test_each_operation_has_its_effect() -> None:
     ('"op"', "expected a JSON object, got '\"op\"'"),
     ('{"op": ["subscribe"]}', "['subscribe']: unknown operation ['subscribe']"),
     ("{}", "null: unknown operation null"), ('{"op": "x"}', "'x': unknown operation 'x'"),
-    (
-        '{"op": "send_action_goal"}',
-        "'send_action_goal': unknown operation 'send_action_goal': actions are for ROS 2",
-    ),
-    ('{"op": "subscribe", "topic": 3}', "'subscribe': topic must be a name, got 3"),
-    ('{"op": "subscribe", "topic": "a b"}', "'subscribe': [a b] is not a name"),
-    (
-        '{"op": "subscribe", "topic": "/a", "throttle_rate": "1"}',
-        "'subscribe': throttle_rate must be a finite number, got '1'",
-    ),
-    (
-        '{"op": "subscribe", "topic": "/a", "fragment_size": -1}',
-        "'subscribe': fragment_size must be a finite number >= 0, got -1",
-    ),
-    (
-        '{"op": "subscribe", "topic": "/a", "queue_length": Infinity}',
-        "'subscribe': queue_length must be a finite number >= 0, got inf",
-    ),
-    ('{"op": "subscribe", "topic": "/a", "type": 1}', "'subscribe': type must be package/Name, got 1"),
-    ('{"op": "advertise", "topic": "/a"}', "'advertise': type must be package/Name, got null"),
-    (
-        '{"op": "advertise", "topic": "/a", "type": "a/B", "latch": 1}',
-        "'advertise': latch must be true or false, got 1",
-    ),
-    (
-        '{"op": "service_response", "service": "/s", "result": true}',
-        "'service_response': this client does not offer /s",
-    ),
-    (
-        '{"op": "set_level", "level": "loud"}',
-        "'set_level': level must be one of none, error, warning, info; got 'loud'",
-    ),
+    ('{"op": "send_action_goal"}',
+     "'send_action_goal': unknown operation 'send_action_goal': actions are for ROS 2"),
+    ('{"op": "subscribe", "topic": 3}', "subscribe: topic must be a name, got 3"),
+    ('{"op": "subscribe", "topic": "a b"}', "subscribe: [a b] is not a name"),
+    ('{"op": "subscribe", "topic": "/a", "throttle_rate": "1"}',
+     "subscribe: throttle_rate must be a finite number, got '1'"),
+    ('{"op": "subscribe", "topic": "/a", "fragment_size": -1}',
+     "subscribe: fragment_size must be a finite number >= 0, got -1"),
+    ('{"op": "subscribe", "topic": "/a", "queue_length": Infinity}',
+     "subscribe: queue_length must be a finite number >= 0, got inf"),
+    ('{"op": "subscribe", "topic": "/a", "type": 1}', "subscribe: type must be package/Name, got 1"),
+    ('{"op": "advertise", "topic": "/a"}', "advertise: type must be package/Name, got null"),
+    ('{"op": "advertise", "topic": "/a", "type": "a/B", "latch": 1}',
+     "advertise: latch must be true or false, got 1"),
+    ('{"op": "service_response", "service": "/s", "result": true}',
+     "service_response: this client does not offer /s"),
+    ('{"op": "set_level", "level": "loud"}',
+     "set_level: level must be one of none, error, warning, info; got 'loud'"),
 ])  # fmt: skip
 def test_a_malformed_operation_has_an_error_and_the_next_one_is_read(text: str, message: str) -> None:
     peer = Peer()
