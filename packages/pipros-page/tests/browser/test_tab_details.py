@@ -138,13 +138,13 @@ def test_images_have_their_colours_in_each_encoding(ros: RosSystem, open_tab: Op
     ros.wait_for_publisher("/image/compressed")
     tab = open_tab(Page(ros), "images/%2Fimage%2Frgb8")
     choice = tab.get_by_label("Topic")
-    expect(choice.locator("option")).to_have_count(17)
+    expect(choice.locator("option")).to_have_count(21)
     for topic in choice.locator("option").all_inner_texts():
         choice.select_option(topic)
         expect(tab.locator(".bar")).to_contain_text(
             topic.removeprefix("/image/").removesuffix("_depth"), ignore_case=True
         )
-        wait_for_corners(tab, GREYS if re.search("mono|32fc|depth", topic) else COLOURS, topic)
+        wait_for_corners(tab, GREYS if re.search("mono|c1|depth", topic) else COLOURS, topic)
     with tab.expect_download() as download:
         tab.get_by_role("button", name="Save PNG").click()
     assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG")

@@ -213,7 +213,8 @@ def _record_defaults(start: Start, folder: Path) -> None:
     kinds = [
         "Grid Axes TF RobotModel PointCloud2 PointCloud LaserScan Map GridCells Path Pose PoseArray",
         "PoseWithCovariance Odometry Polygon PointStamped Range WrenchStamped Marker MarkerArray",
-        "InteractiveMarkers Image Camera DepthCloud Group",
+        "InteractiveMarkers Image Camera DepthCloud Temperature FluidPressure Illuminance RelativeHumidity",
+        "Group",
     ]
     views = "Orbit XYOrbit ThirdPersonFollower TopDownOrtho FPS"
     displays = ", ".join(f"{{Class: rviz/{kind}, Enabled: false}}" for kind in " ".join(kinds).split())

@@ -179,7 +179,7 @@ Statuses = dict[str, dict[str, tuple[str, str]]]
 BAD = {
     "Path": "path", "Pose": "pose", "PoseArray": "poses", "Odometry": "odom",
     "PoseWithCovariance": "covariance", "Polygon": "polygon", "PointStamped": "point",
-    "WrenchStamped": "wrench",
+    "WrenchStamped": "wrench", "Temperature": "temperature",
 }  # fmt: skip
 DISPLAYS: Mapping[str, str] = {
     **{f"bad {kind}": display(kind, Topic=f"/bad/{topic}") for kind, topic in BAD.items()},

@@ -204,6 +204,10 @@ USUAL_SCENES: Mapping[str, tuple[str, str]] = {
     "cloud_grey": (ORTHO, cloud(
         Color_Transformer="Intensity", Use_rainbow="false", Min_Color="10; 20; 30", Max_Color="200; 100; 50",
         Autocompute_Intensity_Bounds="false", Min_Intensity=-50, Max_Intensity=150, Alpha=0.5)),
+    "spots": (ORTHO, ", ".join(
+        display(kind, Topic=f"/{kind}", Size_m=1.5, Style="Boxes")
+        for kind in ("Temperature", "FluidPressure", "Illuminance", "RelativeHumidity")
+    )),
     "depth": (ORBIT, display("DepthCloud", **DEPTH, Size_px=30)),
 } | {f"layout_{name}": layout for name, layout in LAYOUTS.items()}
 

@@ -37,6 +37,7 @@ POINTS: Final = 60_000
 _MARGIN = 40
 _COLOURS = ((31, 119, 180), (214, 39, 40), (44, 160, 44), (255, 127, 14), (148, 103, 189), (23, 190, 207))
 _LUMA: Final = {Color.YUV422: 1, Color.YUV422_YUY2: 0}
+_CODES: Final = {"8S": "b", "16U": "H", "16S": "h", "32S": "i", "32F": "f", "64F": "d"}
 """Offset of the first luma byte in a row."""
 _FAR_M: Final = 1e6
 """Points with larger or non-finite coordinates are left out."""
@@ -146,7 +147,7 @@ def _image(message: Any, limit_pixels: int) -> _Picture:
     facts = {"size": [width, height], "encoding": message.encoding}
     every = max(max(width, height) // SIDE, 1)
     is_colour = found.color in (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
-    if found.depth != "8U" and (is_colour or found.depth not in ("16U", "32F")):
+    if found.depth != "8U" and is_colour:
         raise PictureError(f"cannot show images with the encoding [{printable(message.encoding)}]")
     size = found.channels * found.bits // 8
     data = memoryview(message.data)
@@ -156,7 +157,7 @@ def _image(message: Any, limit_pixels: int) -> _Picture:
         rows = [row[_LUMA[found.color] :: 2] for row in rows]
     shape = (len(range(0, width, every)), len(rows))
     if found.depth != "8U":
-        code = f"{'>' if message.is_bigendian else '<'}{width}{'H' if found.depth == '16U' else 'f'}"
+        code = f"{'>' if message.is_bigendian else '<'}{width}{_CODES[found.depth]}"
         values = [value for row in rows for value in struct.unpack(code, row)[::every]]
         low, high = _range(values)
         grey = bytes(_byte(value, low, high) for value in values)

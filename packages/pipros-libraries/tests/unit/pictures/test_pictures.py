@@ -75,8 +75,10 @@ def test_yuv_is_shown_in_grey() -> None:
 
 @pytest.mark.parametrize(("big", "code"), [(0, "<"), (1, ">")])
 def test_depths_are_stretched(big: int, code: str) -> None:
-    shown = drawn(image("16UC1", 2, 1, struct.pack(f"{code}2H", 1000, 3000), is_bigendian=big))
-    assert [shown.getpixel((x, 0)) for x in (0, 1)] == [0, 255]
+    for name, letter in {"8S": "b", "16U": "H", "16S": "h", "32S": "i", "64F": "d"}.items():
+        low = 0 if name == "16U" else -3
+        shown = drawn(image(f"{name}C1", 2, 1, struct.pack(f"{code}2{letter}", low, 100), is_bigendian=big))
+        assert [shown.getpixel((x, 0)) for x in (0, 1)] == [0, 255]
     shown = drawn(image("32FC1", 3, 1, struct.pack(f"{code}3f", 1, 3, math.nan), is_bigendian=big))
     assert [shown.getpixel((x, 0)) for x in (0, 1, 2)] == [0, 255, 0]
 

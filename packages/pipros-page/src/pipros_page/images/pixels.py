@@ -33,7 +33,7 @@ def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[st
     except PictureError as error:
         raise RequestRefused(str(error)) from None
     is_grey = encoding.color is Color.GRAY
-    if encoding.depth not in ("8U", "16U") and not (is_grey and encoding.depth == "32F"):
+    if encoding.depth not in ("8U", "16U") and not is_grey:
         raise RequestRefused(f"the page cannot show images with the encoding [{message.encoding}]")
     width, height, step = message.width, message.height, message.step
     depth, size, plane = encoding.depth, encoding.channels * encoding.bits // 8, slice(None)

@@ -9,7 +9,7 @@ export function headOf(data) {
 }
 
 // Draws an image that the server sent (a JSON header, a line feed and the pixels). Returns a promise of the header, to which are
-// added `valueAt(x, y)`, which returns a text, and for 16-bit and float images, `values`.
+// added `valueAt(x, y)`, which returns a text, and for grey images of more than 8 bits, `values`.
 //   boundsOf: returns the values of black and white for all values of the image
 //   palette: RGB of the 256 shades; null for grey
 //   hasHatches: whether NaN and infinity are hatched, instead of black
@@ -97,11 +97,14 @@ export function colours(head, pixels, boundsOf = extremes) {
   return out;
 }
 
-// Returns the numbers of 16-bit and float pixels.
+const NUMBERS = { U: "Uint", S: "Int", F: "Float" };
+
+// Returns the numbers of pixels of a depth such as "16S".
 function numbersOf({ depth, big, width, height }, pixels) {
   const view = new DataView(pixels.buffer, pixels.byteOffset, pixels.byteLength);
-  const read = depth === "32F" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
-  return Float64Array.from({ length: width * height }, (_, i) => read(i));
+  const bits = parseInt(depth, 10);
+  const read = view[`get${NUMBERS[depth.at(-1)]}${bits}`].bind(view);
+  return Float64Array.from({ length: width * height }, (_, i) => read((i * bits) / 8, !big));
 }
 
 // Returns the smallest and the largest finite value.

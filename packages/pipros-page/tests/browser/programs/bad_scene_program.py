@@ -23,7 +23,7 @@ from geometry_msgs.msg import (
 )
 from nav_msgs.msg import GridCells, OccupancyGrid, Odometry
 from nav_msgs.msg import Path as Way
-from sensor_msgs.msg import CameraInfo, Image, Imu, PointCloud2, Range
+from sensor_msgs.msg import CameraInfo, Image, Imu, PointCloud2, Range, Temperature
 from std_msgs.msg import ColorRGBA, Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerInit, Marker, MarkerArray
@@ -130,6 +130,7 @@ def messages() -> dict[str, Any]:
     cloud = PointCloud2(header=header, width=4_000_000_000, height=4_000_000_000, point_step=16)
     marker = InteractiveMarker(header=header, name="bad", pose=pose())
     return {
+        "temperature": Temperature(header, NAN, NAN),
         "path": way, "pose": PoseStamped(header=header, pose=pose(0.0, NAN)),
         "zero": PoseStamped(header=header, pose=pose(0.0, 0.0)),
         "poses": PoseArray(header=header, poses=[pose(-INF)]), "odom": odometry, "covariance": covariance,

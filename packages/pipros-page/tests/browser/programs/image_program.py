@@ -53,6 +53,8 @@ IMAGES = {
     "bgr16": (24, pixels("<3H", [[[part * 257 for part in value[::-1]] for value in row] for row in RGB])),
     "mono8": (4, bytes(value for row in GREY for value in row)),
     "mono16": (8, pixels("<H", [[(value * 10 + 7,) for value in row] for row in GREY])),
+    **{f"{depth}C1": (4 * size, pixels(code, [[(value // 2 - 100,) for value in row] for row in GREY]))
+       for depth, size, code in (("8S", 1, "<b"), ("16S", 2, "<h"), ("32S", 4, "<i"), ("64F", 8, "<d"))},
     "32FC1": (16, pixels("<f", [[(value / 100 - 1,) for value in row] for row in GREY])),
     "bayer_rggb8": (4, bayer("rggb")), "bayer_bggr8": (4, bayer("bggr")), "bayer_gbrg8": (4, bayer("gbrg")),
     "bayer_grbg8": (4, bayer("grbg")), "yuv422": (8, yuv("uyvY")), "yuv422_yuy2": (8, yuv("yuYv")),

@@ -25,6 +25,8 @@ from nav_msgs.msg import GridCells, OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import (
     CameraInfo,
     ChannelFloat32,
+    FluidPressure,
+    Illuminance,
     Image,
     Imu,
     LaserScan,
@@ -32,6 +34,8 @@ from sensor_msgs.msg import (
     PointCloud2,
     PointField,
     Range,
+    RelativeHumidity,
+    Temperature,
 )
 from std_msgs.msg import Header
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, Marker, MarkerArray, MenuEntry
@@ -105,6 +109,13 @@ def poses() -> dict[str, object]:
         "point": PointStamped(header=header, point=Point(1, 2, 0)), "range": reach, "cells": cells,
         "wrench": WrenchStamped(header=header, wrench=Wrench(Vector3(-1, 0.5, 0), Vector3(0.3, 0.4, 2))),
     }  # fmt: skip
+
+
+SPOTS = (
+    (Temperature, "map", 30), (FluidPressure, "base_link", 99000), (Illuminance, "bare", 800),
+    (RelativeHumidity, "turned", 0.1),
+)  # fmt: skip
+"""Sensors of a single number, in different frames."""
 
 
 def marker(number: int, kind: int, x: float, y: float, sizes: tuple[float, float, float]) -> Marker:
@@ -254,6 +265,7 @@ def main() -> None:
     }  # fmt: skip
     messages |= {"markers": MarkerArray([spheres]), "rgb_cloud": coloured, "old_cloud": old}
     messages |= poses() | cameras() | pictures() | {"shapes": shapes()}
+    messages |= {kind.__name__: kind(Header(frame_id=frame), value, 0) for kind, frame, value in SPOTS}
     publishers = {
         name: rospy.Publisher(f"/{name}", type(message), queue_size=1, latch=True)
         for name, message in messages.items()

@@ -2,7 +2,7 @@
 
 import { Display } from "./display.js";
 import { Camera } from "./displays/camera.js";
-import { LaserScan, PointCloud2 } from "./displays/clouds.js";
+import { LaserScan, PointCloud2, Spot } from "./displays/clouds.js";
 import { DepthCloud } from "./displays/depth.js";
 import { Image } from "./displays/image.js";
 import { InteractiveMarkers } from "./displays/interactive.js";
@@ -54,8 +54,10 @@ const CLASSES = {
   "rviz/Camera": Camera,
   "rviz/DepthCloud": DepthCloud,
   "rviz/Grid": Grid,
+  "rviz/FluidPressure": Spot,
   "rviz/GridCells": GridCells,
   "rviz/Group": Group,
+  "rviz/Illuminance": Spot,
   "rviz/Image": Image,
   "rviz/InteractiveMarkers": InteractiveMarkers,
   "rviz/LaserScan": LaserScan,
@@ -72,8 +74,10 @@ const CLASSES = {
   "rviz/PoseArray": PoseArray,
   "rviz/PoseWithCovariance": PoseWithCovariance,
   "rviz/Range": Range,
+  "rviz/RelativeHumidity": Spot,
   "rviz/RobotModel": RobotModel,
   "rviz/TF": Tf,
+  "rviz/Temperature": Spot,
   "rviz/WrenchStamped": WrenchStamped,
   "rviz_imu_plugin/Imu": Imu,
 };

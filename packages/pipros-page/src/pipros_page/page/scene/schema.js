@@ -32,6 +32,13 @@ const CLOUD = [
   ["Use Fixed Frame", "bool", true],
 ];
 
+// The properties of a display of a sensor's single number, which rviz draws as a cloud of one point.
+const spot = (kind, channel, low, high, more = {}) => {
+  const own = { "Channel Name": channel, "Autocompute Intensity Bounds": false, "Min Intensity": low, "Max Intensity": high, ...more };
+  const rows = CLOUD.map(([name, type, fallback, options]) => [name, type, own[String(name)] ?? fallback, options]);
+  return [topic(`sensor_msgs/${kind}`), ...COMMON, ...rows];
+};
+
 const IMAGE = [
   topic("sensor_msgs/Image", "Image Topic"),
   ["Transport Hint", "text", "raw"],
@@ -104,6 +111,10 @@ export const DISPLAYS = {
   "rviz/PointCloud2": [topic("sensor_msgs/PointCloud2"), ...COMMON, ...CLOUD],
   "rviz/PointCloud": [topic("sensor_msgs/PointCloud"), ...COMMON, ...CLOUD],
   "rviz/LaserScan": [topic("sensor_msgs/LaserScan"), ...COMMON, ...CLOUD],
+  "rviz/Temperature": spot("Temperature", "temperature", 0, 100, { "Invert Rainbow": true }),
+  "rviz/FluidPressure": spot("FluidPressure", "fluid_pressure", 98000, 105000),
+  "rviz/Illuminance": spot("Illuminance", "illuminance", 0, 1000),
+  "rviz/RelativeHumidity": spot("RelativeHumidity", "relative_humidity", 0, 1),
   "rviz/Map": [
     topic("nav_msgs/OccupancyGrid"),
     ["Alpha", "float", 0.7],

@@ -221,3 +221,13 @@ export class LaserScan extends Cloud {
     this.show(columns, [0, 0, 0, 0, 0, 0, 1]);
   }
 }
+
+// A sensor's number, in the message's field with the name of the channel: one point at the sensor.
+export class Spot extends Cloud {
+  begin() {
+    super.begin();
+    const [[, , channel]] = this.properties.find(["Channel Name"]);
+    this.subscribe("Topic", (message) => this.whenPlaced(message, (each, pose) =>
+      this.show(new Map([["x", [0]], ["y", [0]], ["z", [0]], [channel, [each[channel]]]]), pose)));
+  }
+}
