@@ -488,6 +488,29 @@ talk_to_oneself()
     ]  # fmt: skip
 
 
+def test_forked_children_and_their_parent_get_only_their_own_answers(again: Start) -> None:
+    code = """
+import multiprocessing
+from std_srvs.srv import SetBool
+rospy.init_node('parent')
+rospy.Service('echo', SetBool, lambda request: (True, str(request.data)))
+proxies = [rospy.ServiceProxy('echo', SetBool, persistent=kept) for kept in (False, True)]
+def ask(number):
+    for turn in range(50):
+        rospy.set_param(f'turn_of/{number}', turn)
+        yield rospy.get_param(f'turn_of/{number}') == turn
+        yield from (proxy(turn % 2 == number).message == str(turn % 2 == number) for proxy in proxies)
+def count(number):
+    return sum(ask(number))
+count(0)  # so that all connections are open
+with multiprocessing.get_context('fork').Pool(2) as pool:
+    children = pool.map_async(count, [1, 2])
+    print(count(0), children.get(20))
+"""
+    node = again(code)
+    assert (node.wait(), node.stdout) == (0, ["150 [150, 150]"]), node.output
+
+
 def test_a_child_forked_while_a_thread_imports_may_use_topics(again: Start) -> None:
     code = """
 import importlib.util, threading, time

@@ -261,6 +261,7 @@ class _ClientConnection:
         host, port = self._address
         limit_s = CONNECT_LIMIT_S if deadline is None else None
         self._socket = self._connector.connect(host, port, deadline, limit_s)
+        sockets.keep_from_children(self._socket)
         self._is_open = True
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if self.is_aborted:  # `abort` may have run before the socket was open

@@ -11,6 +11,7 @@ import struct
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
+from weakref import WeakSet
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.posix import call_in_children, descriptor_limit
@@ -156,6 +157,22 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
     call_in_children(replace_by_null)
 
 
+_not_for_children: WeakSet[socket.socket] = WeakSet()
+
+
+def keep_from_children(sock: socket.socket) -> None:
+    """Close a connection in forked children: they and this process would read each other's answers."""
+    _not_for_children.add(sock)
+
+
+def _close_in_child() -> None:
+    for sock in [*_not_for_children]:
+        sock.close()
+
+
+call_in_children(_close_in_child)
+
+
 def prepare(sock: socket.socket, *, no_delay: bool = True, timings: LinkTimings = LINK_TIMINGS) -> None:
     """Set the socket options for a TCPROS link. A Unix stream needs none.
 
@@ -226,8 +243,8 @@ def share_packets(sock: socket.socket, *, share: bool) -> None:
 
 
 def is_idle(sock: socket.socket) -> bool:
-    """Return False if the peer has closed the connection, or sent bytes that have not been read."""
-    return not wait_readable(sock, 0.0)
+    """Return False if the connection is closed, or the peer sent bytes that have not been read."""
+    return sock.fileno() >= 0 and not wait_readable(sock, 0.0)
 
 
 def has_left(sock: socket.socket) -> bool:

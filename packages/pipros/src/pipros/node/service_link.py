@@ -190,6 +190,7 @@ class ServiceLink:
 
     def _adopt(self, sock: socket.socket) -> None:
         self.sock = sock
+        sockets.keep_from_children(sock)
         self._is_connected = True
         if self._connector.is_interrupted:  # `interrupt` may have run before the socket was stored
             raise Interrupted("the call was interrupted")
