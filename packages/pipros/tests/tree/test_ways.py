@@ -55,7 +55,7 @@ OTHERS = {
         "diagnostic_analysis/exporter.py", "pipros/basics/input_file.py", "pipros/basics/replaced_file.py",
         "pipros/packages/crawl.py", "pipros/packages/setup_modules.py", "pipros_rosbag2/bags/mcap_storage.py",
         "pipros_tools/bag/record_files.py", "pipros_tools/cli/rosbag/exporting.py",
-        "pipros_tools/testing/result_paths.py", "pipros_wheels/archive.py", "pipros_workspace/run_tests.py",
+        "pipros_wheels/archive.py", "pipros_workspace/run_tests.py",
     },
 }  # fmt: skip
 """Modules that open files in another way."""

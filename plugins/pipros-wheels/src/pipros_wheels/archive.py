@@ -15,14 +15,15 @@ import tarfile
 import tempfile
 import time
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import open_file
+from pipros.basics.planted import refuse_planted
+from pipros.basics.replaced_file import naming
 from pipros.basics.windows import replace_file
 
 _EARLIEST = 315532800
@@ -55,7 +56,8 @@ def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> N
     """
     date = time.gmtime(_timestamp())[:6]
     record = []
-    with _named(file), tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
+    refuse_planted(file.parent)
+    with naming(file), tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
         made = Path(folder, file.name)
         with zipfile.ZipFile(made, "w") as archive:
             for path in _in_order(entries, info):
@@ -77,7 +79,8 @@ def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> N
 def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> None:
     """Write a `.tar.gz` file. The file appears only when it is complete."""
     date = _timestamp()
-    with _named(file), tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
+    refuse_planted(file.parent)
+    with naming(file), tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
         made = Path(folder, file.name)
         with (
             made.open("wb") as raw,
@@ -93,17 +96,6 @@ def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> Non
                     info.mode = 0o755 if entries[path].is_program else 0o644
                     archive.addfile(info, source)
         replace_file(made, file)
-
-
-@contextmanager
-def _named(file: Path) -> Iterator[None]:
-    """Context manager that adds the file's name to an error without one, such as that of a full disk."""
-    try:
-        yield
-    except OSError as error:
-        if error.filename is None:
-            error.filename = str(file)
-        raise
 
 
 def _timestamp() -> int:

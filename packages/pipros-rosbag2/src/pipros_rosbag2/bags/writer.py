@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.planted import refuse_planted
 from pipros.basics.printable import listed
 from pipros.basics.replaced_file import naming, write_whole
 from pipros.basics.windows import replace_file
@@ -245,6 +246,7 @@ def new_ros2_bag(
     if storage not in SUFFIXES:
         raise BagError(f"the storage must be one of {', '.join(SUFFIXES)}, got [{storage}]")
     unfinished = folder.with_name(folder.name + ".active")
+    refuse_planted(unfinished)
     _check_free(folder, "it", replaces=replaces)
     _check_free(unfinished, "what an earlier conversion left unfinished", replaces=replaces)
     if unfinished.exists():

@@ -101,7 +101,8 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
 
 def _write_pid(file: Path, console: Console) -> None:
     """Write this process's id to a file. If that fails, warn, and leave no empty file."""
-    from pipros.basics.log_file import UntrustedFile, open_to_write
+    from pipros.basics.log_file import open_to_write
+    from pipros.basics.planted import UntrustedFile
 
     try:
         try:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
-from pipros.basics.log_file import UntrustedFile, refuse_planted_link, warn_unwritable
+from pipros.basics.log_file import refuse_planted_link, warn_unwritable
+from pipros.basics.planted import UntrustedFile
 from pipros_tools.launch.console import Console
 
 _GIGABYTE = 1_000_000_000

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
 from pathlib import Path
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
+from pipros.basics.replaced_file import write_whole
 
 
 class NoPlaceForResults(PiprosError):
@@ -65,10 +65,8 @@ def write_results(file: Path, text: str) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.unlink(missing_ok=True)
-        file.write_text(text, encoding="utf-8")
+        write_whole(file, text.encode())
     except OSError as error:
-        with suppress(OSError):
-            file.unlink()
         raise NoPlaceForResults(
             f"cannot write test results to [{file}]: {error.strerror}. "
             "Set ROS_TEST_RESULTS_DIR to a writable folder"

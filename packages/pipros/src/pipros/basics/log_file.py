@@ -15,16 +15,13 @@ from contextlib import suppress
 from stat import S_ISCHR, S_ISLNK, S_ISREG
 
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.planted import UntrustedFile, refuse_planted
 from pipros.basics.posix import HAS_OWNERS, NO_LINK, user_id
 from pipros.basics.warn_once import warn_once
 
 _ROOT = 0
 _WRITE = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0)
 _LINKS_FOLLOWED = 10
-
-
-class UntrustedFile(PermissionError):
-    """The output path is unsafe: another user could have placed a file or link there."""
 
 
 def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
@@ -42,6 +39,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
         OSError: the file cannot be opened.
     """
     place = os.fspath(path)
+    refuse_planted(os.path.dirname(place))
     flags = _WRITE | NO_LINK | (os.O_APPEND if append else 0)
     for _ in range(_LINKS_FOLLOWED):
         try:

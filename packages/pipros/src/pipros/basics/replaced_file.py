@@ -5,13 +5,12 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pipros.basics.posix import HAS_OWNERS, user_id
+from pipros.basics.planted import refuse_planted
 from pipros.basics.windows import replace_file
 
 
@@ -36,6 +35,7 @@ def cleared(path: Path) -> Path:
         OSError: it cannot be removed, or there is no folder for it. The file name is `path`, in the latter
             case without `.active`.
     """
+    refuse_planted(path.parent)
     if not path.parent.exists():
         reason = f"there is no folder {path.parent}"
         raise FileNotFoundError(errno.ENOENT, reason, str(path).removesuffix(".active"))
@@ -78,9 +78,9 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
     `/dev/stdout` and a file in a folder in which none can be created. The file name of an OSError is `path`.
 
     Raises:
-        PermissionError: `path` is a link or pipe of another user in a folder in which all may create them.
+        UntrustedFile: see `refuse_planted`.
     """
-    _check_planted(path)
+    refuse_planted(path)
     # Wine cannot resolve paths of 260 characters and more.
     target = Path(os.path.realpath(path)) if path.is_symlink() else path
     try:
@@ -100,19 +100,6 @@ def overwritten_file(path: Path, *, is_synced: bool = True) -> Iterator[Any]:
             error.filename = str(path)
             del error.filename2
         raise
-
-
-def _check_planted(path: Path) -> None:
-    """Refuse a link or pipe by which another user may choose what this one writes, or make it wait."""
-    if not HAS_OWNERS or not os.path.lexists(path):
-        return
-    status, folder = path.lstat(), path.parent.stat()
-    is_plain = stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)
-    if not is_plain and status.st_uid != user_id() and folder.st_mode & stat.S_IWOTH:
-        kind = "link" if path.is_symlink() else "pipe or device"
-        reason = f"a {kind} of another user ({status.st_uid}) in a folder that all may write"
-        reason += ": remove it, or name a file"
-        raise PermissionError(errno.EACCES, reason, str(path))
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -13,8 +13,10 @@ import pytest
 
 from pipros.basics.files_below import NotBelow, file_inside, files_below
 from pipros.basics.input_file import open_file, read_end, read_file
+from pipros.basics.log_file import open_to_write
+from pipros.basics.planted import UntrustedFile
 from pipros.basics.posix import READ
-from pipros.basics.replaced_file import overwritten_file
+from pipros.basics.replaced_file import cleared, overwritten_file, replaced_file, write_whole
 
 
 @pytest.fixture
@@ -151,27 +153,44 @@ def test_links_and_permissions_are_kept(tmp_path: Path) -> None:
     assert (path.read_text(), path.stat().st_mode & 0o777) == ("new", 0o600)
 
 
+WRITERS = [overwritten_file, replaced_file, cleared, open_to_write]
+
+
 @pytest.mark.needs("file owners")
 @UNIX
-def test_links_and_pipes_of_other_users_in_shared_folders_are_refused(tmp_path: Path, monkeypatch) -> None:
-    path, link, pipe = tmp_path / "secret", tmp_path / "link.yaml", tmp_path / "pipe.yaml"
-    path.write_text("old")
-    link.symlink_to(path)
-    os.mkfifo(pipe)
-    monkeypatch.setattr(os, "geteuid", lambda: link.lstat().st_uid + 1)
-    tmp_path.chmod(0o1777)
-    with (
-        pytest.raises(PermissionError, match=r"a link of another user .*link\.yaml'$"),
-        overwritten_file(link),
-    ):
-        pass
-    with pytest.raises(PermissionError, match=r"a pipe .*pipe\.yaml'$"), overwritten_file(pipe):
-        pass
-    assert path.read_text() == "old"
-    tmp_path.chmod(0o755)
-    with overwritten_file(link) as file:
-        file.write(b"new")
-    assert (link.is_symlink(), path.read_text()) == (True, "new")
+@pytest.mark.parametrize("name", ["link.yaml", "pipe.yaml", "folder/new.yaml", "folder/..", "mine/new.yaml"])
+def test_links_and_pipes_of_other_users_in_shared_folders_are_refused(
+    tmp_path: Path, monkeypatch, name: str
+) -> None:
+    (shared := tmp_path / "shared").mkdir()
+    (secret := tmp_path / "secret").mkdir()
+    (secret / "old").write_text("old")
+    (shared / "link.yaml").symlink_to(secret / "old")
+    (shared / "folder").symlink_to("../secret")
+    os.mkfifo(shared / "pipe.yaml")
+    (tmp_path / "mine").symlink_to(shared / "folder")
+    path = (tmp_path if name.startswith("mine") else shared) / name
+    real = os.lstat
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "lstat", lambda *path, **given: _with_owner(real(*path, **given), 4321))
+        shared.chmod(0o1777)
+        writers: list[Any] = [overwritten_file] if path.parent == shared else WRITERS
+        for write in writers:
+            with (
+                pytest.raises(UntrustedFile, match=r"is a .* of another user \(4321\)") as refused,
+                write(path),
+            ):
+                pass
+            assert refused.value.filename in (str(path), str(path.parent))
+        shared.chmod(0o755)
+        if path.name == "new.yaml":
+            write_whole(path, b"new")
+            assert path.read_bytes() == b"new"
+    assert (secret / "old").read_text() == "old"
+
+
+def _with_owner(status: os.stat_result, owner: int) -> os.stat_result:
+    return os.stat_result([*status[:4], owner, *status[5:]])
 
 
 @UNIX
