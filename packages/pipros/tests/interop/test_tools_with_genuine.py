@@ -160,7 +160,7 @@ def test_both_end_with_the_same_code_and_keep_the_order_of_the_master(ros, maste
     different = {}
     for command in (
         "rosmsg --help", "rossrv --help", "rosnode --help", "rosnode -h", "rostopic find std_msgs/String",
-        "rosservice find std_srvs/SetBool", "rosservice list", "rosservice call /z 7",
+        "rosservice find std_srvs/SetBool", "rosservice list", "rosservice call /z 7", "rosservice call /z {",
     ):  # fmt: skip
         genuine, pipros = both(ros, *command.split())
         if (pipros.returncode, pipros.stdout) != (genuine.returncode, genuine.stdout):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.basics.names import parse_arguments
+from pipros.basics.printable import printable_lines
 from pipros.basics.similar_names import similar_names
 from pipros_tools.cli.runner import add_flag, option_parser
 from pipros_tools.graph.client import GraphClient
@@ -15,6 +16,9 @@ from pipros_tools.graph.errors import GraphError
 from pipros_tools.graph.message_path import Part
 from pipros_tools.graph.service_call import ServiceCaller, wait_for_service
 from pipros_tools.graph.system_state import SystemState
+
+if TYPE_CHECKING:
+    from optparse import OptionParser
 
 
 def call_service(argv: Sequence[str]) -> int:
@@ -32,6 +36,15 @@ def call_service(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
     if not arguments:
         parser.error("service must be specified")
+    from pipros_tools.cli.yaml_args import YamlError
+
+    try:
+        return _call(parser, options, arguments)
+    except YamlError as error:  # of the errors after options, the only one with exit code 1
+        sys.exit(f"ERROR: {printable_lines(str(error))}")
+
+
+def _call(parser: OptionParser, options: Any, arguments: Sequence[str]) -> int:
     from pipros_tools.cli.yaml_args import documents_of, value_of
 
     with GraphClient("rosservice") as graph:
