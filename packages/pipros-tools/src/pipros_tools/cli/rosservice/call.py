@@ -36,7 +36,7 @@ def call_service(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
     if not arguments:
         parser.error("service must be specified")
-    from pipros_tools.cli.yaml_args import YamlError
+    from pipros.safe.yaml import YamlError
 
     try:
         return _call(parser, options, arguments)
