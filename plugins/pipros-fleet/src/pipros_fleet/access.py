@@ -58,13 +58,7 @@ def _rules_of(name: str, role: FleetRole) -> list[dict[str, object]]:
     every = "*"
     puts = [keys.directory(name), keys.wanted(name, every), keys.topic(name, keys.EVERY)]
     queries = [
-        keys.directory(every),
-        keys.wanted(every, name),
-        keys.topic(every, keys.EVERY),
-        keys.definition(every, every),
-        keys.statistics(every),
-        keys.history(every),
-        keys.history(every, every),
+        *(keys.asked(f"{keys.ROOT}/{every}/{keys.EVERY}", name), keys.wanted(every, name)),
         keys.parameters(every, "get", name),
     ]
     if role is FleetRole.MEMBER:

@@ -197,17 +197,14 @@ class Agent:
         self._node.serve(f"{self._node.name}/link", trigger, answer)
 
     def _serve(self, key: str, answer: Callable[[ZenohQuestion], object]) -> Ends:
-        """Answer requests in threads, because an answer may be large, and wait for a full link.
-
-        Requests of one kind have a share of the threads together, because most do not say who asks.
-        """
+        """Answer requests in threads, because an answer may be large, and wait for a full link."""
 
         def reply(question: ZenohQuestion) -> None:
             with closing(question):
                 answer(question)
 
         def take(question: ZenohQuestion) -> None:
-            if not self._answers.run(key, reply, question):
+            if not self._answers.run(question.asker, reply, question):
                 question.refuse("too many requests are waiting")
                 question.close()
 

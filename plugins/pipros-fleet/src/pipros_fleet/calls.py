@@ -113,8 +113,7 @@ class LocalCalls:
 
     def take(self, asked: ZenohQuestion) -> None:
         """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""
-        _, _, rest = keys.parts(asked.key) or ("", "", [])
-        if not self._workers.run("".join(rest[:1]), self._run, asked):
+        if not self._workers.run(asked.asker, self._run, asked):
             self.refused += 1
             asked.refuse("too many calls are running")
             asked.close()

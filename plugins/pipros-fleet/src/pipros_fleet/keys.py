@@ -14,7 +14,9 @@ The second part of every key is the name of the member that publishes to the key
     pipros/<member>/statistics                    its counters
     pipros/router/history/<member>[/<file>]       the list of files that a router recorded, or one of them
 
-A router can therefore restrict a member to keys below `pipros/<its name>/` and to calls in its name.
+A question whose key does not name the asker is asked as `pipros/<member>/ask/<asker>/...`; see `asked`. A
+router can therefore restrict a member to keys below `pipros/<its name>/`, and to questions and calls in its
+name, and whoever answers can give each asker a share.
 """
 
 from __future__ import annotations
@@ -31,10 +33,12 @@ AGENT_PREFIX: Final = "/pipros_fleet_"
 """Prefix of the node names of agents; the member's name follows."""
 
 ROOT: Final = "pipros"
-VERSION: Final = 1
+VERSION: Final = 2
 """Protocol version. Members with another version are reported and otherwise ignored."""
 EVERY: Final = "**"
 """Pattern for all topics or services. Not a legal ROS name."""
+_CALLS: Final = ("s", "get", "set", "wanted")
+"""Kinds of questions whose keys have the asker in third place."""
 _INSTANCE: Final = re.compile(r"[0-9a-f]{16}")
 
 
@@ -123,6 +127,30 @@ def statistics(member: str) -> str:
 def history(member: str, file: str = "") -> str:
     """Return the key of one recorded file, or of the list of files if `file` is empty."""
     return f"{ROOT}/router/history/{member}{'/' if file else ''}{file}"
+
+
+def asked(key: str, asker: str) -> str:
+    """Return the key with which a member asks for what a key names, or a pattern of such keys.
+
+    >>> asked("pipros/r1/statistics", "operator"), asked("pipros/r1/get/operator", "operator")
+    ('pipros/r1/ask/operator/statistics', 'pipros/r1/get/operator')
+    """
+    root, member, kind, *rest = key.split("/")
+    return key if kind in _CALLS else "/".join((root, member, "ask", asker, kind, *rest))
+
+
+def asker_of(key: str) -> tuple[str, str]:
+    """Return who asks with a key, and what `asked` got.
+
+    >>> asker_of("pipros/r1/ask/operator/statistics"), asker_of("pipros/r1/get/operator")
+    (('operator', 'pipros/r1/statistics'), ('operator', 'pipros/r1/get/operator'))
+    """
+    match key.split("/"):
+        case [root, member, "ask", asker, *rest]:
+            return asker, "/".join((root, member, *rest))
+        case [_, _, kind, asker, *_] if kind in _CALLS:
+            return asker, key
+    return "", key
 
 
 def parts(key: str) -> tuple[str, str, list[str]] | None:

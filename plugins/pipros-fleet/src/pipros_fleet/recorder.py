@@ -43,7 +43,7 @@ from pipros_fleet.history_files import FILE_BYTES, HistoryFiles
 from pipros_fleet.history_topic import MAX_PUBLISHERS, HistoryTopic
 from pipros_fleet.limits import FleetLimits
 from pipros_fleet.members import Members
-from pipros_fleet.messages import decompressed, unpack
+from pipros_fleet.messages import decompressed, is_compressed, unpack
 from pipros_fleet.shown_member import FLEET_DEFINITION_BYTES, read_definition
 from pipros_fleet.sources import FLEET_LATCHED_BYTES
 from pipros_fleet.warnings_once import WarningsOnce
@@ -51,13 +51,12 @@ from pipros_fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuest
 
 _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
-_MAX_REQUESTS: Final = 32
-"""Maximum number of history requests that are queued or being answered."""
+_REQUEST_COST: Final = 1 / 16
+"""Part of `FLEET_TOPICS` that a question about the history takes of the room: one member may have 32."""
 _LATCHED_BYTES: Final = FILE_BYTES // 4
 """Maximum size of a member's latched messages, so that the files have room for other messages."""
 _MESSAGE_BYTES: Final = 500
-"""Memory of a waiting message in addition to its content. If it did not count, empty messages had no limit.
-"""
+"""Memory of a waiting message besides its content. If it did not count, empty messages had no limit."""
 _HEADER_BYTES: Final = 256
 """Approximate size of a connection in a file, without the definition."""
 
@@ -65,8 +64,8 @@ _HEADER_BYTES: Final = 256
 class FleetRecorder:
     """Recorder that uses a router's session. Call `start`, and `close` before closing the session.
 
-    A single thread owns the topics and writes the files. It never delays the router: if it falls behind,
-    messages are dropped.
+    A single thread owns the topics and writes the files, after others have decompressed messages. They never
+    delay the router: if they fall behind, messages are dropped.
 
     Attributes:
         dropped: number of messages that were not recorded.
@@ -103,8 +102,10 @@ class FleetRecorder:
         self._revisions = itertools.count(1)
         self._definition_bytes = Budget(FLEET_DEFINITION_BYTES)
         self._latched_bytes: Counter[str] = Counter()
+        room = self._limits.of(FleetLimits).fleet_queue_bytes
+        self._inflating = SharedWorkers("compressed messages of a recorder", 2, room, each=1)
         self._waiting: Turns[str, tuple[str, bytes, bytes, bool]] = Turns()
-        self._waiting_bytes = Budget(self._limits.of(FleetLimits).fleet_queue_bytes)
+        self._waiting_bytes = Budget(room)
         self._shares: dict[str, Budget] = {}
         self._lock = threading.Lock()
         self._declared: list[Ends] = []
@@ -130,6 +131,7 @@ class FleetRecorder:
         """Stop recording and complete the files."""
         self._events.close()
         self._workers.close()
+        self._inflating.close()
         self._thread.join(_ENDING_S)
         self._files.close()
 
@@ -145,11 +147,16 @@ class FleetRecorder:
                 self._events.post("directory", member, lambda: self._take_directory(member, payload))
 
     def _on_message(self, key: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
-        item = key, payload, attachment, is_replay
-        member = key.split("/")[1]
+        member, item = key.split("/")[1], (key, payload, attachment, is_replay)
+        if not is_compressed(attachment):
+            self._put(member, item)
+        elif not self._inflating.run(member, self._inflate, member, item, cost=_memory_bytes(item)):
+            self._drop()
+
+    def _put(self, member: str, item: tuple[str, bytes, bytes, bool]) -> None:
         with self._lock:
             share = self._shares.get(member) or Budget(inf, self._waiting_bytes, part=0.5)
-            if not share.take(_memory_bytes(item)):
+            if len(item[1]) > FILE_BYTES or not share.take(_memory_bytes(item)):
                 self._drop()
                 return
             self._shares[member] = share
@@ -157,16 +164,22 @@ class FleetRecorder:
         self._events.wake()
 
     def _answer_requests(self, question: ZenohQuestion) -> None:
-        requests = self._topic_requests.get(question.key.rpartition("/")[2], TopicRequests(self._instance))
+        requests = self._topic_requests.get(question.asker, TopicRequests(self._instance))
         _answer(question, requests_to_json(requests))
 
     def _on_history_request(self, question: ZenohQuestion) -> None:
-        cost = 2 * FLEET_TOPICS / _MAX_REQUESTS  # of all members together: a question does not say who asks
-        if not self._workers.run("", self._answer_history, question, cost=cost):
+        cost = FLEET_TOPICS * _REQUEST_COST
+        if not self._workers.run(question.asker, self._answer_history, question, cost=cost):
             question.refuse("the router has too many requests for its history; try again later")
             question.close()
 
     # -- workers ------------------------------------------------------------------------------------
+
+    def _inflate(self, member: str, item: tuple[str, bytes, bytes, bool]) -> None:
+        try:
+            self._put(member, (item[0], decompressed(item[1], FILE_BYTES), *item[2:]))
+        except PiprosError:
+            self._drop()
 
     def _answer_history(self, question: ZenohQuestion) -> None:
         try:
@@ -219,8 +232,7 @@ class FleetRecorder:
                 topic.taken_bytes = len(definition)
             else:
                 definition = b""
-                limit = f"the limit is {FLEET_DEFINITION_BYTES} bytes"
-                self._warn(f"there are too many definitions of members; {limit}")
+                self._warn(f"too many definitions of members; the limit is {FLEET_DEFINITION_BYTES} bytes")
             topic.definition = definition
 
     # -- the thread ---------------------------------------------------------------------------------
@@ -343,24 +355,19 @@ class FleetRecorder:
             )
             self._link.put(keys.wanted(ROUTER, member), requests_to_json(requests), waits=True)
 
-    def _record(self, key: str, payload: bytes, attachment: bytes, is_replay: bool) -> None:
+    def _record(self, key: str, body: bytes, attachment: bytes, is_replay: bool) -> None:
         match keys.parts(key):
             case (member, "t", rest):
                 topic = self._topic(member, keys.unmangled("/".join(rest)))
             case _:
                 return
-        if topic is None or topic.definition is None:
-            self._drop()
-            return
         try:
             found = unpack(attachment)
-            body = decompressed(payload, FILE_BYTES) if found.is_compressed else payload
         except PiprosError:
+            topic = None
+        if topic is None or topic.definition is None or found.md5sum != topic.entry.md5sum:
             self._drop()
-            return
-        if len(body) > FILE_BYTES or found.md5sum != topic.entry.md5sum:
-            self._drop()
-        elif topic.received.is_new(found, len(payload), is_replay=is_replay):
+        elif topic.received.is_new(found, len(body), is_replay=is_replay):
             is_latched = found.is_latched and self._may_keep(topic, found.source, len(body))
             connection = topic.connection(found.source, is_latched=is_latched)
             self._files.write(member, connection, time.time_ns(), body)

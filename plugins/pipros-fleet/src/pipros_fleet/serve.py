@@ -116,7 +116,7 @@ def _join(
         failures.append(error)
         over.set()
 
-    link = _connected(router, tls, file, over)
+    link = _connected(router, tls, name, file, over)
     if link is None:
         return
     with node:
@@ -136,12 +136,14 @@ def _join(
             link.close()
 
 
-def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -> SessionLink | None:
+def _connected(
+    router: str, tls: Tls | None, name: str, file: FleetFile, over: OnceEvent
+) -> SessionLink | None:
     """Connect to the router, retrying until it answers. Return None if the program is stopped first."""
     is_reported = False
     while not over.is_set():
         try:
-            return connect(router, tls, bandwidth_kbit=file.bandwidth_kbit)
+            return connect(router, tls, asker=name, bandwidth_kbit=file.bandwidth_kbit)
         except LinkFailed as error:
             if not is_reported:
                 is_reported = True

@@ -16,12 +16,15 @@ from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
 from pipros.net.connect import Connector
 from pipros.net.rpc_client import reason_of
+from pipros_fleet.access import ROUTER
 from pipros_fleet.limits import FleetLimits
 from pipros_fleet.zenoh_session import SLICE_S, LinkFailed, SessionLink, Tls, zenoh_reason
 
 # isort: split
 import zenoh  # `zenoh_session` has found it, or raised the error that names the extra
 
+OBSERVER: Final = "observer"
+"""The asker without a name."""
 LEASE_MS: Final = 4000
 """Time without data after which a link is closed. Each side sends at least four keep-alives in that time."""
 TCP_S: Final = 15.0
@@ -49,6 +52,7 @@ def connect(
     router: str,
     tls: Tls | None = None,
     *,
+    asker: str = OBSERVER,
     limits: Limits | None = None,
     bandwidth_kbit: float = 0.0,
 ) -> SessionLink:
@@ -58,6 +62,7 @@ def connect(
     `TCP_S`, then `CONNECT_S` and 15 round trips. A signal handler that raises ends the wait.
 
     Args:
+        asker: the name to use in questions; with TLS, that of the certificate.
         bandwidth_kbit: the bandwidth in the member's file. The operating system's send buffer is limited to
             50 ms of data at this bandwidth, but to no less than SMALLEST_BUFFER_BYTES.
 
@@ -88,7 +93,7 @@ def connect(
             "transport/link/tls/verify_name_on_connect": False,
         }
     try:
-        return SessionLink(_open(_config("client", settings, limits or process_limits())))
+        return SessionLink(_open(_config("client", settings, limits or process_limits())), asker)
     except zenoh.ZError as error:
         waited = f"waited {limit_s:.1f} s for the handshake, after a TCP connection in {round_trip_s:.2f} s"
         raise LinkFailed(f"cannot reach the router at {router}: {zenoh_reason(error)} ({waited})") from None
@@ -175,7 +180,7 @@ def open_router(
     if access is not None:
         settings["access_control"] = access
     try:
-        return SessionLink(zenoh.open(_config("router", settings, limits or process_limits())))
+        return SessionLink(zenoh.open(_config("router", settings, limits or process_limits())), ROUTER)
     except zenoh.ZError as error:
         raise LinkFailed(f"cannot listen at {', '.join(addresses)}: {zenoh_reason(error)}") from None
 

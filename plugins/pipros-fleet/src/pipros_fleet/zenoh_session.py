@@ -70,16 +70,22 @@ class Ends(Protocol):
 
 
 class ZenohQuestion:
-    """A request from another member. Answer it any number of times, then call `close`. Methods may block."""
+    """A request from another member. Answer it any number of times, then call `close`. Methods may block.
+
+    Attributes:
+        key: what is asked for.
+        asker: the member that asks. With TLS, routers have verified it.
+    """
 
     def __init__(self, query: zenoh.Query) -> None:
         self._query = query
-        self.key = str(query.key_expr)
+        self._asked = str(query.key_expr)
+        self.asker, self.key = keys.asker_of(self._asked)
         self.payload = query.payload.to_bytes() if query.payload is not None else b""
 
-    def answer(self, payload: bytes, attachment: bytes = b"", key: str = "") -> None:
+    def answer(self, payload: bytes, attachment: bytes = b"") -> None:
         with contextlib.suppress(zenoh.ZError):  # the link was closed
-            self._query.reply(key or self.key, payload, attachment=attachment or None)
+            self._query.reply(self._asked, payload, attachment=attachment or None)
 
     def refuse(self, reason: str) -> None:
         with contextlib.suppress(zenoh.ZError):
@@ -92,8 +98,10 @@ class ZenohQuestion:
 class SessionLink:
     """Session of a member or router. Thread-safe."""
 
-    def __init__(self, session: zenoh.Session) -> None:
+    def __init__(self, session: zenoh.Session, asker: str) -> None:
+        """Use an open session. `asker` is the name in questions; with TLS, that of the certificate."""
         self._session = session
+        self._asker = asker
 
     @property
     def is_connected(self) -> bool:
@@ -173,7 +181,7 @@ class SessionLink:
 
         try:
             self._session.get(
-                key,
+                keys.asked(key, self._asker),
                 zenoh.handlers.Callback(on_reply, drop=is_over.set, indirect=False),
                 payload=payload or None,
                 timeout=timeout_s,
@@ -261,7 +269,7 @@ class SessionLink:
             on_question(ZenohQuestion(query))
 
         callback = zenoh.handlers.Callback(on_query, indirect=False)
-        return self._session.declare_queryable(pattern, callback)
+        return self._session.declare_queryable(keys.asked(pattern, "*"), callback)
 
     def close(self) -> None:
         """Close the session. May be called repeatedly."""
@@ -291,7 +299,7 @@ def _keep_thread_state() -> None:
 def _answer_of(sample: zenoh.Sample) -> FleetAnswer:
     attachment = sample.attachment
     return FleetAnswer(
-        str(sample.key_expr),
+        keys.asker_of(str(sample.key_expr))[1],
         sample.payload.to_bytes(),
         attachment.to_bytes() if attachment is not None else b"",
     )

@@ -35,7 +35,7 @@ def target(data: bytes) -> None:
         member, kind, rest = f"m{part[0] % 8 if part else 0}", part[1] % 3 if len(part) > 1 else 0, part[2:]
         if kind < 2:
             instance = rest[:16].decode("ascii", "replace")
-            members.update(f"{keys.live(member, 1, '0' * 16)[:-16]}{instance}", is_present=kind == 0)
+            members.update(f"{keys.live(member, keys.VERSION, '')}{instance}", is_present=kind == 0)
             members.admit_waiting()
             continue
         try:

@@ -77,7 +77,7 @@ def test_with_certificates_an_observer_gets_the_history(claimed_port: ClaimedPor
     try:
         with Member("robot1", address, tls=robot_tls) as robot:
             robot.node("base").advertise("/map", String, latch=True).publish(String("map"))
-            with closing(link_to(address, viewer_tls)) as viewer:
+            with closing(link_to(address, viewer_tls, asker="viewer")) as viewer:
                 wait_until(lambda: history_of(viewer, "robot1"), LIMIT_S, "the map")
                 (file,) = history_of(viewer, "robot1") or []
                 assert file.messages == 1

@@ -51,7 +51,7 @@ def guarded(authority: Authority, claimed_port: ClaimedPort) -> Iterator[str]:
 
 
 def link_of(authority: Authority, name: str, router: str) -> SessionLink:
-    return link_to(router, read_keys(authority.folder / name).tls)
+    return link_to(router, read_keys(authority.folder / name).tls, asker=name)
 
 
 def member(authority: Authority, name: str, router: str, file: str = "") -> Member:
@@ -125,8 +125,8 @@ def test_a_member_cannot_speak_for_another(authority: Authority, guarded: str) -
         operator.wait_for_input("/robot1/cmd")
         with closing(link_of(authority, "robot2", guarded)) as spy:
             held = [
-                spy.declare_token(keys.live("robot9", 1, new_instance())),
-                spy.declare_token(keys.live("robot2", 1, new_instance())),
+                spy.declare_token(keys.live("robot9", keys.VERSION, new_instance())),
+                spy.declare_token(keys.live("robot2", keys.VERSION, new_instance())),
             ]
             false = Directory("robot1", one.agent.instance, 1000)
             spy.put(keys.directory("robot1"), to_json(false))
@@ -250,7 +250,7 @@ def test_malformed_messages_of_a_member_disturb_nothing(operator: Member, hostil
     held = [
         hostile.subscribe(keys.wanted("operator", "bad"), lambda _, document, __: requests.append(document)),
         hostile.serve(keys.directory("bad"), answer),
-        hostile.declare_token(keys.live("bad", 1, instance)),
+        hostile.declare_token(keys.live("bad", keys.VERSION, instance)),
     ]
     operator.wait_for_topic("/bad/chatter")
     received = operator.receive("/bad/chatter")
@@ -309,7 +309,8 @@ def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(router: str, constan
         received = operator.receive("/robot1/chatter")
         publish_until(talker, received, "first")  # both know each other: a full list has no place for others
         with closing(link_to(router)) as hostile:
-            held = [hostile.declare_token(keys.live(f"x{n}", 1, new_instance())) for n in range(200)]
+            live = [keys.live(f"x{n}", keys.VERSION, new_instance()) for n in range(200)]
+            held = list(map(hostile.declare_token, live))
             wait_until(lambda: len(operator.agent.statistics()["members"]) == 20, LIMIT_S, "the limit")
             publish_until(talker, received, "still")
             assert len(held) == 200
@@ -325,7 +326,7 @@ def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(router: str) -> No
         operator.wait_for_input("/robot1/cmd")
         with closing(link_to(router)) as hostile:
             instance = new_instance()
-            held = hostile.declare_token(keys.live("bad", 1, instance))
+            held = hostile.declare_token(keys.live("bad", keys.VERSION, instance))
             wait_until(lambda: "bad" in robot.agent.statistics()["members"], LIMIT_S, "its token")
             numbers = itertools.count(1)
 
@@ -396,7 +397,7 @@ def test_a_name_that_cannot_be_shown_hides_no_other(operator: Member, hostile: S
     directory = Directory(name, instance, 1, shared, (), services)
     held = [
         hostile.serve(keys.directory(name), _answering(to_json(directory))),
-        hostile.declare_token(keys.live(name, 1, instance)),
+        hostile.declare_token(keys.live(name, keys.VERSION, instance)),
     ]
     operator.wait_for_service(f"/{name}/other")
     operator.wait_for_topic(f"/{name}/chatter")
@@ -421,7 +422,7 @@ def test_topics_and_services_of_all_members_together_are_limited(router: str, co
             instance = new_instance()
             answer = _answering(to_json(Directory(name, instance, 1, *offers)))
             held.append(others.serve(keys.directory(name), answer))
-            tokens[name] = others.declare_token(keys.live(name, 1, instance))
+            tokens[name] = others.declare_token(keys.live(name, keys.VERSION, instance))
             wait_until(lambda name=name: name in operator.agent.shown, LIMIT_S, name)
 
         def shown() -> dict[str, tuple[int, int, int]]:
@@ -459,7 +460,7 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
             other.serve(
                 keys.directory("robot1"), _answering(to_json(Directory("robot1", instance, 1, both)))
             ),
-            other.declare_token(keys.live("robot1", 1, instance)),
+            other.declare_token(keys.live("robot1", keys.VERSION, instance)),
         ]
         operator.wait_for_topic("/robot1/topic0")
         operator.wait_for_topic("/robot1/topic1")

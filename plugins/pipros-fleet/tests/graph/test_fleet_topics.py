@@ -26,7 +26,7 @@ from pipros_fleet.directory import Directory, DirectoryEntry, to_json
 from pipros_fleet.messages import MessageAttachment, pack
 from pipros_fleet.sinks import Sink, SinkRoom
 from pipros_fleet.statistics import Statistics
-from pipros_fleet.zenoh_session import LinkFailed, SessionLink
+from pipros_fleet.zenoh_session import LinkFailed, SessionLink, ZenohQuestion
 from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.waiting import wait_until
 
@@ -313,13 +313,21 @@ def test_the_callbacks_of_a_link_keep_the_state_of_their_thread(router: str) -> 
 
 
 def test_long_answers_delay_none(router: str, hostile: SessionLink, monkeypatch: pytest.MonkeyPatch) -> None:
-    gate = threading.Barrier(2)
-    monkeypatch.setattr(Statistics, "answer", lambda *_: (gate.wait(LIMIT_S), gate.wait(LIMIT_S)))
-    with Member("robot1", router):
-        threading.Thread(target=lambda: hostile.get(keys.statistics("robot1"), timeout_s=LIMIT_S)).start()
-        gate.wait(LIMIT_S)
-        assert hostile.get(keys.directory("robot1"), timeout_s=LIMIT_S)
-        gate.wait(LIMIT_S)
+    gate, key, waiting = threading.Event(), keys.statistics("robot1"), count()
+
+    def answer(_: object, question: ZenohQuestion) -> None:
+        if question.asker == "observer":
+            next(waiting)
+            gate.wait(LIMIT_S)
+        question.answer(b"{}")
+
+    monkeypatch.setattr(Statistics, "answer", answer)
+    with Member("robot1", router), closing(link_to(router, asker="other")) as other:
+        for _ in range(9):
+            threading.Thread(target=lambda: hostile.get(key, timeout_s=LIMIT_S), daemon=True).start()
+        wait_until(lambda: "count(4)" in repr(waiting), LIMIT_S, "the share of one asker to be used")
+        assert other.get(key, timeout_s=LIMIT_S)
+        gate.set()
 
 
 # Topics that a fleet's agent publishes on the local master.

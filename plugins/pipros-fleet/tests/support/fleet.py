@@ -87,7 +87,7 @@ class Member:
         self._stack.enter_context(self.agent_node)
         self.agent_node.log.addHandler(_Kept(self.warnings))
         parsed = parse_fleet_file(file) if isinstance(file, str) else file
-        self.link: SessionLink = link_to(router, tls, limits=self.agent_node.limits)
+        self.link: SessionLink = link_to(router, tls, asker=name, limits=self.agent_node.limits)
         self._stack.callback(self.link.close)
         self.agent = Agent(
             self.agent_node, self.link, name, parsed, on_failure=self.failures.append, poll_s=POLL_S

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from pipros_fleet.zenoh_session import SessionLink, Tls
 
 ROUTER = "tcp/127.0.0.1:7447"
-OBSERVER = "observer"
 
 
 def add_link_options(parser: OptionParser) -> None:
@@ -47,7 +46,7 @@ def link_of(options: Any) -> Iterator[SessionLink]:
     from pipros_fleet.zenoh_connecting import connect
 
     router = options.router or ROUTER
-    link = connect(router, tls_of(options, router))
+    link = connect(router, tls_of(options, router), asker=caller_of(options))
     try:
         yield link
     finally:
@@ -57,6 +56,8 @@ def link_of(options: Any) -> Iterator[SessionLink]:
 def caller_of(options: Any) -> str:
     """Return the name to use in requests: that of the `--keys` folder, or `observer` without `--keys`."""
     if options.keys is None:
+        from pipros_fleet.zenoh_connecting import OBSERVER
+
         return OBSERVER
     from pipros_fleet.key_files import read_keys
 

@@ -8,6 +8,10 @@ import zenoh
 from pipros_fleet import keys
 from pipros_fleet.access import ROUTER, FleetRole, access_rules
 
+_QUESTIONS = [
+    *(keys.directory("other"), keys.topic("other", "/x"), keys.definition("other", "a/B")),
+    *(keys.statistics("other"), keys.history("other"), keys.history("other", "a.mcap")),
+]
 MEMBERS = {"robot": FleetRole.MEMBER, "visitor": FleetRole.OBSERVER}
 
 
@@ -30,6 +34,7 @@ def may(name: str, message: str, key: str) -> bool:
     ("put", keys.topic("robot", "/x"), keys.topic("other", "/x")),
     ("put", keys.directory("robot"), keys.directory("other")),
     ("put", keys.into("robot", "other", "/cmd"), keys.into("other", "robot", "/cmd")),
+    *(("query", *(keys.asked(key, asker) for asker in ("robot", "other"))) for key in _QUESTIONS),
     ("query", keys.service("other", "robot", "/reset"), keys.service("other", "visitor", "/reset")),
     ("query", keys.parameters("other", "set", "robot"), keys.parameters("other", "set", "visitor")),
     ("declare_queryable", keys.statistics("robot"), keys.statistics("other")),
@@ -44,7 +49,7 @@ def test_a_member_may_only_use_its_own_keys(message: str, own: str, of_another: 
 def test_an_observer_receives_but_changes_nothing() -> None:
     assert may("visitor", "declare_subscriber", keys.topic("robot", "/x"))
     assert may("visitor", "query", keys.parameters("robot", "get", "visitor"))
-    assert may("visitor", "query", keys.history("robot", "a.mcap"))
+    assert may("visitor", "query", keys.asked(keys.history("robot", "a.mcap"), "visitor"))
     assert not may("visitor", "put", keys.into("visitor", "robot", "/cmd"))
     assert not may("visitor", "query", keys.service("robot", "visitor", "/reset"))
     assert not may("visitor", "query", keys.parameters("robot", "set", "visitor"))

@@ -22,7 +22,7 @@ def test_an_attachment_survives_its_encoding() -> None:
 
 @pytest.mark.parametrize("content", [b"", b"x" * 48, pack(FIRST)[:-1], pack(FIRST) + b"x"])
 def test_malformed_attachments_raise(content: bytes) -> None:
-    with pytest.raises(ProtocolError, match="48 bytes and version 1"):
+    with pytest.raises(ProtocolError, match="48 bytes and version 2"):
         unpack(content)
 
 

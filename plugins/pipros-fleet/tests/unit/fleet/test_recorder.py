@@ -34,8 +34,8 @@ String: Any = load_message_class("std_msgs/String")
 class FakeQuestion:
     """Request whose answer is stored."""
 
-    def __init__(self, key: str) -> None:
-        self.key = key
+    def __init__(self, key: str, asker: str = "operator") -> None:
+        self.key, self.asker = key, asker
         self.answers: list[bytes] = []
         self.refusal = ""
         self.is_closed = False
@@ -101,11 +101,9 @@ class FakeLink:
         self.answers[keys.directory(member)] = payload
         self._subscribers[keys.directory("*")](keys.directory(member), payload, b"")
 
-    def send(
-        self, member: str, entry: DirectoryEntry, sequence: int, body: bytes, *, is_latched: bool = False
-    ) -> None:
+    def send(self, member: str, entry: DirectoryEntry, sequence: int, body: bytes, **flags: bool) -> None:
         """Simulate a member that sends a message."""
-        attachment = pack(MessageAttachment(0, RUN, sequence, 0, entry.md5sum, is_latched=is_latched))
+        attachment = pack(MessageAttachment(0, RUN, sequence, 0, entry.md5sum, **flags))
         self._subscribers[keys.topic("*", keys.EVERY)](keys.topic(member, entry.name), body, attachment)
 
 
@@ -203,6 +201,24 @@ def test_an_unexpected_error_ends_no_recording_and_is_logged_once(
     assert caplog.messages == ["the history is incomplete: cannot pack"]
 
 
+def test_a_message_that_takes_long_to_decompress_delays_no_other_member(
+    link: FakeLink, recorder: FleetRecorder, files: Files, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate = threading.Event()
+    monkeypatch.setattr(
+        "pipros_fleet.recorder.decompressed", lambda *_: (gate.wait(DEADLINE_S), body("big"))[1]
+    )
+    link.join("robot1", TALK)
+    link.join("robot2", TALK)
+    wait_until(lambda: len(link.wanted) == 2, DEADLINE_S, "requests")
+    link.send("robot1", TALK, 1, b"", is_compressed=True)
+    link.send("robot2", TALK, 1, body("hello"))
+    wait_until(lambda: files.written == 1, DEADLINE_S, "the message of the other member")
+    gate.set()
+    wait_until(lambda: files.written == 2, DEADLINE_S, "both messages")
+    assert recorder.dropped == 0
+
+
 def test_latched_messages_leave_room_in_the_files(
     link: FakeLink, recorder: FleetRecorder, files: Files, tmp_path: Path
 ) -> None:
@@ -239,14 +255,18 @@ def test_empty_messages_of_a_member_use_only_its_share_of_the_queue(recorder: Fl
 def test_surplus_requests_for_the_history_are_refused(
     link: FakeLink, recorder: FleetRecorder, files: Files
 ) -> None:
-    questions = [FakeQuestion(keys.history("robot1")) for _ in range(40)]
+    questions = [FakeQuestion(keys.history("robot1"), "bad") for _ in range(40)]
     for question in questions:
         link.ask(keys.history("*"), question)
+    other = FakeQuestion(keys.history("robot1"))
+    link.ask(keys.history("*"), other)
+    assert not other.is_closed, "it waits for its turn"
     assert [each.is_closed for each in questions] == 32 * [False] + 8 * [True]
     reason = "the router has too many requests for its history; try again later"
     assert {each.refusal for each in questions[32:]} == {reason}
     files.can_list.set()
-    wait_until(lambda: all(each.is_closed for each in questions), DEADLINE_S, "the answers")
+    wait_until(lambda: all(each.is_closed for each in [other, *questions]), DEADLINE_S, "the answers")
+    assert other.answers == [b"[]"]
     assert all(each.answers == [b"[]"] for each in questions[:32])
     wait_until(lambda: _answered(link), DEADLINE_S, "room for another request")
 
@@ -331,9 +351,7 @@ def test_definitions_of_all_members_together_are_limited(
             return connection.header["message_definition"].decode()
 
     assert (definition_of("robot1"), definition_of("robot2")) == (text, "")
-    assert [each.partition(";")[0] for each in caplog.messages] == [
-        "there are too many definitions of members"
-    ]
+    assert [each.partition(";")[0] for each in caplog.messages] == ["too many definitions of members"]
     link.send_directory("robot1")
     link.leave("robot2")
     wait_until(lambda: link.wanted["robot1"] == [], DEADLINE_S, "the withdrawal")
