@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 import sys
 
 from pipros.basics.printable import bounded, printable
@@ -15,6 +16,10 @@ class PiprosError(Exception):
 
     def __str__(self) -> str:
         return bounded(super().__str__())
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Without the arguments of the subclass, a pool of processes would wait forever for what raised it.
+        return copyreg.__newobj__, (type(self),), {**self.__dict__, "args": self.args}  # type: ignore[attr-defined]
 
 
 class NeedsPosix(PiprosError):

@@ -1,6 +1,7 @@
 """Texts of peers, without anything that hides or controls."""
 
 import json
+import pickle
 import unicodedata
 
 import pytest
@@ -28,12 +29,25 @@ def test_a_long_text_is_cut() -> None:
     assert (printable("x" * 1000), printable("x" * 200)) == ("x" * 197 + "...", "x" * 200)
 
 
-def test_errors_of_all_kinds_quote_long_values_in_part() -> None:
+def errors_of_all_kinds() -> list[BaseException]:
     kinds: list[type[BaseException]] = [PiprosError]
     for kind in kinds:
         kinds += kind.__subclasses__()
     assert len(kinds) > 20
-    for error in (kind.__new__(kind) for kind in kinds if kind.__str__ is PiprosError.__str__):
+    return [kind.__new__(kind) for kind in kinds if kind.__str__ is PiprosError.__str__]
+
+
+def test_errors_of_all_kinds_reach_other_processes() -> None:
+    for error in errors_of_all_kinds():
+        error.args = ("text", 3)
+        vars(error)["peer"] = "/talker"
+        for protocol in (0, pickle.HIGHEST_PROTOCOL):
+            copy = pickle.loads(pickle.dumps(error, protocol))  # noqa: S301  # its own
+            assert (type(copy), copy.args, vars(copy)) == (type(error), error.args, {"peer": "/talker"})
+
+
+def test_errors_of_all_kinds_quote_long_values_in_part() -> None:
+    for error in errors_of_all_kinds():
         error.args = (f"no {'x' * 9_000} in {'/y' * 3_000} of line 3",)
         assert "(of 6000 characters) of line 3" in str(error)
         assert len(str(error)) < 5_200
