@@ -20,6 +20,7 @@ def _printable(info: BagInfo) -> BagInfo:
     """Return `info` with each name and checksum on one line, without control characters."""
     return replace(
         info,
+        path=info.path and listed(info.path),
         compressions=[replace(each, name=listed(each.name)) for each in info.compressions],
         types=[(listed(name), listed(md5sum)) for name, md5sum in info.types],
         topics=[replace(each, topic=listed(each.topic), type=listed(each.type)) for each in info.topics],

@@ -16,7 +16,7 @@ from typing import Any, ParamSpec
 
 from pipros.basics import interrupts
 from pipros.basics.errors import MissingExtra
-from pipros.basics.printable import listed
+from pipros.basics.printable import for_terminal, listed
 from pipros.basics.windows import ON_WINDOWS
 
 OUTPUT_FAILED = 120
@@ -63,7 +63,8 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     - If a file cannot be used, and the command has no answer, it ends with one line and code 1.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
-    - A character that the stream's encoding lacks is written as an escape such as `\\xe9`.
+    - A character that the stream's encoding lacks is written as an escape such as `\\xe9`, and so are the
+      control characters of names and the like on terminals; see `for_terminal`.
 
     Output is flushed when the command returns. Streams that have replaced the process's own, as in tests, are
     left unchanged.
@@ -87,6 +88,8 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
         _open_closed_streams()
         before = sys.stdout
         sys.stdout, sys.stderr = _reporting_output(sys.stdout), _lenient(sys.stderr)
+        for stream in (sys.stdout, sys.stderr):
+            _escape_on_terminal(stream)
         try:
             try:
                 return main(*args, **kwargs)
@@ -160,6 +163,12 @@ def _reporting_output(stream: Any) -> Any:
         line_buffering=stream.line_buffering,
         write_through=stream.write_through,
     )
+
+
+def _escape_on_terminal(stream: Any) -> None:
+    if isinstance(stream, io.TextIOWrapper) and stream.isatty():
+        write = stream.write
+        setattr(stream, "write", lambda text: write(for_terminal(text)))  # noqa: B010  # a method, to mypy
 
 
 def _lenient(stream: Any) -> Any:

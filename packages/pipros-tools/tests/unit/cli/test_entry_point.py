@@ -18,6 +18,9 @@ from pipros_tools.cli.runner import CommandError, dispatch, option_parser, run
 from pipros_tools.cli.yaml_args import documents_of, value_of
 from pipros_tools.graph.output import bullets
 
+if sys.platform != "win32":
+    import pty
+
 PRINTING = """
 import threading
 from pipros_tools.cli.entry_point import command
@@ -36,6 +39,19 @@ printing = threading.Thread(target=lambda: print(Slow(), flush=True))
 command(main)()
 has_ended.set()
 printing.join()
+"""
+
+
+NAMING = """
+import sys
+from pipros_tools.cli.entry_point import command
+
+def main():
+    for stream in sys.stdout, sys.stderr:
+        print("\\x1b[31mto\\x1b[0m", sys.argv[1], file=stream, flush=True)
+    return 0
+
+command(main)()
 """
 
 
@@ -108,6 +124,16 @@ def test_characters_that_an_encoding_lacks_are_written_as_escapes(errors: str) -
     byte = {"strict": b"\\udcff", "surrogateescape": b"\xff"}[errors]
     assert (done.returncode, done.stdout) == (0, b"Stra\xdfe \\u6c34 " + byte + os.linesep.encode())
     assert done.stderr.startswith(b"Stra\xdfe \\u6c34 ")
+
+
+@pytest.mark.needs("pseudo-terminals")
+def test_a_terminal_gets_no_control_characters_of_names_but_the_commands_own() -> None:
+    name = "\x1b]52;c;aGk=\x07\x9b2J\rx\x08\x1b[2J.bag"
+    screen, terminal = pty.openpty()
+    subprocess.run([sys.executable, "-c", NAMING, name], stdout=terminal, stderr=terminal, check=True)
+    os.close(terminal)
+    assert os.read(screen, 1000) == (f"\x1b[31mto\x1b[0m {repr(name)[1:-1]}\r\n" * 2).encode()
+    os.close(screen)
 
 
 def test_output_to_a_closed_pipe_of_windows_ends_silently() -> None:

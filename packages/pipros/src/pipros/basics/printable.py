@@ -12,6 +12,12 @@ if TYPE_CHECKING:
     Say = Callable[[str], object]
     """Writes text for the user."""
 
+_CONTROLS = r"""
+    \A\r?\x1b(?: \[K | \[\d+A\x1b\[J | \[2J\x1b\[;H | \]2;[^\x00-\x1f\x7f-\x9f]*\x07)  # clear; set a title
+    | \A\r | \r(?=\n|\Z) | \x1b\[[\d;]*m  # a new line; a colour
+    | ([\x00-\x08\x0b-\x1f\x7f-\x9f])
+"""
+"""Control characters in what commands print. Only those before the group are meant for terminals."""
 _LONGEST_WORD = 5_000
 _LONGEST_TEXT = 20_000
 QUOTE_LIMIT = 200
@@ -69,6 +75,19 @@ def printable_lines(text: str) -> str:
     'a\\tb\\\\r\\nc'
     """
     return "\n".join("\t".join(map(listed, line.split("\t"))) for line in text.split("\n"))
+
+
+def for_terminal(text: str) -> str:
+    """Escape control characters that commands do not print themselves, but from file names or peers.
+
+    >>> for_terminal("\\x1b[31mred\\x1b[0m \\x1b]52;c;aGk=\\x07"), for_terminal("\\r\\x1b[K")
+    ('\\x1b[31mred\\x1b[0m \\\\x1b]52;c;aGk=\\\\x07', '\\r\\x1b[K')
+    """
+    if text == "\n" or text.isprintable():
+        return text
+    import re
+
+    return re.sub(_CONTROLS, lambda found: listed(found[1]) if found[1] else found[0], text, flags=re.VERBOSE)
 
 
 def write_line(stream: IO[str], line: str, end: str = "\n") -> None:
