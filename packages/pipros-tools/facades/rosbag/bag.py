@@ -322,19 +322,16 @@ class Bag(IndexAccess):
             self._opened().flush()
 
     def reindex(self) -> Iterator[int]:
-        """Rebuild the index of a bag opened with mode `a` and `allow_unindexed`. `close` writes the index.
+        """Rebuild the index of a bag opened with `allow_unindexed`. `close` writes it, but not in mode `r`.
 
         Return an iterator over the chunk positions, for progress displays.
 
         Raises:
             ROSBagException: the format does not support an index.
-            io.UnsupportedOperation: the mode is not `a`.
         """
-        bag = self._opened()
-        if self._mode != "a":
-            raise io.UnsupportedOperation("truncate")
+        self._clear_index()
         with translated():
-            return iter(bag.reindex())
+            return iter(self._opened().reindex())
 
     def close(self) -> None:
         """Write the index and close the file. May be called repeatedly."""

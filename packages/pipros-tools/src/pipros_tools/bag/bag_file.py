@@ -115,11 +115,14 @@ class BagFile:
         return BagReader(self._file, name=self._name, layout=self.writer.layout, limits=self._limits)
 
     def reindex(self) -> list[int]:
-        """Rebuild the index of a bag opened in mode `a`. Return the positions of its chunks.
+        """Rebuild the index, in mode `r` only in memory. Return the positions of the chunks.
 
         Raises:
             BagError: the bag is not in format 2.0.
         """
+        if self._mode == "r":
+            self._reader = BagReader(self._file, name=self._name, rebuild_index=True, limits=self._limits)
+            return [chunk.position for chunk in self._reader.layout.chunks]
         self.finish()
         writer = reindex(self._file, self._name)
         self._write_with(writer)

@@ -124,8 +124,8 @@ def test_an_unindexed_bag_is_reindexed_in_its_file(tmp_path: Path) -> None:
         rosbag.Bag(str(path), "a")
     with rosbag.Bag(str(path), allow_unindexed=True) as bag:
         assert (bag.get_message_count(), rows(bag)) == (0, [])
-        with pytest.raises(io.UnsupportedOperation):
-            bag.reindex()
+        in_memory = list(bag.reindex()), rows(bag)
+    assert path.stat().st_size == whole.rindex(b"op=\x06") - 500
     with rosbag.Bag(str(path), "a", allow_unindexed=True) as bag:
         positions = list(bag.reindex())
     assert positions == sorted(positions)
@@ -134,6 +134,7 @@ def test_an_unindexed_bag_is_reindexed_in_its_file(tmp_path: Path) -> None:
         found = rows(bag)
     assert chunk_count
     assert found == expected[: len(found)]
+    assert in_memory == (positions, found)
     assert len(found) > 10
 
 
