@@ -48,20 +48,26 @@ _SCHEMA_OF_HUMBLE = 3
 
 
 @contextmanager
-def _translated(name: str) -> Iterator[None]:
-    """Translate SQLite's errors into bag errors."""
+def _translated(name: str, seen: tuple[int, int] | None = None) -> Iterator[None]:
+    """Translate SQLite's errors into bag errors. `seen` is what `_state` returned, to name changes."""
     try:
         yield
-    except sqlite3.OperationalError as error:
-        if str(error) == "interrupted":
-            raise KeyboardInterrupt from None
-        raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
     except OSError as error:
         raise BagError(f"{name}: cannot copy it to undo an unfinished transaction: {error}") from error
     except sqlite3.ProgrammingError:
         raise ClosedBag(f"{name} is closed") from None
     except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
+        if str(error) == "interrupted":
+            raise KeyboardInterrupt from None
+        if seen is not None and _state(name) != seen:  # reindexing it would damage it
+            reason = "another program changed it while it was read; read it when that program has ended"
+            raise BagError(f"{name}: {reason} ({error})") from error
         raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
+
+
+def _state(name: str) -> tuple[int, int]:
+    status = os.stat(name)
+    return status.st_size, status.st_mtime_ns
 
 
 @contextmanager
@@ -166,6 +172,7 @@ class SqliteReader:
 
     def __init__(self, path: Path) -> None:
         self._name, self._path = os.fspath(path), path
+        self._seen = _state(self._name)
         self._database = opened_database(path)
         self._is_copied = _is_unfinished(path)
         self._in_use: set[sqlite3.Connection] = {self._database}
@@ -203,7 +210,7 @@ class SqliteReader:
         database = self._database if self._is_copied else opened_database(self._path)
         self._in_use.add(database)
         try:
-            with _translated(self._name):
+            with _translated(self._name, self._seen):
                 rows = database.execute(query, (min(first_ns, largest), min(last_ns, largest)))
                 for topic, time_ns, data in rows:
                     if topic in topics:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pipros_rosbag2.bags import sqlite_repair
+from pipros_rosbag2.bags.sqlite_files import SqliteReader
 from pipros_rosbag2.bags.sqlite_repair import recover
 from pipros_tools.bag.errors import BagError, BagFormatError
 
@@ -143,3 +144,16 @@ def test_columns_of_other_writers_are_copied_or_named(damaged: Path) -> None:
         assert damage == []
         assert copy.execute("SELECT name FROM topics").fetchall() == [("/\ufffd",)]
         assert copy.execute("SELECT timestamp FROM messages").fetchall() == [(5,)]
+
+
+def test_a_file_that_a_recorder_still_writes_is_not_called_damaged(damaged: Path) -> None:
+    change(
+        damaged, "ALTER TABLE topics ADD serialization_format", "UPDATE messages SET data = zeroblob(9000)"
+    )
+    with closing(SqliteReader(damaged)) as reader:
+        rows = reader.messages({1}, 0, 500, print)
+        next(rows)
+        with damaged.open("r+b") as file:
+            file.truncate(9000)
+        with pytest.raises(BagError, match="another program changed it while it was read"):
+            list(rows)
