@@ -147,9 +147,8 @@ def test_columns_of_other_writers_are_copied_or_named(damaged: Path) -> None:
 
 
 def test_a_file_that_a_recorder_still_writes_is_not_called_damaged(damaged: Path) -> None:
-    change(
-        damaged, "ALTER TABLE topics ADD serialization_format", "UPDATE messages SET data = zeroblob(9000)"
-    )
+    change(damaged, "ALTER TABLE topics ADD serialization_format", "CREATE INDEX i ON messages(timestamp)")
+    change(damaged, "UPDATE messages SET data = zeroblob(9000)")
     with closing(SqliteReader(damaged)) as reader:
         rows = reader.messages({1}, 0, 500, print)
         next(rows)
