@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import IO, Final
 
+from pipros.basics.file_names import distinct_name
 from pipros.basics.limits import limit_text
 from pipros.msg.errors import MessageException
 from pipros.msg.time import NS_PER_S
@@ -26,6 +27,7 @@ from pipros_tools.graph.message_rows import MessageRows
 STATIC_TRANSFORMS: Final = "/tf_static"
 FORMATS: Final = ("bag", "csv", "images")
 _NOT_IN_ENTRIES: Final = re.compile(r"[^\w~-]")
+_LONGEST_NAME: Final = 200  # file systems allow 255 bytes, a number and suffixes included
 
 
 class _SizeBudget:
@@ -78,7 +80,7 @@ def export(
 
 def _entry_name(topic: str) -> str:
     """Return the name of a topic's ZIP entry. Dots are replaced, because `..` would lead out of a folder."""
-    return _NOT_IN_ENTRIES.sub("_", topic.strip("/").replace("/", "__")) or "topic"
+    return _NOT_IN_ENTRIES.sub("_", topic.strip("/").replace("/", "__"))[:_LONGEST_NAME] or "topic"
 
 
 def _bag(
@@ -125,10 +127,14 @@ class _Entries:
     archive: zipfile.ZipFile
     budget: _SizeBudget
     left_out: LeftOut
+    taken: dict[str, int] = field(default_factory=dict)
+
+    def _name(self, topic: str) -> str:
+        return distinct_name(_entry_name(topic), self.taken)
 
     def add_table(self, topic: str) -> None:
         rows, is_first = MessageRows(), True
-        with self.archive.open(f"{_entry_name(topic)}.csv", "w", force_zip64=True) as table:
+        with self.archive.open(f"{self._name(topic)}.csv", "w", force_zip64=True) as table:
             for message in self.reader.stored_messages(self.reader.connections_of(topic), *self.range_ns):
                 try:
                     decoded = self.reader.decode(message)
@@ -144,7 +150,7 @@ class _Entries:
                 table.write(row)
 
     def add_images(self, topic: str) -> None:
-        name = _entry_name(topic)
+        name = self._name(topic)
         images = [each for each in self.reader.connections_of(topic) if each.type in IMAGE_TYPES]
         for number, message in enumerate(self.reader.stored_messages(images, *self.range_ns)):
             self.budget.take(len(message.data))

@@ -1,4 +1,4 @@
-"""Check file names that peers choose."""
+"""Check file names that peers choose, and make them differ."""
 
 from __future__ import annotations
 
@@ -22,3 +22,18 @@ def is_device(name: str) -> bool:
 def file_stem(name: str) -> str:
     """Return a name for a file that a node, a topic or a robot names. On Windows, `_` follows a device's."""
     return f"{name}_" if ON_WINDOWS and is_device(name) else name
+
+
+def distinct_name(base: str, taken: dict[str, int]) -> str:
+    """Return `base`, with a number after it if a name in `taken` differs at most in case. Add it to `taken`.
+
+    >>> names: dict[str, int] = {}
+    >>> [distinct_name(each, names) for each in ("a__b", "A__b", "a__b")]
+    ['a__b', 'A__b_2', 'a__b_3']
+    """
+    name = base
+    while name.lower() in taken:
+        taken[base.lower()] += 1
+        name = f"{base}_{taken[base.lower()]}"
+    taken[name.lower()] = 1
+    return name

@@ -370,6 +370,16 @@ def test_no_topic_of_a_bag_leaves_the_zip_file(tmp_path: Path, topic: str) -> No
         assert re.fullmatch(r"\w+(/\d{6}_1000\.0{9})?\.\w+", name), name
 
 
+def test_topics_that_would_have_one_name_in_the_zip_file_get_numbers(tmp_path: Path) -> None:
+    message: Any = load_message_class("std_msgs/String")(data="x")
+    topics = ["/a/b", "/a__b", "/A/b", "/" + "l" * 300]
+    (tmp_path / "same.bag").write_bytes(bag_bytes([(topic, message, 1, 0) for topic in topics]))
+    with BagReader(tmp_path / "same.bag") as bag, (tmp_path / "out.zip").open("w+b") as file:
+        export(bag, topics, (0, 9 * 10**9), "csv", file, 1 << 20)
+        names = zipfile.ZipFile(file).namelist()
+    assert names == ["A__b.csv", "a__b_2.csv", "a__b_3.csv", "l" * 200 + ".csv"]
+
+
 def test_an_exported_bag_begins_with_the_latched_messages(tmp_path: Path) -> None:
     path = tmp_path / "latched.bag"
     kind = load_message_class("std_msgs/String")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.basics.extras import required
-from pipros.basics.file_names import file_stem
+from pipros.basics.file_names import distinct_name, file_stem
 from pipros.basics.log_file import open_to_write
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.replaced_file import cleared, naming, replaced_file, write_whole
@@ -87,15 +87,11 @@ def _file_names(topics: Iterable[str], left_out: LeftOut) -> dict[str, str]:
         if not is_legal_topic(topic):
             left_out.whole(topic, "it is not a legal topic name")
             continue
-        base = name = file_stem(canonicalize(topic).strip("/").replace("/", "__"))
+        base = file_stem(canonicalize(topic).strip("/").replace("/", "__"))
         if len(base) > _LONGEST_NAME:
             left_out.whole(topic, "its name is too long for a file")
             continue
-        while name.lower() in taken:
-            taken[base.lower()] += 1
-            name = f"{base}_{taken[base.lower()]}"
-        taken[name.lower()] = 1
-        names[topic] = name
+        names[topic] = distinct_name(base, taken)
     return names
 
 
