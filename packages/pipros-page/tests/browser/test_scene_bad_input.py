@@ -26,6 +26,7 @@ MORE = (
     "{Class: rviz/Map, Name: Empty, Topic: /bad/empty_map}",
     "{Class: rviz/Map, Name: Huge, Topic: /bad/huge_map}",
     "{Class: rviz/PointStamped, Name: Lost, Topic: /bad/lost}",
+    "{Class: rviz/PointStamped, Name: Far, Topic: /bad/far, Radius: 1e300}",
     "{Class: rviz/Axes, Name: Loop, Reference Frame: two}",
     "{Class: rviz/MarkerArray, Name: Meshes, Marker Topic: /bad/meshes}",
     "{Class: rviz/Camera, Name: Camera, Image Topic: /bad/image}",
@@ -39,6 +40,14 @@ PROBLEMS = """() => {
     .filter(([, { level }]) => level !== "ok").map(([name, { text }]) => `${name}: ${text}`)]) ?? []);
 }"""
 
+UNUSABLE = """() => {
+  const found = [];
+  const isUsable = (value) => Number.isFinite(Math.fround(value));
+  for (const { name, root } of document.querySelector(".tab-scene").scene.all())
+    root.traverseVisible(({ matrixWorld }) => matrixWorld.elements.every(isUsable) || found.push(name));
+  return found;
+}"""
+"""Displays with numbers that are no 32-bit floats, with which graphics cards cannot compute."""
 
 INVALID = "Topic: Message contained invalid floating point values (nans or infs)"
 EXPECTED = {
@@ -111,6 +120,7 @@ def test_everything_bad_has_a_status_and_harms_no_other_display(
 
     wait_until(is_complete, 60.0, what=lambda: str(missing))
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    assert tab.evaluate(UNUSABLE) == []
     level, text = tab.evaluate("document.querySelector('.tab-scene').scene.fixedFrameStatus()")
     assert (level, text.partition(" sent by ")[2]) in {
         ("warning", f"[/bad_scene_program] is ignored: {reason}")

@@ -138,6 +138,7 @@ def messages() -> dict[str, Any]:
         "cells": GridCells(header=header, cell_width=NAN, cell_height=1.0, cells=[Point(0, 0, 0)]),
         "range": Range(header=header, field_of_view=NAN, max_range=INF, range=NAN), "wrench": wrench,
         "imu": imu, "empty_map": maps[0], "huge_map": maps[1], "cloud": cloud,
+        "far": PointStamped(header=header, point=Point(1e300, -1e300, 0)),
         "lost": PointStamped(header=Header(frame_id="nowhere")), "meshes": markers(),
         "markers": bad_markers(),
         "image": Image(header=header, width=4_000_000_000, height=4_000_000_000, encoding="rgb8", step=1),

@@ -36,3 +36,12 @@ test("counts beyond the message are refused before memory is allocated", () => {
   assert.throws(() => decoderOf(types, "a/Path")(view), /an array of 4294967295 elements does not fit into the message/);
   assert.throws(() => decoderOf(types, "a/Empties")(view), /an array of 4294967295 elements/);
 });
+
+test("numbers that a graphics card lacks become large ones, but NaN and infinity stay", () => {
+  const types = { "a/Far": [["one", "float64", -1], ["all", "float64", 5], ["small", "float32", 2]] };
+  const bytes = new Uint8Array(44);
+  new Uint8Array(bytes.buffer).set(new Uint8Array(Float64Array.of(1e300, -1e300, NaN, -Infinity, 2.5).buffer));
+  new Uint8Array(bytes.buffer).set(new Uint8Array(Float32Array.of(3e38).buffer), 40);
+  const { one, all, small } = decoderOf(types, "a/Far")(new DataView(bytes.buffer));
+  assert.deepEqual([one, [...all], [...small]], [1e19, [-1e19, NaN, -Infinity, 2.5], [Math.fround(1e19)]]);
+});

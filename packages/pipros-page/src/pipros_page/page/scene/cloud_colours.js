@@ -1,6 +1,7 @@
 // The colour transformers of rviz for point clouds: they turn columns of numbers into colours.
 
 import { rainbow } from "./colours.js";
+import { MOST as FARTHEST } from "./pose.js";
 
 const FLOAT32 = 7;
 const MOST = 999999; // the limit of automatic bounds of intensities, in rviz
@@ -102,10 +103,10 @@ function bounds(values) {
   return low <= high ? [low, high] : [0, 0];
 }
 
-// Returns columns without the points whose positions are not finite.
+// Returns columns without the points whose positions are not finite, or too far to be drawn.
 export function finiteOnly(columns) {
   const [xs, ys, zs] = ["x", "y", "z"].map((name) => columns.get(name));
-  const isFinite = (i) => Number.isFinite(xs[i]) && Number.isFinite(ys[i]) && Number.isFinite(zs[i]);
+  const isFinite = (i) => Math.abs(xs[i]) <= FARTHEST && Math.abs(ys[i]) <= FARTHEST && Math.abs(zs[i]) <= FARTHEST;
   let first = 0; // the first point that is not finite
   while (first < xs.length && isFinite(first)) first += 1;
   if (first === xs.length) return columns;

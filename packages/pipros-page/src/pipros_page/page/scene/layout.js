@@ -1,6 +1,7 @@
 // Decoders for serialized messages, composed from the layout that the server sends (web/messages/layout.py).
-// Times are nanoseconds (BigInt), arrays of numbers are typed arrays.
+// Times are nanoseconds (BigInt), arrays of numbers are typed arrays, and floats are `drawable`.
 
+import { drawable } from "./pose.js";
 import { PRIMITIVES } from "./primitives.js";
 
 const TEXT = new TextDecoder();
@@ -12,6 +13,7 @@ function scalar(name, [kind, size]) {
   const get = DataView.prototype[`get${kind}`];
   const Numbers = globalThis[`${kind}Array`];
   if (name === "bool") return [size, (view, at) => view.getUint8(at) !== 0, Numbers];
+  if (kind.startsWith("Float")) return [size, (view, at) => drawable(get.call(view, at, true)), Numbers];
   return [size, (view, at) => get.call(view, at, true), Numbers];
 }
 
@@ -84,7 +86,8 @@ function fieldOf(types, base, array) {
 const numbers = ([size, , Numbers], countOf) => (reader) => {
   const count = countOf(reader);
   const from = reader.view.byteOffset + reader.take(count * size);
-  return new Numbers(reader.view.buffer.slice(from, from + count * size));
+  const found = new Numbers(reader.view.buffer.slice(from, from + count * size));
+  return Numbers.name.startsWith("Float") ? found.map(drawable) : found;
 };
 
 // Returns how to read a text. The last one is kept, because a field often has the same text in many elements.

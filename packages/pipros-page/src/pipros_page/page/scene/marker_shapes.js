@@ -127,7 +127,7 @@ function triangles(marker, rgb) {
   if (isColoured) {
     const tints = Float32Array.from({ length: count * 4 }, (_, i) => {
       const { r, g, b, a } = colors[perTriangle ? Math.floor(i / 12) : i >> 2];
-      return [r, g, b, perTriangle ? a * color.a : a][i % 4] || 0; // not NaN
+      return Math.max(0, Math.min(1, [r, g, b, perTriangle ? a * color.a : a][i % 4])) || 0; // not NaN or infinite
     });
     geometry.setAttribute("color", new THREE.BufferAttribute(tints, 4));
     // In rviz, the alphas of corners replace the marker's; those of triangles count only if the marker is see-through, too.

@@ -4,6 +4,14 @@ import { anglesOf, anglesText } from "../angles.js";
 
 export const IDENTITY = Object.freeze([0, 0, 0, 0, 0, 0, 1]);
 
+// The largest number that is drawn. Graphics cards have 32-bit floats: beyond them, bounds and the order of all objects become NaN. The
+// product of two such numbers is still one.
+export const MOST = 1e19;
+
+// Returns a number within these bounds; NaN and infinity stay, because displays refuse them.
+/** @type {(value: number) => number} */
+export const drawable = (value) => (Number.isFinite(value) ? Math.min(MOST, Math.max(-MOST, value)) : value);
+
 // Returns `outer * inner`.
 export function composed(outer, inner) {
   const [opx, opy, opz, oqx, oqy, oqz, oqw] = outer;

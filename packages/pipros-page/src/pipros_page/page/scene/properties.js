@@ -1,6 +1,7 @@
 // Reads and writes properties in a configuration. Values stay texts in it, so unknown keys and their order survive.
 
 import { parsedColour } from "./colours.js";
+import { drawable } from "./pose.js";
 
 // Returns rviz's name of a class, also for ROS 2 files.
 export const className = (text) => text.replace(/^rviz_(default_plugins|common)\//, "rviz/");
@@ -68,12 +69,12 @@ function typed([, kind, fallback], found) {
 
 export const truth = (text, fallback = true) => (/^(true|1|yes|on)$/i.test(text ?? "") ? true : /^(false|0|no|off)$/i.test(text ?? "")
   ? false : fallback);
-const finite = (value, fallback) => (Number.isFinite(value) ? value : fallback);
+const finite = (value, fallback) => (Number.isFinite(value) ? drawable(value) : fallback);
 
 function vector(found, fallback) {
   if (isMap(found)) return ["X", "Y", "Z"].map((axis, i) => finite(Number(found[axis] ?? fallback[i]), fallback[i]));
   const parts = typeof found === "string" ? found.split(/[;,]/).map(Number) : [];
-  return parts.length === 3 && parts.every(Number.isFinite) ? parts : [...fallback];
+  return parts.length === 3 && parts.every(Number.isFinite) ? parts.map(drawable) : [...fallback];
 }
 
 function asText(kind, value) {

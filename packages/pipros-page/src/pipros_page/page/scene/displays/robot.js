@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 import { Display } from "../display.js";
-import { poseTexts } from "../pose.js";
+import { drawable, poseTexts } from "../pose.js";
 import { truth } from "../properties.js";
 import { BOX, CYLINDER, SPHERE, axes, blended, place } from "../shapes.js";
 
@@ -91,9 +91,9 @@ export class RobotModel extends Display {
       return remember(material, a);
     };
     const holder = new THREE.Group();
-    place(holder, shape.origin);
+    place(holder, shape.origin.map(drawable));
     parent.add(holder);
-    const size = shape.size.map((value) => value || 1e-9);
+    const size = shape.size.map((value) => drawable(value) || 1e-9);
     if (shape.kind !== "mesh") {
       const mesh = new THREE.Mesh({ box: BOX, sphere: SPHERE, cylinder: CYLINDER }[shape.kind], made());
       mesh.scale.set(...(shape.kind === "box" ? size : shape.kind === "sphere" ? size.map((radius) => 2 * radius)
