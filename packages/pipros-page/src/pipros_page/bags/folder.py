@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Final
 
+from pipros.basics.files_below import NotBelow, file_inside
 from pipros_tools.bag.errors import BagError
 
 ENDINGS: Final = (".bag", ".mcap", ".bag.active")
@@ -58,11 +59,7 @@ class BagFolder:
         if not isinstance(name, str) or not name.endswith(ENDINGS) or len(name) > _LONGEST_NAME:
             rule = f"must end in .bag, .mcap or .bag.active and have at most {_LONGEST_NAME} characters"
             raise BadBagName(f"a bag's name {rule}, got {name!r:.100}")
-        if "\0" in name:
-            raise BadBagName("a bag's name must not contain a null character")
-        path = Path(os.path.realpath(self.path / name))  # before 3.13, `resolve` raises if links form a loop
-        if not path.is_relative_to(self.path):
-            raise BadBagName(f"[{name:.100}] is outside the bag folder")
-        if not path.is_file():
-            raise BadBagName(f"there is no bag [{name:.100}]")
-        return path
+        try:
+            return file_inside(self.path, name)
+        except NotBelow as error:
+            raise BadBagName(str(error)) from None

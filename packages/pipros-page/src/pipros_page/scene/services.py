@@ -47,7 +47,7 @@ def _attempt(what: str, text: str, file: SceneFile, first: Path | None, *, has_r
         else:
             file.path = path
             file.save(file.config)
-    except (PiprosError, OSError) as error:
+    except (PiprosError, OSError, RuntimeError, ValueError) as error:  # no file can have this name
         logger.error("cannot %s %s: %s", what, text[:200], error)
         return False
     return True

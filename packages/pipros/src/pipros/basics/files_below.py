@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -26,18 +27,18 @@ def file_inside(folder: Path, name: str) -> Path:
         NotBelow: the file does not exist, `name` is absolute or contains `..` or a backslash, or a link leads
             out of the folder.
     """
-    parts = Path(name).parts
-    is_plain = "\0" not in name and "\\" not in name and not Path(name).is_absolute() and ".." not in parts
-    if not parts or not is_plain:
+    path = Path(name)
+    if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in name:
         raise NotBelow(
             "a file must be named relative to its folder, without '..' or backslashes, "
             f"got [{printable(name)}]"
         )
     root = Path(os.path.realpath(folder))
-    found = Path(os.path.realpath(root / name))
-    if not found.is_relative_to(root) or not found.is_file():
-        raise NotBelow(f"no file [{printable(name)}] below this folder; links out of it are not followed")
-    return found
+    with suppress(OSError, ValueError):  # no file can have this name
+        found = Path(os.path.realpath(root / name))
+        if found.is_relative_to(root) and found.is_file():
+            return found
+    raise NotBelow(f"no file [{printable(name)}] below this folder; links out of it are not followed")
 
 
 def files_below(folder: Path, suffixes: tuple[str, ...], most: int = MOST_FILES) -> Iterator[str]:

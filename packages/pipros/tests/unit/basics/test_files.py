@@ -48,7 +48,7 @@ def test_names_below_are_found(folder: Path, name: str) -> None:
 @pytest.mark.parametrize("name", [
     "", ".", "day", "missing.bag", "../secret.bag", "day/../../secret.bag", "day/../a.bag", "out.bag",
     "up/secret.bag", "/etc/passwd", "a\0.bag", "..\\secret.bag", "package://a/../..", "$(find a)/..",
-    "file:///etc/passwd", "~/secret.bag",
+    "file:///etc/passwd", "~/secret.bag", "l" * 300, "\ud800.bag",
 ])  # fmt: skip
 def test_all_other_names_are_refused(folder: Path, name: str) -> None:
     with pytest.raises(NotBelow):

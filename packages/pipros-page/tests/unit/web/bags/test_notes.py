@@ -120,7 +120,7 @@ def test_a_page_writes_notes_only_if_it_may_and_only_beside_bags_of_its_folder(t
         assert await own.add_note({"name": "run.bag", **note}) == [note]
         with pytest.raises(RequestRefused, match="may not write notes; start it with --control"):
             await other.add_note({"name": "run.bag", **note})
-        with pytest.raises(RequestRefused, match=r"there is no bag \[no.bag\]"):
+        with pytest.raises(RequestRefused, match=r"no file \[no.bag\] below this folder"):
             await own.add_note({"name": "no.bag", **note})
         with pytest.raises(BadNotes, match="time of a note must be a number"):
             await own.add_note({"name": "run.bag", "text": "here"})

@@ -294,10 +294,9 @@ def test_the_newest_bags_are_listed_whichever_folder_is_read_first(tmp_path: Pat
 
 
 @pytest.mark.parametrize(("name", "says"), [
-    ("../outside.bag", "is outside the bag folder"), ("link.bag", "is outside the bag folder"),
-    ("up/outside.bag", "is outside the bag folder"), ("/etc/passwd", "must end in"),
-    ("/etc/x.bag", "is outside the bag folder"), ("missing.bag", "there is no bag"),
-    ("loop.bag", "there is no bag"), ("a\0.bag", "null character"), (7, "must end in"),
+    ("../outside.bag", "relative to its folder"), ("link.bag", "no file"), ("up/outside.bag", "no file"),
+    ("/etc/passwd", "must end in"), ("/etc/x.bag", "relative to its folder"), ("missing.bag", "no file"),
+    ("loop.bag", "no file"), ("l" * 300 + ".bag", "no file"), (7, "must end in"),
 ])  # fmt: skip
 def test_names_that_lead_out_of_the_folder_are_refused(tmp_path: Path, name: object, says: str) -> None:
     inside = tmp_path / "bags"
