@@ -18,6 +18,7 @@ from pipros.basics.extras import missing
 from pipros.basics.printable import printable
 from pipros_fleet import keys
 from pipros_fleet.fleet_rules import Priority
+from pipros_fleet.question_pace import QuestionPace
 
 try:
     import zenoh
@@ -102,6 +103,7 @@ class SessionLink:
         """Use an open session. `asker` is the name in questions; with TLS, that of the certificate."""
         self._session = session
         self._asker = asker
+        self._pace = QuestionPace()
 
     @property
     def is_connected(self) -> bool:
@@ -266,7 +268,12 @@ class SessionLink:
         """Call `on_question` with each matching request."""
 
         def on_query(query: zenoh.Query) -> None:
-            on_question(ZenohQuestion(query))
+            _keep_thread_state()
+            question = ZenohQuestion(query)
+            if self._pace.allows(question.asker):
+                on_question(question)
+            else:
+                question.close()  # a refusal would take four times as long
 
         callback = zenoh.handlers.Callback(on_query, indirect=False)
         return self._session.declare_queryable(keys.asked(pattern, "*"), callback)
