@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
+from pipros.basics.graph_variables import master_uri_of
 from pipros.basics.windows import ON_WINDOWS
 from pipros.net.address import is_loopback
 from pipros_tools.health.address_checks import master_calls_back, ports_and_advertised_address
@@ -24,7 +25,7 @@ from pipros_tools.health.windows_checks import (
 
 def master_uri(machine: MachineReport) -> Findings:
     """Check that ROS_MASTER_URI is valid, its host is known, and a master answers there."""
-    uri = machine.variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    uri = master_uri_of(machine.variables)
     try:
         host, port = split_master_uri(uri)
     except InvalidEnvironment as problem:

@@ -76,8 +76,8 @@ class Environment(NamedTuple):
         home = Path(expanded(get("ROS_HOME") or "~/.ros"))
         return cls(
             master_uri=master_uri_of(variables),
-            hostname=get("ROS_HOSTNAME") or None,
-            ip=get("ROS_IP") or None,
+            hostname=(get("ROS_HOSTNAME") or "").strip() or None,
+            ip=(get("ROS_IP") or "").strip() or None,
             ipv6=get("ROS_IPV6") == "on",
             namespace=namespace_of(variables),
             package_path=tuple(

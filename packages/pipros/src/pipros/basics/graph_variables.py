@@ -20,7 +20,8 @@ class InvalidEnvironment(PiprosError, ValueError):
 
 
 def master_uri_of(variables: Mapping[str, str]) -> str:
-    return variables.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
+    # Blanks, as nodes of Noetic: `set ROS_MASTER_URI=http://robot:11311 && rosrun ...` of Windows leaves one.
+    return (variables.get("ROS_MASTER_URI") or "").strip() or DEFAULT_MASTER_URI
 
 
 def namespace_of(variables: Mapping[str, str]) -> str:

@@ -24,6 +24,12 @@ def test_an_invalid_master_uri_is_refused_with_an_example(uri: str) -> None:
         split_master_uri(uri)
 
 
+def test_blanks_around_addresses_do_not_count() -> None:
+    names = ("ROS_MASTER_URI", "ROS_HOSTNAME", "ROS_IP")
+    assert Environment.from_os(dict.fromkeys(names, " http://r:1 "))[:3] == ("http://r:1",) * 3
+    assert Environment.from_os(dict.fromkeys(names, " "))[:3] == Environment()[:3]
+
+
 def test_a_namespace_begins_and_ends_with_a_slash() -> None:
     assert Environment.from_os({"ROS_NAMESPACE": "robot/arm/"}).namespace == "/robot/arm/"
     assert Environment.from_os({}).namespace == "/"
