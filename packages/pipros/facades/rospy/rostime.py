@@ -115,7 +115,9 @@ def wallsleep(duration: float | msg_time.Duration) -> None:
 
 
 def in_seconds(duration: float | msg_time.Duration) -> float:
-    """Convert a duration to seconds. Numbers are interpreted as seconds."""
+    """Convert a duration to seconds. Numbers are interpreted as seconds; NaN is a ValueError."""
+    if duration != duration:  # no wait would end; the text is Python's
+        raise ValueError("Invalid value NaN (not a number)")
     return duration.to_sec() if isinstance(duration, msg_time.Duration) else duration
 
 

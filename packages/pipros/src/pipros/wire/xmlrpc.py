@@ -190,7 +190,9 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
                 parts.append("</member>")
         parts.append("</struct></value>")
     else:
-        parts.append(_encoded_text(value, budget) if kind is Encoded else _encode_rare(value, budget))
+        parts.append(
+            _encoded_text(value, budget) if kind is Encoded else _encode_rare(value, depth_left, budget)
+        )
 
 
 def _encode_scalar(value: Any) -> str:
@@ -228,8 +230,8 @@ PARAMETER_RULE = (
 """Why a value cannot be a parameter, for users, to whom the errors of `encode_call` say nothing."""
 
 
-def _encode_rare(value: Any, budget: _Budget) -> str:
-    """Encode binary data and dates.
+def _encode_rare(value: Any, depth_left: int, budget: _Budget) -> str:
+    """Encode binary data and dates, and other objects as dictionaries of their attributes, as Python does.
 
     `xmlrpc.client` and `datetime` are used only if they have already been imported.
     """
@@ -244,7 +246,11 @@ def _encode_rare(value: Any, budget: _Budget) -> str:
             return f"<value><dateTime.iso8601>{_escape(value.value)}</dateTime.iso8601></value>"
     if (dates := sys.modules.get("datetime")) and type(value) is dates.datetime:
         return f"<value><dateTime.iso8601>{value:%Y%m%dT%H:%M:%S}</dateTime.iso8601></value>"
-    raise TypeError(f"cannot marshal {type(value)} objects")
+    if isinstance(value, str | int | float | list | tuple | dict) or not hasattr(value, "__dict__"):
+        raise TypeError(f"cannot marshal {type(value)} objects")
+    parts: list[str] = []
+    _encode(vars(value), parts, depth_left, budget)
+    return "".join(parts)
 
 
 def _encode_binary(data: bytes, budget: _Budget) -> str:

@@ -4,6 +4,7 @@ Run by test_rosconsole_as_genuine.py under genuine rospy and under pipros; knows
 """
 
 import sys
+from types import SimpleNamespace
 
 from examination import begin, examine, wait_for
 from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
@@ -195,7 +196,7 @@ def services():
 def parameters():
     for label, value in (
         ("int", 5), ("float", 0.5), ("bool", True), ("text", "ü <&>"), ("tuple", (1, 2)),
-        ("dict", {"a": {"b": [1, "x"]}}),
+        ("dict", {"a": {"b": [1, "x"]}}), ("object", [SimpleNamespace(a=SimpleNamespace(b=1))]),
     ):  # fmt: skip
         rospy.set_param("/p/" + label, value)
         examine(f"param {label}", lambda label=label: rospy.get_param("/p/" + label))
@@ -228,13 +229,15 @@ def times():
     examine("rate", lambda: (rospy.Rate(4).sleep_dur, type(rospy.Rate(4).remaining()).__name__))
     examine("rate 0", lambda: rospy.Rate(0))
     examine("sleep", lambda: (rospy.sleep(-1), rospy.sleep(0.001), rospy.sleep(rospy.Duration(0, 1000))))
-    examine("sleep text", lambda: rospy.sleep("x"))
+    for bad in ("x", float("nan")):
+        examine(f"sleep {bad}", lambda bad=bad: rospy.sleep(bad))
     examine("now", lambda: (type(rospy.Time.now()).__name__, rospy.get_time() > 1e9))
     events = []
     timer = rospy.Timer(rospy.Duration(0.01), events.append)
     wait_for(lambda: len(events) >= 3)
     timer.shutdown()
-    examine("timer first", lambda: (events[0].last_expected, events[0].last_real, events[0].last_duration))
+    first = vars(events[0])
+    examine("timer first", lambda: [first[f"last_{end}"] for end in ("expected", "real", "duration")])
     step = events[2].current_expected - events[1].current_expected
     examine("timer step", lambda: (step, type(events[1].last_duration).__name__))
     once = []
