@@ -417,6 +417,10 @@ def test_the_folder_of_a_run_is_not_a_link_of_another_user(tmp_path: Path) -> No
 
     with pytest.raises(LogFolderUnusable, match="a link that belongs to another user"):
         LogFolder.of_run(Environment(log_dir=tmp_path), "the-run")
+    tmp_path.chmod(0o1777)
+    with pytest.raises(LogFolderUnusable, match="a link of another user"):
+        LogFolder.of_run(Environment(log_dir=tmp_path / "the-run"), "a-run")
+    assert not list((tmp_path / "documents").iterdir())
 
 
 def test_links_of_the_user_are_followed(tmp_path: Path, victim: Path) -> None:

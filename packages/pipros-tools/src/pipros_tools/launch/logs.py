@@ -12,7 +12,7 @@ from typing import NamedTuple
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.log_file import refuse_planted_link, warn_unwritable
-from pipros.basics.planted import UntrustedFile
+from pipros.basics.planted import UntrustedFile, refuse_planted
 from pipros_tools.launch.console import Console
 
 _GIGABYTE = 1_000_000_000
@@ -48,6 +48,7 @@ class LogFolder(NamedTuple):
         root = environment.log_dir.absolute()
         folder = root / run_id
         try:
+            refuse_planted(root)
             try:
                 folder.mkdir(parents=True, exist_ok=True)
             finally:
