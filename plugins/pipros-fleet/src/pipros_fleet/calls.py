@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import logging
-import threading
 from collections.abc import Mapping
 from typing import Any, Final
 
+from pipros.basics.budget import SharedBudget
 from pipros.basics.errors import LimitExceeded, PiprosError, Refused
 from pipros.basics.printable import printable
 from pipros.net.shared_workers import SharedWorkers
@@ -25,9 +25,9 @@ from pipros_fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros_libraries.topic_tools.raw import raw_service_class
 
 FLEET_CALLS = 64
-"""Maximum number of calls from other members that a member handles at a time, of which each member can use at
-most half of what the others leave; also of pending calls to one service of another member. Beyond it, the
-call fails at once.
+"""Maximum number of calls from other members that a member handles at a time; also of pending calls to one
+service of another member. Each member, or each local node, can use at most half of what the others leave;
+beyond it, its call fails at once.
 """
 
 SUCCESS: Final = b"\x01"
@@ -54,7 +54,7 @@ class RemoteService:
         self._key = keys.service(member, me, entry.name)
         self._is_closed = False
         self._class = raw_service_class(entry.type, entry.md5sum)
-        self._slots = threading.BoundedSemaphore(FLEET_CALLS)
+        self._slots = SharedBudget(FLEET_CALLS)
         self._server: ServiceServer = node.serve(f"/{member}{entry.name}", self._class, self._call)
 
     def close(self) -> None:
@@ -63,8 +63,11 @@ class RemoteService:
         self._node.endpoints.stop_serving(self._server)
 
     def _call(self, request: AnyMsg) -> AnyMsg:
-        if not self._slots.acquire(blocking=False):
-            raise HandlerError(f"too many calls to [{self.entry.name}] of [{self._member}] are pending")
+        caller = request.header.get("callerid")
+        if not self._slots.take(caller):
+            raise HandlerError(
+                f"too many calls of this node to [{self.entry.name}] of [{self._member}] are pending"
+            )
         try:
             self.calls += 1
             return self._answer(request)
@@ -72,7 +75,7 @@ class RemoteService:
             self.failures += 1
             raise
         finally:
-            self._slots.release()
+            self._slots.give_back(caller)
 
     def _answer(self, request: AnyMsg) -> AnyMsg:
         timeout_s = self.entry.timeout_s + GRACE_S

@@ -15,10 +15,9 @@ import time
 from collections import Counter
 from collections.abc import Sequence, Set
 from dataclasses import astuple
-from math import inf
 from typing import Final
 
-from pipros.basics.budget import Budget
+from pipros.basics.budget import Budget, SharedBudget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.turns import Turns
@@ -105,8 +104,7 @@ class FleetRecorder:
         room = self._limits.of(FleetLimits).fleet_queue_bytes
         self._inflating = SharedWorkers("compressed messages of a recorder", 2, room, each=1)
         self._waiting: Turns[str, tuple[str, bytes, bytes, bool]] = Turns()
-        self._waiting_bytes = Budget(room)
-        self._shares: dict[str, Budget] = {}
+        self._waiting_bytes = SharedBudget(room)
         self._lock = threading.Lock()
         self._declared: list[Ends] = []
         self._thread = threading.Thread(target=self._run, name="recorder of a fleet", daemon=True)
@@ -155,11 +153,9 @@ class FleetRecorder:
 
     def _put(self, member: str, item: tuple[str, bytes, bytes, bool]) -> None:
         with self._lock:
-            share = self._shares.get(member) or Budget(inf, self._waiting_bytes, part=0.5)
-            if len(item[1]) > FILE_BYTES or not share.take(_memory_bytes(item)):
+            if len(item[1]) > FILE_BYTES or not self._waiting_bytes.take(member, _memory_bytes(item)):
                 self._drop()
                 return
-            self._shares[member] = share
             self._waiting.put(member, item)
         self._events.wake()
 
@@ -256,9 +252,7 @@ class FleetRecorder:
             if not self._waiting:
                 return None
             member, found = self._waiting.pop()
-            self._shares[member].give_back(_memory_bytes(found))
-            if not self._shares[member].used:
-                del self._shares[member]
+            self._waiting_bytes.give_back(member, _memory_bytes(found))
             return found
 
     def _take_token(self, key: str, *, is_present: bool) -> None:

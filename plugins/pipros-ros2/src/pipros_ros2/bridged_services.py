@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Final
 
+from pipros.basics.budget import SharedBudget
 from pipros.basics.errors import PiprosError
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -82,7 +82,7 @@ class ServiceToRos2(_BridgedService):
             PiprosError: the engine is closed, or the node already provides a service with this name.
         """
         super().__init__(node, name, pair, CALL_S if timeout_s is None else timeout_s)
-        self._slots = threading.BoundedSemaphore(ROS2_CALLS)
+        self._slots = SharedBudget(ROS2_CALLS)
         self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash, pair.parts)
         try:
             self._server = node.serve(name, self._class, self._call)
@@ -91,7 +91,8 @@ class ServiceToRos2(_BridgedService):
             raise
 
     def _call(self, request: AnyMsg) -> AnyMsg:
-        if not self._slots.acquire(blocking=False):
+        caller = request.header.get("callerid")
+        if not self._slots.take(caller):
             self.counts.fail(f"{self._name}: too many pending calls to ROS 2")
             raise HandlerError("too many pending calls to ROS 2")
         try:
@@ -103,7 +104,7 @@ class ServiceToRos2(_BridgedService):
             self.counts.fail(f"{self._name}: {error}")
             raise HandlerError(str(error)) from None
         finally:
-            self._slots.release()
+            self._slots.give_back(caller)
 
     def close(self) -> None:
         self._node.endpoints.stop_serving(self._server)

@@ -17,7 +17,7 @@ from pipros.basics.errors import PiprosError
 ROS2_CALLS = 64
 """Limit: calls or goals that a gateway forwards at a time to or from one ROS 2 service or action. Beyond it,
 further calls to ROS 2 fail at once, further goals are queued, and requests from ROS 2 are queued or refused;
-a ROS 2 client gets at most half of what the others leave, except with rclpy.
+a ROS 1 node or ROS 2 client gets at most half of what the others leave, except ROS 2 clients with rclpy.
 """
 ZENOH_MESSAGE_BYTES = 64 * 1024 * 1024
 """Limit: a message from ROS 2 through Zenoh; also a message that contains all static transforms. Beyond it,

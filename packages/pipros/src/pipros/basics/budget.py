@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Hashable
 
 
 class Budget:
@@ -149,6 +150,31 @@ class Budget:
         self.used -= amount
         if self._parent is not None and not self._parent._is_closed:
             self._parent._give_back(before - self._shared(self.used))
+
+
+class SharedBudget:
+    """A budget of several users, each of which can use at most half of what the others leave. Thread-safe."""
+
+    def __init__(self, limit: float) -> None:
+        self._whole = Budget(limit)
+        self._users: dict[Hashable, Budget] = {}
+
+    def take(self, user: Hashable, amount: float = 1) -> bool:
+        """Use an amount for a user. Return False, and use nothing, if too little is left for this user."""
+        with self._whole._lock:
+            budget = self._users.get(user) or Budget(self._whole.limit, self._whole, part=0.5)
+            is_taken = budget.take(amount)
+            if is_taken:
+                self._users[user] = budget
+            return is_taken
+
+    def give_back(self, user: Hashable, amount: float = 1) -> None:
+        """Return an amount that the user has taken."""
+        with self._whole._lock:
+            budget = self._users[user]
+            budget.give_back(amount)
+            if not budget.used:
+                del self._users[user]
 
 
 class Slots:

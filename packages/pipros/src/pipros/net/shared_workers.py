@@ -9,7 +9,7 @@ from contextlib import suppress
 from math import inf
 from typing import Any
 
-from pipros.basics.budget import Budget
+from pipros.basics.budget import SharedBudget
 from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
 
@@ -30,8 +30,7 @@ class SharedWorkers:
         self._workers = Workers(name, threads)
         self._threads = threads
         self._each = each
-        self._room = Budget(room)
-        self._users: dict[Hashable, Budget] = {}
+        self._room = SharedBudget(room)
         self._running: Counter[Hashable] = Counter()
         self._turns: Turns[Hashable, tuple[float, Callable[..., object], tuple[Any, ...]]] = Turns()
         self._lock = threading.Lock()
@@ -42,10 +41,8 @@ class SharedWorkers:
         Return False, and run nothing, if the user has too many jobs.
         """
         with self._lock:
-            budget = self._users.get(user) or Budget(self._room.limit, self._room, part=0.5)
-            if not budget.take(cost):
+            if not self._room.take(user, cost):
                 return False
-            self._users[user] = budget
             self._turns.put(user, (cost, job, args))
         # If the system cannot start another thread, a running one takes the job, or that of a later call.
         with suppress(RuntimeError):
@@ -82,7 +79,4 @@ class SharedWorkers:
             self._running[user] -= 1
             if not self._running[user]:
                 del self._running[user]
-            budget = self._users[user]
-            budget.give_back(cost)
-            if not budget.used:
-                del self._users[user]
+            self._room.give_back(user, cost)

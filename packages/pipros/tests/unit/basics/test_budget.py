@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.basics.budget import Budget
+from pipros.basics.budget import Budget, SharedBudget
 from pipros.basics.shares import fair_shares
 from pipros.basics.turns import Turns
 
@@ -222,3 +222,15 @@ def test_a_user_that_returns_waits_for_the_others() -> None:
     assert turns.pop() == ("a", 1)
     turns.put("a", 3)
     assert [turns.pop(), turns.pop()] == [("b", 2), ("a", 3)]
+
+
+def test_each_user_of_a_shared_budget_leaves_half_to_others() -> None:
+    budget = SharedBudget(64)
+    assert sum(budget.take("greedy") for _ in range(64)) == 32
+    assert sum(budget.take("other") for _ in range(64)) == 16
+    for _ in range(32):
+        budget.give_back("greedy")
+    assert not budget.take("late", 25)
+    assert budget.take("late", 24)
+    budget.give_back("late", 24)
+    assert budget._users.keys() == {"other"}

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from pipros.basics.budget import SharedBudget
 from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class
 from pipros_fleet import keys
@@ -243,7 +244,7 @@ def test_latched_messages_leave_room_in_the_files(
 
 
 def test_empty_messages_of_a_member_use_only_its_share_of_the_queue(recorder: FleetRecorder) -> None:
-    recorder._waiting_bytes.limit = 100_000
+    recorder._waiting_bytes = SharedBudget(100_000)
     recorder.close()  # nothing takes messages from the queue any more
     for number in range(200):
         recorder._on_message(f"pipros/bad/t/{number}", b"", b"")
