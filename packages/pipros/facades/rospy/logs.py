@@ -118,6 +118,7 @@ def _caller() -> tuple[str, int, int]:
 
 
 def _logger(kwargs: dict[str, Any]) -> logging.Logger:
+    kwargs["stacklevel"] = kwargs.get("stacklevel", 1) + 1  # past the functions of this module
     name = kwargs.pop("logger_name", None)
     return ros_logger(f"rosout.{name}") if name else session.logger
 
@@ -125,14 +126,14 @@ def _logger(kwargs: dict[str, Any]) -> logging.Logger:
 def _family(level: int) -> Family:
     def log(msg: object, *args: Any, **kwargs: Any) -> bool:
         """Log `msg % args` at the function's level. `logger_name` names a logger below `rosout`."""
-        _logger(kwargs).log(level, msg, *args, stacklevel=2, **kwargs)
+        _logger(kwargs).log(level, msg, *args, **kwargs)
         return session.node is not None
 
     def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> bool:
         """Log unless this place in the code logged less than `period` seconds ago on the node's clock."""
         logger = _logger(kwargs)
         if _logging_throttle(_caller(), period):
-            logger.log(level, msg, *args, stacklevel=2, **kwargs)
+            logger.log(level, msg, *args, **kwargs)
             return session.node is not None
         return False
 
@@ -142,7 +143,7 @@ def _family(level: int) -> Family:
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)
         if _logging_identical(caller, str(msg)) or is_due:
-            logger.log(level, msg, *args, stacklevel=2, **kwargs)
+            logger.log(level, msg, *args, **kwargs)
             return session.node is not None
         return False
 
@@ -150,7 +151,7 @@ def _family(level: int) -> Family:
         """Log only the first time that this place in the code is reached."""
         logger = _logger(kwargs)
         if _logging_once(_caller()):
-            logger.log(level, msg, *args, stacklevel=2, **kwargs)
+            logger.log(level, msg, *args, **kwargs)
             return session.node is not None
         return False
 

@@ -256,7 +256,7 @@ def logs():
     examine(
         "identical", lambda: [(rospy.loginfo_throttle_identical(60, t), None)[1] for t in ("a", "a", "b")]
     )
-    examine("logger_name", lambda: (rospy.loginfo("named", logger_name="sub"), None)[1])
+    examine("logger_name", lambda: (rospy.loginfo("named", logger_name="sub", stacklevel=2), None)[1])
     examine("not text", lambda: (rospy.loginfo(Point()), None)[1])
 
 
