@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import time
@@ -105,6 +106,7 @@ class RecordFiles:
         """Complete and rename the current file.
 
         Raises:
+            FileNotFoundError: another program has moved, replaced or removed the file.
             OSError: the file cannot be completed. It keeps all complete chunks and the suffix `.active`.
         """
         if self._writer is None:
@@ -115,9 +117,13 @@ class RecordFiles:
                 self.lost += writer.finish_with_what_fits()
             else:
                 writer.finish()
+            written = os.fstat(self._file.fileno())
         finally:
             self._file.close()
-        replace_file(self._active(), self._path)
+        active = self._active()
+        if not active.exists() or not os.path.samestat(active.stat(), written):
+            raise FileNotFoundError(errno.ENOENT, f"another program has replaced or moved '{active}'")
+        replace_file(active, self._path)
         self._kept.append(self._path)
 
     def flush(self) -> None:
@@ -156,8 +162,10 @@ class RecordFiles:
 
     def _split(self, now_ns: int) -> None:
         self._say(f"Closing '{self._path}'.")
-        self.close()
-        self._count += 1
+        try:
+            self.close()
+        finally:  # what stays of a file that could not be completed must not be overwritten
+            self._count += 1
         while self._options.max_splits and len(self._kept) >= self._options.max_splits:
             self._kept.popleft().unlink(missing_ok=True)
         self.open(now_ns)

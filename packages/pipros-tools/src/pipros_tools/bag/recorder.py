@@ -149,10 +149,9 @@ class Recorder:
         try:
             files.close()
         except OSError as error:
-            self._warn(
-                f"cannot complete '{files.path}': {error.strerror}. Its complete chunks stay in "
-                f"'{files.path}.active', which rosbag reindex can repair"
-            )
+            rest = f"Its complete chunks stay in '{files.path}.active', which rosbag reindex can repair"
+            is_gone = isinstance(error, FileNotFoundError)
+            self._warn(f"cannot complete '{files.path}': {error.strerror}{'' if is_gone else f'. {rest}'}")
             return False
         if files.lost > before:
             self._warn(

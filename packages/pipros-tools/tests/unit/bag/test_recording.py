@@ -1,5 +1,6 @@
 import errno
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,25 @@ def test_files_are_active_until_they_are_complete(tmp_path: Path, monkeypatch: p
     with BagReader(tmp_path / "run.bag") as bag:
         assert (rows_of(bag), bag.connections[0].header["topic"]) == ([("/a", 1, 5, 0)], b"/a")
     assert reports == ["Recording to 'run.bag'."]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="an open file cannot be replaced on Windows")
+@pytest.mark.parametrize("change", [Path.unlink, lambda path: path.replace(path.with_name("moved"))])
+def test_a_file_that_was_replaced_or_moved_meanwhile_is_not_called_complete(
+    tmp_path: Path, monkeypatch, change: Callable[[Path], object]
+) -> None:
+    recording = files(tmp_path, monkeypatch, [], name="run", split=True, duration_s=10.0)
+    recording.open(0)
+    recording.write(received(1, 0))
+    change(active := Path("run_0.bag.active"))
+    active.write_text("other")
+    with pytest.raises(FileNotFoundError, match=r"another program has replaced or moved 'run_0.bag.active'"):
+        recording.write(received(2, 20))
+    recording.write(received(3, 21))
+    recording.close()
+    assert active.read_text() == "other"
+    with BagReader("run_1.bag") as bag:
+        assert [row[1] for row in rows_of(bag)] == [3]
 
 
 def test_a_split_begins_with_the_latched_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
