@@ -42,8 +42,10 @@ hashes are equal, which makes them slow as dictionary keys.
 """
 
 
-class YamlError(PiprosError, ValueError):
+class YamlError(PiprosError, yaml.YAMLError, ValueError):
     """YAML input is invalid, is not plain data, or exceeds a limit.
+
+    This is also an error of PyYAML, which scripts written for genuine rosparam catch.
 
     Attributes:
         file: the name of the file, or `<string>`.
