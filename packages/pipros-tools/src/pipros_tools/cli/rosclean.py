@@ -61,7 +61,9 @@ def _purge(folder: Path, label: str, limit_mb: int | None, *, is_confirmed: bool
         if sys.stdin.readline().strip().lower() not in ("y", "yes"):
             return 0
     try:
-        if limit_mb is None:
+        if limit_mb is None and folder.is_symlink():
+            folder.unlink()  # as `rm -rf` does
+        elif limit_mb is None:
             shutil.rmtree(folder)
         else:
             _delete_oldest(folder, limit_mb * _MEGABYTE)

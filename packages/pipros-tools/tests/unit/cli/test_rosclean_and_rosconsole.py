@@ -53,6 +53,14 @@ def test_purge_deletes_everything_once_confirmed(logs: Path, monkeypatch: pytest
     assert rosclean.main(["check"]) == 0
 
 
+def test_purge_of_a_link_deletes_the_link_as_in_noetic(logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (link := logs.with_name("link")).symlink_to(logs)
+    monkeypatch.setenv("ROS_LOG_DIR", str(link))
+    assert rosclean.main(["purge", "-y"]) == 0
+    assert not link.is_symlink()
+    assert len(list(logs.iterdir())) == 4
+
+
 def test_purge_keeps_the_newest_up_to_a_size(logs: Path) -> None:
     assert rosclean.main(["purge", "-y", "--size", "4"]) == 0
     assert [path.name for path in logs.iterdir()] == ["run2"]
