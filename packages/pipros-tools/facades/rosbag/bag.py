@@ -14,6 +14,7 @@ from typing import Any
 
 from pipros.basics.input_file import open_file as _open_file
 from pipros.basics.lazy_names import star_names as _star_names
+from pipros.basics.planted import refuse_planted as _refuse_planted
 from pipros.msg.time import NS_PER_S as _NS_PER_S
 from pipros.msg.time import Time as _Time
 from pipros_tools.bag import compression as _compression
@@ -135,6 +136,8 @@ class Bag(IndexAccess):
             self._filename = os.fspath(f)
             if self._mode == "a" and not os.path.exists(f):
                 raise ROSBagException("empty file")
+            if self._mode != "r":
+                _refuse_planted(f)
             self._file = _OPENERS[self._mode](f)
         else:
             self._file = f

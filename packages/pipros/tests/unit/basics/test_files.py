@@ -6,11 +6,13 @@ import subprocess
 import sys
 import tracemalloc
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import rosbag
 from pipros.basics.files_below import NotBelow, file_inside, files_below
 from pipros.basics.input_file import open_file, read_end, read_file
 from pipros.basics.log_file import open_to_write
@@ -153,7 +155,7 @@ def test_links_and_permissions_are_kept(tmp_path: Path) -> None:
     assert (path.read_text(), path.stat().st_mode & 0o777) == ("new", 0o600)
 
 
-WRITERS = [overwritten_file, replaced_file, cleared, open_to_write]
+WRITERS = [overwritten_file, replaced_file, cleared, open_to_write, partial(rosbag.Bag, mode="w")]
 
 
 @pytest.mark.needs("file owners")
