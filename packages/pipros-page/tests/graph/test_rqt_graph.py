@@ -203,6 +203,7 @@ def test_pictures_are_written(shared_ros: RosSystem, page: Page) -> None:
 
 
 @pytest.mark.parametrize(("arguments", "code", "words"), [
+    (["--svg="], 1, "cannot write : Is a directory"),
     (["--svg", "/dev/null/x.svg"], 1, "cannot write /dev/null/x.svg: Not a directory"),
     (["--mode", "round"], 2, "--mode must be nodes, active or all, got round"),
     (["--bind", "127.0.0.1:70000"], 1, "--bind must be HOST or HOST:PORT"),

@@ -38,7 +38,7 @@ def _main(argv: Sequence[str]) -> int:
         parser.error(f"unexpected argument: {arguments[0]}")
     if options.mode not in ("nodes", "active", "all"):
         parser.error(f"--mode must be nodes, active or all, got {options.mode}")
-    if options.dot or options.svg or options.png:
+    if options.dot or (options.svg, options.png) != (None, None):
         return _write_pictures(options)
     return show("rqt_graph", "graph", options)
 
@@ -53,9 +53,9 @@ def _write_pictures(options: Any) -> int:
     if options.dot:
         print(to_dot(graph), end="")
     scene = draw(graph)
-    if options.svg:
+    if options.svg is not None:
         _write(options.svg, to_svg(scene).encode())
-    if options.png:
+    if options.png is not None:
         _write(options.png, to_png(scene))
     return 0
 

@@ -30,7 +30,7 @@ def _main(argv: Sequence[str]) -> int:
     if len(words) > 1:
         raise CommandError(f"unexpected argument: {words[1]}")
     name = options.display_config or (words[0] if words else "")
-    if options.png:
+    if options.png is not None:
         return _save_picture(options, name, argv)
     from pipros_page.scene.layout_file import SceneFile
 

@@ -245,6 +245,8 @@ def new_ros2_bag(
     """
     if storage not in SUFFIXES:
         raise BagError(f"the storage must be one of {', '.join(SUFFIXES)}, got [{storage}]")
+    if folder.name in ("", ".."):
+        raise BagError(f"a bag must have a name of its own, got [{folder}]")
     unfinished = folder.with_name(folder.name + ".active")
     refuse_planted(unfinished)
     _check_free(folder, "it", replaces=replaces)

@@ -486,6 +486,10 @@ def test_force_replaces_a_bag_and_what_an_interrupted_conversion_left(
     assert rosbag(["convert", "-f", "--ros2", "jazzy", "out", "out"]) == 1
     assert rosbag(["convert", "-f", "--ros2", "jazzy", "out/out_0.db3", "out"]) == 1
     assert capsys.readouterr().err.count("out is the input") == 2
+    Path("there").mkdir()
+    os.chdir("there")
+    assert rosbag(["convert", "-f", "--ros2", "jazzy", "../run.bag", ""]) == 1
+    assert "a bag must have a name of its own, got [.]" in capsys.readouterr().err
 
 
 def test_force_does_not_remove_other_files(capsys: pytest.CaptureFixture[str]) -> None:

@@ -144,11 +144,14 @@ def test_a_connection_header_may_have_texts() -> None:
 
 
 @pytest.mark.parametrize("command", ["compress", "reindex", "decompress"])
-def test_the_output_folder_is_made(command: str) -> None:
+def test_the_output_folder_is_made(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     write_bag(("/a", Int32(1), {}))
 
     assert main([command, "-q", "--output-dir", "new/folder", "run.bag"]) == 0
+    assert main([command, "--output-dir", "run.bag", "run.bag"]) == main([command, "."]) == 1
 
+    told = capsys.readouterr().err
+    assert told.startswith(f"ERROR: cannot {command}: File exists: 'run.bag'\nERROR reading .: it is ")
     with open_bag("new/folder/run.bag") as bag:
         assert bag.message_count == 1
 

@@ -90,6 +90,8 @@ def _for_each(
     if not arguments:
         parser.error("You must specify at least one bag file.")
     status = 0
+    if options.output_dir:
+        Path(options.output_dir).mkdir(parents=True, exist_ok=True)  # an error is not one of a bag
     files = [(bag, name, number) for bag in arguments for number, name in enumerate(files_of(bag))]
     for bag, name, number in files:
         path = Path(name)
@@ -136,12 +138,12 @@ def _with_backup(path: Path, options: Values, work: Work) -> None:
 
     If that file exists, skip the bag, unless `--force` is given.
     """
-    backup = path.with_name(f"{path.stem}.orig{path.suffix}")
+    backup = path.parent / f"{path.stem}.orig{path.suffix}"  # not with_name, which refuses "." and ".."
     if backup.exists() and not options.force:
         if not options.quiet:
             print(f"Skipping {path}. Backup path {backup} already exists.", file=sys.stderr)
         return
-    unfinished = path.with_name(f"{path.stem}.new{path.suffix}")
+    unfinished = path.parent / f"{path.stem}.new{path.suffix}"
     try:
         work(path, unfinished, options)
         replace_file(path, backup)
